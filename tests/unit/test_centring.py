@@ -74,7 +74,7 @@ def centre(
     eye = EyeCentring(Role.LEFT, mirror.marker_rad, prediction, CentringSettings(), max_v=MAX_V)
     while not eye.done:
         found = mirror.sight(eye.command_v, **(sight or {}))  # type: ignore[arg-type] # of mixed types
-        eye.take(found, mirror.gaze(eye.command_v), asked_ns=T_NS)
+        eye.add_observation(found, mirror.gaze(eye.command_v), asked_ns=T_NS)
     return eye
 
 
@@ -120,7 +120,7 @@ def test_a_doubtful_sight_at_the_limit_is_repeated_within_it() -> None:
     while not eye.done:
         assert np.abs(eye.command_v).max() <= MAX_V
         set_v = eye.command_v + np.sign(eye.command_v) * 1e-3  # what a DAC of 3 mV steps makes of it
-        eye.take(mirror.sight(set_v, covered=1), mirror.gaze(set_v), asked_ns=T_NS)
+        eye.add_observation(mirror.sight(set_v, covered=1), mirror.gaze(set_v), asked_ns=T_NS)
 
     assert eye.refusal is not None
     assert eye.refusal.startswith("beyond the volts")
@@ -176,7 +176,7 @@ def test_a_marker_that_shows_nowhere_is_searched_around_and_then_refused() -> No
     tried = []
     while not eye.done:
         tried.append(tuple(np.rint(eye.command_v).tolist()))
-        eye.take(mirror.sight(eye.command_v), None, asked_ns=T_NS)
+        eye.add_observation(mirror.sight(eye.command_v), None, asked_ns=T_NS)
 
     assert len(set(tried)) == len(tried) == CentringSettings().most_looks
     assert eye.refusal == "not centred after 16 looks: its marker is not in the view"
@@ -215,8 +215,8 @@ def test_a_look_alike_place_is_not_believed_and_a_supposed_one_is_forgotten() ->
     volts = np.array([80.0, 20.0])
     before = prediction.volts(np.array([0.1, 0.02]))
 
-    assert not prediction.suppose(mirror.gaze(volts) + np.array([math.radians(2.2), 0.0]), volts)
-    assert prediction.suppose(mirror.gaze(volts) + np.array([math.radians(0.1), 0.0]), volts)
+    assert not prediction.add_provisional(mirror.gaze(volts) + np.array([math.radians(2.2), 0.0]), volts)
+    assert prediction.add_provisional(mirror.gaze(volts) + np.array([math.radians(0.1), 0.0]), volts)
     assert not np.allclose(prediction.volts(np.array([0.1, 0.02])), before)
-    prediction.forget()
+    prediction.drop_provisional()
     assert np.allclose(prediction.volts(np.array([0.1, 0.02])), before)

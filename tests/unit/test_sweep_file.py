@@ -183,7 +183,7 @@ def test_the_plan_is_walked_in_a_serpentine_that_is_denser_at_the_rim() -> None:
 @pytest.mark.parametrize(("columns", "rows"), [(9, 9), (4, 5)])
 def test_by_hand_the_plan_is_walked_ring_by_ring_from_the_middle(columns: int, rows: int) -> None:
     plan = SweepPlan(columns=columns, rows=rows, spacing=NodeSpacing.EVEN)
-    order = plan.outward()
+    order = plan.outward_order()
     spread = plan.nodes_rad()[order] / [plan.half_width_rad, plan.half_height_rad] * [columns - 1, rows - 1]
     rings = np.abs(spread).max(axis=1)
 

@@ -70,7 +70,7 @@ def test_the_frames_at_rest_are_averaged() -> None:
 
     at_rest.fill(4)
 
-    mean = at_rest.means()[0]
+    mean = at_rest.mean_views()[0]
     assert at_rest.moved_px() < 0.05
     assert np.allclose(middle_px(mean), [70.0, 60.2], atol=0.03)
     assert mean.sigma_px == pytest.approx(at_rest.views[0].sigma_px / 2.0, rel=0.3)
@@ -95,5 +95,5 @@ def test_a_marker_that_was_covered_meanwhile_is_out() -> None:
     at_rest.fill(3)
 
     assert list(at_rest.views) == [0]
-    assert at_rest.means() == {}
+    assert at_rest.mean_views() == {}
     assert at_rest.moved_px() == math.inf  # nobody knows by how much

@@ -68,7 +68,7 @@ def _wait_for_markers(
     """Wait until the markers rest in the middle of the wide view of a rig that is turned by hand."""
     settings = TurnSettings()
     base = StationBase(pan_tilt, station, clock=clock, watch=watch, settings=settings)
-    base.ask(AHEAD)
+    base.request(AHEAD)
     HandTurnedBase(
         head=head,
         clock=clock,

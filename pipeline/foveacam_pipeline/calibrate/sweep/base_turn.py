@@ -1,4 +1,4 @@
-"""Turns the base until the target stands at a gaze and everything is at rest, or waits until somebody did."""
+"""Turning of the base until the target is at a gaze and at rest, by the pan-tilt's motors or by hand."""
 
 import math
 from collections.abc import Callable
@@ -27,15 +27,15 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 
 MOVED_SHARE = 0.25
-"""Of what counts as near: a rig that rests so far from where it rested was turned meanwhile."""
+"""Share of `near_rad` by which a rig must have moved between two rests to count as turned."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurnSettings:
-    """How the base comes to rest.
+    """Tolerances and waits of the base.
 
-    `near_rad`, `still_px`: what a rig turned by hand must keep. `beside_rad`: how far its scale may be off.
-    `begin_ms`: who is asked to turn it has begun by then, or sees no need to.
+    `near_rad`, `still_px`: tolerances of a rig turned by hand. `beside_rad`: maximum error of its scale.
+    `begin_ms`: time after which a rig that is near a gaze is measured although nobody turned it.
     """
 
     rest_ms: float = 50.0
@@ -70,11 +70,11 @@ class StationBase:
 
     @property
     def by_hand(self) -> bool:
-        """Whether somebody turns it."""
+        """Whether it is turned by hand."""
         return not self._pan_tilt.moves_itself
 
     def prepare(self) -> None:
-        """Let it come to rest; home it when nobody knows where it stands."""
+        """Wait until it is at rest; home it when its position is unknown."""
         self._check()
         self._wait("the pan-tilt's last move", timeout_ms=self._settings.home_ms)
         if not self.by_hand and not self._pan_tilt.state.homed:
@@ -82,27 +82,27 @@ class StationBase:
             self._until_homed()
 
     def turn_to(self, node_rad: NDArray[np.float64]) -> PanTiltPose | None:
-        """Turn until the target stands at a gaze, (2,) rad; return where the base then stands."""
+        """Turn until the target is at a gaze, (2,) rad; return the pose of the base."""
         self._check()
         self._pan_tilt.move_to(base_pose(node_rad, self._station.pose))
         self._wait("the pan-tilt's move", timeout_ms=self._settings.turn_ms)
         self._clock.sleep_until_ns(self._clock.now_ns() + round(self._settings.rest_ms * 1e6))
         return self._pan_tilt.state.pose
 
-    def ask(self, node_rad: NDArray[np.float64]) -> None:
-        """Tell whoever turns the base by hand which bearing is wanted."""
+    def request(self, node_rad: NDArray[np.float64]) -> None:
+        """Show the operator who turns the base by hand the pose for a gaze, (2,) rad."""
         self._check()
         self._asked_rad = node_rad
         self._pan_tilt.move_to(base_pose(node_rad + self._beside_rad, self._station.pose))
 
     def correct(self, missed_rad: NDArray[np.float64]) -> None:
-        """Ask again, for as much more as the target misses its gaze, (2,) rad; remembered for what follows.
+        """Add the target's error, (2,) rad, to this and all later requests, and repeat the request.
 
-        The zero of a tripod's scale is where somebody once set it.
+        The zero of a tripod's scale is arbitrary.
         """
         limit_rad = self._settings.beside_rad
         self._beside_rad = np.clip(self._beside_rad + missed_rad, -limit_rad, limit_rad)
-        self.ask(self._asked_rad)
+        self.request(self._asked_rad)
 
     def hold(self) -> None:
         """Stop it where it is."""
@@ -139,14 +139,14 @@ class StationBase:
 
 
 def _no_correction(missed_rad: NDArray[np.float64]) -> None:
-    """Ask for nothing more: the operator reads how much is missing."""
+    """Do nothing: the operator reads the error from the note."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HandTurnedBase:
-    """Watches the wide view while somebody turns the rig, until the target rests near a wanted gaze.
+    """Watches the wide view while the operator turns the rig, until the target rests near a wanted gaze.
 
-    `correct`: asked for more, by (2,) rad, when the target rests beside the first gaze.
+    `correct`: called with the error, (2,) rad, when the target rests beside the first gaze.
     """
 
     head: Head
@@ -158,14 +158,14 @@ class HandTurnedBase:
     correct: Callable[[NDArray[np.float64]], None] = _no_correction
 
     def wait_for(self, nodes_rad: NDArray[np.float64], *, done: int, total: int) -> int:
-        """Return which of the gazes, (n, 2) rad, the target rests near; the first is the one asked for.
+        """Return the index of the gaze, (n, 2) rad, near which the target rests; the first is the requested.
 
-        A rig that rests near one already has some time to be turned first: who was asked is about to.
+        A rig that already rests near a gaze is accepted only after `begin_ms`, to give the operator time.
         """
         middles: list[NDArray[np.float64]] = []
         last_seq = -1
         begun_ns, has_turned = self.clock.now_ns() + round(self.settings.begin_ms * 1e6), False
-        rested: NDArray[np.float64] | None = None  # where the target was before, or when more was asked for
+        rested: NDArray[np.float64] | None = None  # gaze at the start or at the last correction
         while True:
             raise_if_cancelled(self.watch, doing="the sweep")
             frame = self.head.wide(max_age_ms=0.0)
@@ -178,7 +178,7 @@ class HandTurnedBase:
             ).get(self.layout.wide_id)
             if found is None:
                 middles = []
-                self._say("no marker of the wide camera in view", nodes_rad[0], done, total)
+                self._report("no marker of the wide camera in view", nodes_rad[0], done, total)
                 continue
             middles = [*middles, middle_px(found)][-self.settings.still_frames :]
             gaze = self.wide.angles_rad(middles[-1][None])[0]
@@ -193,15 +193,15 @@ class HandTurnedBase:
             if still and turned and np.abs(nodes_rad[0] - gaze).max() <= self.settings.beside_rad:
                 rested = gaze
                 self.correct(nodes_rad[0] - gaze)
-            self._say(self._asked(gaze, nodes_rad[0], still=still), nodes_rad[0], done, total)
+            self._report(self._instruction(gaze, nodes_rad[0], still=still), nodes_rad[0], done, total)
 
     def _still(self, middles: list[NDArray[np.float64]]) -> bool:
         if len(middles) < self.settings.still_frames:
             return False
         return bool(np.ptp(np.array(middles), axis=0).max() <= self.settings.still_px)
 
-    def _asked(self, gaze: NDArray[np.float64], node: NDArray[np.float64], *, still: bool) -> str:
-        """Say how to turn: the target must move to the right by turning the rig to the left."""
+    def _instruction(self, gaze: NDArray[np.float64], node: NDArray[np.float64], *, still: bool) -> str:
+        """Return how to turn; turning the rig to the left moves the target to the right."""
         x, y = (node - gaze).tolist()
         aside = f"{degrees(abs(x))} to the {'left' if x > 0 else 'right'}"
         along = f"{degrees(abs(y))} {'up' if y > 0 else 'down'}"
@@ -211,6 +211,6 @@ class HandTurnedBase:
             else ("hold still")
         )
 
-    def _say(self, what: str, node: NDArray[np.float64], done: int, total: int) -> None:
+    def _report(self, what: str, node: NDArray[np.float64], done: int, total: int) -> None:
         wanted = f"({degrees(float(node[0]))}, {degrees(float(node[1]))})"
         self.watch.progress(done, total=total, note=f"wanted: the target at {wanted}; {what}")

@@ -1,10 +1,9 @@
-"""Brings one eye's marker to the middle of its image by PID; says when it is there, or why it never will be.
+"""PID control that centres one eye's marker in its image.
 
-The controller works in volts on the error that the image shows, in velocity form: it holds no integral beside
-its command, so that clamping the command at the limit is all the anti-windup there is to do.
-
-It ends well when the marker's middle is within `centred_px` of the image's centre on both axes (centred), or
-when an axis that is not stands at its limit and asks for more, with the whole marker in view (rim).
+The controller works in volts on the image error, in velocity form: it has no integral state besides its
+command, so clamping the command at the limit also prevents windup. It succeeds when the marker's middle is
+within `centred_px` of the image's centre on both axes (centred), or when an axis at its limit needs more
+volts, with the whole marker in view (rim).
 """
 
 import math
@@ -23,20 +22,20 @@ from foveacam_pipeline.calibrate.sweep.marker_observation import (
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose
 
 BEYOND = "beyond the volts"
+"""Beginning of the refusal of a gaze that needs more volts than are allowed."""
 SMALLER = "choose a smaller sweep"
-"""How the reason begins when a gaze would take more than is allowed."""
 LIMIT_RINGS = 4
-"""So many places are tried about a gaze that is beyond the volts."""
+"""Number of search positions about a gaze that is beyond the volts."""
 LIMIT_TOLERANCE_V = 0.02
-"""Closer to its limit an axis cannot be set: a few steps of the DAC."""
+"""Tolerance of an axis at its limit: a few steps of the DAC."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CentringSettings:
-    """The controller and its end. `proportional`, `integral`, `derivative`: shares of the error taken a look.
+    """Gains and limits. `proportional`, `integral`, `derivative`: shares of the error corrected in a look.
 
     `centred_px`: end condition on each axis, fovea px. `most_looks`: at one pose, search included.
-    `ring_rad`: how far apart the places of a search lie.
+    `ring_rad`: spacing of the search positions.
     """
 
     proportional: float = 0.05
@@ -50,7 +49,7 @@ class CentringSettings:
 
 
 class TwoAxisPid:
-    """Velocity-form PID of two axes; see the head of this file."""
+    """Velocity-form PID of two axes (see the module's docstring)."""
 
     def __init__(self, settings: CentringSettings, *, max_v: float) -> None:
         self._settings = settings
@@ -58,7 +57,7 @@ class TwoAxisPid:
         self._errors: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     def next(self, command_v: NDArray[np.float64], error_v: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the command, (2,) V, that follows on `command_v` under which `error_v` was seen."""
+        """Return the command, (2,) V, after `command_v`, under which `error_v` was measured."""
         before, earlier = self._errors or (error_v, error_v)
         s = self._settings
         change = (
@@ -70,12 +69,12 @@ class TwoAxisPid:
         return clamp_volts(command_v + change, self._max_v)
 
     def restart(self) -> None:
-        """Forget what was seen: the marker was lost."""
+        """Clear the errors, because the marker was lost."""
         self._errors = None
 
 
 class EyeCentring:
-    """One eye at one pose: told what each look saw, it says what to try next, until it is `done`."""
+    """Centring of one eye at one pose: each observation gives the next command, until it is `done`."""
 
     def __init__(
         self,
@@ -97,38 +96,38 @@ class EyeCentring:
         self._pid = TwoAxisPid(settings, max_v=max_v)
         self._doubtful = 0
         self._rings = 0
-        prediction.forget()
+        prediction.drop_provisional()
         self.command_v = clamp_volts(prediction.volts(wanted_rad), max_v)
 
     @property
     def done(self) -> bool:
-        """Whether it ended, one way or the other."""
+        """Whether it ended, with a result or a refusal."""
         return self.result is not None or self.refusal is not None
 
     def refuse(self, reason: str) -> None:
         """End without a result."""
         self.refusal = reason
 
-    def take(
+    def add_observation(
         self,
         sight: EyeObservation,
         gaze_rad: NDArray[np.float64] | None,
         *,
         asked_ns: int,
     ) -> None:
-        """Take what a look saw. `gaze_rad`: (2,) where the eye looks, None when nothing tells."""
+        """Add the observation of a look. `gaze_rad`: (2,) gaze of the eye, None when unknown."""
         self.looks += 1
         reason = rejection_reason(sight, self._settings.limits, asked_ns=asked_ns)
         if sight.view is None:
             self._search(sight, gaze_rad, str(reason))
         elif gaze_rad is not None:
             self._prediction.learn(gaze_rad, sight.volts_v)
-            self._close(sight, gaze_rad, reason)
+            self._centre(sight, gaze_rad, reason)
         if not self.done and self.looks >= self._settings.most_looks:
-            self.refuse(f"not centred after {self.looks} looks: {reason or self._far(sight)}")
+            self.refuse(f"not centred after {self.looks} looks: {reason or self._off_centre(sight)}")
 
-    def _close(self, sight: EyeObservation, gaze_rad: NDArray[np.float64], reason: str | None) -> None:
-        """Steer by a marker in view; end when it is where it should be, or cannot be brought there."""
+    def _centre(self, sight: EyeObservation, gaze_rad: NDArray[np.float64], reason: str | None) -> None:
+        """Steer by a marker in view; end when it is centred, or cannot be centred."""
         slope = self._prediction.slope(gaze_rad)
         error_rad = self._wanted_rad - gaze_rad
         error_v = slope @ error_rad
@@ -136,7 +135,7 @@ class EyeCentring:
         rad_per_px = math.hypot(*error_rad) / max(math.hypot(*offset_px), 1.0)
         tolerance_v = np.abs(np.diag(slope)) * self._settings.centred_px * rad_per_px
         centred = bool((np.abs(offset_px) <= self._settings.centred_px).all())
-        beyond = self._beyond(sight.volts_v, error_v)
+        beyond = self._axes_at_limit(sight.volts_v, error_v)
         command_v = self._pid.next(sight.volts_v, error_v)
         stays = np.abs(command_v - sight.volts_v).max() < LIMIT_TOLERANCE_V
         rim = bool(beyond.any() and (stays or (beyond | (np.abs(error_v) <= tolerance_v)).all()))
@@ -145,8 +144,8 @@ class EyeCentring:
         else:
             self.command_v = command_v
 
-    def _beyond(self, volts_v: NDArray[np.float64], error_v: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which axes stand at their limit and ask for more."""
+    def _axes_at_limit(self, volts_v: NDArray[np.float64], error_v: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return the (2,) mask of the axes that are at their limit and need more volts."""
         at_limit = np.abs(volts_v) >= self._max_v - LIMIT_TOLERANCE_V
         return np.asarray(at_limit & (np.sign(error_v) == np.sign(volts_v)))
 
@@ -160,21 +159,21 @@ class EyeCentring:
         self._doubtful += 1
         self.command_v = clamp_volts(sight.volts_v, self._max_v)  # as reported: rounded to codes
         if self._doubtful >= self._settings.most_doubtful:
-            self.refuse(f"{self._needs()}, and there {reason}; {SMALLER}" if rim else f"{reason}")
+            self.refuse(f"{self._needed_volts()}, and there {reason}; {SMALLER}" if rim else f"{reason}")
 
     def _search(self, sight: EyeObservation, gaze_rad: NDArray[np.float64] | None, reason: str) -> None:
-        """Go where the wide view says, or around in rings."""
+        """Command the gaze that the wide view gives, or the next search position."""
         self._pid.restart()
         if gaze_rad is not None and sight.others:
             self._prediction.learn(gaze_rad, sight.volts_v)
-        elif gaze_rad is not None and not self._prediction.suppose(gaze_rad, sight.volts_v):
+        elif gaze_rad is not None and not self._prediction.add_provisional(gaze_rad, sight.volts_v):
             gaze_rad = None
         wanted_v = self._prediction.volts(self._wanted_rad)
         command_v = clamp_volts(wanted_v, self._max_v)
         moved = float(np.abs(command_v - sight.volts_v).max())
         there = moved < LOCATED_SIGMA_V and gaze_rad is not None
         if np.abs(wanted_v - command_v).max() > 0.0 and (there or self._rings >= LIMIT_RINGS):
-            self.refuse(f"{self._needs()}, and at the limit {reason}; {SMALLER}")
+            self.refuse(f"{self._needed_volts()}, and at the limit {reason}; {SMALLER}")
             return
         if gaze_rad is None or there:
             aside = _ring_offset(self._rings) * self._settings.ring_rad
@@ -182,17 +181,17 @@ class EyeCentring:
             command_v = clamp_volts(self._prediction.volts(self._wanted_rad + aside), self._max_v)
         self.command_v = command_v
 
-    def _needs(self) -> str:
+    def _needed_volts(self) -> str:
         x, y = self._prediction.volts(self._wanted_rad).tolist()
         return f"{BEYOND}: the gaze would take ({x:.0f}, {y:.0f}) V, ±{self._max_v:g} V are allowed"
 
-    def _far(self, sight: EyeObservation) -> str:
+    def _off_centre(self, sight: EyeObservation) -> str:
         x, y = sight.offset_px.tolist()
         return f"the marker still is ({x:.0f}, {y:.0f}) px from the middle; check that the mirror follows"
 
 
 def _ring_offset(number: int) -> NDArray[np.float64]:
-    """Return the place of a number on square rings about the middle, nearest first, (2,)."""
+    """Return the (2,) position of a number on square rings about the middle, nearest first."""
     x = y = 0
     dx, dy = 0, -1
     for _ in range(number + 1):

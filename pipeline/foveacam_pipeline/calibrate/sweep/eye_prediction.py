@@ -1,7 +1,7 @@
-"""Which volts bring a mirror to a gaze, guessed from the looks taken so far. Only the sweep steers by it.
+"""Prediction of a mirror's volts for a gaze from the looks so far, for steering during the sweep alone.
 
-A Gaussian process about the nominal gain: good beside what was seen, sober far from it. The calibration that
-comes of a sweep is fitted elsewhere and knows nothing of this.
+It is a Gaussian process about the nominal gain, accurate near known gazes and nominal far from them. The
+calibration is fitted to the sweep without it.
 """
 
 import math
@@ -10,31 +10,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 REACH_RAD = 0.16
-"""Angles are counted in this unit: about what a mirror reaches."""
+"""Unit of angles: about the reach of a mirror."""
 OFFSET_V = 12.0
 LINEAR_V = 40.0
-"""How much gain and cross-coupling may add at the reach."""
+"""Prior standard deviation of gain and cross-coupling at the reach."""
 SATURATION_V = 25.0
-"""How much saturation may add, and over which part of the reach it changes."""
+"""Prior standard deviation of saturation; its length scale, as a share of the reach, follows."""
 SATURATION_LENGTH = 0.8
 MEASURED_SIGMA_V = 0.05
-"""What a gaze measured on a marker is good for."""
+"""Standard error of a gaze measured on a marker."""
 LOCATED_SIGMA_V = 1.0
-"""What a gaze read off the wide view is good for: about two of its pixels."""
+"""Standard error of a gaze found in the wide view: about two of its pixels."""
 KNOCKED_V, KNOCKED_SIGMAS = 1.0, 6.0
-"""A marker seen farther than this from where it was expected: the mount was knocked."""
+"""The mount was knocked when a marker is farther than this from its expected position."""
 BEFORE_KNOCK_SIGMA_V = 0.5
-"""What gazes from before a knock are good for once they are moved along: a roll is left in them."""
+"""Standard error of gazes from before a knock after they are shifted, because a roll remains."""
 MIN_KNOWN = 3
-"""So many gazes tell the gain; with fewer nothing is expected for sure."""
+"""Minimum number of gazes that determine the gain."""
 SURPRISE_V = 8.0
 SURPRISE_V_PER_RAD = math.degrees(4.0)
-"""A place in the wide view that is farther off than this from what was expected is another, alike."""
+"""A match in the wide view farther than this from the expected position is a similar, wrong one."""
 SLOPE_STEP_RAD = 1e-3
 
 
 class EyePrediction:
-    """Learns from pairs of gaze and volts; what is only supposed is forgotten once something is known."""
+    """Prediction from pairs of gaze and volts; provisional pairs are dropped once a measured one is added."""
 
     def __init__(self, rad_per_v: tuple[float, float]) -> None:
         self._nominal = np.array([1.0 / rad_per_v[0], 1.0 / rad_per_v[1]])
@@ -45,17 +45,17 @@ class EyePrediction:
 
     @property
     def count(self) -> int:
-        """How many pairs it has learnt from, supposed ones included."""
+        """Number of pairs, provisional ones included."""
         return len(self._gazes)
 
     def learn(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> None:
-        """Take note of a gaze, (2,) rad, that was measured on a marker under volts, (2,)."""
-        self.forget()
-        self._follow(gaze_rad, volts_v)
+        """Add a gaze, (2,) rad, that was measured on a marker under volts, (2,)."""
+        self.drop_provisional()
+        self._shift_after_knock(gaze_rad, volts_v)
         self._add(gaze_rad, volts_v, MEASURED_SIGMA_V)
 
-    def _follow(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> None:
-        """Move along what was learnt before the mount was knocked: else no volts would suit both."""
+    def _shift_after_knock(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> None:
+        """Shift the known pairs if a new one shows a knock of the mount; else no volts would fit both."""
         if self.count < MIN_KNOWN:
             return
         beside_v = volts_v - self.volts(gaze_rad)
@@ -73,16 +73,16 @@ class EyePrediction:
     def _matrix(self) -> NDArray[np.float64]:
         return np.asarray(_kernel(self._gazes, self._gazes) + np.diag(self._sigma_v**2))
 
-    def suppose(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> bool:
-        """Take note for now of a gaze read off the wide view; return False when it cannot be true."""
+    def add_provisional(self, gaze_rad: NDArray[np.float64], volts_v: NDArray[np.float64]) -> bool:
+        """Add a gaze found in the wide view provisionally; return False when it is implausible."""
         beside_v = float(np.abs(self.volts(gaze_rad) - volts_v).max())
         if beside_v > SURPRISE_V + SURPRISE_V_PER_RAD * self.nearest_rad(gaze_rad):
             return False
         self._add(gaze_rad, volts_v, LOCATED_SIGMA_V)
         return True
 
-    def forget(self) -> None:
-        """Forget what was supposed."""
+    def drop_provisional(self) -> None:
+        """Drop all provisional pairs."""
         known = self._sigma_v < LOCATED_SIGMA_V
         self._gazes, self._excess = self._gazes[known], self._excess[known]
         self._sigma_v, self._answer = self._sigma_v[known], None
@@ -94,7 +94,7 @@ class EyePrediction:
         self._answer = None
 
     def volts(self, gaze_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the volts for a gaze, (2,) each; they may be beyond what is allowed."""
+        """Return the volts for a gaze, (2,) each; they may exceed the limits."""
         nominal = np.asarray(self._nominal * gaze_rad, dtype=np.float64)
         if self.count == 0:
             return nominal
@@ -103,7 +103,7 @@ class EyePrediction:
         return np.asarray(nominal + (_kernel(gaze_rad[None], self._gazes) @ self._answer)[0])
 
     def slope(self, gaze_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (2, 2) volts a radian at a gaze; rows are the volts' axes."""
+        """Return the (2, 2) derivative of the volts at a gaze, V/rad; rows are the volts' axes."""
         columns = [
             (self.volts(gaze_rad + step) - self.volts(gaze_rad - step)) / (2.0 * SLOPE_STEP_RAD)
             for step in SLOPE_STEP_RAD * np.eye(2)
@@ -111,12 +111,12 @@ class EyePrediction:
         return np.column_stack(columns)
 
     def nearest_rad(self, gaze_rad: NDArray[np.float64]) -> float:
-        """Return how far the nearest gaze lies that it has learnt from, infinity when there is none."""
+        """Return the distance to the nearest known gaze, infinity when there is none."""
         apart = np.linalg.norm(self._gazes - gaze_rad, axis=1)
         return float(apart.min(initial=np.inf))
 
     def reach_rad(self, axis: int, max_v: float) -> float:
-        """Return what an axis would reach with its gain about the middle; it saturates, and reaches less."""
+        """Return the reach of an axis by its gain at the middle; saturation reduces the real reach."""
         return float(max_v / abs(self.slope(np.zeros(2))[axis, axis]))
 
 
@@ -133,5 +133,5 @@ def clamp_volts(volts_v: NDArray[np.float64], max_v: float) -> NDArray[np.float6
 
 
 def degrees(rad: float) -> str:
-    """Return an angle for a sentence."""
+    """Return an angle as text, in degrees."""
     return f"{math.degrees(rad):.2f}°"

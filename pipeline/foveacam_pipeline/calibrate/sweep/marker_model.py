@@ -1,7 +1,7 @@
-"""How a printed square marker looks through a blurring lens, and the fit of that to an image.
+"""Fit of a blurred image model of a printed square marker to all its pixels.
 
-Corners that are looked for one by one are drawn inwards by the blur (at an outer corner by some tenths of its
-sigma). Here all pixels decide together: a homography, the blur, black, and white that may slope.
+Corners that are located one by one are shifted inwards by the blur (at an outer corner by some tenths of its
+sigma). The unknowns here are a homography, the blur, the black level, and a white level with a slope.
 """
 
 from dataclasses import dataclass
@@ -16,31 +16,31 @@ from foveacam_pipeline.geometry.polynomial import least_squares
 
 Rows: TypeAlias = NDArray[np.float64]
 CELLS = 6
-"""Across a marker of the dictionary 4X4_50: four of code, one of border on both sides."""
+"""Cells across a marker of the dictionary 4X4_50: four of code, one of border on both sides."""
 HALF = CELLS / 2
 MARGIN_CELLS = 0.6
-"""How much of the white around it is looked at."""
+"""Width of the white margin that is fitted, cells."""
 LARGEST_SAMPLE = 3_000
 LARGEST_CANDIDATES = 40_000
 FLAT_SHARE = 0.1
-"""Of the pixels that show no edge, so many are looked at, for the light."""
+"""Share of the pixels away from edges that is fitted, for the light."""
 MAX_STEPS = 25
 CONVERGED_PX = 2e-3
 HUBER = 2.5
 HUBER_SHARE = 0.06
-"""Misfits below this share of the contrast are never doubted: at an edge the sensor's noise is larger."""
+"""Misfits below this share of the contrast keep full weight: at an edge the sensor's noise is larger."""
 COST_TOLERANCE = 1.0005
 BLUR_INDEX = 8
-"""The first parameters are the homography's, then the blur, then the light."""
+"""Index of the blur in the state: after the homography, before the light."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MarkerFit:
     """A fitted marker.
 
-    `cells_from_px`: (3, 3) from pixels to cells from its middle, -3 to 3. `blur_px`: sigma. `contrast`: white
-    less black, `white` and `noise`: grey levels; `noise` is what the fit leaves. `sigma_px`: standard error
-    of a corner. `pixels_px`, `misfit`: (n, 2) and (n,), where it was compared and what was left, grey levels.
+    `cells_from_px`: (3, 3) from pixels to cells from its middle, -3 to 3. `blur_px`: sigma. `contrast` (white
+    minus black), `white` and `noise` (of the residuals): grey levels. `sigma_px`: standard error of a corner.
+    `pixels_px`, `misfit`: (n, 2) and (n,), the fitted pixels and their residuals, grey levels.
     """
 
     cells_from_px: Rows
@@ -53,7 +53,7 @@ class MarkerFit:
     misfit: Rows
 
     def pixels_of(self, cells: Rows) -> Rows:
-        """Return where places on the marker appear: (n, 2) cells from its middle to (n, 2) px."""
+        """Return the (n, 2) px of points on the marker, (n, 2) cells from its middle."""
         rows = np.column_stack([cells, np.ones(len(cells))]) @ np.linalg.inv(self.cells_from_px).T
         return np.asarray(rows[:, :2] / rows[:, 2:], dtype=np.float64)
 
@@ -64,7 +64,7 @@ def outer_corners() -> Rows:
 
 
 def black_cells(marker_id: int) -> Rows:
-    """Return which cells are black, (6, 6) float64 of 0 and 1, rows from the top."""
+    """Return the (6, 6) float64 map of black cells, 1 where black, rows from the top."""
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
     printed = cv2.aruco.generateImageMarker(dictionary, marker_id, CELLS)
     return np.asarray(printed == 0, dtype=np.float64)
@@ -87,7 +87,7 @@ def fit_marker(
 ) -> MarkerFit:
     """Fit a marker to an image, (h, w), from its outer corners, (4, 2) px, known to about a blur's width.
 
-    Raise ValueError when the fit leaves the marker, which only happens where there is none.
+    Raise ValueError when the fit diverges from the marker, which happens only where there is none.
     """
     problem = _Problem(gray, corners_px, black, blur_px=blur_px)
     state = problem.start(blur_px)
@@ -142,7 +142,7 @@ class _Problem:
         near = (np.abs(cells - np.rint(cells)).min(axis=1)) * cell_px <= 3.0 * blur_px + 1.5
         share = np.where(near, min(1.0, LARGEST_SAMPLE / max(int(near.sum()), 1)), 0.0)
         share[~near] = FLAT_SHARE * share.max(initial=0.0)
-        # A seeded choice: a grid of its own would beat with the cells.
+        # A seeded random choice, because a regular grid would alias with the cells.
         chosen = np.random.default_rng(len(pixels)).random(len(pixels)) < share
         return np.asarray(pixels[chosen], dtype=np.float64)
 
@@ -155,7 +155,7 @@ class _Problem:
         )
 
     def linearised(self, state: Rows) -> tuple[Rows, Rows]:
-        """Return image less model, (n,), and the model's derivatives, (n, 13)."""
+        """Return the residuals, image minus model, (n,), and the model's derivatives, (n, 13)."""
         x, y = self._xy[:, 0], self._xy[:, 1]
         g = state[:8]
         below = 1.0 / (g[6] * x + g[7] * y + 1.0)
@@ -188,7 +188,7 @@ class _Problem:
         return self._values - state[9] - light * white, jacobian
 
     def moved_px(self, before: Rows, after: Rows) -> float:
-        """Return how far the farthest outer corner moves between two states."""
+        """Return the largest movement of an outer corner's coordinate between two states."""
         moved = self._outer_px(after) - self._outer_px(before)
         return float(np.abs(moved).max())
 
@@ -241,7 +241,7 @@ class _Problem:
 
 
 def _cover(place: Rows, blur: Rows) -> tuple[Rows, Rows, Rows]:
-    """Return how much of each cell of a row lies under a blurred point, (6, n), and its slopes by both."""
+    """Return (6, n) weights of the cells of a row at blurred points, and derivatives by both arguments."""
     sharpness = 1.0 / blur
     offset = np.multiply.outer(-np.arange(-HALF, HALF + 1.0), sharpness) + place * sharpness
     step = ndtr(offset)
@@ -251,12 +251,12 @@ def _cover(place: Rows, blur: Rows) -> tuple[Rows, Rows, Rows]:
 
 
 def _summed(one: Rows, other: Rows) -> Rows:
-    """Return the sum over cells of what two arrays (6, n) have in common, (n,)."""
+    """Return the (n,) sums over cells of the product of two arrays (6, n)."""
     return np.asarray(np.einsum("jn,jn->n", one, other), dtype=np.float64)
 
 
 def _candidates(x0: int, y0: int, x1: int, y1: int) -> Rows:
-    """Return the pixels of a rectangle, or of a large one a seeded choice, (n, 2)."""
+    """Return the (n, 2) pixels of a rectangle; of a large one, a seeded random choice."""
     width, count = x1 - x0 + 1, max(0, (x1 - x0 + 1) * (y1 - y0 + 1))
     index = np.arange(count)
     if count > LARGEST_CANDIDATES:
@@ -272,7 +272,7 @@ def _huber(residual: Rows, contrast: float) -> Rows:
 
 
 def _cost(residual: Rows) -> float:
-    """Return the sum of magnitudes, which no single covered corner can rule."""
+    """Return the sum of absolute residuals, which no single covered corner can dominate."""
     return float(np.abs(residual).sum())
 
 

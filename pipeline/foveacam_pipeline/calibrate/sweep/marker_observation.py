@@ -1,7 +1,7 @@
-"""One eye's look at its marker: where the eye gazed, and whether the sight of the marker may be used.
+"""Observation of one eye's marker in a look: the gaze of the eye, and the reasons to refuse the observation.
 
-A marker that is missing can still be missed by how much: the fovea, made as small as the wide view shows it,
-is found in the wide view.
+Where the marker is missing, the gaze is estimated by matching the fovea, reduced to the scale of the wide
+view, in the wide view.
 """
 
 import math
@@ -20,20 +20,20 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 
 MIN_SCORE = 0.55
-"""Correlation above which the place in the wide view counts as found."""
+"""Minimum correlation of a match in the wide view."""
 MIN_SCORE_LEAD = 0.05
-"""And by so much it must beat any other place."""
+"""Minimum lead of that correlation over any other position."""
 GUARD = 9
 FULL_LEVEL = 251.0
-"""White this near to the end of the scale is cut off there by its own noise."""
+"""White above this level is clipped by its noise."""
 WIDE_REDUCTION = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EyeObservation:
-    """What one eye saw in one look.
+    """Observation of one eye in one look.
 
-    `view`: of its own marker. `others`: the target's other markers, looked at when its own is missing.
+    `view`: of its own marker. `others`: the target's other markers, searched for when its own is missing.
     `volts_v`: (2,) in force. `image`: (h, w) or (h, w, 3) uint8.
     """
 
@@ -47,7 +47,7 @@ class EyeObservation:
 
     @property
     def offset_px(self) -> NDArray[np.float64]:
-        """(2,) from the image's centre to the marker's middle; only of a sight with a view."""
+        """(2,) from the image's centre to the marker's middle; raise ValueError without a view."""
         if self.view is None:
             raise ValueError("a sight without its marker has no offset")
         return middle_px(self.view) - centre_px(self.size)
@@ -55,7 +55,7 @@ class EyeObservation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MarkerLimits:
-    """What a usable sight of a marker must satisfy."""
+    """Limits of a usable observation of a marker."""
 
     blur_fovea_px: float = 4.0
     blur_wide_px: float = 2.0
@@ -68,7 +68,7 @@ def centre_px(size: tuple[int, int]) -> NDArray[np.float64]:
 
 
 def observe_eye(frame: Frame, layout: MarkerLayout) -> EyeObservation:
-    """Look for an eye's marker in its frame."""
+    """Return the observation of an eye's marker in its frame."""
     image = to_uint8(frame)
     shades, own = gray(image), layout.id_of(frame.role)
     found = find_markers(shades, side_m=layout.side_m, large=True, only=(own,))
@@ -104,7 +104,7 @@ def direction_rad(point_rig_m: NDArray[np.float64], eye_rig_m: NDArray[np.float6
 
 
 def turn_between(view: MarkerView, other: MarkerView) -> float:
-    """Return by how much one image shows a marker turned against another, rad, clockwise > 0."""
+    """Return the rotation of a marker in one image against another, rad, clockwise > 0."""
     one, two = (v.corners_px[1] + v.corners_px[2] - v.corners_px[0] - v.corners_px[3] for v in (view, other))
     return math.atan2(one[1], one[0]) - math.atan2(two[1], two[0])
 
@@ -118,10 +118,9 @@ def gaze_from_wide(
     zoom: float,
     turn_rad: float = 0.0,
 ) -> NDArray[np.float64] | None:
-    """Return the point of the target's plane, (3,) metres in the rig frame, at which an eye looks, roughly.
+    """Return the point of the target's plane at which an eye looks, (3,) m, rig frame, to two wide pixels.
 
-    `turn_rad`: by how much the eye's image is turned against the wide one. None when the wide view does not
-    show clearly where. Good to about two wide pixels.
+    `turn_rad`: rotation of the eye's image against the wide one. Return None when the match is not clear.
     """
     whole = cv2.resize(
         wide_gray, None, fx=1 / WIDE_REDUCTION, fy=1 / WIDE_REDUCTION, interpolation=cv2.INTER_AREA
@@ -142,7 +141,7 @@ def gaze_from_wide(
 
 
 def _shrunk(image: NDArray[np.uint8], scale: float, turn_rad: float) -> NDArray[np.uint8]:
-    """Return the middle of an image, smaller and turned upright, (h, w)."""
+    """Return the middle of an image, reduced and rotated upright, (h, w)."""
     height, width = image.shape[0] * scale, image.shape[1] * scale
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     across, down = math.cos(turn_rad), abs(math.sin(turn_rad))
@@ -154,7 +153,7 @@ def _shrunk(image: NDArray[np.uint8], scale: float, turn_rad: float) -> NDArray[
 
 
 def rejection_reason(sight: EyeObservation, limits: MarkerLimits, *, asked_ns: int) -> str | None:
-    """Return why a sight may not be used, in words; None when it may."""
+    """Return why an observation may not be used, in words; None when it may."""
     old_ms = (asked_ns - sight.t_ns) / 1e6
     if old_ms > limits.stale_ms:
         return f"stale: exposed {old_ms:.0f} ms before the look; check the camera's trigger and link"

@@ -1,7 +1,7 @@
-"""Where the target of three markers stands in the rig frame, from one wide view of it.
+"""Pose of the target of three markers in the rig frame, from one wide view of it.
 
-All corners of all markers decide together, by the printed layout. A tape may say how far it is: then the tape
-rules over the print's scale, and no direction changes.
+All corners of all markers are fitted together with the printed layout. A distance measured by tape replaces
+the scale of the print; directions do not change.
 """
 
 import math
@@ -19,9 +19,9 @@ from foveacam_pipeline.geometry.angles import tan_from_angles
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 LARGEST_MISFIT_WIDE_PX = 0.5
-"""A layout that leaves more (rms) is not the one that was printed."""
+"""Maximum rms residual; with a larger one the layout is not the printed one."""
 TAPE_TOLERANCE = 0.05
-"""Tape and print may differ by this share; beyond, one of them is wrong."""
+"""Maximum relative difference of tape and print."""
 MIN_MARKERS = 2
 
 
@@ -30,9 +30,8 @@ class TargetPose:
     """The plane of the target in the rig frame.
 
     `rotation`: (3, 3) rig_from_target; the target's x runs to the right and y down as printed. `middle_m`:
-    (3,) of the wide camera's marker, rig frame. `scale`: metres per printed metre, 1 unless a tape said
-    otherwise. `misfit_px`: rms of what the layout leaves, wide px. `distance_sigma_m`: standard error of
-    the distance.
+    (3,) of the wide camera's marker, rig frame. `scale`: metres per printed metre, 1 unless measured by tape.
+    `misfit_px`: rms residual of the layout, wide px. `distance_sigma_m`: standard error of the distance.
     """
 
     rotation: NDArray[np.float64]
@@ -48,7 +47,7 @@ class TargetPose:
         return float(np.linalg.norm(self.middle_m))
 
     def points_rig_m(self, places_m: NDArray[np.float64], role: Role) -> NDArray[np.float64]:
-        """Return places on a camera's marker, (n, 2) m from its middle as printed, in the rig, (n, 3) m."""
+        """Return points on a camera's marker, (n, 2) m from its middle as printed, as (n, 3) m, rig frame."""
         flat = self.scale * (places_m + self.layout.middle_m(role))
         return np.asarray(self.middle_m + flat @ self.rotation[:, :2].T, dtype=np.float64)
 
@@ -57,7 +56,7 @@ class TargetPose:
         return np.asarray(self.points_rig_m(np.zeros((1, 2)), role)[0])
 
     def at_distance(self, distance_m: float) -> "TargetPose":
-        """Return the target in the same directions, as far as a tape says; raise InvalidInput when absurd."""
+        """Return the target in the same directions at a taped distance; raise InvalidInput if implausible."""
         factor = distance_m / self.distance_m
         if not abs(factor - 1.0) <= TAPE_TOLERANCE:
             raise InvalidInput(
@@ -79,7 +78,7 @@ def locate_target(
     *,
     distance_m: float | None = None,
 ) -> TargetPose:
-    """Return where the target stands, from its markers in a wide view, by id; others are ignored.
+    """Return the pose of the target from its markers in a wide view, by id; others are ignored.
 
     Raise InvalidInput when fewer than two are seen, two are swapped, or the layout is not the printed one.
     """
@@ -103,7 +102,7 @@ def locate_target(
 
 
 def check_order(views: dict[int, MarkerView], layout: MarkerLayout) -> None:
-    """Raise InvalidInput naming the markers that stand in the wrong order, from left to right."""
+    """Raise InvalidInput naming markers that are in the wrong order, from left to right."""
     wanted = [layout.left_id, layout.wide_id, layout.right_id]
     seen = sorted(
         (marker_id for marker_id in wanted if marker_id in views), key=lambda k: float(middle_px(views[k])[0])

@@ -50,7 +50,7 @@ class MarkerLayout:
         return {Role.WIDE: self.wide_id, Role.LEFT: self.left_id, Role.RIGHT: self.right_id}[role]
 
     def role_of(self, marker_id: int) -> Role | None:
-        """Return whose marker an id is, None for a stranger's."""
+        """Return the camera of a marker's id, None for an unknown id."""
         return dict(zip(self.ids, (Role.WIDE, Role.LEFT, Role.RIGHT), strict=True)).get(marker_id)
 
     def middle_m(self, role: Role) -> NDArray[np.float64]:
@@ -64,10 +64,9 @@ class MarkerView:
     """One marker in one image, or the mean over several images of a scene at rest.
 
     `corners_px`: (k, 2) float64, raw pixels: the outer corners first (clockwise from the marker's own upper
-    left), then the cell corners inside. `places_m`: (k, 2) float64, where each of them is printed.
-    `sharpness`: 1 / px, the inverse of the sigma of the edges' blur. `complete`: every corner is in the
-    image, uncovered. `sigma_px`: standard error of a corner, from what the fit
-    leaves. `white_level`: of the paper, 0 to 255.
+    left), then the cell corners inside. `places_m`: (k, 2) float64, their printed positions. `sharpness`:
+    1 / px, the inverse of the sigma of the edges' blur. `complete`: every corner is in the image, uncovered.
+    `sigma_px`: standard error of a corner, from the residuals. `white_level`: of the paper, 0 to 255.
     """
 
     id: int
@@ -95,7 +94,7 @@ class MarkerView:
 def draw_markers(
     image: NDArray[np.uint8], views: list[MarkerView], *, accepted: bool, aim_px: NDArray[np.float64] | None
 ) -> NDArray[np.uint8]:
-    """Return a picture, (h/2, w/2, 3) uint8 RGB, with the markers' outlines and corners and where it aims."""
+    """Return the picture, (h/2, w/2, 3) uint8 RGB, with the markers' outlines and corners and the aim."""
     small = cv2.resize(image, None, fx=PICTURE_SCALE, fy=PICTURE_SCALE, interpolation=cv2.INTER_AREA)
     picture = cv2.cvtColor(small, cv2.COLOR_GRAY2RGB) if small.ndim == 2 else small.copy()
     colour = GREEN if accepted else AMBER

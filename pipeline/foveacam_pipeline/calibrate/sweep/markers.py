@@ -1,7 +1,7 @@
-"""Finds square markers (dictionary 4X4_50) in a grey image, all their corners to hundredths of a pixel.
+"""Detection of square markers (dictionary 4X4_50) in a grey image, with corners to hundredths of a pixel.
 
-`marker_model` does the measuring; here markers are found, looked at again at full size, and judged: which
-corners are really seen, how sharp they are.
+`marker_model` fits a marker; this module detects markers, refits them at full size, and rates them: which
+corners are visible, how sharp they are.
 """
 
 from collections.abc import Collection
@@ -23,7 +23,7 @@ from foveacam_pipeline.calibrate.sweep.marker_view import MarkerView
 
 SIDE_M = 0.060
 INSIDE_PX = 2.0
-"""A corner nearer to the image's edge cannot be told from one that is cut off."""
+"""Minimum distance of a corner from the image's edge; nearer ones may be cut off."""
 NEAR_CELLS = 0.45
 AGREE_SHARE = 0.2
 """Where the image differs from the model by more than this share of the contrast, a corner is covered."""
@@ -32,7 +32,8 @@ LEAST_CONTRAST = 12.0
 """Grey levels between black and white."""
 REDUCTION = 4
 MIN_DISTANCE_RATE = 0.02
-"""Of a marker's perimeter: with OpenCV's own 0.125 the rim of the white paper often hides its marker."""
+"""Share of a marker's perimeter: with OpenCV's default 0.125 the rim of the white paper often hides its
+marker."""
 
 
 def find_markers(
@@ -44,8 +45,8 @@ def find_markers(
 ) -> dict[int, MarkerView]:
     """Return the markers of a grey image, (h, w), by id.
 
-    `large`: they fill much of the image, as in a fovea: then it is enough to look for them at a quarter of
-    its size. `only`: other ids are not measured.
+    `large`: they fill much of the image, as in a fovea, so they are detected at a quarter of its size.
+    `only`: other ids are not measured.
     """
     found: dict[int, MarkerView] = {}
     reduced = _reduced(gray) if large else gray
@@ -61,12 +62,12 @@ def find_markers(
 
 
 def refind_marker(gray: NDArray[np.uint8], known: MarkerView, *, side_m: float = SIDE_M) -> MarkerView | None:
-    """Return a marker that stands where it stood in another image, to a pixel or so; None when it is gone."""
+    """Return a marker that has moved by at most a pixel since another image; None when it is gone."""
     return _view(gray, known.id, known.corners_px[:4], blur_px=known.blur_px, side_m=side_m)
 
 
 def mean_view(views: list[MarkerView]) -> MarkerView:
-    """Return the mean of views of one marker at rest: of the corners that all of them show."""
+    """Return the mean of views of one marker at rest, for the corners that all of them show."""
     shared = [
         place
         for place in map(tuple, views[0].places_m.tolist())
@@ -88,12 +89,12 @@ def mean_view(views: list[MarkerView]) -> MarkerView:
 
 
 def middle_px(view: MarkerView) -> NDArray[np.float64]:
-    """Return where the middle of a marker appears, (2,) px, by the homography of its corners."""
+    """Return the middle of a marker, (2,) px, by the homography of its corners."""
     return np.asarray(image_of(view, np.zeros((1, 2)))[0])
 
 
 def image_of(view: MarkerView, places_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where places on the marker's plane appear, (n, 2) metres to (n, 2) px."""
+    """Return the (n, 2) px of points on the marker's plane, (n, 2) metres."""
     scale_m = float(np.abs(view.places_m).max())
     matrix, _ = cv2.findHomography(view.places_m / scale_m, view.corners_px)
     rows = np.column_stack([places_m / scale_m, np.ones(len(places_m))]) @ np.asarray(matrix).T
@@ -188,7 +189,7 @@ def _inside(corners_px: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[
 
 
 def _uncovered(fit: MarkerFit, cells: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which corners look as they should, (n,)."""
+    """Return the (n,) mask of corners about which the image agrees with the model."""
     rows = np.column_stack([fit.pixels_px, np.ones(len(fit.pixels_px))]) @ fit.cells_from_px.T
     at = rows[:, :2] / rows[:, 2:]
     limit = AGREE_SHARE * fit.contrast + 3.0 * fit.noise

@@ -1,7 +1,6 @@
-"""What a sweep measured: at every pose the markers in all three views, and the volts.
+"""Measurements of a sweep: the markers in all three views and the volts at every pose.
 
-Nothing is fitted here: corners are raw pixels, so that any model can be fitted to them later. The file is
-`sweep_file`'s.
+Corners are raw pixels, so that any model can be fitted to them later. `sweep_file` reads and writes the file.
 """
 
 import re
@@ -14,10 +13,10 @@ from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepHeader:
-    """Of what, where and with what a sweep was made.
+    """Rig, station and settings of a sweep.
 
-    `*_serial`: of the cameras, "" when unknown. `*_size`: (width, height), px. `max_v`: the volts that the
-    mirrors were allowed.
+    `*_serial`: of the cameras, "" when unknown. `*_size`: (width, height), px. `max_v`: limit of the mirrors'
+    volts.
     """
 
     rig_id: str
@@ -38,7 +37,7 @@ class EyePose:
     """One eye at one pose: its own marker in its raw image.
 
     `volts_v`: (x, y) in force during the exposure. `centred`: the end condition was met. `rim`: the volts
-    were at their limit instead, the marker whole in view. `looks`: how many exposures it took.
+    were at their limit instead, the marker whole in view. `looks`: number of exposures.
     """
 
     volts_v: tuple[float, float]
@@ -52,9 +51,9 @@ class EyePose:
 class SweepPose:
     """One pose of the base. An eye without a result has a reason for it.
 
-    `node_rad`: the gaze (ax, ay) that was planned. `wide`: by id, means over several frames. `repeat`: 0 for
-    the pose of the plan itself, else which of the later or earlier visits to its node this is. `run`: the run
-    of the procedure in which it was measured; times are comparable within one run alone.
+    `node_rad`: the planned gaze (ax, ay). `wide`: by id, means over several frames. `repeat`: 0 for the
+    planned measurement of a node, else the number of a further visit. `run`: the run of the procedure in
+    which it was measured; times are comparable within one run alone.
     """
 
     index: int
@@ -70,7 +69,7 @@ class SweepPose:
     run: str = ""
 
     def eye(self, role: Role) -> EyePose | None:
-        """Return what an eye measured."""
+        """Return the measurement of an eye."""
         return {Role.LEFT: self.left, Role.RIGHT: self.right}[role]
 
     def refusal(self, role: Role) -> str | None:
@@ -79,7 +78,7 @@ class SweepPose:
 
     @property
     def eyes_measured(self) -> int:
-        """How many eyes have a result, 0 to 2."""
+        """Number of eyes with a result, 0 to 2."""
         return (self.left is not None) + (self.right is not None)
 
 
@@ -87,7 +86,7 @@ class SweepPose:
 class Sweep:
     """The poses measured so far at one station, by index.
 
-    `repeats`: nodes visited again, in the order of measuring: how the mounts drifted shows in them.
+    `repeats`: further visits to nodes, in the order of measuring, which show the drift of the mounts.
     """
 
     header: SweepHeader

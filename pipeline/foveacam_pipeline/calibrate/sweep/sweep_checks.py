@@ -1,6 +1,6 @@
-"""What a sweep must be like before anything is fitted to it: one rig, markers where they belong, live axes.
+"""Checks of sweeps before a fit: one rig and its cameras, the right markers, responding mirror axes.
 
-Every refusal names what was found and what to do; nothing is repaired in silence.
+Every refusal names what was found and what to do; nothing is repaired silently.
 """
 
 from collections import Counter
@@ -21,7 +21,7 @@ MIN_POSES = 30
 _FEWEST_FOR_AXES = 5
 _LEAST_SPAN_V = 20.0
 _THINNEST = 0.15
-"""Share of the longer axis of a cloud of poses, or of the livelier axis of a mirror."""
+"""Minimum ratio of the shorter to the longer axis of the poses, and of the two gains of a mirror."""
 
 
 def check_sweeps(sweeps: Sequence[Sweep], wide: Intrinsics, *, rig_id: str) -> None:
@@ -58,7 +58,7 @@ def check_sweeps(sweeps: Sequence[Sweep], wide: Intrinsics, *, rig_id: str) -> N
 
 
 def check_markers(sweep: Sweep) -> None:
-    """Raise when an eye looked at a marker that is not its own, or when the markers hang in another order."""
+    """Raise when an eye measured a marker that is not its own, or when the markers are in another order."""
     layout, station = sweep.header.layout, sweep.header.station.name
     for role in EYES:
         own = layout.id_of(role)
@@ -83,7 +83,7 @@ def check_markers(sweep: Sweep) -> None:
 
 
 def check_target(sweep: Sweep, poses: Sequence[TargetPose]) -> None:
-    """Raise when the target is not as far as its station says: then print or tape is of a wrong size."""
+    """Raise when the target's distance differs from its station's: print or tape is wrong."""
     layout, station = sweep.header.layout, sweep.header.station
     if station.distance_m is None:
         return
@@ -97,7 +97,7 @@ def check_target(sweep: Sweep, poses: Sequence[TargetPose]) -> None:
 
 
 def check_eye_seen(sweeps: Sequence[Sweep], role: Role, *, accepted: int) -> None:
-    """Raise when an eye has too few poses, with the reasons that were given most often."""
+    """Raise when an eye has too few poses, with the most frequent reasons."""
     if accepted >= MIN_POSES:
         return
     poses = sum(len(sweep.poses) for sweep in sweeps)
@@ -140,7 +140,7 @@ def check_spread(volts_v: NDArray[np.float64], *, role: Role) -> None:
 
 
 def _dead_axis(volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64]) -> str | None:
-    """Return the axis along which the gaze hardly follows the volts, though these were driven."""
+    """Return the axis along which the gaze does not follow the driven volts, None when both follow."""
     driven = np.column_stack([np.ones(len(volts_v)), volts_v])
     slopes = np.abs(np.diag(np.linalg.lstsq(driven, angles_rad, rcond=None)[0][1:]))
     span = np.ptp(volts_v, axis=0)

@@ -1,6 +1,6 @@
-"""Where the base goes during a sweep: to the gazes of the plan, as far as both eyes can follow.
+"""Course of the base during a sweep: to the gazes of the plan, as far as both eyes can follow.
 
-A pan-tilt stands a little crooked: by how much it missed the last gaze corrects the next one.
+The base's error at the last gaze corrects the next one, because a pan-tilt is mounted a little crooked.
 """
 
 import math
@@ -17,11 +17,11 @@ from foveacam_pipeline.calibrate.sweep.sweep_pose import EYES, PoseMeter
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 MAX_BASE_ERROR_RAD = math.radians(3.0)
-"""A pan-tilt that misses by more is not where it says, and nothing is corrected by that."""
+"""Maximum error of a pan-tilt that is used as a correction."""
 
 
 class SweepCourse:
-    """Turns the base by `turn_to`, measures there, and learns how far both eyes and the base reach."""
+    """Turns the base with `turn_to` and measures there, with the corrections learnt so far."""
 
     def __init__(
         self,
@@ -38,22 +38,22 @@ class SweepCourse:
         self._wide_id = wide_id
         self._approach_rad = approach_rad
         self._here = np.zeros(2)
-        self._lean = np.zeros(2)
+        self._base_error_rad = np.zeros(2)
 
     def measure(self, index: int, node_rad: NDArray[np.float64], target: TargetPose) -> SweepPose:
-        """Measure a pose of the plan; once more, less far out, when an eye was beyond its volts."""
+        """Measure a pose of the plan; repeat it less far out when an eye was beyond its volts."""
         for node in self._approach(node_rad):
-            self._measured_at(node, 0, node)
+            self._measure_at(node, 0, node)
         self._here = node_rad
-        pose = self._measured_at(self._meter.reachable(node_rad, target), index, node_rad)
-        nearer = self._meter.retreat(pose, target)
+        pose = self._measure_at(self._meter.reachable_gaze(node_rad, target), index, node_rad)
+        nearer = self._meter.retreat_gaze(pose, target)
         if nearer is None:
             return pose
-        again = self._measured_at(nearer, index, node_rad)
+        again = self._measure_at(nearer, index, node_rad)
         return again if again.eyes_measured >= pose.eyes_measured else pose
 
     def _approach(self, there: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-        """Return the steps to a far corner of the unknown, to learn on the way."""
+        """Return intermediate gazes on the way to a gaze far from all known ones."""
         far = 1.5 * self._approach_rad
         if all(self._meter.predictions[role].nearest_rad(there) <= far for role in EYES):
             return []
@@ -61,14 +61,14 @@ class SweepCourse:
         steps = math.ceil(float(np.linalg.norm(way)) / self._approach_rad)
         return [self._here + way * k / steps for k in range(1, steps)]
 
-    def _measured_at(
+    def _measure_at(
         self, gaze_rad: NDArray[np.float64], index: int, node_rad: NDArray[np.float64]
     ) -> SweepPose:
-        told = gaze_rad - self._lean
-        stands = self._turn_to(told)
-        pose = self._meter.measure(index, (float(node_rad[0]), float(node_rad[1])), stands)
+        requested = gaze_rad - self._base_error_rad
+        base = self._turn_to(requested)
+        pose = self._meter.measure(index, (float(node_rad[0]), float(node_rad[1])), base)
         if self._wide_id in pose.wide:
-            lean = self._wide.angles_rad(middle_px(pose.wide[self._wide_id])[None])[0] - told
-            if np.abs(lean).max() <= MAX_BASE_ERROR_RAD:
-                self._lean = lean
+            error = self._wide.angles_rad(middle_px(pose.wide[self._wide_id])[None])[0] - requested
+            if np.abs(error).max() <= MAX_BASE_ERROR_RAD:
+                self._base_error_rad = error
         return pose

@@ -1,6 +1,6 @@
 """The file of a sweep: JSON lines, the header, then one line a pose, each on disk before the next begins.
 
-A last line that was cut off (power, full disk) is left out and overwritten by whatever is appended next.
+A truncated last line (power, full disk) is ignored and overwritten by the next append.
 """
 
 import json
@@ -165,7 +165,7 @@ def save_sweep(sweep: Sweep, path: Path) -> None:
 
 
 def append_pose(path: Path, pose: SweepPose) -> None:
-    """Add one pose to the file of a sweep; what an interrupted append left behind is cut off first."""
+    """Append one pose to the file of a sweep, after cutting off the rest of an interrupted append."""
     with path.open("r+b") as stream:
         stream.truncate(_whole_bytes(path))
         stream.seek(0, os.SEEK_END)
@@ -175,7 +175,7 @@ def append_pose(path: Path, pose: SweepPose) -> None:
 
 
 def load_sweep(path: Path) -> Sweep:
-    """Read a sweep; the last measurement of a pose counts, and every visit that repeats one.
+    """Read a sweep: the last measurement of each pose, and every further visit to one.
 
     Raise InvalidInput naming file and line.
     """
@@ -229,7 +229,7 @@ def _parsed(path: Path, number: int, line: bytes, kind: type[_Known]) -> _Known:
 
 
 def _whole_bytes(path: Path) -> int:
-    """Return how many bytes of the file belong to whole lines."""
+    """Return the number of bytes of the file's whole lines."""
     content = path.read_bytes()
     return content.rfind(b"\n") + 1
 

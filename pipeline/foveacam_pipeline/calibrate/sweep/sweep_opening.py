@@ -1,4 +1,4 @@
-"""Before a sweep: straight ahead, do both mirrors answer on both axes, and will they reach far enough?"""
+"""Test of both mirrors straight ahead before a sweep: response on both axes, and sufficient reach."""
 
 import math
 
@@ -15,19 +15,19 @@ from foveacam_pipeline.calibrate.sweep.sweep_wide import WideMarkersAtRest
 
 AXES = ("x", "y")
 OVERHANG_RAD = math.radians(1.0)
-"""How far from an eye's middle its marker may still be whole in view, and count as a rim pose."""
+"""Maximum distance from an eye's middle at which its marker is whole in view and counts as a rim pose."""
 
 
 def probe_mirrors(meter: PoseMeter, settings: SweepSettings) -> WideMarkersAtRest:
-    """Find both markers straight ahead and try every axis; raise DeviceFault naming one that does not answer.
+    """Find both markers straight ahead and test every axis; raise DeviceFault naming one without response.
 
-    Raise InvalidInput when the target is not what was agreed: swapped markers, another layout, a wrong tape.
-    An eye whose marker is not found is left to the sweep, which refuses it pose by pose.
+    Raise InvalidInput when the target is wrong: swapped markers, another layout, a wrong tape. An eye whose
+    marker is not found is not tested; the sweep refuses it pose by pose.
     """
     at_rest = meter.look_wide()
     target = meter.locate(at_rest)
-    eyes, _ = meter.begin(at_rest)
-    meter.steer(
+    eyes, _ = meter.aim_eyes(at_rest)
+    meter.centre_eyes(
         eyes,
         at_rest,
         target,
@@ -48,7 +48,7 @@ def probe_mirrors(meter: PoseMeter, settings: SweepSettings) -> WideMarkersAtRes
 
 
 def check_volts(meter: PoseMeter, plan: SweepPlan, settings: SweepSettings) -> None:
-    """Raise OutOfRange when a mirror cannot reach what is planned, judged by its gain about the middle."""
+    """Raise OutOfRange when a mirror cannot reach the plan by its gain at the middle."""
     for role in EYES:
         if meter.predictions[role].count < 3:
             continue
@@ -71,8 +71,8 @@ def _gazes(
     at_rest.add(sighting.wide)
     gazes = {}
     for role in EYES:
-        sight = meter.sight(sighting, role)
-        gaze = meter.gaze(sight, at_rest, target)
+        sight = meter.observe(sighting, role)
+        gaze = meter.find_gaze(sight, at_rest, target)
         gazes[role] = gaze
         if gaze is not None and (sight.view is not None or sight.others):
             meter.predictions[role].learn(gaze, sight.volts_v)

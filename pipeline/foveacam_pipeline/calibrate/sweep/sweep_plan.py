@@ -1,4 +1,4 @@
-"""Which directions a sweep measures, and in which order."""
+"""The gazes of a sweep and their order, and the poses of the base for them."""
 
 import math
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ LARGEST_RAD = math.radians(30.0)
 
 
 class NodeSpacing(StrEnum):
-    """How the nodes of one axis lie."""
+    """Spacing of the nodes along one axis."""
 
     EVEN = "even"
     RIM = "rim"
-    """Denser towards the rim, where a polynomial is held by one side alone (Chebyshev-Lobatto nodes)."""
+    """Denser towards the rim, where a polynomial has samples on one side alone (Chebyshev-Lobatto nodes)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepPlan:
-    """A grid of gazes, 9 x 9 as in Sec. 3.2, walked row by row and back (serpentine).
+    """A grid of gazes, 9 x 9 as in Sec. 3.2, in serpentine order.
 
     `half_width_rad`, `half_height_rad`: the outermost ax and ay.
     """
@@ -48,14 +48,14 @@ class SweepPlan:
             )
 
     def nodes_rad(self) -> NDArray[np.float64]:
-        """Return the gazes (ax, ay) in the order in which motors take them, (n, 2) float64, rad."""
+        """Return the gazes (ax, ay) in the order for a motorised base, (n, 2) float64, rad."""
         across = _axis(self.columns, self.half_width_rad, self.spacing)
         down = _axis(self.rows, self.half_height_rad, self.spacing)
         rows = [[(x, y) for x in (across if i % 2 == 0 else across[::-1])] for i, y in enumerate(down)]
         return np.array([node for row in rows for node in row])
 
-    def outward(self) -> list[int]:
-        """Return the numbers of the gazes ring by ring from the middle: each tells of its neighbours."""
+    def outward_order(self) -> list[int]:
+        """Return the numbers of the gazes ring by ring from the middle, so that each predicts the next."""
         x, y = np.meshgrid(
             np.arange(self.columns) - (self.columns - 1) / 2.0, np.arange(self.rows) - (self.rows - 1) / 2.0
         )
@@ -72,14 +72,14 @@ def _axis(count: int, half_rad: float, spacing: NodeSpacing) -> NDArray[np.float
 
 
 def base_pose(node_rad: NDArray[np.float64], station: PanTiltPose) -> PanTiltPose:
-    """Return where the base must point for the target of a station to appear at the gaze (ax, ay), (2,) rad.
+    """Return the pose of the base at which a station's target appears at the gaze (ax, ay), (2,) rad.
 
-    The base turns by pan about a fixed upright axis and then tilts about its own level one, and the target of
-    the station stands straight ahead at the station's pose: pan' and tilt' follow from its ray.
+    The base pans about a fixed vertical axis and then tilts about its own horizontal one; the target is
+    straight ahead at the station's pose. Pan and tilt follow from the ray of the target.
     """
     ray = np.array([math.tan(float(node_rad[0])), math.tan(float(node_rad[1])), 1.0])
     x, y, z = (ray / np.linalg.norm(ray)).tolist()
-    # Ahead at the station: (cos t sin p, sin t, cos t cos p) in the base's upright frame.
+    # Ahead at the station: (cos t sin p, sin t, cos t cos p) in the base's vertical frame.
     height = math.sin(station.tilt_rad)
     tilt_rad = _tilt_for(y, z, height)
     forward = z * math.cos(tilt_rad) - y * math.sin(tilt_rad)
@@ -87,9 +87,9 @@ def base_pose(node_rad: NDArray[np.float64], station: PanTiltPose) -> PanTiltPos
 
 
 def _tilt_for(y: float, z: float, height: float) -> float:
-    """Return the tilt t for which a ray (., y, z) of the tilted frame has the upright component `height`.
+    """Return the tilt t for which a ray (., y, z) of the tilted frame has the vertical component `height`.
 
-    Tilting down by t: upright y = y cos t + z sin t.
+    Tilting down by t: vertical y = y cos t + z sin t.
     """
     length = math.hypot(y, z)
     if abs(height) > length:
@@ -100,7 +100,7 @@ def _tilt_for(y: float, z: float, height: float) -> float:
 
 
 def check_reach(plan: SweepPlan, station: PanTiltPose, limits: PanTiltLimits) -> None:
-    """Raise InvalidInput naming the first pose that the pan-tilt cannot take."""
+    """Raise InvalidInput naming the first pose that the pan-tilt cannot reach."""
     for ax_rad, ay_rad in plan.nodes_rad():
         pose = base_pose(np.array([ax_rad, ay_rad]), station)
         pan_fits = limits.pan_min_rad <= pose.pan_rad <= limits.pan_max_rad

@@ -1,4 +1,4 @@
-"""Measures one pose: the markers in the wide view at rest, and each eye's own marker in its middle.
+"""Measurement of one pose: the markers in the wide view at rest, and each eye's own marker centred.
 
 Both eyes share every exposure; each is accepted or refused by itself.
 """
@@ -42,14 +42,14 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 
 EYES = (Role.LEFT, Role.RIGHT)
 MARKER_HALF_SIZE = 0.62
-"""Half a marker that may be turned by some degrees, of its side."""
+"""Half the size of a marker that may be rotated by some degrees, over its side."""
 LARGEST_RETREAT_RAD = math.radians(2.5)
 MARGIN_SHARE = 0.8
-"""Share of the room beside a marker that a pose beyond the volts may use up."""
+"""Share of the margin beside a marker that a pose beyond the volts may use."""
 
 
 class PoseMeter:
-    """Measures poses of one station; what one look teaches about the mirrors, the next ones use."""
+    """Measures poses of one station; every look improves the prediction of the mirrors for the next ones."""
 
     def __init__(
         self,
@@ -74,19 +74,19 @@ class PoseMeter:
         self._before: dict[Role, NDArray[np.uint8]] = {}
 
     def look_wide(self) -> WideMarkersAtRest:
-        """Return the markers in a wide frame exposed from now on."""
+        """Return the markers in a wide frame exposed after this call."""
         return WideMarkersAtRest(
             self._head, self._clock, self._settings.layout, since_ns=self._clock.now_ns()
         )
 
     def locate(self, at_rest: WideMarkersAtRest) -> TargetPose:
-        """Return where the target stands; by tape when somebody measured."""
+        """Return the pose of the target, at the station's distance by tape if there is one."""
         return locate_target(
             at_rest.views, self._settings.layout, self._wide, distance_m=self._station.distance_m
         )
 
     def measure(self, index: int, node_rad: tuple[float, float], base: PanTiltPose | None) -> SweepPose:
-        """Measure a pose; once more when the rig moved meanwhile."""
+        """Measure a pose; repeat it when the rig moved meanwhile."""
         for _ in range(self._settings.most_restarts):
             pose, moved_px = self._measure_once(index, node_rad, base)
             if moved_px <= self._settings.still_px:
@@ -112,9 +112,9 @@ class PoseMeter:
         self, index: int, node_rad: tuple[float, float], base: PanTiltPose | None
     ) -> tuple[SweepPose, float]:
         at_rest = self.look_wide()
-        eyes, target = self.begin(at_rest)
+        eyes, target = self.aim_eyes(at_rest)
         if target is not None:
-            self.steer(eyes, at_rest, target)
+            self.centre_eyes(eyes, at_rest, target)
         at_rest.fill(self._settings.wide_frames)
         left, right = eyes[Role.LEFT], eyes[Role.RIGHT]
         self._show_wide(at_rest, accepted=left.result is not None and right.result is not None)
@@ -123,7 +123,7 @@ class PoseMeter:
             node_rad=node_rad,
             pan_tilt=base,
             t_ns=at_rest.frame.t_ns,
-            wide=at_rest.means(),
+            wide=at_rest.mean_views(),
             left=left.result,
             right=right.result,
             left_refusal=left.refusal,
@@ -131,8 +131,8 @@ class PoseMeter:
         )
         return pose, at_rest.moved_px()
 
-    def begin(self, at_rest: WideMarkersAtRest) -> tuple[dict[Role, EyeCentring], TargetPose | None]:
-        """Return the eyes, aimed at their markers; those whose marker the wide view lacks are refused."""
+    def aim_eyes(self, at_rest: WideMarkersAtRest) -> tuple[dict[Role, EyeCentring], TargetPose | None]:
+        """Return the eyes aimed at their markers; those whose marker is not in the wide view are refused."""
         try:
             target = self.locate(at_rest)
         except InvalidInput as error:
@@ -150,7 +150,7 @@ class PoseMeter:
                 eyes[role].refuse(reason)
         return eyes, target
 
-    def steer(
+    def centre_eyes(
         self,
         eyes: Mapping[Role, EyeCentring],
         at_rest: WideMarkersAtRest,
@@ -158,7 +158,7 @@ class PoseMeter:
         *,
         enough: Callable[[], bool] | None = None,
     ) -> None:
-        """Look and steer until both eyes are done, or there is `enough`."""
+        """Look and steer until both eyes are done, or `enough` returns True."""
         while not all(eye.done for eye in eyes.values()):
             if enough is not None and enough():
                 return
@@ -169,15 +169,15 @@ class PoseMeter:
             for role, eye in eyes.items():
                 if eye.done:
                     continue
-                sight = self.sight(sighting, role)
-                if self._frozen(sight):
+                sight = self.observe(sighting, role)
+                if self._is_frozen(sight):
                     eye.refuse("frozen: its camera repeats a picture; power the camera up again")
                     continue
-                eye.take(sight, self.gaze(sight, at_rest, target), asked_ns=asked_ns)
+                eye.add_observation(sight, self.find_gaze(sight, at_rest, target), asked_ns=asked_ns)
                 self._show_eye(sight, accepted=eye.result is not None)
 
     def look(self, commands_v: Mapping[Role, NDArray[np.float64]]) -> Sighting:
-        """Look with both eyes."""
+        """Return a look under commands, (2,) V for each eye."""
         left, right = (commands_v[role].tolist() for role in EYES)
         return self._head.look(
             StereoVolts(
@@ -185,18 +185,18 @@ class PoseMeter:
             )
         )
 
-    def sight(self, sighting: Sighting, role: Role) -> EyeObservation:
-        """Return what an eye saw of its marker in a look."""
+    def observe(self, sighting: Sighting, role: Role) -> EyeObservation:
+        """Return an eye's observation of its marker in a look."""
         frame = sighting.left if role is Role.LEFT else sighting.right
         layout = self._settings.layout
         sight = observe_eye(frame, layout)
         self.fovea_size = sight.size
         return sight
 
-    def gaze(
+    def find_gaze(
         self, sight: EyeObservation, at_rest: WideMarkersAtRest, target: TargetPose
     ) -> NDArray[np.float64] | None:
-        """Return where an eye looks, (2,) rad: by a marker of the target, else by the wide view, or None."""
+        """Return the gaze of an eye, (2,) rad, by a marker of the target, else by the wide view, or None."""
         layout = self._settings.layout
         seen = [view for view in (sight.view, *sight.others.values()) if view is not None]
         for view in seen:
@@ -212,48 +212,48 @@ class PoseMeter:
         )
         return None if found is None else direction_rad(found, self._eyes_m[sight.role])
 
-    def reachable(self, node_rad: NDArray[np.float64], target: TargetPose) -> NDArray[np.float64]:
+    def reachable_gaze(self, node_rad: NDArray[np.float64], target: TargetPose) -> NDArray[np.float64]:
         """Return a gaze, (2,) rad, or the nearest one at which both eyes keep their markers in view."""
         known = [
             role
             for role in EYES
             if self.predictions[role].nearest_rad(node_rad) < self._settings.approach_rad
         ]
-        room_rad = self._room_rad(target)
-        return node_rad + self._give_way(node_rad, dict.fromkeys(known, room_rad))
+        margin_rad = self._margin_rad(target)
+        return node_rad + self._inward_shift(node_rad, dict.fromkeys(known, margin_rad))
 
-    def retreat(self, pose: SweepPose, target: TargetPose) -> NDArray[np.float64] | None:
-        """Return a gaze that eyes refused beyond their volts just reach, (2,) rad, or None."""
-        node_rad, room_rad = np.array(pose.node_rad), self._room_rad(target)
+    def retreat_gaze(self, pose: SweepPose, target: TargetPose) -> NDArray[np.float64] | None:
+        """Return the nearest gaze that eyes refused beyond their volts can reach, (2,) rad, or None."""
+        node_rad, margin_rad = np.array(pose.node_rad), self._margin_rad(target)
         beyond = [role for role in EYES if (pose.refusal(role) or "").startswith(BEYOND)]
-        rooms = {role: np.zeros(2) if role in beyond else room_rad for role in EYES}
-        return node_rad + self._give_way(node_rad, rooms) if beyond else None
+        margins = {role: np.zeros(2) if role in beyond else margin_rad for role in EYES}
+        return node_rad + self._inward_shift(node_rad, margins) if beyond else None
 
-    def _room_rad(self, target: TargetPose) -> NDArray[np.float64]:
-        """Return how far beside an eye's middle its marker may be and still be whole in view, (2,) rad."""
+    def _margin_rad(self, target: TargetPose) -> NDArray[np.float64]:
+        """Return the distance from an eye's middle at which its marker is still whole in view, (2,) rad."""
         if self.fovea_size is None:
             return np.zeros(2)
         half_field = np.array(self.fovea_size) / (2.0 * self._settings.zoom * self._wide.fx_px)
         half_marker = MARKER_HALF_SIZE * self._settings.layout.side_m / target.distance_m
         return np.asarray(MARGIN_SHARE * np.maximum(half_field - half_marker, 0.0))
 
-    def _give_way(
-        self, node_rad: NDArray[np.float64], rooms_rad: Mapping[Role, NDArray[np.float64]]
+    def _inward_shift(
+        self, node_rad: NDArray[np.float64], margins_rad: Mapping[Role, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Return how far inward a gaze must give way for eyes to come within their room of it, (2,) rad."""
+        """Return the inward shift of a gaze that brings eyes within their margins of it, (2,) rad."""
         shift_rad = np.zeros(2)
-        for role, room_rad in rooms_rad.items():
+        for role, margin_rad in margins_rad.items():
             prediction = self.predictions[role]
             wanted_v = prediction.volts(node_rad)
             over_v = wanted_v - clamp_volts(wanted_v, self._settings.max_v)
-            give_rad = -np.linalg.solve(prediction.slope(node_rad), over_v)
-            give_rad -= np.clip(give_rad, -room_rad, room_rad)
-            shift_rad = np.where(np.abs(give_rad) > np.abs(shift_rad), give_rad, shift_rad)
+            own_rad = -np.linalg.solve(prediction.slope(node_rad), over_v)
+            own_rad -= np.clip(own_rad, -margin_rad, margin_rad)
+            shift_rad = np.where(np.abs(own_rad) > np.abs(shift_rad), own_rad, shift_rad)
         inward = np.clip(-np.sign(node_rad) * shift_rad, 0.0, LARGEST_RETREAT_RAD)
         return np.asarray(-np.sign(node_rad) * inward)
 
     def learn(self, pose: SweepPose) -> None:
-        """Learn from a pose that was measured before."""
+        """Improve the predictions with a pose that was measured before."""
         if self.fovea_size is None:
             return
         for role in EYES:
@@ -265,7 +265,7 @@ class PoseMeter:
                     pose.wide, self._settings.layout, self._wide, distance_m=self._station.distance_m
                 )
             except InvalidInput:
-                return  # where it looked is not known
+                return  # its gaze is not known
             point = gaze_on_target(eye.corners, self.fovea_size, target, role)
             self.predictions[role].learn(direction_rad(point, self._eyes_m[role]), np.array(eye.volts_v))
 
@@ -280,8 +280,8 @@ class PoseMeter:
         doubt = view_rejection_reason(at_rest.views[marker_id], most_px=most_px)
         return None if doubt is None else f"wide view: {doubt}"
 
-    def _frozen(self, sight: EyeObservation) -> bool:
-        """Return whether a picture is the one before, noise and all."""
+    def _is_frozen(self, sight: EyeObservation) -> bool:
+        """Return whether an image is identical to the one before, noise included."""
         before = self._before.get(sight.role)
         self._before[sight.role] = sight.image
         return before is not None and bool(np.array_equal(before, sight.image))

@@ -1,7 +1,7 @@
-"""Nodes that a sweep visits again, because the eyes' mounts drift while it lasts.
+"""Further visits to nodes of a sweep, from which the drift of the eyes' mounts is fitted.
 
 The middle of the field is measured before, during and after the sweep of a station; after the last station
-the rig returns to some nodes of the first one. What came of it is fitted elsewhere.
+the rig returns to some nodes of the first one.
 """
 
 import logging
@@ -24,7 +24,7 @@ from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cance
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 OUTER_SHARE = 0.7
-"""Share of the way from the middle to a corner of the field at which the outer nodes lie to return to."""
+"""Position of the outer revisited nodes, as a share of the way from the middle to a corner of the field."""
 CROSS = np.array([(0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
 logger = logging.getLogger(__name__)
@@ -36,7 +36,7 @@ def middle_node(plan: SweepPlan) -> int:
 
 
 def nodes_to_return_to(sweep: Sweep) -> list[int]:
-    """Return the indices of about five nodes, one in the middle and four out, that both eyes have centred."""
+    """Return the indices of about five nodes, in the middle and further out, that both eyes have centred."""
     known = [pose for pose in sweep.poses if all(eye and eye.centred for eye in (pose.left, pose.right))]
     if not known:
         return []
@@ -48,7 +48,7 @@ def nodes_to_return_to(sweep: Sweep) -> list[int]:
 
 
 def has_returned(sweeps: Sequence[Sweep]) -> bool:
-    """Return whether in the last run of these sweeps the rig has returned to nodes out in the field."""
+    """Return whether the rig has returned to the outer nodes in the last run of these sweeps."""
     last = max((pose.run for sweep in sweeps for pose in (*sweep.poses, *sweep.repeats)), default="")
     for sweep in sweeps:
         middle = {middle_node(sweep.header.plan)}
@@ -60,9 +60,9 @@ def has_returned(sweeps: Sequence[Sweep]) -> bool:
 
 @dataclass(slots=True, kw_only=True)
 class ReferenceVisits:
-    """The visits to the middle of the field during the sweep of one station.
+    """Visits to the middle of the field during the sweep of one station.
 
-    `every`: poses from one visit to the next, 0: none.
+    `every`: poses from one visit to the next, 0: no visits.
     """
 
     course: SweepCourse
@@ -75,7 +75,7 @@ class ReferenceVisits:
     _since: int = 0
 
     def visit_when_due(self, measured: int, *, last: bool) -> None:
-        """Measure the middle at the beginning, every so often, and after the last pose."""
+        """Measure the middle at the beginning, after every `every` poses, and after the last pose."""
         if self.every == 0 or not (measured == 0 or last or measured - self._since >= self.every):
             return
         self._since = measured
@@ -85,7 +85,7 @@ class ReferenceVisits:
 
 
 def add_visit(sweep: Sweep, pose: SweepPose, *, run: str, path: Path) -> Sweep:
-    """Write a visit down, unless both eyes were refused, and return the sweep with it."""
+    """Append a visit to the file, unless both eyes were refused, and return the sweep with it."""
     if pose.eyes_measured == 0:
         logger.info("visit to node %d: %s; %s", pose.index, pose.left_refusal, pose.right_refusal)
         return sweep
@@ -105,10 +105,10 @@ def return_to_nodes(
     folder: Path,
     settings: SweepSettings,
 ) -> tuple[SweepPose, ...]:
-    """Return to about five nodes of a station that was swept, and return what was seen there.
+    """Measure about five nodes of a station that was swept again, and return these visits.
 
     The visits are added to the sweep's file. Raise InvalidInput where there is no sweep, or it is of another
-    station, Cancelled when the watcher has had enough, and what the devices raise.
+    station, Cancelled when the watcher has cancelled, and the errors of the devices.
     """
     path = folder / sweep_filename(station)
     sweep = load_sweep(path)
@@ -143,7 +143,7 @@ def return_to_nodes(
             pose = next(pose for pose in sweep.poses if pose.index == index)
             node = np.array(pose.node_rad)
             if base.by_hand:
-                base.ask(node)
+                base.request(node)
                 by_hand.wait_for(node[None], done=done, total=len(indices))
                 again = meter.measure(index, pose.node_rad, None)
             else:

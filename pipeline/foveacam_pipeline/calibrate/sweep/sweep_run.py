@@ -45,7 +45,7 @@ logger = logging.getLogger(__name__)
 
 AHEAD = np.zeros(2)
 HALF_SIDE = 0.6
-"""Half a marker and a little white, of its side."""
+"""Half the size of a marker with some white, over its side."""
 
 
 def run_sweep(
@@ -62,9 +62,9 @@ def run_sweep(
 ) -> Sweep:
     """Sweep one station and return everything measured there, in this run and before it.
 
-    Raise Cancelled when the watcher has had enough, and the errors of what is refused: a plan that rig or
-    pan-tilt cannot take, swapped markers, a dead axis, an eye that is refused pose after pose. What was
-    measured lies in the sweep's file in `folder` in any case.
+    Raise Cancelled when the watcher has cancelled, and the errors of what is refused: a plan that rig or
+    pan-tilt cannot reach, swapped markers, a dead axis, an eye that is refused pose after pose. The
+    measurements are in the sweep's file in `folder` in any case.
     """
     check_plan(plan, station, wide, settings)
     if pan_tilt.moves_itself:
@@ -93,14 +93,14 @@ def run_sweep(
     )
     try:
         base.prepare()
-        sweep = run.opened(station, known, by_hand)
-        return run.measured(sweep, by_hand)
+        sweep = run.open_sweep(station, known, by_hand)
+        return run.measure_missing(sweep, by_hand)
     finally:
         base.hold()
 
 
 def check_plan(plan: SweepPlan, station: Station, wide: Intrinsics, settings: SweepSettings) -> None:
-    """Raise InvalidInput for a station without markers, or a pose that cuts them off in the wide view."""
+    """Raise InvalidInput for a station without markers, or a pose at which they leave the wide view."""
     if station.target is not StationTarget.MARKERS:
         raise InvalidInput(
             f"station {station.name!r} shows a {station.target}: a sweep needs one of markers; choose one"
@@ -133,13 +133,13 @@ class _SweepRun:
     course: SweepCourse
     _target: TargetPose = field(init=False)
 
-    def opened(self, station: Station, known: Sweep | None, by_hand: HandTurnedBase) -> Sweep:
-        """Look straight ahead, try the mirrors, and return the sweep to go on with."""
+    def open_sweep(self, station: Station, known: Sweep | None, by_hand: HandTurnedBase) -> Sweep:
+        """Look straight ahead, test the mirrors, and return the sweep to continue."""
         total = self.plan.columns * self.plan.rows
         done = total - len(_missing(known, range(total)))
         self.watch.progress(done, total=total, note="looking straight ahead, trying both mirrors")
         if self.base.by_hand:
-            self.base.ask(AHEAD)
+            self.base.request(AHEAD)
             by_hand.wait_for(AHEAD[None], done=done, total=total)
         else:
             self.base.turn_to(AHEAD)
@@ -161,7 +161,7 @@ class _SweepRun:
     def header(
         self, station: Station, wide_size: tuple[int, int], fovea_size: tuple[int, int]
     ) -> SweepHeader:
-        """Return what this run would write at the head of its file; sizes are (width, height), px."""
+        """Return the header of this run's file; sizes are (width, height), px."""
         settings = self.settings
         return SweepHeader(
             rig_id=settings.rig_id,
@@ -177,28 +177,28 @@ class _SweepRun:
             right_serial=settings.right_serial,
         )
 
-    def measured(self, sweep: Sweep, by_hand: HandTurnedBase) -> Sweep:
-        """Measure what is missing or was refused."""
+    def measure_missing(self, sweep: Sweep, by_hand: HandTurnedBase) -> Sweep:
+        """Measure the poses that are missing or were refused, and return the sweep."""
         nodes = self.plan.nodes_rad()
         poses = {pose.index: pose for pose in sweep.poses}
-        to_do = _missing(sweep, self.plan.outward() if self.base.by_hand else range(len(nodes)))
-        patience, begun = SingleEyeLimit(sweep, self.settings), len(to_do)
+        to_do = _missing(sweep, self.plan.outward_order() if self.base.by_hand else range(len(nodes)))
+        limit, begun = SingleEyeLimit(sweep, self.settings), len(to_do)
         references = self._references(sweep)
         if to_do:
             references.visit_when_due(0, last=False)
         while to_do:
             raise_if_cancelled(self.watch, doing="the sweep")
-            pose = replace(self._next(nodes, to_do, by_hand), run=self.settings.run)
+            pose = replace(self._measure_next(nodes, to_do, by_hand), run=self.settings.run)
             if pose.index not in poses or pose.eyes_measured >= poses[pose.index].eyes_measured:
                 append_pose(self.path, pose)
                 poses[pose.index] = pose
             self.watch.progress(len(nodes) - len(to_do), total=len(nodes), note=_pose_note(pose, len(nodes)))
-            patience.check(pose)
+            limit.check(pose)
             references.visit_when_due(begun - len(to_do), last=not to_do)
         return replace(references.known, poses=tuple(poses[k] for k in sorted(poses)))
 
     def _references(self, sweep: Sweep) -> ReferenceVisits:
-        """Return the visits to the middle; nobody is asked to turn a rig there by hand."""
+        """Return the visits to the middle; there are none for a rig turned by hand."""
         every = 0 if self.base.by_hand else self.settings.reference_rows * self.plan.columns
         return ReferenceVisits(
             course=self.course,
@@ -210,20 +210,22 @@ class _SweepRun:
             known=sweep,
         )
 
-    def _next(self, nodes: NDArray[np.float64], to_do: list[int], by_hand: HandTurnedBase) -> SweepPose:
-        """Measure one of the poses that are to do, and strike it off."""
+    def _measure_next(
+        self, nodes: NDArray[np.float64], to_do: list[int], by_hand: HandTurnedBase
+    ) -> SweepPose:
+        """Measure one of the poses of `to_do` and remove it from the list."""
         if not self.base.by_hand:
             index = to_do.pop(0)
             return self.course.measure(index, nodes[index], self._target)
-        gazes = np.array([self.meter.reachable(nodes[k], self._target) for k in to_do])
-        self.base.ask(gazes[0])
+        gazes = np.array([self.meter.reachable_gaze(nodes[k], self._target) for k in to_do])
+        self.base.request(gazes[0])
         done = len(nodes) - len(to_do)
         index = to_do.pop(by_hand.wait_for(gazes, done=done, total=len(nodes)))
         return self.meter.measure(index, (float(nodes[index][0]), float(nodes[index][1])), None)
 
 
 def check_same_sweep(known: SweepHeader, now: SweepHeader, path: Path) -> None:
-    """Raise InvalidInput naming what differs between the sweep on file and the one that is to go on."""
+    """Raise InvalidInput naming a difference between the sweep on file and the one that continues it."""
     for name in ("rig_id", "station", "layout", "plan", "wide_size", "fovea_size", "max_v"):
         before, wanted = getattr(known, name), getattr(now, name)
         if before != wanted:
@@ -241,7 +243,7 @@ def check_same_sweep(known: SweepHeader, now: SweepHeader, path: Path) -> None:
 
 
 def _missing(sweep: Sweep | None, order: Iterable[int]) -> list[int]:
-    """Return the nodes of `order` that were not measured yet, or refused to an eye."""
+    """Return the nodes of `order` that are not measured yet, or were refused for an eye."""
     whole = {pose.index for pose in sweep.poses if pose.eyes_measured == len(EYES)} if sweep else set()
     return [index for index in order if index not in whole]
 
@@ -259,10 +261,10 @@ def _pose_note(pose: SweepPose, total: int) -> str:
 
 
 class SingleEyeLimit:
-    """Ends a sweep that measures one eye only, with the reason.
+    """Ends a sweep in which one eye is refused again and again, with the reason.
 
-    An eye that was never measured is given up soon; one that was, or is only beyond its volts, after two rows
-    of poses: it may be the rim of the field that is out of its reach.
+    The limit is low for an eye that was never measured. It is two rows of poses for one that was, or is only
+    beyond its volts, because the rim of the field may be out of its reach.
     """
 
     def __init__(self, sweep: Sweep, settings: SweepSettings) -> None:

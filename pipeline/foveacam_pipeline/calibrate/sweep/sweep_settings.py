@@ -1,4 +1,4 @@
-"""What a sweep must be told of the rig, and how it goes about it."""
+"""Settings of a sweep: nominal data of the rig, and the limits of the procedure."""
 
 import math
 from dataclasses import dataclass, field
@@ -11,15 +11,15 @@ from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepSettings:
-    """The rig's name and limits, and the patience of the sweep.
+    """The rig's name and limits, and the limits of the sweep.
 
-    `rad_per_v` and `zoom` (fovea over wide, px) are guesses that the first looks correct. `wide_frames`:
-    averaged at a pose. `still_px`: how far a marker may stray meanwhile, wide px. `give_up_after`: poses that
-    refuse an eye before any has accepted it. `approach_rad`: longest step into the unknown; a longer way is
-    walked in steps. `probe_v`, `least_response`: the first step of each axis, and which share of the expected
-    turn must follow. `run`: names the run of the procedure, the same at all of its stations.
-    `reference_rows`: after so many rows the middle of the field is measured again, as before the first and
-    after the last one, because the mounts drift; 0: never.
+    `rad_per_v` and `zoom` (fovea over wide, px) are nominal and corrected by the first looks. `wide_frames`:
+    averaged at a pose. `still_px`: maximum movement of a marker meanwhile, wide px. `give_up_after`: number
+    of refused poses in a row of an eye that was never measured. `approach_rad`: longest step away from known
+    gazes; a longer way is divided into steps. `probe_v`, `least_response`: the test step of each axis, and
+    the share of the expected turn that must follow. `run`: names the run of the procedure, the same at all of
+    its stations. `reference_rows`: after so many rows the middle of the field is measured again, as before
+    the first and after the last one, because the mounts drift; 0: never.
     """
 
     rig_id: str
@@ -45,5 +45,5 @@ class SweepSettings:
     centring: CentringSettings = field(default_factory=CentringSettings)
 
     def eye_x_m(self, role: Role) -> float:
-        """Return where an eye's reference point lies on the baseline."""
+        """Return the x of an eye's reference point on the baseline, m."""
         return -0.5 * self.baseline_m if role is Role.LEFT else 0.5 * self.baseline_m

@@ -1,4 +1,4 @@
-"""The wide camera's part of a pose: several frames of the markers at rest, and their mean."""
+"""Wide frames of a pose: several frames of the markers at rest, and their mean."""
 
 import math
 
@@ -14,7 +14,7 @@ MAX_READS = 20
 
 
 class WideMarkersAtRest:
-    """Frames exposed after a moment, all of which must show the markers at one place."""
+    """Frames exposed after a moment, all of which must show the markers at the same position."""
 
     def __init__(self, head: Head, clock: Clock, layout: MarkerLayout, *, since_ns: int) -> None:
         self._head = head
@@ -35,7 +35,7 @@ class WideMarkersAtRest:
         return self.gray.shape[1], self.gray.shape[0]
 
     def add(self, frame: Frame) -> None:
-        """Take another frame, unless it was taken already; a marker that it does not show is out."""
+        """Add a frame, unless it was added already; a marker that it does not show is dropped."""
         if frame.seq == self._last.seq or _begin_ns(frame) < self._since_ns:
             return
         self._last = frame
@@ -49,7 +49,7 @@ class WideMarkersAtRest:
                 series.append(again)
 
     def fill(self, frames: int) -> None:
-        """Wait for more frames until there are so many."""
+        """Read frames until there are so many; raise Timeout when the camera repeats one."""
         for _ in range(MAX_READS):
             if self._frames >= frames:
                 return
@@ -58,7 +58,7 @@ class WideMarkersAtRest:
         raise Timeout("wide camera: it delivers the same frame again and again; check that it runs freely")
 
     def moved_px(self) -> float:
-        """Return how far a marker strayed from its mean over the frames, wide px; infinite: all were lost."""
+        """Return the largest movement of a marker from its mean, wide px; infinite when all were lost."""
         if self.views and not self._series:
             return math.inf
         spreads = [0.0]
@@ -67,7 +67,7 @@ class WideMarkersAtRest:
             spreads.append(float(np.abs(middles - middles.mean(axis=0)).max()))
         return max(spreads)
 
-    def means(self) -> dict[int, MarkerView]:
+    def mean_views(self) -> dict[int, MarkerView]:
         """Return the markers by id, the mean over the frames."""
         return {marker_id: mean_view(series) for marker_id, series in self._series.items()}
 
