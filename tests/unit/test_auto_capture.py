@@ -16,9 +16,9 @@ def _view(x_m: float = 0.0, *, seed: int = 0, noise_px: float = 0.02) -> BoardVi
 
 
 def _offer(
-    capture: AutoCapture, view: BoardView | None, *, lacks: bool = True, t_s: float = 0.0
+    capture: AutoCapture, view: BoardView | None, *, is_new: bool = True, t_s: float = 0.0
 ) -> AutoCaptureVerdict:
-    return capture.offer(view, t_ns=round(t_s * 1e9), exact=lambda: view, lacks=lambda _: lacks)
+    return capture.add_image(view, t_ns=round(t_s * 1e9), exact=lambda: view, is_new=lambda _: is_new)
 
 
 def test_a_board_held_still_is_taken_as_the_mean_of_three_images() -> None:
@@ -53,7 +53,7 @@ def test_a_board_that_creeps_while_it_is_held_is_not_taken() -> None:
 
 def test_what_adds_nothing_is_not_taken() -> None:
     capture = AutoCapture(frames=1)
-    assert [_offer(capture, _view(), lacks=False).state for _ in range(3)][-1] == "nothing new"
+    assert [_offer(capture, _view(), is_new=False).state for _ in range(3)][-1] == "nothing new"
 
 
 def test_a_lost_board_begins_anew() -> None:

@@ -28,9 +28,9 @@ def test_a_tilt_is_named_by_the_side_that_is_nearer(turn_rad: tuple[float, float
     depth_of_first_corner = (pose.rotation @ [-1.0, -1.0, 0.0])[2]  # the first corner is left and above
     if tilt != "frontal":
         assert (depth_of_first_corner < 0.0) == (tilt in ("top nearer", "left side nearer"))
-    attitude = pose_of_view(board_view(BOARD, pose))
-    assert attitude.tilt == tilt
-    assert attitude.tilt_rad == pytest.approx(math.hypot(*turn_rad[:2]), abs=0.02)
+    found = pose_of_view(board_view(BOARD, pose))
+    assert found.tilt == tilt
+    assert found.tilt_rad == pytest.approx(math.hypot(*turn_rad[:2]), abs=0.02)
 
 
 def test_a_board_in_one_corner_covers_only_that() -> None:
@@ -43,6 +43,6 @@ def test_a_board_in_one_corner_covers_only_that() -> None:
 
 def test_the_same_view_again_adds_nothing_but_a_tilted_one_does() -> None:
     covering = CoverageTracker([board_view(BOARD, Pose(place_m=(0.0, 0.0, 1.0)))])
-    assert not covering.lacks(board_view(BOARD, Pose(place_m=(0.002, 0.0, 1.0)), noise_px=0.05))
-    assert covering.lacks(board_view(BOARD, Pose(place_m=(0.0, 0.0, 1.05), turn_rad=(0.3, 0.0, 0.0))))
-    assert covering.lacks(board_view(BOARD, Pose(place_m=(0.2, 0.0, 1.4))))
+    assert not covering.is_new(board_view(BOARD, Pose(place_m=(0.002, 0.0, 1.0)), noise_px=0.05))
+    assert covering.is_new(board_view(BOARD, Pose(place_m=(0.0, 0.0, 1.05), turn_rad=(0.3, 0.0, 0.0))))
+    assert covering.is_new(board_view(BOARD, Pose(place_m=(0.2, 0.0, 1.4))))

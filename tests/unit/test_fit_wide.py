@@ -130,7 +130,7 @@ ALIKE = [Pose(place_m=(x, y, 1.5), turn_rad=(0.4, 0.3, 0.0)) for x in (-0.1, 0.1
         (FAR, "show the board in every corner"),
         (ALIKE, "they are too alike"),
     ],
-    ids=["few", "frontal", "one place", "one attitude"],
+    ids=["few", "frontal", "one place", "one tilt"],
 )
 def test_views_that_cannot_tell_the_lens_are_refused_with_the_remedy(poses: list[Pose], remedy: str) -> None:
     with pytest.raises(InvalidInput, match=remedy):

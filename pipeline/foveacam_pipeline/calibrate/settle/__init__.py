@@ -1,1 +1,1 @@
-"""How fast each mirror axis comes to rest."""
+"""Settling of the mirrors: how fast each axis comes to rest after a step."""

@@ -1,7 +1,7 @@
-"""How fast the mirrors come to rest: pictures at growing delays after a step, against the settled one.
+"""Measurement of the mirrors' settling: images at increasing delays after a step, against the settled image.
 
-Both eyes are stepped together, one axis at a time, from a settled pose; with the drive filter as it is for
-the settle time, and wide open for the mirror's own resonance. Exposure, filter and pose are put back.
+Both eyes are stepped together, one axis at a time, from a settled pose: with the drive filter in normal use
+for the settle time, and wide open for the mirror's own resonance. Exposure, filter and pose are restored.
 """
 
 import math
@@ -30,12 +30,12 @@ from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import EYES
 
 STILL_PX = 0.5
-"""A mirror that is so near to rest from some delay on is taken for settled there."""
+"""A mirror counts as settled from the delay on after which it stays this near to rest."""
 FIRST_US = 500
 REST_LOOKS = 4
 MIN_STEP_PX = 60.0
 SEARCH_SHARE = 0.3
-"""Half a step moves the picture by at most this share of its size."""
+"""Search range for half a step, as a share of the image size."""
 DEFAULT_SETTINGS = SettleSettings()
 DOING = "measuring how the mirrors settle"
 
@@ -52,15 +52,15 @@ def characterise_settling(
 ) -> SettleReport:
     """Measure all four axes.
 
-    `before`: how the foveae were exposed, to be put back; without it the exposure seen in a frame is, with
-    no gain. Raise DeviceFault when a mirror does not move, or when the scene shows too little.
+    `before`: camera settings of the foveae to restore; without it, the exposure of a frame is restored, with
+    no gain. Raise DeviceFault when a mirror does not move, or when the scene has too little texture.
     """
-    bench = _SettleRun(head, settings, clock=clock, watch=watch or SilentWatcher())
+    run = _SettleRun(head, settings, clock=clock, watch=watch or SilentWatcher())
     with _short_exposures(head, settings, before):
-        steps = {axis: bench.step(axis) for axis in settings.axes}
-        normal = {axis: bench.watched(steps[axis]) for axis in settings.axes}
+        steps = {axis: run.measure_step(axis) for axis in settings.axes}
+        normal = {axis: run.trace_settling(steps[axis]) for axis in settings.axes}
         with _filters_open(head, settings) as low_pass_hz:
-            ringing = {axis: bench.ringing(steps[axis]) for axis in settings.axes}
+            ringing = {axis: run.trace_ringing(steps[axis]) for axis in settings.axes}
     head.look(settings.centre)
     axes = [
         _axis_settle(role, steps[axis], normal[axis][role], ringing[axis][role], settings)
@@ -80,14 +80,14 @@ def characterise_settling(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _StepEnd:
-    """One end of a step, at rest: what each eye sees there, and where what was there before appears, px."""
+    """One end of a step, at rest: each eye's settled image, and the image motion towards it, px."""
 
     volts: StereoVolts
     references: dict[Role, SettledPicture]
     way_px: dict[Role, NDArray[np.float64]]
 
-    def left(self, sighting: Sighting) -> dict[Role, float]:
-        """Return how far each eye is from this end, as a share of the step; NaN where nobody knows."""
+    def remaining(self, sighting: Sighting) -> dict[Role, float]:
+        """Return each eye's distance from this end as a share of the step; NaN where it is unknown."""
         found = {}
         for role in EYES:
             shift = self.references[role].shift(_picture(sighting, role))
@@ -99,7 +99,7 @@ class _StepEnd:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Step:
-    """One axis of both eyes: its two ends, how long the step is in each eye, and the noise of a place, px."""
+    """A step of one axis of both eyes: its two ends, its length in each eye and the position noise, px."""
 
     axis: str
     ends: tuple[_StepEnd, _StepEnd]
@@ -108,7 +108,7 @@ class _Step:
 
 
 class _SettleRun:
-    """The looks of one characterisation; every look starts from rest at the other end of the step."""
+    """The looks of one measurement; every look starts from rest at the other end of the step."""
 
     def __init__(
         self, head: Head, settings: SettleSettings, *, clock: Clock, watch: ProcedureWatcher
@@ -120,12 +120,12 @@ class _SettleRun:
         self._done = 0
         self._at_first = False
         self._begins_us: dict[int, float] = {}
-        """From the command to the start of the exposure, by the delay that was asked for."""
+        """Time from the command to the start of the exposure, by the requested delay."""
         rough = len(list(_doubling_delays(FIRST_US, settings.longest_us)))
         self._total = len(settings.axes) * (rough + settings.delays + settings.ringing_delays)
 
-    def step(self, axis: str) -> _Step:
-        """Measure the step itself, half by half so that every picture overlaps the next."""
+    def measure_step(self, axis: str) -> _Step:
+        """Measure the step itself in two halves, so that every image overlaps the next."""
         settings = self._settings
         volts = [offset_volts(settings.centre, axis, share * settings.step_v) for share in (-0.5, 0.0, 0.5)]
         sightings = [self._rest(each) for each in volts]
@@ -142,14 +142,14 @@ class _SettleRun:
             for at, sighting, sign in ((volts[0], sightings[0], -1.0), (volts[2], sightings[2], 1.0))
         )
         step_px = {role: float(np.linalg.norm(ways[role])) for role in EYES}
-        at_rest = [last.left(self._rest(last.volts)) for _ in range(REST_LOOKS)]
+        at_rest = [last.remaining(self._rest(last.volts)) for _ in range(REST_LOOKS)]
         noise_px = {
             role: step_px[role] * float(np.std([each[role] for each in at_rest], ddof=1)) for role in EYES
         }
         return _Step(axis=axis, ends=(first, last), step_px=step_px, noise_px=noise_px)
 
-    def watched(self, step: _Step) -> dict[Role, StepTrace]:
-        """Follow a step with the filter as it is: first roughly, then finely up to where nothing moves."""
+    def trace_settling(self, step: _Step) -> dict[Role, StepTrace]:
+        """Trace a step with the filter in normal use: first coarsely, then finely until nothing moves."""
         longest_us = self._settings.longest_us
         rough = [0, *_doubling_delays(FIRST_US, longest_us)]
         self._begin(step)
@@ -161,10 +161,10 @@ class _SettleRun:
         seen |= {delay: self._after(step, delay) for delay in fine if delay not in seen}
         return self._traces(step, seen)
 
-    def ringing(self, step: _Step) -> dict[Role, StepTrace]:
-        """Follow a step closely, with the filter wide open."""
+    def trace_ringing(self, step: _Step) -> dict[Role, StepTrace]:
+        """Trace a step at short delays, with the filter wide open."""
         count, end_us = self._settings.ringing_delays, self._settings.ringing_us
-        spread = np.linspace(0.0, 1.0, count) ** 1.6  # densely first: what is damped is over soon
+        spread = np.linspace(0.0, 1.0, count) ** 1.6  # densest at first, because damped motion ends soon
         delays = np.unique((spread * end_us).round().astype(int)).tolist()
         self._begin(step)
         return self._traces(step, {delay: self._after(step, delay) for delay in delays})
@@ -186,12 +186,12 @@ class _SettleRun:
         self._at_first = True
 
     def _after(self, step: _Step, delay_us: int) -> dict[Role, float]:
-        """Step to the other end, look `delay_us` later, and wait there for the next."""
+        """Step to the other end, look `delay_us` later, and wait there until all is at rest."""
         raise_if_cancelled(self._watch, doing=DOING)
         end = step.ends[1 if self._at_first else 0]
         sighting = self._head.look(end.volts, settle_us=delay_us)
         self._begins_us[delay_us] = delay_us + sighting.exposure_after_trigger_ns / 1e3
-        left = end.left(sighting)
+        left = end.remaining(sighting)
         self._at_first = not self._at_first
         self._wait()
         self._done += 1
@@ -245,7 +245,7 @@ def _axis_settle(
 
 
 def _measure_step_px(pictures: list[NDArray[np.uint8]], role: Role, axis: str) -> NDArray[np.float64]:
-    """Return where the first picture shows what the last shows in its middle, px from there."""
+    """Return the (2,) px from the middle of the last picture to the same scene in the first one."""
     way = np.zeros(2)
     for before, after in pairwise(pictures):
         search_px = np.array(after.shape[::-1]) * SEARCH_SHARE
@@ -267,7 +267,7 @@ def _measure_step_px(pictures: list[NDArray[np.uint8]], role: Role, axis: str) -
 
 @contextmanager
 def _short_exposures(head: Head, settings: SettleSettings, before: CameraSettings | None) -> Iterator[None]:
-    """Expose shortly, and as before again afterwards."""
+    """Expose shortly, and restore the exposure afterwards."""
     if before is None:
         frame = head.look(settings.centre).left
         before = CameraSettings(exposure_ns=frame.exposure_ns)
@@ -280,7 +280,7 @@ def _short_exposures(head: Head, settings: SettleSettings, before: CameraSetting
 
 @contextmanager
 def _filters_open(head: Head, settings: SettleSettings) -> Iterator[int]:
-    """Open the drive filters, and set them as before again; yield the cut-off before, Hz."""
+    """Open the drive filters, and restore them afterwards; yield the former cut-off, Hz."""
     before_hz = head.set_low_pass(settings.wide_open_hz)
     try:
         yield before_hz

@@ -23,24 +23,24 @@ EXPOSURE_PARTS = 7
 FREQUENCIES_HZ = np.geomspace(250.0, 5000.0, 120)
 QUALITIES = (0.8, 2.0, 5.0, 15.0, 50.0)
 MIN_QUALITY = 0.75
-"""A quality below this swings over by less than can be told from a slower filter."""
+"""Below this quality the overshoot cannot be distinguished from a slower filter."""
 MIN_GAIN = 4.0
-"""Without the mode the data must be explained so many times worse."""
+"""Minimum ratio of the residuals without the mode to those with it."""
 MIN_PICTURES = 12
 MIN_NOISE_PX = 0.03
 STARTS = 3
 MISS_CAP = 30.0
-"""When starts are compared a picture misses by so many standard errors at most."""
+"""Cap of a picture's residual when starts are compared, standard errors."""
 BLUR_SHARE = 0.15
-"""How well a picture is placed that moved during its exposure, as a share of the way."""
+"""Position error of a picture that moved during its exposure, as a share of the motion."""
 MISTAKEN_RATIO = 400.0
-"""A picture that misses by twenty times the median was taken for another one."""
+"""A picture whose residual is twenty times the median was matched wrongly (a ratio of squares)."""
 LARGEST_REL_SIGMA = 0.25
 MODEL_SHARE = 0.01
-"""Of what is left of the step the model is trusted to: pictures turn a little on the way, and blur."""
+"""Error of the model as a share of the remaining step: pictures rotate a little on the way, and blur."""
 NOT_RESOLVED = "not resolvable"
 WAIT_STEP_US = 100.0
-"""To whole tenths of a millisecond, upwards."""
+"""Waits are rounded up to this step."""
 MODEL_SPAN_US = 200_000.0
 MODEL_STEP_US = 10.0
 
@@ -48,7 +48,7 @@ MODEL_STEP_US = 10.0
 def fit_resonance(
     trace: StepTrace, *, step_px: float, cutoff_hz: int, exposure_us: float, noise_px: float
 ) -> tuple[MirrorResonance | None, str]:
-    """Return the resonance that explains a trace, or None; and a sentence about it."""
+    """Return the resonance of a trace, or None, and a sentence about it."""
     if len(trace.times_us) < MIN_PICTURES:
         return None, f"{NOT_RESOLVED}: only {len(trace.times_us)} pictures were recognised"
     data = _StepData(
@@ -61,7 +61,7 @@ def fit_resonance(
     alone = _fit_terms(data, filtering, [[0.0]])
     rough = _fit_terms(data, filtering, _start_terms(data, filtering))
     fit = _fit_terms(
-        data.blurred(_combined_poles(filtering, rough.x), delay_s=float(rough.x[0])),
+        data.with_motion_error(_combined_poles(filtering, rough.x), delay_s=float(rough.x[0])),
         filtering,
         [rough.x.tolist()],
     )
@@ -86,7 +86,7 @@ def fit_resonance(
 
 
 class _StepData:
-    """What was left of the step, as a share of it, at each time; and how far a model misses that."""
+    """The remaining share of the step at each time, and a model's residuals against it."""
 
     def __init__(
         self, times_s: NDArray[np.float64], left: NDArray[np.float64], *, exposure_s: float, noise: float
@@ -96,21 +96,21 @@ class _StepData:
         parts = (np.arange(EXPOSURE_PARTS) + 0.5) / EXPOSURE_PARTS - 0.5
         self._moments_s = times_s[:, None] + exposure_s * parts
 
-    def blurred(self, poles: NDArray[np.complex128], *, delay_s: float) -> "_StepData":
-        """Return the same data, less trusted where the picture moved during its exposure."""
+    def with_motion_error(self, poles: NDArray[np.complex128], *, delay_s: float) -> "_StepData":
+        """Return the same data with larger errors where the picture moved during its exposure."""
         span = np.ptp(remaining_step(poles, self._moments_s - delay_s), axis=1)
-        wiser = copy.copy(self)
-        wiser._sigma = np.hypot(self._sigma, BLUR_SHARE * span)  # noqa: SLF001 - our own copy
-        return wiser
+        widened = copy.copy(self)
+        widened._sigma = np.hypot(self._sigma, BLUR_SHARE * span)  # noqa: SLF001 - our own copy
+        return widened
 
-    def miss(self, poles: NDArray[np.complex128], *, delay_s: float) -> NDArray[np.float64]:
-        """Return (n,) misses in standard errors, the mean over each exposure being what a picture shows."""
+    def residuals(self, poles: NDArray[np.complex128], *, delay_s: float) -> NDArray[np.float64]:
+        """Return the (n,) residuals in standard errors; a picture shows the mean over its exposure."""
         return np.asarray(self._miss(poles, delay_s) / self._sigma, dtype=np.float64)
 
     def gain(
         self, filtering: NDArray[np.complex128], found: NDArray[np.float64], other: NDArray[np.float64]
     ) -> float:
-        """Return how many times less a fit misses than another, squares, where pictures were not mistaken."""
+        """Return the ratio of squared residuals of `other` to `found`, without wrongly matched pictures."""
         first, second = (
             self._miss(_combined_poles(filtering, terms), float(terms[0])) ** 2 for terms in (found, other)
         )
@@ -123,7 +123,7 @@ class _StepData:
 
 
 def remaining_step(poles: NDArray[np.complex128], times_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what an all-pole system of gain 1 at rest has left of a unit step after `times_s`, any shape."""
+    """Return the remaining share of a unit step of an all-pole system of gain 1 at `times_s`, any shape."""
     apart = poles[:, None] - poles[None, :]
     np.fill_diagonal(apart, 1.0)
     shares = -np.prod(-poles) / (poles * np.prod(apart, axis=1))
@@ -141,7 +141,7 @@ def _filter_poles(cutoff_hz: float) -> NDArray[np.complex128]:
 
 
 def system_poles(cutoff_hz: float, resonance: MirrorResonance | None) -> NDArray[np.complex128]:
-    """Return the poles, 1/s, of the drive filter and of the mirror behind it, as far as that is known."""
+    """Return the poles, 1/s, of the drive filter and of the mirror's mode behind it, if that is known."""
     terms = [0.0]
     if resonance is not None:
         terms += [math.log(resonance.frequency_hz), math.log(resonance.quality)]
@@ -159,12 +159,12 @@ def _combined_poles(filtering: NDArray[np.complex128], terms: NDArray[np.float64
 
 
 def _start_terms(data: _StepData, filtering: NDArray[np.complex128]) -> list[list[float]]:
-    """Return the best few of a grid of frequencies and qualities."""
+    """Return the best starts of a grid of frequencies and qualities."""
     tried = []
     for frequency in FREQUENCIES_HZ.tolist():
         for quality in QUALITIES:
             start = [0.0, math.log(frequency), math.log(quality)]
-            miss = data.miss(_combined_poles(filtering, np.array(start)), delay_s=0.0)
+            miss = data.residuals(_combined_poles(filtering, np.array(start)), delay_s=0.0)
             tried.append((float(np.sum(np.minimum(np.abs(miss), MISS_CAP))), start))
     return [start for _, start in sorted(tried)[:STARTS]]
 
@@ -172,10 +172,10 @@ def _start_terms(data: _StepData, filtering: NDArray[np.complex128]) -> list[lis
 def _fit_terms(
     data: _StepData, filtering: NDArray[np.complex128], starts: list[list[float]]
 ) -> optimize.OptimizeResult:
-    """Return the best robust fit of the delay, and of a mode where the starts have one."""
+    """Return the best robust fit of the delay, and of a mode if the starts have one."""
 
     def miss(terms: NDArray[np.float64]) -> NDArray[np.float64]:
-        return data.miss(_combined_poles(filtering, terms), delay_s=float(terms[0]))
+        return data.residuals(_combined_poles(filtering, terms), delay_s=float(terms[0]))
 
     scales = (1e-4, 0.05, 0.2)
     fits = [
@@ -185,7 +185,7 @@ def _fit_terms(
 
 
 def _rel_sigmas(fit: optimize.OptimizeResult) -> list[float]:
-    """Return the standard errors of a fit's terms, the data's own scatter considered."""
+    """Return the standard errors of a fit's terms, scaled by the scatter of the data."""
     free = max(1, len(fit.fun) - len(fit.x))
     variance = max(1.0, 2.0 * float(fit.cost) / free)
     sigmas: list[float] = np.sqrt(variance * np.diag(np.linalg.pinv(fit.jac.T @ fit.jac))).tolist()
@@ -193,15 +193,16 @@ def _rel_sigmas(fit: optimize.OptimizeResult) -> list[float]:
 
 
 def settle_wait_us(report: SettleReport, *, max_v: float) -> int:
-    """Return after how long the largest move, from -`max_v` to `max_v`, is within the limit on every axis."""
+    """Return the wait, µs, for the largest move, -`max_v` to `max_v`, to be within the limit on all axes."""
     longest_us = max(largest_move_us(report, axis, move_v=2.0 * max_v) for axis in report.axes)
     return round(WAIT_STEP_US * math.ceil(longest_us / WAIT_STEP_US))
 
 
 def largest_move_us(report: SettleReport, axis: AxisSettle, *, move_v: float) -> float:
-    """Return after how long a move of `move_v` along one axis is within the limit for good, µs.
+    """Return the time after which a move of `move_v` along one axis stays within the limit, µs.
 
-    Never less than was measured for the smaller step.
+    It is never less than was measured for the smaller step. Filter and mirror are linear, so that their poles
+    give the additional time of a move larger than the measured step of about a degree.
     """
     move_px = abs(axis.step_px) * move_v / abs(axis.step_v)
     if report.low_pass_hz is None or move_px <= abs(axis.step_px):
@@ -214,7 +215,7 @@ def largest_move_us(report: SettleReport, axis: AxisSettle, *, move_v: float) ->
 
 
 def _modelled_settle_us(low_pass_hz: int, axis: AxisSettle, *, share: float) -> float:
-    """Return when filter and mirror leave less than a share of a step for good, µs."""
+    """Return the time after which less than a share of a step remains by filter and mirror, µs."""
     times_us = np.arange(0.0, MODEL_SPAN_US, MODEL_STEP_US)
     left = np.abs(remaining_step(system_poles(float(low_pass_hz), axis.resonance), 1e-6 * times_us))
     above = np.flatnonzero(left > share)

@@ -1,4 +1,4 @@
-"""How far a fovea's picture is from another one of the same scene, to a few hundredths of a pixel."""
+"""Measurement of the shift between two fovea images of one scene, to a few hundredths of a pixel."""
 
 import math
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from foveacam_pipeline.verge.wide_patch import peak
 
 REDUCTION = 4
 HALF_PX = 136
-"""Half side of the patch that is followed."""
+"""Half side of the tracked patch."""
 SIDEWAYS_PX = 32
-"""How far from the line of the step a patch is looked for."""
+"""Search range across the line of the step."""
 OVERSHOOT = 0.7
-"""Of the step, by which a mirror may swing over."""
+"""Maximum overshoot of a mirror, as a share of the step."""
 TEXTURE_SIGMA_PX = 4.0
-"""Finer detail is mostly noise in a picture so dark."""
+"""Smoothing before texture is rated; finer detail is mostly noise in so dark a picture."""
 QUIET_SIGMA_PX = 1.5
 SHADING_PX, CONTRAST_PX, LEAST_CONTRAST = 12.0, 10.0, 3.0
 ROUNDS = 12
@@ -29,7 +29,7 @@ MIN_SCORE = 0.25
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PictureShift:
-    """Where a picture shows what the reference shows, minus where the reference does, px; and how alike."""
+    """Shift of a picture against the reference, px, and the correlation there."""
 
     x_px: float
     y_px: float
@@ -37,16 +37,16 @@ class PictureShift:
 
     @property
     def seen(self) -> bool:
-        """Whether the patch was found at all."""
+        """Whether the patch was found."""
         return self.score >= MIN_SCORE
 
 
 class SettledPicture:
-    """A settled picture, against which others are measured.
+    """A settled picture, the reference of shift measurements.
 
-    `towards_px`: (2,) where a picture before the step shows the things in the middle, px from there: the
-    patch is the most textured one that stays in view from there to as far beyond as a ringing mirror goes.
-    `search_px`: (2,) how far beside that it is looked for; for a step that is not known yet.
+    `towards_px`: (2,) px from the middle at which a picture before the step shows the same scene. The patch
+    is the most textured one that stays in view from there to the largest overshoot. `search_px`: (2,) search
+    range about that, for a step that is not known yet.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class SettledPicture:
         )
 
     def shift(self, gray: NDArray[np.uint8]) -> PictureShift:
-        """Return how far a picture is from the reference."""
+        """Return the shift of a picture against the reference."""
         image = _normalised(gray)
         coarse, score = self._coarse(image)
         if score < MIN_SCORE:
@@ -77,7 +77,7 @@ class SettledPicture:
         return PictureShift(x_px=float(fine[0]), y_px=float(fine[1]), score=score)
 
     def _coarse(self, image: NDArray[np.float32]) -> tuple[NDArray[np.float64], float]:
-        """Search along the step, and a little beyond and beside it, at a quarter of the size."""
+        """Return shift and correlation by a search along the step and around it, at a quarter of the size."""
         low, high = self._at + self._low - HALF_PX, self._at + self._high + HALF_PX
         height, width = image.shape
         x0, y0 = (int(max(0, v)) // REDUCTION * REDUCTION for v in low)
@@ -95,7 +95,7 @@ class SettledPicture:
     def _refined(
         self, image: NDArray[np.float32], start: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], float]:
-        """Gauss-Newton steps of the place, brightness and contrast being free."""
+        """Return the shift refined by Gauss-Newton steps, with free brightness and contrast."""
         slope_y, slope_x = np.gradient(self._patch.astype(np.float64))
         columns = np.column_stack([slope_x.ravel(), slope_y.ravel()])
         columns -= columns.mean(axis=0)
@@ -138,9 +138,9 @@ def _cut_patch(
 def _best_patch_centre(
     image: NDArray[np.float32], low_px: NDArray[np.float64], high_px: NDArray[np.float64]
 ) -> NDArray[np.intp]:
-    """Return the middle of the patch that can best be told from its surroundings along every direction.
+    """Return the middle of the patch with the most texture along its worst direction.
 
-    It stays in view while it moves from `low_px` to `high_px`, (2,) each, or as nearly so as there is room.
+    It stays in view while it moves from `low_px` to `high_px`, (2,) each, or as nearly so as possible.
     """
     coarse = cv2.GaussianBlur(image, (0, 0), TEXTURE_SIGMA_PX)
     across, down = (cv2.Sobel(coarse, cv2.CV_32F, *order) for order in ((1, 0), (0, 1)))
@@ -152,7 +152,7 @@ def _best_patch_centre(
     first, last = [], []
     for size, low, high in zip(image.shape[::-1], low_px.tolist(), high_px.tolist(), strict=True):
         begin, end = HALF_PX - low, size - 1 - HALF_PX - high
-        if begin > end:  # it leaves the picture at one of its ends: as late as possible
+        if begin > end:  # it leaves the picture at one end of the motion, as late as possible
             begin = end = min(max((begin + end) / 2.0, HALF_PX), size - 1 - HALF_PX)
         first.append(int(begin))
         last.append(int(end))

@@ -1,4 +1,4 @@
-"""What a characterisation of the mirrors' settling is asked for, and what it found."""
+"""Value types of a settling measurement: settings, traces and the report, with the settle times of traces."""
 
 import math
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 from foveacam_hardware.contract import PARKED, MirrorVolts, Role, StereoVolts
 
 NOISE_SIGMAS = 3.0
-"""What is below so many standard deviations of a place at rest cannot be told from rest."""
+"""Distances below so many standard deviations of a position at rest cannot be distinguished from rest."""
 DECAY_RATIO = 8.0
 HALF = 0.5
 AXES = ("x", "y")
@@ -16,25 +16,25 @@ AXES = ("x", "y")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SettleSettings:
-    """How the mirrors are stepped and watched."""
+    """Settings of a settling measurement."""
 
     step_v: float = 17.0
     """About a degree."""
     centre: StereoVolts = PARKED
-    """The steps go to and fro about this; something textured that stands still must be in view there."""
+    """Centre of the steps; a textured, static scene must be in view there."""
     axes: tuple[str, ...] = AXES
-    """Which axes are measured, both eyes at once."""
+    """The measured axes, both eyes at once."""
     exposure_ns: int = 50_000
     gain_db: float = 24.0
-    """Short, so that a picture shows a moment; bright enough to be measured."""
+    """Short, so that a picture shows one moment, and bright enough to be measured."""
     settled_us: int = 60_000
-    """After so long every mirror is at rest."""
+    """Time after which every mirror is at rest."""
     longest_us: int = 40_000
-    """Nothing is expected to move any more after this."""
+    """Longest delay; no motion is expected after it."""
     delays: int = 36
-    """How many delays between the step and the picture, up to when nothing moves."""
+    """Number of delays from the step until nothing moves."""
     wide_open_hz: int = 1000
-    """Cut-off of the drive filter with which the mirror itself is made to ring."""
+    """Cut-off of the drive filter for the mirror's own ringing."""
     ringing_us: int = 9_000
     ringing_delays: int = 44
     limit_px: float = 1.0
@@ -43,7 +43,7 @@ class SettleSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MirrorResonance:
-    """A mirror's own swing after a step: frequency, quality, and their standard errors."""
+    """Resonance of a mirror: frequency, quality, and their standard errors."""
 
     frequency_hz: float
     quality: float
@@ -53,10 +53,10 @@ class MirrorResonance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepTrace:
-    """What one axis did after a step.
+    """Motion of one axis after a step.
 
     `times_us`: from the command to the middle of the exposure. `left_px`: distance from rest along the step.
-    `unrecognised`: how many pictures are left out because nobody knows what they show.
+    `unrecognised`: number of pictures left out because they could not be matched.
     """
 
     times_us: tuple[float, ...]
@@ -66,12 +66,11 @@ class StepTrace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisSettle:
-    """One axis of one eye.
+    """Settling of one axis of one eye.
 
-    `step_px`: how far the picture moved, with the sign of its motion along the step. `noise_px`: standard
-    deviation of a measured place at rest. `settle_us`, `settle_share_us`: when it was within `limit_px`, and
-    within `limit_share` of the step, for good. `resonance`: None where the data do not show one; `ringing`
-    says why.
+    `step_px`: image motion of the step, with its sign. `noise_px`: standard deviation of a position at rest.
+    `settle_us`, `settle_share_us`: times after which it stays within `limit_px`, and within `limit_share` of
+    the step. `resonance`: None where the data do not show one; `ringing` describes it, or the reason.
     """
 
     role: Role
@@ -88,27 +87,27 @@ class AxisSettle:
 
     @property
     def response_us(self) -> float:
-        """When half of the step was done for the first time."""
+        """Time until half of the step is done."""
         return _first_half_us(self.trace, self.step_px)
 
     @property
     def response_open_us(self) -> float:
-        """The same with the drive filter wide open: nearly the mirror alone."""
+        """The same with the drive filter wide open, nearly that of the mirror alone."""
         return _first_half_us(self.open_trace, self.step_px)
 
     def settle_for_us(self, step_px: float, *, within_px: float = 1.0) -> float:
-        """Return when a step of `step_px` is within `within_px` of rest: every step is this one, scaled."""
+        """Return when a step of `step_px`, this one scaled, stays within `within_px` of rest, µs."""
         return time_below(self.trace, abs(self.step_px) * within_px / abs(step_px), floor_px=self.noise_px)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SettleReport:
-    """All four axes, and with what they were measured."""
+    """Settling of all four axes, and the settings of the measurement."""
 
     rig_id: str
     created_utc: str
     low_pass_hz: int | None
-    """Cut-off of the drive filter in normal use; None when the rig does not say."""
+    """Cut-off of the drive filter in normal use; None when unknown."""
     exposure_us: float
     limit_px: float
     limit_share: float
@@ -120,16 +119,16 @@ class SettleReport:
 
     @property
     def settle_us(self) -> float:
-        """Return when the slowest axis was within `limit_px`."""
+        """Time after which the slowest axis is within `limit_px`."""
         return max(found.settle_us for found in self.axes)
 
     def settle_for_us(self, step_px: float, *, within_px: float = 1.0) -> float:
-        """Return how long to wait after a step of `step_px` in any direction: for a raster, for a trigger."""
+        """Return the wait after a step of `step_px` in any direction, as for a raster or a trigger, µs."""
         return max(found.settle_for_us(step_px, within_px=within_px) for found in self.axes)
 
 
 def _first_half_us(trace: StepTrace, step_px: float) -> float:
-    """Return when a trace first came below half of its step, µs; straight lines between its pictures."""
+    """Return the time at which a trace first falls below half of its step, µs, by linear interpolation."""
     left = np.array(trace.left_px) / step_px
     times_us = np.array(trace.times_us)
     below = np.flatnonzero(left < HALF)
@@ -144,10 +143,10 @@ def _first_half_us(trace: StepTrace, step_px: float) -> float:
 
 
 def time_below(trace: StepTrace, limit_px: float, *, floor_px: float) -> float:
-    """Return when a trace was below a limit for good, µs.
+    """Return the time after which a trace stays below a limit, µs.
 
-    Between two pictures it falls as fast as from one to the next; below what can be measured, or after the
-    last picture, as fast as it fell before.
+    It is interpolated exponentially between pictures, and extrapolated at the former rate below the noise and
+    after the last picture.
     """
     envelope = _envelope(trace)
     above = [point for point in envelope if point[1] > limit_px]
@@ -162,7 +161,7 @@ def time_below(trace: StepTrace, limit_px: float, *, floor_px: float) -> float:
 
 
 def _envelope(trace: StepTrace) -> list[tuple[float, float]]:
-    """Return (µs, px): the most that is still to come at each time; it never rises."""
+    """Return (µs, px) with the largest distance from each time on; it never rises."""
     most, envelope = 0.0, []
     for t_us, left_px in sorted(zip(trace.times_us, trace.left_px, strict=True), reverse=True):
         most = max(most, abs(left_px))
@@ -171,7 +170,7 @@ def _envelope(trace: StepTrace) -> list[tuple[float, float]]:
 
 
 def _extrapolated_us(envelope: list[tuple[float, float]], limit_px: float, *, floor_px: float) -> float:
-    """Return when a limit is reached that was not seen, at the rate of the last decade above the noise."""
+    """Return the time of an unmeasured limit, extrapolated at the last decay rate above the noise."""
     above = [point for point in envelope if point[1] > floor_px]
     if not above:
         return math.inf
@@ -185,7 +184,7 @@ def _extrapolated_us(envelope: list[tuple[float, float]], limit_px: float, *, fl
 
 
 def offset_volts(volts: StereoVolts, axis: str, by_v: float) -> StereoVolts:
-    """Return volts with one axis of both mirrors moved."""
+    """Return volts with an offset along one axis of both mirrors."""
 
     def one(mirror: MirrorVolts) -> MirrorVolts:
         if axis == "x":

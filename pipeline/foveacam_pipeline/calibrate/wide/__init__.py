@@ -1,1 +1,1 @@
-"""Stage 1: the wide camera, measured with a board that somebody shows it."""
+"""Stage 1: calibration of the wide camera with views of a board."""

@@ -1,4 +1,4 @@
-"""When to take a view by itself: the board is held still, and the view adds something to those so far."""
+"""Automatic capture of a view when the board is held still and the view adds to those so far."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ STATE_NOTES: dict[CaptureState, str] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AutoCaptureVerdict:
-    """What became of one image; `view`: the mean of the images that the board was held for, when taken."""
+    """Verdict on one image; `view`: the mean of the images of the board at rest, when captured."""
 
     state: CaptureState
     view: BoardView | None = None
@@ -28,10 +28,9 @@ class AutoCaptureVerdict:
 
 
 class AutoCapture:
-    """Watches views go by. A board is still when no corner strays by more than `still_px` meanwhile.
+    """Rates views in sequence. A board is still when no corner moves by more than `still_px` meanwhile.
 
-    A view is the mean of `frames` images; of fewer when they come so slowly that the board was still for
-    `held_s` already.
+    A view is the mean of `frames` images, or of fewer when the board has already been still for `held_s`.
     """
 
     def __init__(self, *, still_px: float = 0.4, frames: int = 3, held_s: float = 0.5) -> None:
@@ -43,17 +42,17 @@ class AutoCapture:
         self._held: list[BoardView] = []
         self._since_ns = 0
 
-    def offer(
+    def add_image(
         self,
         quick: BoardView | None,
         *,
         t_ns: int,
         exact: Callable[[], BoardView | None],
-        lacks: Callable[[BoardView], bool],
+        is_new: Callable[[BoardView], bool],
     ) -> AutoCaptureVerdict:
-        """Judge the next image, exposed at `t_ns`, by its view as found quickly.
+        """Return the verdict on the next image, exposed at `t_ns`, by its quickly detected view.
 
-        `exact` finds it again, with all effort; `lacks` tells whether a view would add something.
+        `exact` detects it again accurately; `is_new` returns whether a view would add something.
         """
         before, before_ns = self._quick, self._quick_ns
         self._quick, self._quick_ns = quick, t_ns
@@ -63,7 +62,7 @@ class AutoCapture:
         if before is None or not _same_corners(before, quick, within_px=self._still_px):
             self._held.clear()
             return AutoCaptureVerdict(state="moving")
-        if not self._held and not lacks(quick):
+        if not self._held and not is_new(quick):
             return AutoCaptureVerdict(state="nothing new")
         fine = exact()
         if fine is None or (self._held and not _same_corners(self._held[0], fine, within_px=self._still_px)):
@@ -83,7 +82,7 @@ class AutoCapture:
 
 
 def mean_view(views: list[BoardView]) -> BoardView | None:
-    """Return the mean of views of a board at rest, of the corners that all of them have; None without any."""
+    """Return the mean of views of a board at rest, for their common corners; None when there are none."""
     first = views[0]
     shared = first.ids
     for view in views[1:]:
@@ -101,7 +100,7 @@ def mean_view(views: list[BoardView]) -> BoardView | None:
 
 
 def _same_corners(one: BoardView, other: BoardView, *, within_px: float) -> bool:
-    """Tell whether the corners that both views have are in the same places."""
+    """Return whether the common corners of both views are at the same positions."""
     shared, mine, theirs = np.intersect1d(one.ids, other.ids, return_indices=True)
     if 2 * len(shared) < len(one.ids):
         return False

@@ -1,7 +1,6 @@
-"""Find a calibration board in an image, corners to a few hundredths of a pixel.
+"""Detection of a calibration board in an image, with corners to a few hundredths of a pixel.
 
-A coarse search says where the corners are; a window that sees nothing but its own corner says where exactly.
-What the views are good for is decided elsewhere.
+A coarse search finds the corners; each is then refined in a window that contains no other corner.
 """
 
 from dataclasses import dataclass
@@ -24,27 +23,27 @@ from foveacam_pipeline.calibrate.wide.corner_model import fit_crossings
 
 Effort: TypeAlias = Literal["live", "exact", "thorough"]
 COARSE_WIDTH = 480
-"""Checkerboards are searched for in images shrunk to about this width, px: where a part of the board is cut
-off, the search takes longest, for nothing."""
+"""Checkerboards are searched for in images reduced to about this width, px, because the search is slowest
+where a part of the board is cut off and it fails."""
 _LIVE = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
 _SLOW = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 _WINDOW_PX = (2, 11)
 _RADIUS_PX = (2.5, 10.0)
 _EDGE_REACH = 0.45
-"""How far the edges of a corner reach, in squares, before those of the next interfere."""
+"""Distance from a corner, in squares, within which its edges are free of the next corner's."""
 _BLEED_PX = 1.5
-"""What the blur of a lens adds to that which must be kept clear of."""
+"""Margin to other edges for the blur of a lens."""
 _MAX_MISFIT = 0.25
-"""Largest rms difference of a corner from two crossing edges, over the contrast."""
+"""Maximum rms difference of a corner from two crossing edges, over the contrast."""
 _MAX_OFFSET = 0.35
-"""Largest distance of a corner from where a pinhole would see it, in squares: a lens shifts it by less,
-taking one corner for another by more."""
+"""Maximum distance of a corner from its pinhole projection, in squares: lens distortion shifts it by less, a
+confusion of corners by more."""
 _MIN_MARKERS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BoardView:
-    """A board seen in one image of `width` x `height`.
+    """A board detected in one image of `width` x `height`.
 
     `corners_px`: (n, 2) float64. `ids`: (n,) int64, their numbers on the board, row by row, ascending.
     """
@@ -57,7 +56,7 @@ class BoardView:
 
     @property
     def places_m(self) -> NDArray[np.float64]:
-        """(n, 2) float64 places of the corners on the board, m."""
+        """(n, 2) float64 positions of the corners on the board, m."""
         places: NDArray[np.float64] = self.board.places_m()[self.ids]
         return places
 
@@ -74,10 +73,10 @@ class BoardView:
 
 
 def detect_board(gray: NDArray[np.uint8], board: Board, *, effort: Effort = "exact") -> BoardView | None:
-    """Return where `board` is in a grey image (h, w) uint8, or None where it is not to be found.
+    """Return the view of `board` in a grey image (h, w) uint8, or None where it is not found.
 
-    `effort`: "live" is quick, its corners good to 0.04 px; "exact" fits their edges, to 0.01 px;
-    "thorough" also searches for longer, which is meant for files.
+    `effort`: "live" is quick, with corners to 0.04 px; "exact" fits their edges, to 0.01 px; "thorough" also
+    searches longer, for files.
     """
     if gray.ndim != 2 or gray.dtype != np.uint8:
         raise InvalidInput(
@@ -119,7 +118,7 @@ def detect_board(gray: NDArray[np.uint8], board: Board, *, effort: Effort = "exa
 
 
 def explain_absence(gray: NDArray[np.uint8], board: Board) -> str:
-    """Return what there is in the image in place of `board`, in words; slow, for when all has failed."""
+    """Return a sentence on what the image shows instead of `board`; slow, for error messages."""
     if isinstance(board, Charuco):
         markers = _charuco_detector(board).detectBoard(gray)[3]
         if markers is not None and len(markers) >= _MIN_MARKERS:
@@ -177,7 +176,7 @@ def _charuco_detector(board: Charuco) -> cv2.aruco.CharucoDetector:
 
 
 def _fixes_a_pose(ids: NDArray[np.int64], board: Board) -> bool:
-    """Tell whether the corners spread over enough rows and columns to say how the board stands."""
+    """Return whether the corners cover enough rows and columns to determine the pose of the board."""
     rows, columns = np.divmod(ids, board.columns)
     return min(len(np.unique(rows)), len(np.unique(columns))) >= MIN_CORNERS
 
@@ -185,7 +184,7 @@ def _fixes_a_pose(ids: NDArray[np.int64], board: Board) -> bool:
 def _image_from_board(
     corners_px: NDArray[np.float64], ids: NDArray[np.int64], board: Board
 ) -> NDArray[np.float64] | None:
-    """Return the homography from the board, in squares, to px; None when no flat board has such corners."""
+    """Return the homography from the board, in squares, to px; None when no flat board fits the corners."""
     places = board.places_m()[ids] / board.square_m
     plane = np.asarray(cv2.findHomography(places, corners_px)[0], dtype=np.float64)
     if plane.shape != (3, 3):  # OpenCV found none
@@ -197,14 +196,14 @@ def _image_from_board(
 
 
 def _edges(board: Board, ids: NDArray[np.int64], plane: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n, 2, 2) how far and where to, px, one square leads along the rows and the columns."""
+    """Return the (n, 2, 2) vectors, px, of one square along the rows and the columns at each corner."""
     places = board.places_m()[ids] / board.square_m
     steps = [mapped(places + half, plane) - mapped(places - half, plane) for half in 0.5 * np.eye(2)]
     return np.stack(steps, axis=1)
 
 
 def _clear_px(board: Board, edges_px: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n,) how far from each corner there is nothing but its own edges, px."""
+    """Return the (n,) distances from each corner within which there are only its own edges, px."""
     right, down = edges_px[:, 0], edges_px[:, 1]
     area = np.abs(right[:, 0] * down[:, 1] - right[:, 1] * down[:, 0])
     height = area / np.linalg.norm(edges_px, axis=2).max(axis=1)
@@ -217,7 +216,7 @@ def _clear_px(board: Board, edges_px: NDArray[np.float64]) -> NDArray[np.float64
 def _refine_quickly(
     gray: NDArray[np.uint8], coarse_px: NDArray[np.float64], clear_px: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return corners (n, 2) good to some 0.04 px, and which are to be trusted."""
+    """Return corners (n, 2) to about 0.04 px, and the mask of the valid ones."""
     half_px = int(np.clip(np.floor(clear_px.min() / np.sqrt(2.0)), *_WINDOW_PX))
     stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 40, 1e-3)
     start = coarse_px.astype(np.float32)[:, None, :]
@@ -229,7 +228,7 @@ def _refine_quickly(
 
 
 def _lattice_seen(gray: NDArray[np.uint8]) -> tuple[int, int] | None:
-    """Return columns and rows of inner corners of the checkerboard that is in the image, if one is."""
+    """Return columns and rows of inner corners of a checkerboard in the image, None when there is none."""
     for picture in (cv2.resize(gray, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), gray):
         found, _, meta = cv2.findChessboardCornersSBWithMeta(picture, (3, 3), cv2.CALIB_CB_LARGER)
         if not found or meta is None:

@@ -1,4 +1,4 @@
-"""What is printed about the corners that were found: the whole of a plain checkerboard, or something else."""
+"""Checks of the print around detected corners: a whole plain checkerboard, or something else."""
 
 import cv2
 import numpy as np
@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 from foveacam_pipeline.calibrate.wide.boards import MIN_CORNERS, Checkerboard
 
 _MIN_PRINT_CONTRAST = 0.4
-"""Difference of brightness within a square, over the board's, from which something is printed in it."""
+"""Minimum contrast within a square, over the board's, of a print in it."""
 
 
 def extends_beyond(
     gray: NDArray[np.uint8], board: Checkerboard, image_from_board: NDArray[np.float64]
 ) -> bool:
-    """Tell whether the pattern goes on beyond the board's rim: then it is a part of a larger board."""
+    """Return whether the pattern continues beyond the board's rim, as in a part of a larger board."""
     x, y = np.arange(board.columns), np.arange(board.rows)
     rims = (
         np.column_stack([np.full_like(y, -1), y]),
@@ -32,7 +32,7 @@ def extends_beyond(
 
 
 def has_markers(gray: NDArray[np.uint8], board: Checkerboard, image_from_board: NDArray[np.float64]) -> bool:
-    """Tell whether there is something printed in the bright squares: then it is a ChArUco board."""
+    """Return whether the bright squares contain a print, as on a ChArUco board."""
     squares = np.argwhere(np.ones((board.columns - 1, board.rows - 1))) + 0.5
     around = np.stack(np.meshgrid([-0.2, 0.0, 0.2], [-0.2, 0.0, 0.2]), axis=-1).reshape(-1, 2)
     points = (squares[:, None, :] + around).reshape(-1, 2)
@@ -46,7 +46,7 @@ def has_markers(gray: NDArray[np.uint8], board: Checkerboard, image_from_board: 
 
 
 def starts_at_black(gray: NDArray[np.uint8], corners_px: NDArray[np.float64], board: Checkerboard) -> bool:
-    """Tell whether the square before the first corner is darker than the one beside it."""
+    """Return whether the square before the first corner is darker than the one beside it."""
     lattice = corners_px.reshape(board.rows, board.columns, 2)
     right, down = lattice[0, 1] - lattice[0, 0], lattice[1, 0] - lattice[0, 0]
     points = lattice[0, 0] + 0.5 * np.array([right + down, right - down])
@@ -55,16 +55,16 @@ def starts_at_black(gray: NDArray[np.uint8], corners_px: NDArray[np.float64], bo
 
 
 def mapped(points: NDArray[np.float64], plane: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n, 2) points through a homography."""
+    """Return (n, 2) points mapped by a homography."""
     return np.asarray(cv2.perspectiveTransform(points[:, None, :], plane), dtype=np.float64)[:, 0, :]
 
 
 def _crossing_strength(
     gray: NDArray[np.uint8], places: NDArray[np.int64], plane: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return how much four squares meet at places (n, 2), in squares; NaN outside the image, 0 where none do.
+    """Return the contrast of four squares that meet at points (n, 2), in squares; NaN outside the image.
 
-    The sign is the same all over one board.
+    It is 0 where no squares meet; the sign is the same all over one board.
     """
     around = np.array([[0.3, 0.3], [-0.3, -0.3], [0.3, -0.3], [-0.3, 0.3]])
     points = (places[:, None, :] + around).reshape(-1, 2)

@@ -1,6 +1,6 @@
-"""Calibration boards: what is printed on them, how they are drawn, and how plain values name them.
+"""Calibration boards: their dimensions, their drawing for print, and their construction from plain values.
 
-Finding them in images is `board_detector`'s.
+`board_detector` finds them in images.
 """
 
 from dataclasses import dataclass
@@ -21,14 +21,14 @@ DICTIONARIES = {
     "6X6_250": cv2.aruco.DICT_6X6_250,
 }
 MIN_CORNERS = 3
-"""Inner corners along either side below which no detector works."""
+"""Minimum inner corners along either side; with fewer no detector works."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checkerboard:
     """A plain checkerboard; `columns`, `rows` count the inner corners, so it has one square more each way.
 
-    It is found only when seen whole.
+    It is detected only when all of it is visible.
     """
 
     columns: int = 9
@@ -58,7 +58,7 @@ class Checkerboard:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Charuco:
-    """A checkerboard with an ArUco marker in each white square, so that parts of it can be told apart.
+    """A checkerboard with an ArUco marker in each white square, which identifies parts of it.
 
     `columns`, `rows` count the inner corners, as for a checkerboard. Drawn as OpenCV draws it since 4.6:
     the first square is black, markers are numbered row by row.
@@ -100,7 +100,7 @@ class Charuco:
 
     @property
     def markers(self) -> int:
-        """How many markers it has: one in each white square."""
+        """Number of markers, one in each white square."""
         return (self.columns + 1) * (self.rows + 1) // 2
 
     def places_m(self) -> NDArray[np.float64]:
@@ -108,7 +108,7 @@ class Charuco:
         return _lattice_m(self.columns, self.rows, self.square_m)
 
     def printed(self) -> cv2.aruco.CharucoBoard:
-        """Return the same board as OpenCV describes it."""
+        """Return the board as OpenCV's object."""
         words = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary])
         return cv2.aruco.CharucoBoard((self.columns + 1, self.rows + 1), self.square_m, self.marker_m, words)
 
@@ -120,7 +120,7 @@ Board: TypeAlias = Checkerboard | Charuco
 
 
 def draw_board(board: Board, *, square_px: int = 100, margin_px: int | None = None) -> NDArray[np.uint8]:
-    """Return (h, w) uint8: the board for printing, with a white margin (one square unless told)."""
+    """Return the board for printing, (h, w) uint8, with a white margin (one square by default)."""
     margin_px = square_px if margin_px is None else margin_px
     size = ((board.columns + 1) * square_px, (board.rows + 1) * square_px)
     if isinstance(board, Charuco):
@@ -134,7 +134,7 @@ def draw_board(board: Board, *, square_px: int = 100, margin_px: int | None = No
 def board_from(
     kind: str, *, columns: int, rows: int, square_m: float, marker_m: float | None = None
 ) -> Board:
-    """Return the board that plain values (a request, a file, a command line) name."""
+    """Return the board of plain values, as from a request, a file or a command line."""
     if kind == "checkerboard":
         return Checkerboard(columns=columns, rows=rows, square_m=square_m)
     if kind == "charuco":

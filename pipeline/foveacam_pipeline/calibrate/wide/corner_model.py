@@ -1,7 +1,7 @@
-"""Where four squares meet, fitted to the grey values as two blurred edges that cross.
+"""Fit of checkerboard corners to the grey values, as two blurred edges that cross.
 
-A search by gradients is off by up to 0.04 px, depending on where between the pixels a corner lies: the same
-in every frame, so that averaging does not help. Edges fitted to a softened image are off by a tenth of that.
+A search by gradients errs by up to 0.04 px with the position of a corner between the pixels, the same in
+every frame, so averaging does not help. Edges fitted to a smoothed image err by a tenth of that.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _STEP_PX = 1.0
 _STEP_RAD = 0.3
 _RIDGE = 1e-6
 _SOFT_PX = 1.0
-"""Blur that is added: it hides how the pixels sample an edge that is sharper than they are."""
+"""Added blur, against the sampling of edges that are sharper than the pixels."""
 _SOFT_REACH = 4
 
 
@@ -27,8 +27,8 @@ _SOFT_REACH = 4
 class CornerCrossings:
     """n fitted crossings.
 
-    `places_px`: (n, 2) float64. `misfit`: (n,) rms of what is left over the contrast. `blur_px`: (n,) of the
-    edges in the softened image.
+    `places_px`: (n, 2) float64. `misfit`: (n,) rms residual over the contrast. `blur_px`: (n,) of the edges
+    in the smoothed image.
     """
 
     places_px: NDArray[np.float64]
@@ -45,8 +45,8 @@ def fit_crossings(
 ) -> CornerCrossings:
     """Fit crossings near `start_px` (n, 2), px; NaN for those whose window leaves the image.
 
-    `edges_px`: (n, 2, 2), directions of the two edges at each. `radius_px`: (n,), how far from each there is
-    nothing but its own edges.
+    `edges_px`: (n, 2, 2), directions of the two edges at each. `radius_px`: (n,), distance from each within
+    which there are only its own edges.
     """
     half = int(np.ceil(radius_px.max())) + 1
     middle = np.rint(start_px).astype(np.int64)
@@ -65,7 +65,7 @@ def fit_crossings(
 
 
 class _Patches:
-    """Grey values (n, m) around integer pixels, their places (m,) x and y, and weights (n, m)."""
+    """Grey values (n, m) around integer pixels, their offsets (m,) x and y, and weights (n, m)."""
 
     def __init__(
         self,

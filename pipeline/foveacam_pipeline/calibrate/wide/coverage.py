@@ -1,4 +1,4 @@
-"""How well views of a board cover the image and the ways in which a board can be tilted."""
+"""Coverage of the image and of the possible tilts by views of a board."""
 
 import math
 from collections.abc import Iterable
@@ -20,9 +20,9 @@ _NEW_SIZE = 0.15
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BoardCoverage:
-    """What views cover. `cells`: (9, 12) int64, how many views have a corner in each part of the image.
+    """Coverage by views. `cells`: (9, 12) int64, number of views with a corner in each part of the image.
 
-    `tilts`: how many views there are of each of `TILTS`.
+    `tilts`: number of views of each of `TILTS`.
     """
 
     cells: NDArray[np.int64]
@@ -30,12 +30,12 @@ class BoardCoverage:
 
     @property
     def fraction(self) -> float:
-        """How much of the image has been covered, 0 to 1."""
+        """Covered share of the image, 0 to 1."""
         return float((self.cells > 0).mean())
 
     @property
     def tilts_covered(self) -> int:
-        """How many of the five tilts have been shown."""
+        """Number of the five tilts that have been shown."""
         return sum(count > 0 for count in self.tilts)
 
     def __str__(self) -> str:
@@ -45,7 +45,7 @@ class BoardCoverage:
 
 
 class CoverageTracker:
-    """Views as they come: what they cover so far, and whether another would add to it."""
+    """Coverage of the views so far, and whether another view would add to it."""
 
     def __init__(self, views: Iterable[BoardView] = (), lens: Intrinsics | None = None) -> None:
         self._lens = lens
@@ -57,31 +57,31 @@ class CoverageTracker:
 
     @property
     def coverage(self) -> BoardCoverage:
-        """What the views cover."""
+        """The coverage so far."""
         return BoardCoverage(cells=self._cells.copy(), tilts=tuple(self._tilts))
 
     def add(self, view: BoardView) -> None:
-        """Count a view in."""
-        attitude = pose_of_view(view, self._lens)
+        """Add a view."""
+        pose = pose_of_view(view, self._lens)
         self._cells += cells_of(view)
-        self._tilts[TILTS.index(attitude.tilt)] += 1
-        self._known.append((view, attitude))
+        self._tilts[TILTS.index(pose.tilt)] += 1
+        self._known.append((view, pose))
 
-    def lacks(self, view: BoardView) -> bool:
-        """Tell whether a view shows new parts of the image, or is unlike each one so far."""
+    def is_new(self, view: BoardView) -> bool:
+        """Return whether a view shows new parts of the image, or differs from each one so far."""
         if int((cells_of(view) & (self._cells == 0)).sum()) >= _NEW_CELLS:
             return True
-        attitude = pose_of_view(view, self._lens)
-        return not any(_are_alike(view, attitude, *known) for known in self._known)
+        pose = pose_of_view(view, self._lens)
+        return not any(_are_alike(view, pose, *known) for known in self._known)
 
 
 def coverage_of(views: Iterable[BoardView], lens: Intrinsics | None = None) -> BoardCoverage:
-    """Return what views cover, their tilts by a calibrated lens or the nominal one."""
+    """Return the coverage of views, with tilts by a calibrated lens or the nominal one."""
     return CoverageTracker(views, lens).coverage
 
 
 def cells_of(view: BoardView) -> NDArray[np.bool_]:
-    """Return (9, 12) which parts of the image have a corner of the board."""
+    """Return the (9, 12) mask of the parts of the image that have a corner of the board."""
     column = np.clip(view.corners_px[:, 0] * COLUMNS / view.width, 0, COLUMNS - 1).astype(np.int64)
     row = np.clip(view.corners_px[:, 1] * ROWS / view.height, 0, ROWS - 1).astype(np.int64)
     cells = np.zeros((ROWS, COLUMNS), dtype=np.bool_)
@@ -92,5 +92,5 @@ def cells_of(view: BoardView) -> NDArray[np.bool_]:
 def _are_alike(view: BoardView, mine: BoardPose, other: BoardView, theirs: BoardPose) -> bool:
     turn = math.acos(np.clip((np.trace(mine.rotation.T @ theirs.rotation) - 1.0) / 2.0, -1.0, 1.0))
     shift = np.hypot(*(np.array(view.centre_px) - np.array(other.centre_px))) / view.width
-    size = abs(math.log(np.linalg.norm(mine.place_m) / np.linalg.norm(theirs.place_m)))
+    size = abs(math.log(np.linalg.norm(mine.middle_m) / np.linalg.norm(theirs.middle_m)))
     return bool(turn < _NEW_TURN_RAD and shift < _NEW_PLACE and size < _NEW_SIZE)

@@ -1,6 +1,6 @@
-"""Fit a lens to views of a board, say how well it is known, and which of the lens models to take.
+"""Fit of a lens to views of a board, its accuracy, and the choice between two lens models.
 
-The rational model is taken only where it predicts views that it was not fitted to clearly better.
+The rational model is recommended only where it predicts views left out of the fit clearly better.
 """
 
 import logging
@@ -30,37 +30,37 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 
 LensModel: TypeAlias = Literal["five", "rational"]
 MODELS: dict[LensModel, int] = {"five": 5, "rational": 8}
-"""How many distortion coefficients, in OpenCV's order."""
+"""Number of distortion coefficients, in OpenCV's order."""
 LEAST_VIEWS = 5
 FOLDS = 5
 MAX_ERROR_RATIO = 0.98
 """The rational model is recommended when its error on views left out is below this share of the other's."""
 _MAX_FOCAL_SIGMA = 0.005
-"""Standard error of the focal length, over itself, from which the views are refused."""
+"""Maximum relative standard error of the focal length; beyond it the views are refused."""
 _MAX_CORNER_NOISE = 0.005
-"""Noise of a corner, over the image's width, from which no lens explains the views."""
+"""Maximum noise of a corner, over the image's width; beyond it no lens fits the views."""
 _ODD_RATIO = 5.0
 _MIN_TILT_DEG = 10.0
 _MIN_COVERAGE = 0.25
-"""Share of the image below which the views are refused."""
+"""Minimum covered share of the image; below it the views are refused."""
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ViewFit:
-    """What a fit leaves of one view: `residuals_px` (n, 2), their rms length, and how the board stood."""
+    """Residuals of one view: `residuals_px` (n, 2), their rms length, and the pose of the board."""
 
     id: str
     corners_px: NDArray[np.float64]
     residuals_px: NDArray[np.float64]
     rms_px: float
-    attitude: BoardPose
+    pose: BoardPose
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WideFit:
-    """A lens fitted to views of a board; `rms_px` over all corners, as OpenCV counts it."""
+    """A lens fitted to views of a board; `rms_px` over all corners, as OpenCV defines it."""
 
     model: LensModel
     intrinsics: Intrinsics
@@ -76,14 +76,14 @@ class WideFit:
 
     @property
     def odd_views(self) -> tuple[str, ...]:
-        """Views that it fits far worse than most: candidates for removal."""
+        """Ids of views with far larger residuals than most: candidates for removal."""
         usual = float(np.median([view.rms_px for view in self.views]))
         return tuple(view.id for view in self.views if view.rms_px > _ODD_RATIO * usual)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WideChoice:
-    """Both models. `left_out_px`: rms of views that were left out, by model; `reason` in a sentence."""
+    """Both models. `left_out_px`: rms of views left out, by model; `reason`: of the choice, in a sentence."""
 
     recommended: WideFit
     other: WideFit
@@ -92,7 +92,7 @@ class WideChoice:
 
 
 def fit_wide(samples: WideSamples, model: LensModel = "five") -> WideFit:
-    """Fit a lens; raise InvalidInput when the views are too few, too alike, or not those of such a board."""
+    """Fit a lens; raise InvalidInput when the views are too few, too similar, or not of such a board."""
     if model not in MODELS:
         raise InvalidInput(f"lens model {model!r}: no such model; use one of {', '.join(MODELS)}")
     taken = list(samples)
@@ -133,7 +133,7 @@ def choose_model(samples: WideSamples) -> WideChoice:
 
 
 def left_out_px(samples: WideSamples, model: LensModel) -> float:
-    """Return the rms distance, px, of corners whose views were left out; only their poses are fitted."""
+    """Return the rms residual, px, of corners in views left out of the fit, whose poses alone are fitted."""
     views = _board_observations(list(samples))
     misses = []
     for fold in range(min(FOLDS, len(views))):
@@ -146,7 +146,7 @@ def left_out_px(samples: WideSamples, model: LensModel) -> float:
 
 
 def intrinsics_from(lens: NDArray[np.float64], size: tuple[int, int]) -> Intrinsics:
-    """Return the camera of fitted numbers (4 + k,) and an image size, px."""
+    """Return the intrinsics of fitted parameters (4 + k,) and an image size, px."""
     fx, fy, cx, cy, *distortion = lens.tolist()
     return Intrinsics(
         width=size[0],
@@ -177,7 +177,7 @@ def _view(sample: WideSample, residuals_px: NDArray[np.float64], pose: NDArray[n
         corners_px=sample.view.corners_px,
         residuals_px=residuals_px,
         rms_px=_rms(residuals_px),
-        attitude=board_pose_from(pose, middle_m=sample.view.board.places_m().mean(axis=0)),
+        pose=board_pose_from(pose, middle_m=sample.view.board.places_m().mean(axis=0)),
     )
 
 

@@ -1,4 +1,4 @@
-"""How well a fitted lens turns pixels into angles, and angles into pixels."""
+"""Accuracy of a fitted lens in the conversion of pixels to angles and back."""
 
 from dataclasses import dataclass
 
@@ -12,16 +12,16 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 
 GRID = (25, 19)
 COVERAGE_FACTOR = 2.0
-"""From a standard error to a bound that holds 19 times of 20."""
+"""Ratio of a 95 % bound to a standard error."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LensAccuracy:
-    """Error of pixel to angle, stated in px of the image.
+    """Error of the conversion from pixel to angle, in px of the image.
 
-    `sigma_px`: standard error, rms over the image; `shape_px`: the part that no turn of the camera would undo
-    (the rest is a common turn of all angles, which whatever is measured through this camera shares).
-    `map_px`: (19, 25) standard error over the image. `covariance`: of the lens's numbers.
+    `sigma_px`: standard error, rms over the image; `shape_px`: its part that no rotation of the camera would
+    remove (the rest is a common rotation, which everything measured with this camera shares). `map_px`: (19,
+    25) standard error over the image. `covariance`: of the lens's parameters.
     """
 
     sigma_px: float
@@ -32,17 +32,17 @@ class LensAccuracy:
 
     @property
     def bound_px(self) -> float:
-        """What the rms error over the image stays below 19 times of 20, px."""
+        """95 % bound of the rms error over the image, px."""
         return COVERAGE_FACTOR * self.sigma_px
 
     @property
     def bound_rad(self) -> float:
-        """The same as an angle, rad."""
+        """95 % bound of the rms error as an angle, rad."""
         return COVERAGE_FACTOR * self.sigma_rad
 
 
 def accuracy_of(bundle: LensBundle, lens: Intrinsics) -> LensAccuracy:
-    """State the accuracy: by the noise, or by what leaving out single views changes, whichever is worse."""
+    """Return the accuracy by the noise, or by the jackknife over views, whichever is worse."""
     pixels = grid_px(lens.width, lens.height)
     slopes, turns = _slopes(lens, pixels)
     best: LensAccuracy | None = None
@@ -62,7 +62,7 @@ def accuracy_of(bundle: LensBundle, lens: Intrinsics) -> LensAccuracy:
 
 
 def grid_px(width: int, height: int) -> NDArray[np.float64]:
-    """Return (475, 2) pixels all over an image, row by row."""
+    """Return (475, 2) pixels on a grid over an image, row by row."""
     x, y = np.meshgrid(np.linspace(-0.5, width - 0.5, GRID[0]), np.linspace(-0.5, height - 0.5, GRID[1]))
     return np.column_stack([x.ravel(), y.ravel()])
 
@@ -73,7 +73,7 @@ def _by_noise(bundle: LensBundle) -> NDArray[np.float64]:
 
 
 def _by_leaving_out(bundle: LensBundle) -> NDArray[np.float64]:
-    """Return the jackknife's covariance: errors that corners of one view share count as what they are."""
+    """Return the covariance by the jackknife over views, which includes errors shared by a view's corners."""
     views = len(bundle.normals)
     normal = bundle.normals.sum(axis=0) + bundle.prior.normal
     moved = np.array(
@@ -84,7 +84,7 @@ def _by_leaving_out(bundle: LensBundle) -> NDArray[np.float64]:
 
 
 def _slopes(lens: Intrinsics, pixels: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how pixels of fixed directions move with the lens's numbers (n, 2, p) and a turn (n, 2, 3)."""
+    """Return derivatives of the pixels of fixed directions by the lens (n, 2, p) and a rotation (n, 2, 3)."""
     tangents = tan_from_angles(lens.angles_rad(pixels))
     points = np.column_stack([tangents, np.ones(len(tangents))])
     zero = np.zeros(3)

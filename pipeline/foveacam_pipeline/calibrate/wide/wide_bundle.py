@@ -1,7 +1,7 @@
-"""Robust least squares of one lens and of where a board stood in every view.
+"""Robust bundle adjustment of one lens and the pose of a board in every view.
 
-Each step eliminates the poses view by view, so that only the lens is solved for; what a view then says of the
-lens also tells how far the lens would move without it, and so how well it is known.
+Each step eliminates the poses view by view, so that only the lens is solved for. The reduced equations of a
+view also give the change of the lens without it, from which the accuracy follows.
 """
 
 from collections.abc import Sequence
@@ -24,23 +24,23 @@ _SCALES = 5
 _SAME_SCALE = 0.01
 _RAYLEIGH_MEDIAN = 1.1774
 _HUBER_KNEE = 3.0
-"""Distance of a corner, in noise of a coordinate, from which it counts by its distance, not the square."""
+"""Residual of a corner, in noise of a coordinate, from which Huber's loss is linear."""
 _MIN_NOISE_PX = 1e-5
 _PRIOR_RADIAL = 1.0
-"""Assumed standard deviation of a radial coefficient about 0: wide for any real lens, yet it keeps numerator
-and denominator of the rational model from running away together."""
+"""Prior standard deviation of a radial coefficient about 0: wide for any real lens, but it keeps numerator
+and denominator of the rational model from diverging together."""
 _PRIOR_TANGENTIAL = 0.05
 _PRIOR_FOCAL = 0.5
 _PRIOR_CENTRE = 0.25
-"""Assumed standard deviations over the focal length and over the image's width: they matter only where the
-views say nothing, and there make it show."""
+"""Prior standard deviations over the focal length and over the image's width: they matter only where the
+views do not determine the lens, and show in its accuracy there."""
 FOCAL_OVER_WIDTH = 2.2
-"""Of the wide camera (Table 2), where the views themselves say nothing."""
+"""Focal length of the wide camera (Table 2), used where the views do not determine it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BoardObservation:
-    """One view: `places_m` (n, 2) on the board, `corners_px` (n, 2) in the image."""
+    """One view: positions `places_m` (n, 2) on the board, `corners_px` (n, 2) in the image."""
 
     places_m: NDArray[np.float64]
     corners_px: NDArray[np.float64]
@@ -51,9 +51,9 @@ class LensBundle:
     """The fitted lens and poses.
 
     `lens`: (4 + k,) fx, fy, cx, cy px, then OpenCV's k distortion coefficients. `poses`: (v, 6) rotation
-    vector and translation, m. `residuals_px`, `weights`: one (n, 2) and (n,) a view. `normals`, `rights`:
-    (v, p, p) and (v, p), what each view says of the lens with the poses eliminated, in units of the noise.
-    `sigma_px`: the noise of a coordinate.
+    vector and translation, m. `residuals_px`, `weights`: one (n, 2) and (n,) a view. `normals`, `rights`: (v,
+    p, p) and (v, p), normal equations of each view for the lens with the poses eliminated, in units of the
+    noise. `sigma_px`: the noise of a coordinate.
     """
 
     lens: NDArray[np.float64]
@@ -68,14 +68,14 @@ class LensBundle:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LensPrior:
-    """What is assumed of a lens before any view: `lens` (p,), and how firmly, as a normal matrix (p, p)."""
+    """Prior of a lens: its mean `lens` (p,), and its inverse covariance `normal` (p, p)."""
 
     lens: NDArray[np.float64]
     normal: NDArray[np.float64]
 
 
 def prior_about(lens: NDArray[np.float64], *, width: int) -> LensPrior:
-    """Return what is assumed of a lens about a first guess (4 + k,) of it: very little."""
+    """Return a weak prior of a lens about a first guess (4 + k,) of it."""
     sigma = np.full(len(lens), _PRIOR_RADIAL)
     sigma[:FOCAL_AND_CENTRE] = [_PRIOR_FOCAL * lens[0]] * 2 + [_PRIOR_CENTRE * width] * 2
     sigma[[FOCAL_AND_CENTRE + k for k in _TANGENTIAL]] = _PRIOR_TANGENTIAL
@@ -85,7 +85,7 @@ def prior_about(lens: NDArray[np.float64], *, width: int) -> LensPrior:
 def project(
     places_m: NDArray[np.float64], pose: NDArray[np.float64], lens: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return (n, 2) pixels of places on a board and their derivatives (n, 2, 6 + p) by pose and lens."""
+    """Return (n, 2) pixels of points on a board and their derivatives (n, 2, 6 + p) by pose and lens."""
     points = np.column_stack([places_m, np.zeros(len(places_m))])
     matrix = np.array([[lens[0], 0.0, lens[2]], [0.0, lens[1], lens[3]], [0.0, 0.0, 1.0]])
     pixels, slopes = cv2.projectPoints(points, pose[:3], pose[3:], matrix, lens[FOCAL_AND_CENTRE:])
@@ -94,7 +94,7 @@ def project(
 
 
 def lens_vector(intrinsics: Intrinsics) -> NDArray[np.float64]:
-    """Return a calibrated camera as the (4 + k,) numbers that are fitted here."""
+    """Return intrinsics as the (4 + k,) parameters that are fitted here."""
     known = (intrinsics.fx_px, intrinsics.fy_px, intrinsics.cx_px, intrinsics.cy_px, *intrinsics.distortion)
     return np.array(known, dtype=np.float64)
 
@@ -102,7 +102,7 @@ def lens_vector(intrinsics: Intrinsics) -> NDArray[np.float64]:
 def first_lens(
     views: Sequence[BoardObservation], *, width: int, height: int, coefficients: int
 ) -> NDArray[np.float64]:
-    """Return a (4 + k,) lens to start from: the focal length that the views suggest, else that of Table 2."""
+    """Return a (4 + k,) start of the lens, with the focal length by the views, else that of Table 2."""
     objects = [np.column_stack([v.places_m, np.zeros(len(v.places_m))]).astype(np.float32) for v in views]
     images = [v.corners_px.astype(np.float32) for v in views]
     guess = np.asarray(cv2.initCameraMatrix2D(objects, images, (width, height)), dtype=np.float64)
@@ -113,7 +113,7 @@ def first_lens(
 
 
 def first_pose(view: BoardObservation, lens: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (6,) rotation vector and translation, m, of a board seen through a lens."""
+    """Return the (6,) rotation vector and translation, m, of a board by a known lens."""
     points = np.column_stack([view.places_m, np.zeros(len(view.places_m))])
     matrix = np.array([[lens[0], 0.0, lens[2]], [0.0, lens[1], lens[3]], [0.0, 0.0, 1.0]])
     found, turn, place = cv2.solvePnP(
@@ -134,7 +134,7 @@ def fit_bundle(
     free: NDArray[np.bool_] | None = None,
     poses: NDArray[np.float64] | None = None,
 ) -> LensBundle:
-    """Fit lens and poses to the views from a first lens; `free`: (p,) which of its numbers may move."""
+    """Fit lens and poses to the views from a first lens; `free`: (p,) mask of the parameters to fit."""
     moving = np.ones(len(lens), dtype=np.bool_) if free is None else free
     first = np.array([first_pose(view, lens) for view in views]) if poses is None else poses
     state = _BundleState(views, prior, lens, first)
@@ -147,7 +147,7 @@ def fit_bundle(
 
 
 def fit_pose(view: BoardObservation, lens: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n, 2) residuals, px, of a view under a known lens: only the board's place is fitted."""
+    """Return the (n, 2) residuals, px, of a view by a known lens; only the board's pose is fitted."""
     nothing = LensPrior(lens=lens, normal=np.zeros((len(lens), len(lens))))
     return fit_bundle([view], lens, prior=nothing, free=np.zeros(len(lens), dtype=np.bool_)).residuals_px[0]
 
@@ -170,7 +170,7 @@ class _BundleState:
         self.slopes = [slopes for _, slopes in projected]
 
     def spread_px(self) -> float:
-        """Return the noise of a coordinate as most residuals have it, px."""
+        """Return the noise of a coordinate by the median residual, px."""
         lengths = np.linalg.norm(np.concatenate(self.residuals), axis=1)
         return max(float(np.median(lengths)) / _RAYLEIGH_MEDIAN, _MIN_NOISE_PX)
 
@@ -180,7 +180,7 @@ class _BundleState:
         return [knee_px / np.maximum(np.linalg.norm(r, axis=1), knee_px) for r in self.residuals]
 
     def cost(self, sigma_px: float) -> float:
-        """Return Huber's loss over the variance, and what the prior adds."""
+        """Return Huber's loss over the variance, plus the prior's term."""
         lengths = np.linalg.norm(np.concatenate(self.residuals), axis=1) / sigma_px
         loss = np.where(lengths < _HUBER_KNEE, lengths**2, _HUBER_KNEE * (2.0 * lengths - _HUBER_KNEE))
         away = self.lens - self.prior.lens
@@ -191,7 +191,7 @@ class _BundleState:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], list[NDArray[np.float64]]]:
         """Return each view's normal matrix (v, p, p) and right side (v, p) for the lens, poses eliminated.
 
-        Also (6, 1 + p) a view: the step of its pose alone, and what to take off it for a step of the lens.
+        Also return (6, 1 + p) a view: the step of its pose, and its derivative by a step of the lens.
         """
         normals, rights, back = [], [], []
         for slopes, residuals, weights in zip(
@@ -219,7 +219,7 @@ class _BundleState:
         return _BundleState(self.views, self.prior, self.lens + step, poses)
 
     def bundle(self) -> LensBundle:
-        """Return the result, its noise by the degrees of freedom."""
+        """Return the result, with the noise by the degrees of freedom."""
         sigma_px = self.spread_px()
         weights = self.weights(sigma_px)
         squares = sum(float(w @ (r**2).sum(axis=1)) for w, r in zip(weights, self.residuals, strict=True))
@@ -240,7 +240,7 @@ class _BundleState:
 
 
 def _descend(state: _BundleState, moving: NDArray[np.bool_], sigma_px: float) -> _BundleState:
-    """Return the state of least cost at a fixed noise (Levenberg and Marquardt)."""
+    """Return the state of least cost at a fixed noise (Levenberg-Marquardt)."""
     damping, cost = 1e-4, state.cost(sigma_px)
     for _ in range(_ROUNDS):
         trial = state.stepped(moving, sigma_px, damping)
@@ -260,7 +260,7 @@ def _descend(state: _BundleState, moving: NDArray[np.bool_], sigma_px: float) ->
 def solve_scaled(
     normal: NDArray[np.float64], right: NDArray[np.float64], *, damping: float = 0.0
 ) -> NDArray[np.float64]:
-    """Return the solution of a symmetric system whose unknowns differ in size by many orders."""
+    """Return the solution of a symmetric system whose unknowns differ by many orders of magnitude."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     even = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
     tall = right.reshape(len(scale), -1) / scale[:, None]

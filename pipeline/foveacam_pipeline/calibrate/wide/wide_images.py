@@ -1,4 +1,4 @@
-"""A directory of images as the source of views: for a camera that was calibrated elsewhere, or earlier."""
+"""Views of a board from a directory of images, as of a camera that was recorded elsewhere or earlier."""
 
 import logging
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Diagrams of stage 1, as PNG: where the board was seen and how it was tilted; what the lens model leaves."""
+"""Diagrams of stage 1 as PNG: coverage and tilts of the board, residuals of the lens model."""
 
 import io
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ _ARROW = 0.04
 
 
 def coverage_picture(samples: WideSamples, fit: WideFit | None = None) -> bytes:
-    """Return a PNG: views in each part of the image with all corners, and the tilts that were shown."""
+    """Return a PNG of the views in each part of the image with all corners, and of the tilts."""
     lens = None if fit is None else fit.intrinsics
     views = [sample.view for sample in samples]
     cover = coverage_of(views, lens)
@@ -48,7 +48,7 @@ def coverage_picture(samples: WideSamples, fit: WideFit | None = None) -> bytes:
 
 
 def residuals_picture(samples: WideSamples, fit: WideFit) -> bytes:
-    """Return a PNG: residuals of all corners, enlarged, rms of every view, and the stated accuracy."""
+    """Return a PNG of the enlarged residuals of all corners, the rms of every view, and the accuracy."""
     width, height = samples.size
     figure = Figure(figsize=(13.0, 4.2), layout="constrained")
     arrows, bars, sure = figure.subplots(1, 3, width_ratios=(1.3, 0.8, 1.3))

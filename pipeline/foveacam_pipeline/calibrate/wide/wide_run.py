@@ -22,7 +22,7 @@ from foveacam_pipeline.calibrate.wide.wide_samples import FILE, WideSample, Wide
 _ENOUGH_VIEWS = 15
 _ENOUGH_COVERAGE = 0.9
 _LOOK_NS = 250_000_000
-"""As which a look counts at most: who looks slowly waits for as many looks, not for as many seconds."""
+"""Longest time that one look counts for, so that a slow computer waits for as many looks as a fast one."""
 
 logger = logging.getLogger(__name__)
 
@@ -36,13 +36,13 @@ _SHIFT = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WideSettings:
-    """How many views to take, and how patiently.
+    """Number of views, and the time limits of the capture.
 
-    `views`: enough, however they cover; fewer do when nothing new has been shown for `patience_s`, or for
-    `content_s` once the image is covered and the board was tilted every way; an image that takes longer
-    counts as a quarter of a second. `every_s`: time between images, twice that while nothing changes.
-    `still_px`: how far a corner may stray of a board that is held still. `frames`: averaged for a view.
-    `folder`: where views are kept as they are taken, and from where a former run is continued.
+    `views`: enough, whatever their coverage; fewer suffice when nothing new has been shown for `patience_s`,
+    or for `content_s` once the image is covered and the board was tilted every way; an image that takes
+    longer counts as a quarter of a second. `every_s`: time between images, twice that while nothing changes.
+    `still_px`: maximum movement of a corner of a still board. `frames`: averaged for a view. `folder`: where
+    views are stored as they are captured, and from where an earlier run continues.
     """
 
     views: int = 40
@@ -56,19 +56,19 @@ class WideSettings:
 
 @runtime_checkable
 class SampleWatcher(Protocol):
-    """A watcher who wants to know of every view taken."""
+    """A watcher that receives every captured view."""
 
     def sample(self, sample_id: str) -> None:
-        """Take note of a new view of the board."""
+        """Report a new view of the board."""
         ...
 
 
 def calibrate_wide(
     head: Head, board: Board, *, clock: Clock, watch: ProcedureWatcher, settings: WideSettings | None = None
 ) -> WideSamples:
-    """Take views until there are enough; raise Timeout when no board, or too little of it, is shown.
+    """Capture views until there are enough; raise Timeout when no board, or too little of it, is shown.
 
-    Views taken before it was cancelled, or gave up, are in `settings.folder`, and count when it runs again.
+    Views captured before a cancellation or timeout are in `settings.folder`, and count in the next run.
     """
     settings = settings or WideSettings()
     samples = load_samples(board, settings.folder)
@@ -91,7 +91,7 @@ def calibrate_wide(
 
 
 def load_samples(board: Board, folder: Path | None) -> WideSamples:
-    """Return the views that a former run left in a folder, or none; another board's are refused."""
+    """Return the views of an earlier run in a folder, or none; those of another board are refused."""
     samples = WideSamples(board)
     if folder is not None and (folder / FILE).exists():
         for sample in WideSamples.load(folder):
@@ -105,7 +105,7 @@ def gray_of(frame: Frame) -> NDArray[np.uint8]:
 
 
 class _CaptureRun:
-    """One image after another, and what was made of them."""
+    """State of one run: the views, their coverage and the automatic capture."""
 
     def __init__(
         self, head: Head, samples: WideSamples, settings: WideSettings, watch: ProcedureWatcher
@@ -115,39 +115,39 @@ class _CaptureRun:
         self._covering = CoverageTracker(sample.view for sample in samples)
         self._last: NDArray[np.uint8] | None = None
         self._seen = False
-        self._tell(AutoCaptureVerdict(state="no board"))
+        self._report(AutoCaptureVerdict(state="no board"))
 
     @property
     def patience_s(self) -> float:
-        """How long to wait for something new."""
+        """Time to wait for something new."""
         cover, enough = self._covering.coverage, len(self._samples) >= _ENOUGH_VIEWS
         content = enough and cover.fraction >= _ENOUGH_COVERAGE and cover.tilts_covered == len(TILTS)
         return self._settings.content_s if content else self._settings.patience_s
 
     def look(self) -> float:
-        """Take one image, keep the view when there is reason to, and return how soon to look again, s."""
+        """Read one image, add its view when captured, and return the pause before the next image, s."""
         frame = self._head.wide(max_age_ms=0.5e3 * self._settings.every_s)
         image = _eight_bits(frame)
         gray = _gray(image)
         board = self._samples.board
         quick = detect_board(gray, board, effort="live")
-        verdict = self._capture.offer(
+        verdict = self._capture.add_image(
             quick,
             t_ns=frame.t_ns,
             exact=lambda: detect_board(gray, board),
-            lacks=self._covering.lacks,
+            is_new=self._covering.is_new,
         )
         self._last, self._seen = gray, self._seen or quick is not None
         if verdict.view is not None:
-            self._keep(verdict.view, verdict.frames, image)
-        self._tell(verdict)
+            self._add_view(verdict.view, verdict.frames, image)
+        self._report(verdict)
         cover = self._covering.coverage
         self._watch.show("wide", draw_overlay(image, quick, cover=cover, words=STATE_NOTES[verdict.state]))
         idle = verdict.state in ("taken", "nothing new")
         return self._settings.every_s * (2.0 if idle else 1.0)
 
     def finish_or_raise(self, *, waited_s: float) -> None:
-        """End with the views there are, or say why that will not do."""
+        """Return when there are enough views, else raise Timeout with the reason."""
         taken = len(self._samples)
         if taken >= LEAST_VIEWS:
             logger.info("nothing new for %.0f s: %d views", waited_s, taken)
@@ -165,7 +165,7 @@ class _CaptureRun:
             f"{LEAST_VIEWS} are the least; show the board in other places and tilts, held still each time"
         )
 
-    def _keep(self, view: BoardView, frames: int, image: NDArray[np.uint8]) -> None:
+    def _add_view(self, view: BoardView, frames: int, image: NDArray[np.uint8]) -> None:
         sample = WideSample(view=view, thumbnail_jpeg=thumbnail(image, view), frames=frames)
         self._samples.add(sample)
         self._covering.add(view)
@@ -174,7 +174,7 @@ class _CaptureRun:
         if isinstance(self._watch, SampleWatcher):
             self._watch.sample(sample.id)
 
-    def _tell(self, verdict: AutoCaptureVerdict) -> None:
+    def _report(self, verdict: AutoCaptureVerdict) -> None:
         note = f"{STATE_NOTES[verdict.state]}; {self._covering.coverage}"
         self._watch.progress(len(self._samples), total=self._settings.views, note=note)
 
@@ -194,7 +194,7 @@ def _gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def draw_overlay(
     image: NDArray[np.uint8], view: BoardView | None, *, cover: BoardCoverage, words: str
 ) -> NDArray[np.uint8]:
-    """Return (h/2, w/2, 3) uint8 RGB: covered parts veiled in green, corners, words for the operator."""
+    """Return the picture, (h/2, w/2, 3) uint8 RGB, with covered parts tinted green, corners and a note."""
     small = cv2.resize(image, None, fx=PICTURE_SCALE, fy=PICTURE_SCALE, interpolation=cv2.INTER_AREA)
     base = cv2.cvtColor(small, cv2.COLOR_GRAY2RGB) if small.ndim == 2 else small.copy()
     height, width = base.shape[:2]

@@ -1,4 +1,4 @@
-"""The views of a board that one calibration of the wide camera rests on, in memory and in a session's folder.
+"""The views of a board for one calibration of the wide camera, in memory and in a session's folder.
 
 `wide.json` holds the corners, `wide/<id>.jpg` a thumbnail of each view.
 """
@@ -30,7 +30,7 @@ _QUALITY = 80
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WideSample:
-    """One view; `frames`: how many images its corners are the mean of; `source`: a file's name, or empty."""
+    """One view; `frames`: number of averaged images; `source`: a file's name, or empty."""
 
     view: BoardView
     thumbnail_jpeg: bytes
@@ -39,12 +39,12 @@ class WideSample:
 
     @property
     def id(self) -> str:
-        """Name of the view, by its corners."""
+        """Id of the view, the hash of its corners."""
         return content_id([plain(self.view.ids), plain(self.view.corners_px)])
 
 
 class WideSamples:
-    """Views of one board by one camera, in the order in which they were taken."""
+    """Views of one board by one camera, in the order of capture."""
 
     def __init__(self, board: Board, samples: Iterable[WideSample] = ()) -> None:
         self.board = board
@@ -72,7 +72,7 @@ class WideSamples:
         return self._samples[sample_id]
 
     def add(self, sample: WideSample) -> None:
-        """Add a view of the same board, of the same size; one that is here already stays as it is."""
+        """Add a view of the same board and size; one that was added already is unchanged."""
         view = sample.view
         if view.board != self.board:
             raise InvalidInput(
@@ -88,12 +88,12 @@ class WideSamples:
         self._samples.setdefault(sample.id, sample)
 
     def remove(self, sample_id: str) -> None:
-        """Take a view out."""
+        """Remove a view, or raise InvalidInput."""
         self.get(sample_id)
         del self._samples[sample_id]
 
     def save(self, folder: Path) -> None:
-        """Write all to a folder, whole, then renamed; refuse to write over another board's views."""
+        """Write all views to a folder atomically; refuse to overwrite another board's views."""
         if (folder / FILE).exists():
             found = WideSamples.load(folder)
             if found.board != self.board or (len(found) and len(self) and found.size != self.size):
@@ -114,7 +114,7 @@ class WideSamples:
 
     @staticmethod
     def load(folder: Path) -> "WideSamples":
-        """Read what `save` wrote; raise InvalidInput naming the file and what is wrong with it."""
+        """Read the views of a folder; raise InvalidInput naming the file and what is wrong with it."""
         path = folder / FILE
         try:
             document = _Document.model_validate_json(path.read_bytes())
