@@ -1,4 +1,4 @@
-"""The exchange formats of the authors' application: their records as our measurements, and ours as theirs."""
+"""Import and export of the calibration records and device bundles of the authors' application."""
 
 from foveacam_pipeline.calibrate.exchange.angles import NominalOptics, rig_sweep_of
 from foveacam_pipeline.calibrate.exchange.bundle import (

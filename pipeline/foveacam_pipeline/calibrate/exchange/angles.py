@@ -1,7 +1,7 @@
-"""The authors' records as measured angles, for the fit: what they hold is enough, be they old or new.
+"""Conversion of the authors' records, old or new, to the measured angles of a fit.
 
-The marker of the wide camera is seen at the recorded angle; the eye's own marker stands beside it. Both face
-the rig where the base stands straight, and turn with the base as it turns by pan and then by tilt.
+The wide camera's marker is at the recorded angle, the eye's own marker beside it. Both face the rig at the
+zero pose of the base, and turn with the base by pan and then by tilt.
 """
 
 import math
@@ -33,7 +33,7 @@ _PLACE_DIGITS = 6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NominalOptics:
-    """What the fit takes from the drawing: `baseline_m`, focal length of the telephoto, its pupil."""
+    """Nominal dimensions for the fit: `baseline_m`, focal length of the telephoto, its pupil."""
 
     baseline_m: float = 0.2
     fovea_f_px: float = 28_760.0
@@ -49,7 +49,7 @@ def rig_sweep_of(
     optics: NominalOptics,
     drift_rad: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0)),
 ) -> RigSweep:
-    """Return the samples of two records; `drift_rad`: what an operator corrected, left and right (ax, ay)."""
+    """Return the samples of two records; `drift_rad`: the operator's corrections, left and right (ax, ay)."""
     if rig.distance_m is None:
         raise InvalidInput(
             "the records do not say how far away the markers stood; give the distance in metres"
@@ -116,7 +116,7 @@ def _keys(point: Datapoint) -> list[tuple[float, float]]:
 def _tangents(
     point: Datapoint, places_m: NDArray[np.float64], role: Role, *, rig: ImportedRig, baseline_m: float
 ) -> tuple[NDArray[np.float64], float]:
-    """Return (m, 2) tangents, from the eye's reference point, of places on its marker; and the depth, m."""
+    """Return (m, 2) tangents, from the eye's reference point, of points on its marker, and the depth, m."""
     side = -1.0 if role is Role.LEFT else 1.0
     reference = np.array([side * baseline_m / 2.0, 0.0, 0.0])
     angle = point.angle.x, point.angle.y
@@ -129,7 +129,7 @@ def _tangents(
 
 
 def _rig_from_target(angle_rad: tuple[float, float]) -> NDArray[np.float64]:
-    """Return the (3, 3) turn of the target in the rig's axes when the base brings it to a gaze."""
+    """Return the (3, 3) rotation of the target in the rig's axes when the base turns it to a gaze."""
     base = base_pose(np.array(angle_rad), AHEAD)
     cp, sp = math.cos(base.pan_rad), math.sin(base.pan_rad)
     ct, st = math.cos(base.tilt_rad), math.sin(base.tilt_rad)
@@ -142,7 +142,7 @@ def _rig_from_target(angle_rad: tuple[float, float]) -> NDArray[np.float64]:
 def _image_centre(
     raw_px: NDArray[np.float64], tangents: NDArray[np.float64], size: tuple[int, int]
 ) -> NDArray[np.float64]:
-    """Return the (2,) tangent that the image centre sees, after the corners around it."""
+    """Return the (2,) tangents at the image centre, by the homography of the corners around it."""
     found, _ = cv2.findHomography(raw_px, tangents)
     if found is None:
         raise InvalidInput("a pose's corners lie on a line or fall together; leave it out of the record")

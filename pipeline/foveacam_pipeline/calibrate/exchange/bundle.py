@@ -1,4 +1,4 @@
-"""A whole calibrated rig as the authors' device bundle, and what a bundle says of a rig."""
+"""Conversion of a whole calibrated rig to the authors' device bundle, and of a bundle's settings to ours."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class CameraKeys:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigSettings:
-    """What an operator set, in our units; `drift_rad`: what was corrected, left and right (ax, ay)."""
+    """The operator's settings of a rig; `drift_rad`: corrections of drift, left and right (ax, ay)."""
 
     nickname: str | None = None
     baseline_m: float | None = None
@@ -44,8 +44,8 @@ def bundle_of(
 ) -> DeviceBundle:
     """Return the bundle of a calibration and of the sweeps it was fitted to.
 
-    Their application fits angles that the distance of the markers does not enter, so it gets the sweep over
-    the farthest ones. `rms_px`: of the wide camera's solve, if known.
+    The authors' application ignores the distance of the markers, so the bundle has the sweep with the
+    farthest ones. `rms_px`: of the wide camera's solve, if known.
     """
     if not sweeps:
         raise InvalidInput(
@@ -70,7 +70,7 @@ def bundle_of(
 
 
 def settings_of(bundle: DeviceBundle) -> RigSettings:
-    """Return what a bundle says of its rig, in our units."""
+    """Return the settings of a bundle's rig, in our units."""
     config = bundle.settings
     drifts = [
         (0.0, 0.0) if point is None else (point.x, point.y) for point in (config.drift_l, config.drift_r)

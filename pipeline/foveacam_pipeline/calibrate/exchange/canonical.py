@@ -1,4 +1,4 @@
-"""The one JSON text of a value that ids are taken of: as ECMAScript would write it, keys sorted.
+"""Canonical JSON text of a value, as written by ECMAScript with sorted keys.
 
 A record's id is a hash of this text, so every digit counts: 600.0 is written 600, 1e-7 keeps its exponent.
 """
@@ -12,7 +12,7 @@ from typing import TypeAlias
 from foveacam_hardware.contract import InvalidInput
 
 Json: TypeAlias = Mapping[str, "Json"] | Sequence["Json"] | str | float | int | bool | None
-"""What a JSON document holds."""
+"""A value of a JSON document."""
 ID_DIGITS = 32
 """Hexadecimal digits of the SHA-256 that name a record or a triple of cameras (FEATURES: authors' files)."""
 _LONGEST_PLAIN = 21  # ECMA-262, Number::toString: from 1e21 on with an exponent
@@ -40,7 +40,7 @@ def number_text(value: float) -> str:
 
 
 def string_text(value: str) -> str:
-    """Return a string as JSON.stringify writes it: nothing escaped but what must be."""
+    """Return a string as JSON.stringify writes it, with the fewest escapes."""
     text = json.dumps(value, ensure_ascii=False)
     return "".join(f"\\u{ord(c):04x}" if "\ud800" <= c <= "\udfff" else c for c in text)
 
@@ -82,7 +82,7 @@ def _name(text: str) -> str:
 
 
 def _shortest_digits(number: float) -> tuple[str, int]:
-    """Return the fewest digits that read back as `number` > 0, and where the decimal point stands in them."""
+    """Return the fewest digits that read back as `number` > 0, and the position of the decimal point."""
     mantissa, _, exponent = repr(number).partition("e")
     whole, _, fraction = mantissa.partition(".")
     digits = whole + fraction

@@ -1,4 +1,4 @@
-"""The shapes of the authors' documents, as far as we read them; what else they hold is kept as it is."""
+"""Schemas of the authors' documents, as far as we read them; other fields are preserved unchanged."""
 
 import base64
 import binascii
@@ -21,7 +21,7 @@ class _Document(BaseModel):
 
 
 class Point2(_Document):
-    """Two numbers; what they count is said where it is used."""
+    """Two numbers; their unit depends on the field."""
 
     x: float
     y: float
@@ -43,7 +43,7 @@ class Marker(_Document):
 
 
 class Datapoint(_Document):
-    """One pose of one eye: corners, volts, and the angle (rad) at which the wide camera sees its marker."""
+    """One pose of one eye: corners, volts, and the angle (rad) of the wide camera's marker."""
 
     img_points: Annotated[list[Point2], Field(min_length=4)]
     obj_points: Annotated[list[Point3], Field(min_length=4)]
@@ -101,14 +101,14 @@ class TypedArray(_Document):
 
 
 class ImageSizeDocument(_Document):
-    """Of an image, px."""
+    """Size of an image, px."""
 
     width: Annotated[int, Field(gt=0)]
     height: Annotated[int, Field(gt=0)]
 
 
 class Solve(_Document):
-    """What the solve of a camera gave."""
+    """Result of a camera's solve."""
 
     sensor_size: ImageSizeDocument
     camera_matrix: TypedArray | list[float] | list[list[float]]
@@ -124,7 +124,7 @@ class IntrinsicInner(_Document):
 
 
 class Association(_Document):
-    """A camera that a record was bound to, alone or in a rig."""
+    """A camera that a record belongs to, alone or in a rig."""
 
     camera_key: Annotated[str, Field(alias="cameraKey", min_length=1)]
     triple_hash: Annotated[str | None, Field(alias="tripleHash")] = None
@@ -132,7 +132,7 @@ class Association(_Document):
 
 
 class Outer(_Document):
-    """What may change about a record without changing its id."""
+    """The fields of a record that may change without changing its id."""
 
     created: str
     label: str | None = None
@@ -141,14 +141,14 @@ class Outer(_Document):
 
 
 class StoredRecord(_Document):
-    """A record as the authors' application keeps it."""
+    """A record in the store of the authors' application."""
 
     id: str
     outer: Outer
 
 
 class ExportedRecord(_Document):
-    """A record as it travels: without its associations."""
+    """A record as exported, without its associations."""
 
     id: str
     created: str
@@ -158,7 +158,7 @@ class ExportedRecord(_Document):
 
 
 class DeviceConfig(_Document):
-    """What an operator set for a rig."""
+    """The operator's settings of a rig."""
 
     nickname: str | None = None
     baseline_mm: Positive | None = None

@@ -1,7 +1,7 @@
-"""The poses of the eyes: our sweep as the authors' records, and their records as a sweep of ours.
+"""Conversion of our sweeps to the authors' extrinsic records, and of their records to a sweep.
 
-Their poses hold the angle of the wide camera's marker, and four corners of the markers in the wide view
-where the recording was new enough; ours hold every corner, so what goes out and comes back keeps four.
+Their poses have the angle of the wide camera's marker, and in newer records four corners of the markers in
+the wide view; ours have every corner, so an export and import preserves four.
 """
 
 import math
@@ -29,11 +29,11 @@ _EYES = (Role.LEFT, Role.RIGHT)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportedRig:
-    """What an importer must know of the rig, for the records do not say it.
+    """Data of the rig for an import, which the records do not contain.
 
     `wide_size`, `fovea_size`: (width, height), px. `distance_m`: of the markers, None when unknown.
-    `spacing_m`: from the wide camera's marker to each eye's. `side_m`: of records that do not say it.
-    `*_key`: keys of the cameras at hand; records that are bound to others are refused.
+    `spacing_m`: from the wide camera's marker to each eye's. `side_m`: for records without it. `*_key`: keys
+    of the rig's cameras; records that belong to others are refused.
     """
 
     rig_id: str
@@ -49,7 +49,7 @@ class ImportedRig:
 def extrinsic_record(
     sweep: Sweep, role: Role, *, wide: Intrinsics, label: str | None = None
 ) -> ExchangeRecord:
-    """Return the centred poses of one eye as a record; there, a pose means that the marker is centred."""
+    """Return the centred poses of one eye as a record, whose poses always have a centred marker."""
     layout = sweep.header.layout
     poses = [
         _document(pose, eye, layout, layout.id_of(role), wide)
@@ -71,7 +71,7 @@ def extrinsic_record(
 
 
 def sweep_of(left: ExchangeRecord, right: ExchangeRecord, *, rig: ImportedRig) -> Sweep:
-    """Return the sweep of two records; poses of both eyes belong together where the angle is the same.
+    """Return the sweep of two records; poses of both eyes with the same angle form one pose.
 
     Raise InvalidInput when the poses lack the markers' corners in the wide view, when the markers are
     swapped, or when a record is of other cameras.
@@ -128,7 +128,7 @@ def corners_px(points: Sequence[Point2]) -> NDArray[np.float64]:
 
 
 def places_of(point: Datapoint) -> NDArray[np.float64]:
-    """Return the (n, 2) places of a pose's corners on its marker, in sides; the marker must be flat."""
+    """Return the (n, 2) positions of a pose's corners on its marker, in sides; the marker must be flat."""
     places = np.array([(corner.x, corner.y, corner.z) for corner in point.obj_points], dtype=np.float64)
     if places[:, 2].any():
         raise InvalidInput("obj_points: z other than 0 was found; only flat markers are known")
@@ -156,7 +156,7 @@ def _document(
 
 
 def _crossing(quad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the (1, 2) point where the diagonals of (4, 2) corners cross: the middle, seen from any side."""
+    """Return the (1, 2) crossing of the diagonals of (4, 2) corners: the middle in any perspective."""
     rows = np.column_stack([quad, np.ones(len(quad))])
     crossing = np.cross(np.cross(rows[0], rows[2]), np.cross(rows[1], rows[3]))
     middle: NDArray[np.float64] = crossing[None, :2] / crossing[2]
@@ -182,7 +182,7 @@ def _angle(point: Datapoint) -> tuple[float, float]:
 
 
 def _plan(angles: Sequence[tuple[float, float]]) -> SweepPlan:
-    """Return a grid that has as many nodes, and reaches as far, as the poses."""
+    """Return a grid with as many nodes and the same reach as the poses."""
     columns = max(MIN_NODES, math.ceil(math.sqrt(len(angles))))
     half = np.maximum(np.abs(np.array(angles)).max(axis=0), 1e-6)
     return SweepPlan(

@@ -1,6 +1,6 @@
-"""The authors' files: single records, stored records and device bundles, read and written.
+"""Reading and writing of the authors' files: single records, stored records and device bundles.
 
-What cannot be trusted is refused by name; what is there already is never overwritten.
+Invalid files are refused by name; existing files are never overwritten.
 """
 
 import json
@@ -27,7 +27,7 @@ from foveacam_pipeline.calibrate.records.new_file import write_new
 RECORD_SCHEMA = "fovea-calibration-record@1"
 BUNDLE_SCHEMA = "fovea-device-config@1"
 LARGEST_BYTES = 64 * 2**20
-"""Of a file that is read; a record of 1000 poses has about 2 MB."""
+"""Maximum size of a file that is read; a record of 1000 poses has about 2 MB."""
 
 logger = logging.getLogger(__name__)
 
@@ -36,7 +36,7 @@ logger = logging.getLogger(__name__)
 class DeviceBundle:
     """A rig's settings with all its records.
 
-    `config`: kept as it came; `settings` is how we read it. `triple`: hash of its three cameras' keys.
+    `config`: the document, unchanged; `settings`: its parsed form. `triple`: hash of its three cameras' keys.
     """
 
     config: Mapping[str, Json]
@@ -97,7 +97,7 @@ def record_from(document: Mapping[str, Json], *, what: str) -> ExchangeRecord:
 
 
 def bundle_from(document: Mapping[str, Json], *, what: str) -> DeviceBundle:
-    """Return the bundle of its document; one bad record refuses the whole."""
+    """Return the bundle of its document; raise InvalidInput when any record is invalid."""
     if document.get("schema") != BUNDLE_SCHEMA:
         raise InvalidInput(
             f"{what}: a document {BUNDLE_SCHEMA!r} is needed, {document.get('schema')!r} was found; "
@@ -157,7 +157,7 @@ def _from_store(document: Mapping[str, Json], *, what: str) -> ExchangeRecord:
 
 
 def _checked(record: ExchangeRecord, *, what: str) -> ExchangeRecord:
-    """Return the record once all of it could be read."""
+    """Return the record; raise InvalidInput unless all of it can be parsed."""
     try:
         _ = record.extrinsic() if record.kind is RecordKind.EXTRINSIC else record.intrinsic()
     except InvalidInput as error:

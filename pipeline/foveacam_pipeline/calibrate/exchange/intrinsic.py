@@ -1,4 +1,4 @@
-"""A camera's solve: from the authors' record to our intrinsics and back."""
+"""Conversion of the authors' intrinsic records to our intrinsics and back."""
 
 import base64
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord, RecordKi
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 COEFFICIENTS = (4, 5, 8, 12, 14)
-"""How many distortion coefficients OpenCV's models have."""
+"""Numbers of distortion coefficients of OpenCV's models."""
 
 
 def intrinsics_of(
@@ -21,7 +21,7 @@ def intrinsics_of(
 ) -> Intrinsics:
     """Return the wide camera's intrinsics of a record.
 
-    `size`: (width, height), px, and `key`, of the camera at hand; a record of another one is refused.
+    `size`: (width, height), px, and `key`, of the rig's camera; a record of another one is refused.
     """
     record.check(kind=RecordKind.INTRINSIC, role=Role.WIDE)
     if key is not None:
@@ -79,7 +79,7 @@ def intrinsic_record(
 
 
 def typed_array(values: NDArray[np.float64]) -> dict[str, Json]:
-    """Return an array of float64 as the authors' documents hold it."""
+    """Return the document of a float64 array in the authors' format."""
     data = np.ascontiguousarray(values, dtype="<f8")
     return {
         "type": "Float64Array",

@@ -1,6 +1,6 @@
-"""One calibration record of the authors' application: what was measured, and what is known about it.
+"""Calibration record of the authors' application: the inner document of measurements, and its metadata.
 
-The inner document is kept as it came, every field of it, for its hash is the record's name.
+The inner document is preserved with every field, because its hash is the record's id.
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ _Parsed = TypeVar("_Parsed", bound=BaseModel)
 
 
 class RecordKind(StrEnum):
-    """What a record holds."""
+    """Kind of a record."""
 
     EXTRINSIC = "extrinsic"
     """The poses of one eye."""
@@ -35,10 +35,10 @@ class RecordKind(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ExchangeRecord:
-    """A record. `inner` is its immutable part; `created_utc` ISO 8601.
+    """A record. `inner`: its immutable part; `created_utc`: ISO 8601.
 
-    `role`: which camera it is of, None when the file does not say. `sources`: ids of what it was combined
-    from. `stated_id`: the id that its file gave.
+    `role`: its camera, None when the file does not give it. `sources`: ids of the records it was combined
+    from. `stated_id`: the id in its file.
     """
 
     kind: RecordKind
@@ -52,18 +52,18 @@ class ExchangeRecord:
 
     @property
     def id(self) -> str:
-        """Name of the record: the hash of its inner document."""
+        """Id of the record: the hash of its inner document."""
         return record_id(self.inner)
 
     @property
     def warning(self) -> str | None:
-        """What an importer must tell: the file names another id than its content has."""
+        """Warning for the operator when the id in the file differs from that of the content."""
         if self.stated_id is None or self.stated_id == self.id:
             return None
         return f"the file says {self.stated_id}, its content is {self.id}; it counts as the latter"
 
     def check(self, *, kind: RecordKind, role: Role) -> None:
-        """Raise InvalidInput unless the record is of this kind, and of this camera as far as it says."""
+        """Raise InvalidInput unless the record is of this kind and, if it names a camera, of this one."""
         if self.kind is not kind:
             raise InvalidInput(
                 f"record {self.id} is {self.kind.value}, {kind.value} is needed here; give the other record"
@@ -75,7 +75,7 @@ class ExchangeRecord:
             )
 
     def check_camera(self, key: str) -> None:
-        """Raise InvalidInput when the record is bound to cameras, but not to the one with this key."""
+        """Raise InvalidInput when the record belongs to cameras, but not to the one with this key."""
         keys = sorted({association.camera_key for association in self.associations})
         if keys and key not in keys:
             raise InvalidInput(
@@ -84,16 +84,16 @@ class ExchangeRecord:
             )
 
     def extrinsic(self) -> ExtrinsicInner:
-        """Return the poses; raise InvalidInput when they are not as they should be."""
+        """Return the poses; raise InvalidInput when they are invalid."""
         return parsed(ExtrinsicInner, self.inner, what=f"record {self.id}")
 
     def intrinsic(self) -> IntrinsicInner:
-        """Return the solve; raise InvalidInput when it is not as it should be."""
+        """Return the solve; raise InvalidInput when it is invalid."""
         return parsed(IntrinsicInner, self.inner, what=f"record {self.id}")
 
 
 def parsed(model: type[_Parsed], document: object, *, what: str) -> _Parsed:
-    """Return a document in the shape of a model, or raise InvalidInput naming the first thing amiss."""
+    """Return a document parsed as a model, or raise InvalidInput naming the first invalid field."""
     try:
         return model.model_validate(document)
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""The report of a calibration: one HTML page that needs nothing else."""
+"""The report of a calibration: one self-contained HTML page."""
 
 from foveacam_pipeline.calibrate.report.facts import DriftFacts, SessionFacts, drift_facts, session_facts
 from foveacam_pipeline.calibrate.report.page import PICTURES, report_html

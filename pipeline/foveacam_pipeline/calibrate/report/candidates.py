@@ -1,4 +1,4 @@
-"""The fit in a report: every candidate's error, the paper's model beside ours, the markers' parallax."""
+"""The fit in a report: errors of all candidate models, comparison with the paper's model, parallax."""
 
 from collections.abc import Mapping
 
@@ -20,7 +20,7 @@ _STEPS = ("pointing_rms_px", "rectification_rms_px", "epipolar_rms_px")
 
 
 def candidate_parts(session: SessionFacts | None, calibration: Calibration) -> list[str]:
-    """Return the parts that tell which models were compared; words for it where none were."""
+    """Return the HTML parts on the compared models, or a note that there were none."""
     fit = session.fit if session is not None else None
     if fit is None or not fit.models:
         return [

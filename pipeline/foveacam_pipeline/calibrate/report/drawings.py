@@ -51,7 +51,7 @@ def field_drawing(calibration: Calibration) -> str:
 
 
 def sweep_drawing(sweep: SweepFacts) -> str:
-    """Return the poses of a sweep: the left half of a dot is the left eye's, the right half the other's."""
+    """Return the poses of a sweep: the halves of a dot are the left and the right eye."""
     at = np.array([(pose.ax_deg, pose.ay_deg) for pose in sweep.poses])
     half, tall = (1.15 * np.abs(at).max(axis=0) + 0.5).tolist()
     dots = [
@@ -64,7 +64,7 @@ def sweep_drawing(sweep: SweepFacts) -> str:
 
 
 def svg(parts: Sequence[str], box: tuple[float, ...], label: str, *, text_deg: float | None = None) -> str:
-    """Return an SVG over `box` (x, y, width, height); `text_deg`: size of words where it is in degrees."""
+    """Return an SVG over `box` (x, y, width, height); `text_deg`: text size of a drawing in degrees."""
     view = " ".join(f"{value:.2f}" for value in box)
     style = "" if text_deg is None else f' style="--size:{text_deg}px" class="degrees"'
     return (
@@ -105,7 +105,7 @@ def _label(x: float, y: float, text: str) -> str:
 
 
 def score_bars(models: Sequence[ModelFacts]) -> str:
-    """Return the leave-one-out error of every candidate, both axes together, on a logarithmic scale."""
+    """Return a bar chart of the leave-one-out error of every candidate, both axes together, logarithmic."""
     sizes = [math.hypot(*model.loo_deg) / math.sqrt(2.0) for model in models]
     logs = [math.log10(size) for size in sizes if size > 0.0] or [0.0]
     low, high = min(logs) - 0.3, max(logs)
@@ -118,7 +118,7 @@ def score_bars(models: Sequence[ModelFacts]) -> str:
 
 
 def drift_chart(checks: Sequence[DriftFacts]) -> str:
-    """Return the shifts of both eyes over the checks, in their order, with their standard errors."""
+    """Return a chart of the shifts of both eyes over the checks, in order, with their standard errors."""
     shifts = [
         abs(value) for check in checks for eye in check.eyes for value in (eye.shift_x_deg, eye.shift_y_deg)
     ]

@@ -1,6 +1,6 @@
-"""What a report says beside the calibration itself: how it was measured, what was checked, how it aged.
+"""Data of a report beside the calibration itself: its session, its check and the drift checks since.
 
-The shapes are those of the documents which the server shows: degrees, milliseconds; parts may be missing.
+The types match the server's documents (degrees, milliseconds); parts may be missing.
 """
 
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ class LensFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardFacts:
-    """The board that was shown to the wide camera."""
+    """The board of the wide camera's views."""
 
     kind: str
     columns: int
@@ -43,7 +43,7 @@ class BoardFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WideFacts:
-    """Stage 1; `samples` as the session lists them, of which only the number counts here."""
+    """Stage 1; `samples` as the session lists them, of which only the number is used."""
 
     samples: tuple[dict[str, Any], ...] = ()  # Any: documents of views, not read
     coverage_fraction: float | None = None
@@ -89,7 +89,7 @@ class ModelFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MountDriftFacts:
-    """How an eye's mount drifted during the sweeps, fovea px; `knocks_px`: how far it jumped each time."""
+    """Drift of an eye's mount during the sweeps, fovea px; `knocks_px`: steps at knocks."""
 
     px_per_minute: float
     moved_px: float
@@ -100,7 +100,7 @@ class MountDriftFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClosingFacts:
-    """What had drifted between the sweeps and the check; `corrected`: whether it was taken out."""
+    """Drift between the sweeps and the check; `corrected`: whether it was corrected."""
 
     corrected: bool
     rows_px: float
@@ -108,7 +108,7 @@ class ClosingFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitFacts:
-    """What the fit found; `paper`, `parallax`: figures by name."""
+    """Result of the fit; `paper`, `parallax`: figures by name."""
 
     calibration_id: str = ""
     models: tuple[ModelFacts, ...] = ()
@@ -120,7 +120,7 @@ class FitFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisFacts:
-    """How one axis of one mirror settles; None where it could not be told.
+    """Settling of one axis of one mirror; None where it could not be measured.
 
     `response_ms`: until half of a step is done; `response_open_ms`: the same with the filter wide open.
     """
@@ -137,14 +137,14 @@ class AxisFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SettleFacts:
-    """The settle characterisation."""
+    """Settling of the mirrors."""
 
     axes: tuple[AxisFacts, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckFacts:
-    """What the calibration left at poses outside the sweep."""
+    """Errors of the calibration at poses outside the sweep."""
 
     epipolar_rms_px: float | None = None
     epipolar_p95_px: float | None = None
@@ -197,12 +197,12 @@ class DriftFacts:
 
 
 def session_facts(document: Mapping[str, object]) -> SessionFacts:
-    """Return the facts of a session's document; raise InvalidInput naming what is not as it should be."""
+    """Return the facts of a session's document; raise InvalidInput naming an invalid field."""
     return _facts(SessionFacts, document, what="session")
 
 
 def drift_facts(document: Mapping[str, object]) -> DriftFacts:
-    """Return the facts of a drift check's document."""
+    """Return the facts of a drift check's document; raise InvalidInput naming an invalid field."""
     return _facts(DriftFacts, document, what="drift check")
 
 

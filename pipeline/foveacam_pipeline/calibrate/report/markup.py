@@ -1,4 +1,4 @@
-"""Pieces of HTML: tables, figures, and words for what is missing. All text is escaped here."""
+"""HTML elements of a report: tables, figures, and notes on missing parts. All text is escaped here."""
 
 import base64
 import re
@@ -26,12 +26,12 @@ def paragraph(text: str) -> str:
 
 
 def not_measured(what: str, how: str) -> str:
-    """Return the words for a part that was not measured, and how to measure it."""
+    """Return the note that a part was not measured, and how to measure it."""
     return f'<p class="absent"><b>Not measured:</b> {escape(what)}. <span>{escape(how)}</span></p>'
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], *, caption: str = "") -> str:
-    """Return a table; a column whose first cell is a number stands to the right."""
+    """Return a table; a column whose first cell is a number is right-aligned."""
     kept = [tuple(row) for row in rows]
     kinds = [' class="n"' if kept and _NUMBER.match(kept[0][k]) else "" for k in range(len(heads))]
     head = "".join(
@@ -44,13 +44,13 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], *, caption: str =
 
 
 def facts(pairs: Iterable[tuple[str, str]]) -> str:
-    """Return names and values as a list."""
+    """Return names and values as a definition list."""
     rows = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in pairs)
     return f'<dl class="facts">{rows}</dl>'
 
 
 def figure(picture: bytes, caption: str) -> str:
-    """Return a picture (PNG or JPEG) that is part of the page."""
+    """Return a picture (PNG or JPEG) embedded in the page."""
     kind = next((kind for start, kind in _KINDS.items() if picture.startswith(start)), None)
     if kind is None:
         raise InvalidInput(f"report: picture {caption!r} is neither PNG nor JPEG; draw it again")
@@ -62,7 +62,7 @@ def figure(picture: bytes, caption: str) -> str:
 
 
 def _is_broad(picture: bytes) -> bool:
-    """Tell of a PNG whether several diagrams stand side by side in it, which want a row of their own."""
+    """Return whether a PNG is so broad, with diagrams side by side, that it needs a row of its own."""
     if not picture.startswith(b"\x89PNG") or len(picture) < _PNG_SIZE.stop:
         return False
     width, height = struct.unpack(">II", picture[_PNG_SIZE])
@@ -70,13 +70,13 @@ def _is_broad(picture: bytes) -> bool:
 
 
 def figures(pictures: Mapping[str, bytes], captions: Mapping[str, str]) -> str:
-    """Return those pictures that there are, side by side where there is room."""
+    """Return the available pictures, side by side where there is room."""
     shown = [figure(pictures[name], caption) for name, caption in captions.items() if name in pictures]
     return f'<div class="figures">{"".join(shown)}</div>' if shown else ""
 
 
 def drawing(svg: str, caption: str) -> str:
-    """Return a drawing with its caption; the drawing is trusted to be escaped."""
+    """Return a drawing with its caption; the drawing must be escaped."""
     return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
@@ -86,18 +86,18 @@ def number(value: float | None, digits: int, unit: str = "") -> str:
 
 
 def signed_deg(value_deg: float) -> str:
-    """Return an angle with its sign; what rounds to nothing has none to lose."""
+    """Return an angle with its sign; one that rounds to zero has none."""
     rounded = round(value_deg, 4)
     return f"{rounded:+.4f}°" if rounded else "0.0000°"
 
 
 def moment(created_utc: str) -> str:
-    """Return an ISO 8601 date in fewer words, UTC."""
+    """Return an ISO 8601 date as a short text, UTC."""
     return f"{datetime.fromisoformat(created_utc).astimezone(UTC):%Y-%m-%d %H:%M} UTC"
 
 
 def named_figures(figures_by_name: Mapping[str, object]) -> list[tuple[str, str]]:
-    """Return figures of a document as words and values; what is neither, nor a list of them, is left out."""
+    """Return the scalar figures of a document, and lists of them, as names and texts."""
     pairs = []
     for name, value in figures_by_name.items():
         text = _plain(value)

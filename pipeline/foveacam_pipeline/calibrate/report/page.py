@@ -1,4 +1,4 @@
-"""The page itself: one HTML document that loads nothing, for screens and paper, light and dark."""
+"""The HTML page of a report: it loads nothing, and suits screens and paper, light and dark."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ PICTURES = (
     "settle",
     "drift",
 )
-"""Names under which pictures are looked for; any may be missing."""
+"""Names of the pictures; any may be missing."""
 _ANCHORS = {
     "table2": "Table 2",
     "wide": "Wide camera",
@@ -50,7 +50,8 @@ def report_html(
 ) -> str:
     """Return the report of a calibration as one HTML page.
 
-    `pictures`: PNG or JPEG by name (`PICTURES`). What was not measured says so, and how to measure it.
+    `pictures`: PNG or JPEG by name (`PICTURES`). Parts that were not measured have a note how to measure
+    them.
     """
     shown = pictures or {}
     title = f"Calibration {calibration.id}"

@@ -196,7 +196,7 @@ def _refusals(session: SessionFacts) -> str:
 
 
 def mount_drift(session: SessionFacts | None) -> str:
-    """Return a line on the drift during the sweeps, and after them."""
+    """Return a paragraph on the drift of the mounts during the sweeps and after them."""
     if session is None or session.fit is None:
         return ""
     if not session.fit.drift:
@@ -205,7 +205,7 @@ def mount_drift(session: SessionFacts | None) -> str:
 
 
 def drift_sentence(drift: dict[str, MountDriftFacts]) -> str:
-    """Return how fast and how far each mount drifted."""
+    """Return a sentence on the speed and distance of each mount's drift."""
     eyes = "; ".join(
         f"{eye} eye {found.px_per_minute:.2f} fovea px a minute, {found.moved_px:.2f} ± "
         f"{found.sigma_px:.2f} px in all, over {found.minutes:.1f} min of measuring"
@@ -218,7 +218,7 @@ def drift_sentence(drift: dict[str, MountDriftFacts]) -> str:
 
 
 def knock_sentence(drift: dict[str, MountDriftFacts]) -> str:
-    """Return which mounts were knocked amid a sweep, and by how much; nothing where none was."""
+    """Return a sentence on the mounts that were knocked during a sweep, empty where there was none."""
     eyes = " and ".join(
         f"the {eye} eye's by {', then '.join(f'{size_px:.1f}' for size_px in found.knocks_px)} fovea px"
         for eye, found in drift.items()
@@ -228,7 +228,7 @@ def knock_sentence(drift: dict[str, MountDriftFacts]) -> str:
 
 
 def closing_sentence(closing: ClosingFacts | None) -> str:
-    """Return what was found, and done, between the sweeps and the check."""
+    """Return a sentence on the drift between the sweeps and the check, empty where it is unknown."""
     if closing is None:
         return ""
     done = "taken out too" if closing.corrected else "within its own error, left in"

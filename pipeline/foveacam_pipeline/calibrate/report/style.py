@@ -1,4 +1,4 @@
-"""How a report looks: light and dark by the reader's choice, on paper always light."""
+"""Style sheet of a report: light or dark by the reader's setting, on paper always light."""
 
 STYLE = """
 :root { color-scheme: light dark; --ink:#1a1d21; --soft:#5b636e; --line:#d9dde3; --page:#fbfbfc; --card:#fff;

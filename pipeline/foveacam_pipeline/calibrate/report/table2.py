@@ -1,4 +1,4 @@
-"""Table 2 of the paper, filled from what was measured."""
+"""Table 2 of the paper with the measured values of a rig."""
 
 import math
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ _PER_DEG = math.radians(1.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Specification:
-    """One row: what the paper's Table 2 states, what was measured (None: not), and how."""
+    """One row: the value of the paper's Table 2, the measured value (None: not measured), and a note."""
 
     group: str
     name: str
@@ -28,7 +28,7 @@ class Specification:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _EyeOptics:
-    """One eye: its field and its steering range (x, y), deg, px per degree, px that one DAC step moves."""
+    """One eye: field and steering range (x, y), deg, px per degree, motion of one DAC step (x, y), px."""
 
     field_deg: tuple[float, float]
     steering_deg: tuple[float, float]
@@ -177,7 +177,7 @@ def _opening_deg(length_px: float, calibration: Calibration) -> float:
 
 
 def _magnification(plane_from_raw: NDArray[np.float64], at_px: tuple[float, float]) -> float:
-    """Return how many px of the virtual pinhole one raw pixel makes (root of the area)."""
+    """Return the size of a raw pixel in px of the virtual pinhole (root of the area)."""
     x, y = at_px
     square = homography_apply(plane_from_raw, [[x, y], [x + 1.0, y], [x, y + 1.0]])
     across, down = square[1] - square[0], square[2] - square[0]
@@ -185,7 +185,7 @@ def _magnification(plane_from_raw: NDArray[np.float64], at_px: tuple[float, floa
 
 
 def _gain_deg_per_v(eye: EyeCalibration) -> NDArray[np.float64]:
-    """Return (2,) how far one volt of x and of y turns the gaze, mean over the calibrated volts."""
+    """Return the (2,) turns of the gaze by one volt of x and of y, mean over the calibrated volts, deg."""
     line = np.linspace(-1.0, 1.0, _GRID)
     volts = np.array([(x, y) for y in line for x in line]) * np.array(eye.mirror.max_v)
     slopes = np.rad2deg(eye.mirror.forward.jacobian(volts))

@@ -1,4 +1,4 @@
-"""What a report says of trust: the check, how the mirrors settle, the drift since, what depth comes of it."""
+"""Verification parts of a report: the check, settling, drift since, and the resulting depth errors."""
 
 from collections.abc import Mapping, Sequence
 
@@ -24,7 +24,7 @@ _DISTANCES_M = (2.0, 5.0, 10.0, 15.0, 20.0)
 
 
 def check_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> str:
-    """Return what was left at poses that no sweep visited."""
+    """Return the errors at poses outside the sweeps."""
     check = session.check if session is not None else None
     captions = {
         "epipolar": "Vertical epipolar error over the field",
@@ -45,7 +45,7 @@ def check_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> s
 
 
 def settle_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> str:
-    """Return how each axis settles."""
+    """Return the settling of each axis."""
     axes = session.settle.axes if session is not None and session.settle is not None else ()
     if not axes:
         found = not_measured("how the mirrors settle", "foveacam calibrate settle")
@@ -92,7 +92,7 @@ def drift_part(checks: Sequence[DriftFacts], pictures: Mapping[str, bytes]) -> s
 
 
 def depth_part(calibration: Calibration) -> str:
-    """Return what depth the calibration gives by itself."""
+    """Return the geometry, and the errors of depth by the calibration alone."""
     rows = []
     for distance_m in _DISTANCES_M:
         sigma_px = calibration.pose_sigma_px(distance_m)
