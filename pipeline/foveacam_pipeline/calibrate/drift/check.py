@@ -226,9 +226,9 @@ def _empty_check(
 def _vergence_known(
     places: tuple[DriftPlace, ...], fit: DriftFit, calibration: Calibration, settings: DriftSettings
 ) -> bool:
-    told = any(place.inverse_depth is not None and place.agrees for place in places)
+    has_depth = any(place.inverse_depth is not None and place.agrees for place in places)
     apart_px = 2.0 * fit.vergence_sigma_rad * calibration.fovea_f_px
-    return told and apart_px <= settings.vergence_sigma_px
+    return has_depth and apart_px <= settings.vergence_sigma_px
 
 
 def _without_vergence(fit: DriftFit, *, vergence: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

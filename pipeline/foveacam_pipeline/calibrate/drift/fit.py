@@ -128,8 +128,8 @@ def _start_terms(places: tuple[DriftPlace, ...], calibration: Calibration) -> ND
     each = np.array(misses)
     (_, left_y), (_, right_y) = np.median(each, axis=0).tolist()
     across = float(np.median(np.mean(each[:, :, 0], axis=1)))
-    told = np.array([place.inverse_depth is not None for place in places])
-    apart = float(np.median(each[told, 0, 0] - each[told, 1, 0])) if told.any() else 0.0
+    known = np.array([place.inverse_depth is not None for place in places])
+    apart = float(np.median(each[known, 0, 0] - each[known, 1, 0])) if known.any() else 0.0
     terms = np.zeros(2 * TERMS)
     terms[[0, 1]] = -left_y, across + apart / 2.0
     terms[[TERMS, TERMS + 1]] = -right_y, across - apart / 2.0
@@ -201,9 +201,9 @@ class _Equations:
     def misfit(self, weights: NDArray[np.float64], prior: NDArray[np.float64]) -> float:
         """Return the reduced chi-square: squared residuals over what their standard errors predict."""
         left = float(np.sum(weights[:, None] * (self.misses / self.sigma) ** 2))
-        told = float(np.sum(weights[:, None] * np.isfinite(self.sigma)))
+        count = float(np.sum(weights[:, None] * np.isfinite(self.sigma)))
         normal = self.normal(weights)
-        free = told - float(np.trace(np.linalg.solve(normal + prior, normal)))
+        free = count - float(np.trace(np.linalg.solve(normal + prior, normal)))
         return left / free if free > 0.0 else math.inf
 
     def residual_rad(self, weights: NDArray[np.float64]) -> float:

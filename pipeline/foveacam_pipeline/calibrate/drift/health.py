@@ -124,13 +124,13 @@ def fixation_residual(fixation: Fixation, calibration: Calibration) -> FixationR
     )
 
 
-def _offset_residual(astray: TargetOffset) -> FixationResidual:
+def _offset_residual(offset: TargetOffset) -> FixationResidual:
     """Return the residual of a target that both eyes showed far from its expected position."""
-    sigma_px = astray.sigma_px
+    sigma_px = offset.sigma_px
     return FixationResidual(
-        across_px=astray.across_px,
-        down_px=astray.down_px,
-        rows_px=astray.rows_px,
+        across_px=offset.across_px,
+        down_px=offset.down_px,
+        rows_px=offset.rows_px,
         sigma_px=(sigma_px, sigma_px, math.sqrt(2.0) * sigma_px),
     )
 

@@ -142,11 +142,11 @@ class DriftTrend:
 
 def drift_trend(records: Sequence[DriftRecord]) -> DriftTrend:
     """Return the trend of checks with lock, oldest first."""
-    kept = tuple(sorted((r for r in records if r.check.locked), key=lambda record: record.created))
+    locked = tuple(sorted((r for r in records if r.check.locked), key=lambda record: record.created))
     known: dict[str, dict[Role, NDArray[np.float64]]] = {}
     moved: dict[Role, list[NDArray[np.float64]]] = {role: [] for role in EYES}
     sigma: dict[Role, list[NDArray[np.float64]]] = {role: [] for role in EYES}
-    for record in kept:
+    for record in locked:
         before = known.get(record.check.calibration_id, {role: np.zeros(3) for role in EYES})
         now = {}
         for role in EYES:
@@ -157,7 +157,7 @@ def drift_trend(records: Sequence[DriftRecord]) -> DriftTrend:
         if record.new_calibration_id is not None:
             known[record.new_calibration_id] = now
     return DriftTrend(
-        records=kept,
+        records=locked,
         moved_rad={role: np.array(moved[role]).reshape(-1, 3) for role in EYES},
         sigma_rad={role: np.array(sigma[role]).reshape(-1, 3) for role in EYES},
     )

@@ -155,10 +155,10 @@ class _CheckRun:
         self._clock = clock
         self._watch = watch
         self._settings = settings
-        self._places = DriftSettings(
+        self._drift_settings = DriftSettings(
             columns=settings.columns, rows=settings.rows, margin_rad=settings.margin_rad, layout=None
         )
-        self._finder = DriftPlaceFinder(head, calibration, self._places)
+        self._finder = DriftPlaceFinder(head, calibration, self._drift_settings)
         self._rows: list[RowMatch] = []
         self._pointings: list[PointingError] = []
         self._farthest: tuple[float, Sighting] | None = None
@@ -170,7 +170,9 @@ class _CheckRun:
         queue = [
             candidate
             for candidate in select_patches(
-                DistinctnessMap.of(views, self._calibration, self._places), self._calibration, self._places
+                DistinctnessMap.of(views, self._calibration, self._drift_settings),
+                self._calibration,
+                self._drift_settings,
             )
             if self._is_off_nodes(candidate, swept_rad)
         ]
@@ -198,7 +200,7 @@ class _CheckRun:
                 f"check: both foveae found {len(self._pointings)} places of the wide view, {MIN_POSES} are "
                 "needed; turn the rig to a scene with texture, or calibrate the mirrors again"
             )
-        placed = math.sqrt(2.0) * self._places.placed_sigma_wide_px / self._calibration.wide.fx_px
+        placed = math.sqrt(2.0) * self._drift_settings.placed_sigma_wide_px / self._calibration.wide.fx_px
         return CheckResult(
             calibration_id=self._calibration.id,
             rows=tuple(self._rows),

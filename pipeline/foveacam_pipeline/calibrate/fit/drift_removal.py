@@ -90,18 +90,22 @@ def remove_drift(
     whole = {role: _samples(mine, numbers, group) for role, mine in rows.items()}
     samples = split_at_knocks(whole) if has_enough_visits(whole) else whole
     count = 1 + max(int(eye.run.max(initial=0)) for eye in samples.values())
-    kept, far = {}, {}
+    corrected, moves_rad = {}, {}
     for role, mine in rows.items():
         moves = _remove_moves(list(mine), samples[role], runs=count, f_px=f_px)
-        kept[role], samples[role], far[role] = moves
+        corrected[role], samples[role], moves_rad[role] = moves
     found = fit_mount_drift(samples)
     if found is None:
-        return kept, None
+        return corrected, None
     for role, drift in found.items():
         turns = turns_at(drift, samples[role].t_s, samples[role].run)
-        kept[role] = [_turned_back(row, turn, f_px=f_px) for row, turn in zip(kept[role], turns, strict=True)]
+        corrected[role] = [
+            _turned_back(row, turn, f_px=f_px) for row, turn in zip(corrected[role], turns, strict=True)
+        ]
     ended = _runs_ended_by_knocks(whole, samples)
-    return kept, {role: drift.with_moves(far[role]).with_knocks(ended) for role, drift in found.items()}
+    return corrected, {
+        role: drift.with_moves(moves_rad[role]).with_knocks(ended) for role, drift in found.items()
+    }
 
 
 def _remove_moves(
@@ -300,8 +304,8 @@ class _RunModel:
 
     def without_wrong(self) -> DriftSamples:
         """Return the measurements without the worst one."""
-        eye, kept = self.samples, np.arange(len(self.samples.t_s)) != int(np.argmax(self._aside))
-        return DriftSamples(**{field.name: getattr(eye, field.name)[kept] for field in fields(eye)})
+        eye, mask = self.samples, np.arange(len(self.samples.t_s)) != int(np.argmax(self._aside))
+        return DriftSamples(**{field.name: getattr(eye, field.name)[mask] for field in fields(eye)})
 
     def fit_step(self, run: int, t_s: float) -> _KnockStep:
         """Fit a turn of the mount at a moment; the step has its most significant angle."""
@@ -332,9 +336,9 @@ class _RunModel:
             return math.inf
         while_s = np.diff(self.samples.t_s[across], axis=1)[:, 0]
         before, then = across[while_s <= REVISIT_FACTOR * while_s.min()].T
-        told = step_rad[then].mean(axis=0)
+        step = step_rad[then].mean(axis=0)
         seen = (self.aside_rad[then] - self.aside_rad[before]).mean(axis=0)
-        return float(np.linalg.norm(seen - told) / max(_SMALLEST_RAD, float(np.linalg.norm(told))))
+        return float(np.linalg.norm(seen - step) / max(_SMALLEST_RAD, float(np.linalg.norm(step))))
 
     def _gain(self, now: float) -> float:
         """Return twice the increase of the log likelihood when the sum of squares falls to `now`."""

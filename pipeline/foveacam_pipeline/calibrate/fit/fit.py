@@ -29,7 +29,7 @@ DOING = "the fit"
 
 logger = logging.getLogger(__name__)
 
-ELECTION_PARTS = 4
+FULL_FIT_PARTS = 4
 """Duration of a fit that tries every model, in fits whose models are known."""
 
 
@@ -218,7 +218,7 @@ class FitProgress:
 
     def __init__(self, watch: ProcedureWatcher, *, comparisons: int) -> None:
         self.watch = watch
-        self._total = ELECTION_PARTS + comparisons + 1
+        self._total = FULL_FIT_PARTS + comparisons + 1
         self._done = 0
 
     def begin(self, what: str) -> None:

@@ -101,8 +101,8 @@ def fit_fields(
     fit = _fit_entries if pose_by_pose else _fit_order
     fits = [fit(angles_rad, corners, order) for order in feasible]
     limit = min(loo for _, loo in fits) * (1.0 + _LOO_TOLERANCE)
-    elected = next(k for k, (_, loo) in enumerate(fits) if loo <= limit)
-    polynomial, loo = fits[elected]
+    best = next(k for k, (_, loo) in enumerate(fits) if loo <= limit)
+    polynomial, loo = fits[best]
     logger.debug("homographies of order %d, left out %.3f px", polynomial.order, loo * scale)
     scores = tuple(
         FieldScore(
@@ -110,7 +110,7 @@ def fit_fields(
             order=order,
             terms=len(exponents(order)),
             loo_px=error * scale,
-            chosen=k == elected,
+            chosen=k == best,
         )
         for k, (order, (_, error)) in enumerate(zip(feasible, fits, strict=True))
     )
@@ -186,11 +186,11 @@ def _fit_order(
         weights[corners.seen > 0.0] = huber_weights(misses[corners.seen > 0.0])
     inverse_gram: NDArray[np.float64] = np.asarray(np.linalg.inv(gram), np.float64)
     left_out = _leave_pose_out(matrix, target - matrix @ solution, inverse_gram).reshape(target.shape)
-    kept = root[..., 0] > math.sqrt(OUTLIER_WEIGHT)
+    inliers = root[..., 0] > math.sqrt(OUTLIER_WEIGHT)
     squares = np.sum((left_out / np.maximum(root, 1e-9)) ** 2, axis=2)
     coefficients = solution.reshape(ENTRIES, -1).T.copy()
     polynomial = BivariatePolynomial(order=order, centre=centre, scale=scale, coefficients=coefficients)
-    return polynomial, float(np.sqrt(np.mean(squares[kept])))
+    return polynomial, float(np.sqrt(np.mean(squares[inliers])))
 
 
 def _leave_pose_out(
@@ -219,8 +219,8 @@ def _fit_entries(
     a, b, c, d, e, f = guessed.T[:, :, None]
     below = 1.0 + e * x + f * y
     misses = np.hypot((a * x + b * y) / below - u, (c * x + d * y) / below - v)
-    kept = (seen > 0.0) & (huber_weights(misses) > OUTLIER_WEIGHT)
-    return fit.polynomial, float(np.sqrt(np.mean(misses[kept] ** 2)))
+    inliers = (seen > 0.0) & (huber_weights(misses) > OUTLIER_WEIGHT)
+    return fit.polynomial, float(np.sqrt(np.mean(misses[inliers] ** 2)))
 
 
 def _entries_of(corners: _Corners, pose: int) -> NDArray[np.float64]:

@@ -48,8 +48,8 @@ def quiver_picture(result: FitResult, role: Role) -> bytes:
     mirror, eye = fit.mirrors[role], fit.sweeps[role]
     places = np.rad2deg(mirror.model.angles_of(eye.volts_v))
     missed = f_px * mirror.loo_residuals_rad
-    kept = (mirror.weights > 0.5).all(axis=1)
-    rms_px = float(np.sqrt(np.mean(np.sum(missed[kept] ** 2, axis=1))))
+    inliers = (mirror.weights > 0.5).all(axis=1)
+    rms_px = float(np.sqrt(np.mean(np.sum(missed[inliers] ** 2, axis=1))))
     scale = _ARROW_DEG / max(rms_px, 1e-9)
     figure = Figure(figsize=(7.6, 7.0), dpi=_DPI, layout="constrained")
     axes = figure.subplots()
@@ -68,7 +68,7 @@ def quiver_picture(result: FitResult, role: Role) -> bytes:
             color=colour,
             label=parallax.station,
         )
-    axes.plot(*places[~kept].T, "o", mfc="none", color=GREY, label="counts less (robust)")
+    axes.plot(*places[~inliers].T, "o", mfc="none", color=GREY, label="counts less (robust)")
     hull = np.rad2deg(np.vstack([mirror.model.hull_rad, mirror.model.hull_rad[:1]]))
     axes.plot(*hull.T, "-", color=GREY, linewidth=0.8, label="calibrated field")
     _field_axes(

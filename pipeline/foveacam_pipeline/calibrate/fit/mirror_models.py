@@ -167,19 +167,19 @@ def fit_mirror_models(
     judged = _election_errors_rad(candidates)
     limit = min(judged) * (1.0 + TOLERANCE)
     fitting = [k for k, error in enumerate(judged) if error <= limit]
-    elected = min(fitting, key=lambda k: candidates[k].terms)
+    best = min(fitting, key=lambda k: candidates[k].terms)
     scores = tuple(
-        _score(candidate, error, chosen=k == elected)
+        _score(candidate, error, chosen=k == best)
         for k, (candidate, error) in enumerate(zip(candidates, judged, strict=True))
     )
-    fit = candidates[elected].fit
+    fit = candidates[best].fit
     logger.info(
         "mirror: %s, left out %.4f and %.4f deg",
-        scores[elected].name,
-        *(math.degrees(v) for v in scores[elected].loo_rad),
+        scores[best].name,
+        *(math.degrees(v) for v in scores[best].loo_rad),
     )
     return MirrorFit(
-        model=_as_mirror_model(candidates[elected], volts_v, angles_rad),
+        model=_as_mirror_model(candidates[best], volts_v, angles_rad),
         scores=scores,
         residuals_rad=fit.residuals,
         loo_residuals_rad=fit.loo_residuals,

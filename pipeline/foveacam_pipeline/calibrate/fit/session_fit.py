@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.fit.fit import ELECTION_PARTS, FitChoice, FitProgress, RigFit, fit_rig
+from foveacam_pipeline.calibrate.fit.fit import FULL_FIT_PARTS, FitChoice, FitProgress, RigFit, fit_rig
 from foveacam_pipeline.calibrate.fit.measured import (
     DistanceSource,
     NominalRig,
@@ -117,7 +117,7 @@ def fit_session(
     if not settings.all_distances and len(sweeps) > 1:
         measured = reduce_sweeps([far], wide, drawing=drawing, label=label, distance=settings.distance)
     fit = fit_rig(measured.rig, settings.choice, watch=progress.watch)
-    progress.end(ELECTION_PARTS)
+    progress.end(FULL_FIT_PARTS)
     calibration = replace(fit.calibration, session_id=session_id)
     compared = _if_possible(lambda: _variants(sweeps, measured, fit, progress)) if settings.compare else None
     progress.begin("the paper's model")

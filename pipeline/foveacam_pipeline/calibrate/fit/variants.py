@@ -149,8 +149,8 @@ def _rows_of(
     measured: SweepMeasurements, role: Role, takes: NDArray[np.bool_], far: int | None
 ) -> NDArray[np.bool_]:
     """Return the (n,) bool mask of an eye's rows whose node is selected, of one station or of all."""
-    kept = takes[group_numbers(_eye(measured, role))]
-    return kept if far is None else kept & (measured.nodes[role][:, 0] == far)
+    selected = takes[group_numbers(_eye(measured, role))]
+    return selected if far is None else selected & (measured.nodes[role][:, 0] == far)
 
 
 def _select_rows(

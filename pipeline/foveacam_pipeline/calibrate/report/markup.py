@@ -32,12 +32,12 @@ def not_measured(what: str, how: str) -> str:
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], *, caption: str = "") -> str:
     """Return a table; a column whose first cell is a number is right-aligned."""
-    kept = [tuple(row) for row in rows]
-    kinds = [' class="n"' if kept and _NUMBER.match(kept[0][k]) else "" for k in range(len(heads))]
+    cells = [tuple(row) for row in rows]
+    kinds = [' class="n"' if cells and _NUMBER.match(cells[0][k]) else "" for k in range(len(heads))]
     head = "".join(
         f'<th scope="col"{kind}>{escape(text)}</th>' for text, kind in zip(heads, kinds, strict=True)
     )
-    body = "\n".join(_row(row, kinds) for row in kept)
+    body = "\n".join(_row(row, kinds) for row in cells)
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     inside = f"{title}<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>"
     return f'<div class="scroll"><table>{inside}</table></div>'

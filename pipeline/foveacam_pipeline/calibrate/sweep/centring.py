@@ -110,37 +110,37 @@ class EyeCentring:
 
     def add_observation(
         self,
-        sight: EyeObservation,
+        observation: EyeObservation,
         gaze_rad: NDArray[np.float64] | None,
         *,
         asked_ns: int,
     ) -> None:
         """Add the observation of a look. `gaze_rad`: (2,) gaze of the eye, None when unknown."""
         self.looks += 1
-        reason = rejection_reason(sight, self._settings.limits, asked_ns=asked_ns)
-        if sight.view is None:
-            self._search(sight, gaze_rad, str(reason))
+        reason = rejection_reason(observation, self._settings.limits, asked_ns=asked_ns)
+        if observation.view is None:
+            self._search(observation, gaze_rad, str(reason))
         elif gaze_rad is not None:
-            self._prediction.learn(gaze_rad, sight.volts_v)
-            self._centre(sight, gaze_rad, reason)
+            self._prediction.learn(gaze_rad, observation.volts_v)
+            self._centre(observation, gaze_rad, reason)
         if not self.done and self.looks >= self._settings.most_looks:
-            self.refuse(f"not centred after {self.looks} looks: {reason or self._off_centre(sight)}")
+            self.refuse(f"not centred after {self.looks} looks: {reason or self._off_centre(observation)}")
 
-    def _centre(self, sight: EyeObservation, gaze_rad: NDArray[np.float64], reason: str | None) -> None:
+    def _centre(self, observation: EyeObservation, gaze_rad: NDArray[np.float64], reason: str | None) -> None:
         """Steer by a marker in view; end when it is centred, or cannot be centred."""
         slope = self._prediction.slope(gaze_rad)
         error_rad = self._wanted_rad - gaze_rad
         error_v = slope @ error_rad
-        offset_px = sight.offset_px
+        offset_px = observation.offset_px
         rad_per_px = math.hypot(*error_rad) / max(math.hypot(*offset_px), 1.0)
         tolerance_v = np.abs(np.diag(slope)) * self._settings.centred_px * rad_per_px
         centred = bool((np.abs(offset_px) <= self._settings.centred_px).all())
-        beyond = self._axes_at_limit(sight.volts_v, error_v)
-        command_v = self._pid.next(sight.volts_v, error_v)
-        stays = np.abs(command_v - sight.volts_v).max() < LIMIT_TOLERANCE_V
+        beyond = self._axes_at_limit(observation.volts_v, error_v)
+        command_v = self._pid.next(observation.volts_v, error_v)
+        stays = np.abs(command_v - observation.volts_v).max() < LIMIT_TOLERANCE_V
         rim = bool(beyond.any() and (stays or (beyond | (np.abs(error_v) <= tolerance_v)).all()))
         if centred or rim:
-            self._end(sight, reason, rim=not centred)
+            self._end(observation, reason, rim=not centred)
         else:
             self.command_v = command_v
 
@@ -149,28 +149,28 @@ class EyeCentring:
         at_limit = np.abs(volts_v) >= self._max_v - LIMIT_TOLERANCE_V
         return np.asarray(at_limit & (np.sign(error_v) == np.sign(volts_v)))
 
-    def _end(self, sight: EyeObservation, reason: str | None, *, rim: bool) -> None:
-        if reason is None and sight.view is not None:
-            volts = (float(sight.volts_v[0]), float(sight.volts_v[1]))
+    def _end(self, observation: EyeObservation, reason: str | None, *, rim: bool) -> None:
+        if reason is None and observation.view is not None:
+            volts = (float(observation.volts_v[0]), float(observation.volts_v[1]))
             self.result = EyePose(
-                volts_v=volts, corners=sight.view, centred=not rim, rim=rim, looks=self.looks
+                volts_v=volts, corners=observation.view, centred=not rim, rim=rim, looks=self.looks
             )
             return
         self._doubtful += 1
-        self.command_v = clamp_volts(sight.volts_v, self._max_v)  # as reported: rounded to codes
+        self.command_v = clamp_volts(observation.volts_v, self._max_v)  # as reported: rounded to codes
         if self._doubtful >= self._settings.most_doubtful:
             self.refuse(f"{self._needed_volts()}, and there {reason}; {SMALLER}" if rim else f"{reason}")
 
-    def _search(self, sight: EyeObservation, gaze_rad: NDArray[np.float64] | None, reason: str) -> None:
+    def _search(self, observation: EyeObservation, gaze_rad: NDArray[np.float64] | None, reason: str) -> None:
         """Command the gaze that the wide view gives, or the next search position."""
         self._pid.restart()
-        if gaze_rad is not None and sight.others:
-            self._prediction.learn(gaze_rad, sight.volts_v)
-        elif gaze_rad is not None and not self._prediction.add_provisional(gaze_rad, sight.volts_v):
+        if gaze_rad is not None and observation.others:
+            self._prediction.learn(gaze_rad, observation.volts_v)
+        elif gaze_rad is not None and not self._prediction.add_provisional(gaze_rad, observation.volts_v):
             gaze_rad = None
         wanted_v = self._prediction.volts(self._wanted_rad)
         command_v = clamp_volts(wanted_v, self._max_v)
-        moved = float(np.abs(command_v - sight.volts_v).max())
+        moved = float(np.abs(command_v - observation.volts_v).max())
         there = moved < LOCATED_SIGMA_V and gaze_rad is not None
         if np.abs(wanted_v - command_v).max() > 0.0 and (there or self._rings >= LIMIT_RINGS):
             self.refuse(f"{self._needed_volts()}, and at the limit {reason}; {SMALLER}")
@@ -185,8 +185,8 @@ class EyeCentring:
         x, y = self._prediction.volts(self._wanted_rad).tolist()
         return f"{BEYOND}: the gaze would take ({x:.0f}, {y:.0f}) V, ±{self._max_v:g} V are allowed"
 
-    def _off_centre(self, sight: EyeObservation) -> str:
-        x, y = sight.offset_px.tolist()
+    def _off_centre(self, observation: EyeObservation) -> str:
+        x, y = observation.offset_px.tolist()
         return f"the marker still is ({x:.0f}, {y:.0f}) px from the middle; check that the mirror follows"
 
 

@@ -49,7 +49,7 @@ class EyeObservation:
     def offset_px(self) -> NDArray[np.float64]:
         """(2,) from the image's centre to the marker's middle; raise ValueError without a view."""
         if self.view is None:
-            raise ValueError("a sight without its marker has no offset")
+            raise ValueError("an observation without its marker has no offset")
         return middle_px(self.view) - centre_px(self.size)
 
 
@@ -110,7 +110,7 @@ def turn_between(view: MarkerView, other: MarkerView) -> float:
 
 
 def gaze_from_wide(
-    sight: EyeObservation,
+    observation: EyeObservation,
     wide_gray: NDArray[np.uint8],
     wide: Intrinsics,
     target: TargetPose,
@@ -125,7 +125,7 @@ def gaze_from_wide(
     whole = cv2.resize(
         wide_gray, None, fx=1 / WIDE_REDUCTION, fy=1 / WIDE_REDUCTION, interpolation=cv2.INTER_AREA
     )
-    patch = _shrunk(gray(sight.image), 1.0 / (WIDE_REDUCTION * zoom), turn_rad)
+    patch = _shrunk(gray(observation.image), 1.0 / (WIDE_REDUCTION * zoom), turn_rad)
     scores = np.asarray(cv2.matchTemplate(whole, patch, cv2.TM_CCOEFF_NORMED))
     y, x = np.unravel_index(int(np.argmax(scores)), scores.shape)
     best = float(scores[y, x])
@@ -152,15 +152,19 @@ def _shrunk(image: NDArray[np.uint8], scale: float, turn_rad: float) -> NDArray[
     return np.asarray(cv2.warpAffine(small, turn, size, flags=cv2.INTER_LINEAR), dtype=np.uint8)
 
 
-def rejection_reason(sight: EyeObservation, limits: MarkerLimits, *, asked_ns: int) -> str | None:
+def rejection_reason(observation: EyeObservation, limits: MarkerLimits, *, asked_ns: int) -> str | None:
     """Return why an observation may not be used, in words; None when it may."""
-    old_ms = (asked_ns - sight.t_ns) / 1e6
+    old_ms = (asked_ns - observation.t_ns) / 1e6
     if old_ms > limits.stale_ms:
         return f"stale: exposed {old_ms:.0f} ms before the look; check the camera's trigger and link"
-    if sight.view is None:
-        seen = f" (it sees marker {', '.join(map(str, sorted(sight.others)))})" if sight.others else ""
+    if observation.view is None:
+        seen = (
+            f" (it sees marker {', '.join(map(str, sorted(observation.others)))})"
+            if observation.others
+            else ""
+        )
         return f"its marker is not in the view{seen}"
-    return view_rejection_reason(sight.view, most_px=limits.blur_fovea_px)
+    return view_rejection_reason(observation.view, most_px=limits.blur_fovea_px)
 
 
 def view_rejection_reason(view: MarkerView, *, most_px: float) -> str | None:

@@ -71,11 +71,11 @@ def _gazes(
     at_rest.add(sighting.wide)
     gazes = {}
     for role in EYES:
-        sight = meter.observe(sighting, role)
-        gaze = meter.find_gaze(sight, at_rest, target)
+        observation = meter.observe(sighting, role)
+        gaze = meter.find_gaze(observation, at_rest, target)
         gazes[role] = gaze
-        if gaze is not None and (sight.view is not None or sight.others):
-            meter.predictions[role].learn(gaze, sight.volts_v)
+        if gaze is not None and (observation.view is not None or observation.others):
+            meter.predictions[role].learn(gaze, observation.volts_v)
     return gazes
 
 

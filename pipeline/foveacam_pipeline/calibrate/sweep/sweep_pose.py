@@ -169,12 +169,14 @@ class PoseMeter:
             for role, eye in eyes.items():
                 if eye.done:
                     continue
-                sight = self.observe(sighting, role)
-                if self._is_frozen(sight):
+                observation = self.observe(sighting, role)
+                if self._is_frozen(observation):
                     eye.refuse("frozen: its camera repeats a picture; power the camera up again")
                     continue
-                eye.add_observation(sight, self.find_gaze(sight, at_rest, target), asked_ns=asked_ns)
-                self._show_eye(sight, accepted=eye.result is not None)
+                eye.add_observation(
+                    observation, self.find_gaze(observation, at_rest, target), asked_ns=asked_ns
+                )
+                self._show_eye(observation, accepted=eye.result is not None)
 
     def look(self, commands_v: Mapping[Role, NDArray[np.float64]]) -> Sighting:
         """Return a look under commands, (2,) V for each eye."""
@@ -189,28 +191,28 @@ class PoseMeter:
         """Return an eye's observation of its marker in a look."""
         frame = sighting.left if role is Role.LEFT else sighting.right
         layout = self._settings.layout
-        sight = observe_eye(frame, layout)
-        self.fovea_size = sight.size
-        return sight
+        observation = observe_eye(frame, layout)
+        self.fovea_size = observation.size
+        return observation
 
     def find_gaze(
-        self, sight: EyeObservation, at_rest: WideMarkersAtRest, target: TargetPose
+        self, observation: EyeObservation, at_rest: WideMarkersAtRest, target: TargetPose
     ) -> NDArray[np.float64] | None:
         """Return the gaze of an eye, (2,) rad, by a marker of the target, else by the wide view, or None."""
         layout = self._settings.layout
-        seen = [view for view in (sight.view, *sight.others.values()) if view is not None]
+        seen = [view for view in (observation.view, *observation.others.values()) if view is not None]
         for view in seen:
             whose = layout.role_of(view.id)
             if whose is not None:
                 if view.id in at_rest.views:
-                    self._turns_rad[sight.role] = turn_between(view, at_rest.views[view.id])
-                point = gaze_on_target(view, sight.size, target, whose)
-                return direction_rad(point, self._eyes_m[sight.role])
-        turn_rad = self._turns_rad[sight.role]
+                    self._turns_rad[observation.role] = turn_between(view, at_rest.views[view.id])
+                point = gaze_on_target(view, observation.size, target, whose)
+                return direction_rad(point, self._eyes_m[observation.role])
+        turn_rad = self._turns_rad[observation.role]
         found = gaze_from_wide(
-            sight, at_rest.gray, self._wide, target, zoom=self._settings.zoom, turn_rad=turn_rad
+            observation, at_rest.gray, self._wide, target, zoom=self._settings.zoom, turn_rad=turn_rad
         )
-        return None if found is None else direction_rad(found, self._eyes_m[sight.role])
+        return None if found is None else direction_rad(found, self._eyes_m[observation.role])
 
     def reachable_gaze(self, node_rad: NDArray[np.float64], target: TargetPose) -> NDArray[np.float64]:
         """Return a gaze, (2,) rad, or the nearest one at which both eyes keep their markers in view."""
@@ -280,17 +282,19 @@ class PoseMeter:
         doubt = view_rejection_reason(at_rest.views[marker_id], most_px=most_px)
         return None if doubt is None else f"wide view: {doubt}"
 
-    def _is_frozen(self, sight: EyeObservation) -> bool:
+    def _is_frozen(self, observation: EyeObservation) -> bool:
         """Return whether an image is identical to the one before, noise included."""
-        before = self._before.get(sight.role)
-        self._before[sight.role] = sight.image
-        return before is not None and bool(np.array_equal(before, sight.image))
+        before = self._before.get(observation.role)
+        self._before[observation.role] = observation.image
+        return before is not None and bool(np.array_equal(before, observation.image))
 
     def _show_wide(self, at_rest: WideMarkersAtRest, *, accepted: bool) -> None:
         views = list(at_rest.views.values())
         self._watch.show("wide", draw_markers(at_rest.image, views, accepted=accepted, aim_px=None))
 
-    def _show_eye(self, sight: EyeObservation, *, accepted: bool) -> None:
-        views = [] if sight.view is None else [sight.view]
-        aim_px = centre_px(sight.size)
-        self._watch.show(str(sight.role), draw_markers(sight.image, views, accepted=accepted, aim_px=aim_px))
+    def _show_eye(self, observation: EyeObservation, *, accepted: bool) -> None:
+        views = [] if observation.view is None else [observation.view]
+        aim_px = centre_px(observation.size)
+        self._watch.show(
+            str(observation.role), draw_markers(observation.image, views, accepted=accepted, aim_px=aim_px)
+        )

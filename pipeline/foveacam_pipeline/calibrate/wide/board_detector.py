@@ -99,19 +99,19 @@ def detect_board(gray: NDArray[np.uint8], board: Board, *, effort: Effort = "exa
         return None
     edges_px = _edges(board, ids, plane)
     clear_px = _clear_px(board, edges_px)
-    corners_px, kept = _refine_quickly(gray, coarse_px, clear_px)
+    corners_px, valid = _refine_quickly(gray, coarse_px, clear_px)
     if effort != "live":
         exact = fit_crossings(gray, corners_px, edges_px=edges_px, radius_px=clear_px)
         moved = np.linalg.norm(exact.places_px - corners_px, axis=1)
-        kept = kept & (exact.misfit < _MAX_MISFIT) & (moved < clear_px)
+        valid = valid & (exact.misfit < _MAX_MISFIT) & (moved < clear_px)
         corners_px = exact.places_px
-    if not _fixes_a_pose(ids[kept], board):
+    if not _fixes_a_pose(ids[valid], board):
         return None
     height, width = gray.shape
     return BoardView(
         board=board,
-        corners_px=corners_px[kept],
-        ids=ids[kept],
+        corners_px=corners_px[valid],
+        ids=ids[valid],
         width=width,
         height=height,
     )

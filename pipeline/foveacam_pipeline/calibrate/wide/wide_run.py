@@ -1,4 +1,4 @@
-"""Stage 1 as a procedure: collect views automatically while somebody shows a board to the wide camera."""
+"""Stage 1 as a procedure: views are captured automatically while the operator shows a board."""
 
 import logging
 from dataclasses import dataclass
