@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import Cancelled, NotCalibrated
-from foveacam_pipeline.calibrate.fit.fit import ELECTION_PARTS
+from foveacam_pipeline.calibrate.fit.fit import FULL_FIT_PARTS
 from foveacam_pipeline.calibrate.fit.variants import FOLDS, MOST_VARIANTS
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
@@ -129,7 +129,7 @@ class Impatient(Heard):
         return self.last[0] >= self.patience
 
 
-@pytest.mark.parametrize("patience", [0, ELECTION_PARTS, ELECTION_PARTS + FOLDS * MOST_VARIANTS + 3])
+@pytest.mark.parametrize("patience", [0, FULL_FIT_PARTS, FULL_FIT_PARTS + FOLDS * MOST_VARIANTS + 3])
 def test_cancelled_fit_leaves_nothing_behind(
     session: CalibrationSession, patience: int
 ) -> None:  # before it begins, while models are compared, and while pictures are drawn
