@@ -30,7 +30,8 @@ from foveacam_hardware.contract import PARKED, DeviceFault, NotCalibrated, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
-from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
+from foveacam_pipeline.calibrate.drift.check import run_drift_check
+from foveacam_pipeline.calibrate.drift.correction import correct_calibration
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 from foveacam_server.calibrate_command.rig import workplace_of
