@@ -27,8 +27,6 @@ _PUPIL_STEPS_M = (10e-3, 1e-3)
 _PUPIL_ORDER = 3
 DOING = "the fit"
 
-logger = logging.getLogger(__name__)
-
 FULL_FIT_PARTS = 4
 """Duration of a fit that tries every model, in fits whose models are known."""
 
@@ -43,6 +41,8 @@ __all__ = [
     "fit_pivot",
     "fit_rig",
 ]
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

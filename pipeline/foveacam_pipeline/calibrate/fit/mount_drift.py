@@ -44,8 +44,6 @@ with time."""
 _ROUNDS = 8
 _ORDER_ROUNDS = 2
 
-logger = logging.getLogger(__name__)
-
 MIN_MOVE_RAD = math.radians(0.01)
 """Smaller moves, some fovea px, are left to the drift."""
 MOVE_SIGMAS = 5.0
@@ -55,6 +53,8 @@ ROWS_AN_UNKNOWN = 3
 MOVE_ROUNDS = 4
 _ROBUST_ROUNDS = 3
 TURNS = 3
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

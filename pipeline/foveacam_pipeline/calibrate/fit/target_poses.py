@@ -27,9 +27,9 @@ _STOP = 1e-9
 _SHARED = 5
 """Unknowns of the base: a point of the tilt axis (3), and the pan axis from there (y, z)."""
 
-logger = logging.getLogger(__name__)
-
 Views = dict[int, MarkerView]
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -41,11 +41,11 @@ from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
-logger = logging.getLogger(__name__)
-
 AHEAD = np.zeros(2)
 HALF_SIDE = 0.6
 """Half the size of a marker with some white, over its side."""
+
+logger = logging.getLogger(__name__)
 
 
 def run_sweep(

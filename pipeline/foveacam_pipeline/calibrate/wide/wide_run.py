@@ -24,14 +24,14 @@ _ENOUGH_COVERAGE = 0.9
 _LOOK_NS = 250_000_000
 """Longest time that one look counts for, so that a slow computer waits for as many looks as a fast one."""
 
-logger = logging.getLogger(__name__)
-
 GREEN, AMBER, BLUE = (80, 220, 100), (255, 190, 60), (90, 170, 255)
 PICTURE_SCALE = 0.5
 _VEIL = 0.22
 _BAND = 30
 _DARK = (17, 20, 26)
 _SHIFT = 3
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
