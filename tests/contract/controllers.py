@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager
 from foveacam_hardware.contract import Role
 from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.sim.cables import Cables, DacCodes, RecordingCables
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 
 PATIENT = LinkSupervision(answer_s=5.0)
 """Of a driver in real time on a busy machine, where silence is not what is tested."""

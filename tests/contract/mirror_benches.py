@@ -12,8 +12,8 @@ import pytest
 from foveacam_hardware.contract import Clock, MonotonicClock, VirtualClock
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
-from foveacam_hardware.sim.far_ends.loopback import LoopbackController
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus
 from foveacam_hardware.wire.link import SerialLink
 

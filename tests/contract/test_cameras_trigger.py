@@ -11,7 +11,7 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.cameras import default_settings
 from foveacam_hardware.sim.exposures import QUEUE_FRAMES, TriggeredSchedule
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_hardware.sim.sensor_limits import take_settings
+from foveacam_hardware.sim.sensor import take_settings
 from foveacam_hardware.sim.world import World
 
 LEFT_AND_RIGHT = 6

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 
 ROOT = Path(__file__).parents[2]
 VARIABLE = "FOVEACAM_CONTROLLER_PORT"

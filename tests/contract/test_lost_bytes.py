@@ -24,8 +24,8 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.controller import mirrors
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage, LineFaults
-from foveacam_hardware.sim.far_ends.loopback import LoopbackController
 
 BIAS_CODE = 29_490
 REST = (BIAS_CODE,) * 8

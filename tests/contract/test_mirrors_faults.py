@@ -21,9 +21,9 @@ from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.drivers.controller.recovery import PROBES
 from foveacam_hardware.drivers.controller.replies import STALL_S
 from foveacam_hardware.sim.cables import DacCodes, RecordingCables
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController, LoopbackLink
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
-from foveacam_hardware.sim.far_ends.loopback import LoopbackController, LoopbackLink
 
 from .controllers import PATIENT, Controllers, started
 

@@ -20,7 +20,7 @@ from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.drivers.controller.volts import mirror_codes, mirror_volts
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.far_ends.loopback import LoopbackController
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController
 
 STEP_V = 200 / 65_535
 BIAS_CODE = 29_490

@@ -23,10 +23,9 @@ from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
 from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
 from foveacam_hardware.drivers.positioners.ptu_axes import PtuMounting
-from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults
-from foveacam_hardware.sim.far_ends.board_host import BoardProcess
-from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults, BoardKind
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
+from foveacam_hardware.sim.far_ends.board_process import BoardProcess
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.ptu_far_end import PtuFarEnd
 from foveacam_hardware.sim.pan_tilt import TurningHistory, TurnSegment

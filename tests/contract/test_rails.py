@@ -18,9 +18,9 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMounting
 from foveacam_hardware.drivers.positioners.manual_rail import ManualRail
 from foveacam_hardware.rail_config import PAPER_PLACES
-from foveacam_hardware.sim.far_ends.board_host import BoardProcess
-from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
+from foveacam_hardware.sim.far_ends.board_far_end import BoardKind
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
+from foveacam_hardware.sim.far_ends.board_process import BoardProcess
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.grbl_firmware import RAIL_SWITCH_MM
 from foveacam_hardware.sim.pan_tilt import TurningHistory, TurnSegment

@@ -14,8 +14,7 @@ from scipy.optimize import least_squares
 import foveacam_hardware.sim.scenes as scenes
 from foveacam_hardware.contract import MirrorVolts, PixelFormat, Role
 from foveacam_hardware.rig import Rig
-from foveacam_hardware.sim.lens import WideLens
-from foveacam_hardware.sim.optics import gaze
+from foveacam_hardware.sim.optics import WideLens, gaze
 from foveacam_pipeline.calibrate.sweep.marker_observation import direction_rad, gaze_on_target
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose

@@ -16,7 +16,7 @@ import httpx
 import pytest
 
 from foveacam_bench.faults.kills import RIG, RailCables
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_pipeline.capture.dataset import Dataset, check
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
 

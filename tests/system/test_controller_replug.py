@@ -4,7 +4,7 @@ import os
 import signal
 from typing import Any
 
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 
 from .conftest import PATIENCE_S, Running
 

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, PanTiltPose, Role, Station, StationTarget
-from foveacam_hardware.sim.drift import ThermalMountDrift
-from foveacam_hardware.sim.lens import WideLens
+from foveacam_hardware.sim.faults import ThermalMountDrift
 from foveacam_hardware.sim.mirror import built_law
-from foveacam_hardware.sim.optics import EyeProjection, FoldedEye, built_assembly, rotation
+from foveacam_hardware.sim.optics import EyeProjection, FoldedEye, WideLens, built_assembly, rotation
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan

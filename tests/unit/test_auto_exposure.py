@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import CameraSettings, Image
-from foveacam_hardware.sim.auto_exposure import LIMITS_NS, aim, too_bright_log2
-from foveacam_hardware.sim.exposures import FreeRunningSchedule
+from foveacam_hardware.sim.exposures import LIMITS_NS, FreeRunningSchedule, aim, too_bright_log2
 
 MS = 1_000_000
 S = 1_000_000_000

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from foveacam_hardware.sim.lens import WIDE_HEIGHT, WIDE_WIDTH, WideLens, ray_table
+from foveacam_hardware.sim.optics import WIDE_HEIGHT, WIDE_WIDTH, WideLens, ray_table
 
 LENS = WideLens()
 GRID = np.array([(x, y) for x in np.linspace(0, 1439, 13) for y in np.linspace(0, 1079, 11)])

@@ -9,7 +9,7 @@ import pytest
 
 from foveacam_bench.calibration.truth import CalibrationModel, judge
 from foveacam_hardware.contract import MirrorVolts, Role
-from foveacam_hardware.sim.drift import ThermalMountDrift as TrueDrift
+from foveacam_hardware.sim.faults import ThermalMountDrift as TrueDrift
 from foveacam_hardware.sim.optics import EyeProjection
 from foveacam_pipeline.calibrate.drift.check import check_drift_at_nodes
 from foveacam_pipeline.calibrate.drift.correction import correct_calibration

@@ -8,8 +8,7 @@ import pytest
 from foveacam_hardware.contract import PanTiltPose, VirtualClock
 from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.operator_config import OperatorConfig
-from foveacam_hardware.sim.operator import REACTION_S, Operator
-from foveacam_hardware.sim.pan_tilt import TurningHistory
+from foveacam_hardware.sim.pan_tilt import REACTION_S, Operator, TurningHistory
 
 CONFIG = OperatorConfig(delay_s=0.5, speed_deg_s=10.0, error_deg=0.2)
 NS_PER_S = 1_000_000_000

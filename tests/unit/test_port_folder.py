@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.sim.far_ends.port_folder import OWNER, PREFIX, PortFolder, clear_abandoned
+from foveacam_hardware.sim.far_ends.far_end_process import OWNER, PREFIX, PortFolder, clear_abandoned
 
 KILLED = """
 import os
-from foveacam_hardware.sim.far_ends.port_folder import PortFolder
+from foveacam_hardware.sim.far_ends.far_end_process import PortFolder
 folder = PortFolder()
 (folder.path / "controller").symlink_to("/dev/pts/0")
 print(folder.path, flush=True)

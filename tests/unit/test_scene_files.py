@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.sim.render.shapes import cone_stump, figurine
 from foveacam_hardware.sim.scenes.build import build_scene
-from foveacam_hardware.sim.scenes.figure import cone_stump, figurine
 from foveacam_hardware.sim.scenes.format import SceneFile
 from foveacam_hardware.sim.scenes.loader import load_scene, scene_names
 from foveacam_hardware.sim.scenes.motion import pose

@@ -7,8 +7,8 @@ from foveacam_hardware.contract import MirrorVolts, StereoVolts, VirtualClock
 from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackLink
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
-from foveacam_hardware.sim.far_ends.loopback import LoopbackLink
 
 from .firmware_board import START_US
 from .test_firmware_driver import ClockedBoard

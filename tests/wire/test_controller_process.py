@@ -10,7 +10,7 @@ import pytest
 
 from foveacam_hardware.contract import DeviceFault, Role
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.wire.link import ByteLink
 
 ORPHAN_MAKER = """

@@ -12,8 +12,8 @@ from foveacam_hardware.drivers.controller.crc_agreement import Crc
 from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
-from foveacam_hardware.sim.far_ends.loopback import LoopbackController
 from foveacam_hardware.wire.cobs import cobs_decode
 from foveacam_hardware.wire.controller import BadPacket, Packet, PacketMethod, PacketProperty, decode_packet
 

@@ -11,8 +11,8 @@ from foveacam_hardware.drivers.controller.guardian import Guardian
 from foveacam_hardware.drivers.controller.guardian_parking import park_and_disable
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackLink
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
-from foveacam_hardware.sim.far_ends.loopback import LoopbackLink
 from foveacam_hardware.wire.guardian import ParkingPlan
 from foveacam_hardware.wire.open_file import OpenPort
 

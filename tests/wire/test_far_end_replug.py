@@ -17,9 +17,9 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import NO_CODES, RecordingCables
-from foveacam_hardware.sim.far_ends.board_host import BoardProcess
-from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.board_far_end import BoardKind
+from foveacam_hardware.sim.far_ends.board_process import BoardProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.far_end_process import REPLUG_S
 from foveacam_hardware.sim.pan_tilt import TurningHistory
 from foveacam_hardware.sim.rig import PATIENT

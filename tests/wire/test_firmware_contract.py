@@ -9,7 +9,7 @@ import pytest
 from foveacam_hardware.contract import VirtualClock
 from foveacam_hardware.sim.cables import CAMERA_ROLES, RecordingCables, TriggerEdge
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
-from foveacam_hardware.sim.far_ends.loopback import LoopbackController, LoopbackLink
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController, LoopbackLink
 from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus
 
 from ..contract import test_mirrors as contract  # noqa: TID252 - tests are no installed package

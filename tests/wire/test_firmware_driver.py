@@ -22,7 +22,7 @@ from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
-from foveacam_hardware.sim.far_ends.loopback import LoopbackLink
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackLink
 from foveacam_hardware.wire.link import SerialLink
 
 from .firmware_board import REST, START_US, FirmwareBoard, Item

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import NotConnected
-from foveacam_hardware.sim.far_ends.board_host import BoardProcess
-from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
+from foveacam_hardware.sim.far_ends.board_far_end import BoardKind
+from foveacam_hardware.sim.far_ends.board_process import BoardProcess
 from foveacam_hardware.sim.pan_tilt import TurningHistory
 from foveacam_hardware.wire.grbl import GrblLineReader
 from foveacam_hardware.wire.link import ByteLink

@@ -9,7 +9,7 @@ from foveacam_hardware.contract import DeviceFault, FoveaError, MonotonicClock, 
 from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.far_ends.loopback import LoopbackController
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController
 from foveacam_hardware.wire.cobs import cobs_decode
 from foveacam_hardware.wire.controller import (
     Packet,

@@ -12,11 +12,11 @@ from foveacam_hardware.sim.render.materials import PlainSurface
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Radiance, Renderer
 from foveacam_hardware.sim.render.scene import Scene
+from foveacam_hardware.sim.rig_pose import Bearing, in_world, straight_ahead, swept_px
 from foveacam_hardware.sim.scenes.build import build_scene
 from foveacam_hardware.sim.scenes.format import Object
 from foveacam_hardware.sim.scenes.loader import load_scene, scene_path
 from foveacam_hardware.sim.scenes.motion import pose
-from foveacam_hardware.sim.turned import Bearing, in_world, straight_ahead, swept_px
 
 CACHED_FRAMES = 4
 """One for each camera and one to spare; a colour frame with its depth holds 31 MB."""

@@ -108,3 +108,15 @@ class RecordingCables:
     def strobe_us(self, role: Role) -> int | None:
         """Return the exposure set for `role`."""
         return self.exposure_us.get(role)
+
+
+class ShutterPort(Protocol):
+    """What a camera's trigger input and strobe output look like to the world."""
+
+    def trigger(self, t_ns: int) -> None:
+        """Take a rising edge of the trigger line."""
+        ...
+
+    def strobe_us(self) -> int | None:
+        """Return the exposure that a trigger now would start; None when it would start none."""
+        ...

@@ -25,16 +25,16 @@ from foveacam_hardware.contract import (
     Timeout,
     TriggerSource,
 )
-from foveacam_hardware.sim.auto_exposure import aim, too_bright_log2
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.exposures import (
     CameraExposure,
     ExposureSchedule,
     FreeRunningSchedule,
     TriggeredSchedule,
+    aim,
+    too_bright_log2,
 )
-from foveacam_hardware.sim.sensor import develop
-from foveacam_hardware.sim.sensor_limits import RANGES, longest_exposure_ns, take_settings
+from foveacam_hardware.sim.sensor import RANGES, develop, longest_exposure_ns, take_settings
 from foveacam_hardware.sim.world import World
 
 POLL_NS = 1_000_000

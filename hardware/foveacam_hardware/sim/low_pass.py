@@ -128,10 +128,6 @@ class DriveHistory:
         """Return what the mode has made of the inputs at `t_ns`: (k,) volts."""
         return np.asarray(self._segment(t_ns).states(t_ns)[FILTER_ORDER], dtype=np.float64)
 
-    def input_v(self, t_ns: int) -> NDArray[np.float64]:
-        """Return the inputs in force at `t_ns`: (k,) volts, where the mirrors come to rest."""
-        return self._segment(t_ns).inputs.copy()
-
     def _segment(self, t_ns: int) -> _Segment:
         return self._segments[max(0, bisect_right(self._times_ns, t_ns) - 1)]
 

@@ -110,11 +110,6 @@ class MirrorPair:
         if cutoff_hz > 0:
             self._history.low_pass(t_ns, cutoff_hz)
 
-    def drive_v(self, role: Role, t_ns: int) -> MirrorVolts:
-        """Return the differential volts that the DAC holds at `t_ns`, before the filter."""
-        x_v, y_v = self._history.input_v(t_ns)[_axes(role)].tolist()
-        return MirrorVolts(x_v=x_v, y_v=y_v)
-
     def tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
         """Return the mechanical tilts (x, y) of one mirror at `t_ns`."""
         volts_v = self._history.output_v(t_ns)

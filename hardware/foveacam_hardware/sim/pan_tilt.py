@@ -5,25 +5,24 @@ a few centimetres below and behind the wide camera, the rail under them runs to 
 builds the workshop's errors.
 """
 
+import math
 import threading
 from bisect import bisect_right
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.sim.optics import rotation
+from foveacam_hardware.contract import Clock, PanTiltPose
 
-Matrix: TypeAlias = NDArray[np.float64]
-"""(4, 4) float64, a rigid motion, metres."""
+if TYPE_CHECKING:  # the processes of the far ends import this module, and start without pydantic
+    from foveacam_hardware.operator_config import OperatorConfig
 
 Place: TypeAlias = tuple[float, float, float]
 """Pan and tilt in degrees, the rail in millimetres."""
 SET_UP: Place = (0.0, 0.0, 0.0)
 """Where the rig was set up."""
-
-PIVOT_M = (0.0, 0.055, -0.035)  # deduced: a rig's plate on a motorised head
 KEPT_NS = 30_000_000_000
 """How long ago a bearing can be asked for."""
 NS_PER_S = 1e9
@@ -129,39 +128,53 @@ def _t_ns(turning: TurnSegment) -> int:
     return turning.t_ns
 
 
-class Pedestal:
-    """The axes and the rail, as built: where each stands in the rig when all are at zero."""
-
-    def __init__(self, *, seed: int) -> None:
-        rng = np.random.default_rng([seed, 0x9A47])
-        pan_lean, tilt_lean = np.deg2rad(rng.uniform(-0.2, 0.2, (2, 2)))
-        self._pan_axis = _unit(pan_lean[0], 1.0, pan_lean[1])  # turns +z towards +x
-        self._tilt_axis = -_unit(1.0, tilt_lean[0], tilt_lean[1])  # turns +z towards +y
-        pivots_m = np.array(PIVOT_M) + rng.uniform(-2e-3, 2e-3, (2, 3))
-        self._pan_m, self._tilt_m = pivots_m
-        rail_lean = np.deg2rad(rng.uniform(-0.3, 0.3, 2))
-        self._rail_axis = _unit(1.0, rail_lean[0], rail_lean[1])
-
-    def rig_from_world(self, pan_deg: float, tilt_deg: float, slide_mm: float = 0.0) -> Matrix:
-        """Return the rigid motion (4, 4) from the world, where the rig stands at 0/0, to the moved rig."""
-        pan = _about(self._pan_axis, self._pan_m, np.deg2rad(pan_deg))
-        tilt = _about(self._tilt_axis, self._tilt_m, np.deg2rad(tilt_deg))
-        world_from_rig = pan @ tilt
-        world_from_rig[:3, 3] += 1e-3 * slide_mm * self._rail_axis  # the pan-tilt stands on the rail
-        back = np.eye(4)
-        back[:3, :3] = world_from_rig[:3, :3].T
-        back[:3, 3] = -world_from_rig[:3, :3].T @ world_from_rig[:3, 3]
-        return back
+RAMP_S = 0.3
+"""To get going, and to stop."""
+REACTION_S = 0.2
+MOST_SIGMAS = 2.0
 
 
-def _unit(x: float, y: float, z: float) -> NDArray[np.float64]:
-    vector = np.array([x, y, z])
-    return np.asarray(vector / np.linalg.norm(vector), dtype=np.float64)
+class Operator:
+    """Turns by hand what no motor turns; `hands` holds where that has brought the rig."""
 
+    def __init__(self, hands: TurningHistory, clock: Clock, config: "OperatorConfig", *, seed: int) -> None:
+        self._hands = hands
+        self._clock = clock
+        self._config = config
+        self._rng = np.random.default_rng([seed, 0x0BE7])
 
-def _about(axis: NDArray[np.float64], through_m: NDArray[np.float64], angle_rad: float) -> Matrix:
-    """Return the rotation (4, 4) by an angle about an axis through a point."""
-    turned = np.eye(4)
-    turned[:3, :3] = rotation(axis * angle_rad)
-    turned[:3, 3] = through_m - turned[:3, :3] @ through_m
-    return turned
+    def told(self, wanted: PanTiltPose | None) -> None:
+        """Take note of a bearing that is wanted; None: let go of the rig, wherever it is."""
+        now_ns = self._clock.now_ns()
+        if wanted is None:
+            self._rest(now_ns + round(REACTION_S * NS_PER_S))
+            return
+        begin_ns = now_ns + round(self._config.delay_s * NS_PER_S)
+        self._rest(begin_ns)  # whatever was being done
+        missed = np.clip(self._rng.standard_normal(2), -MOST_SIGMAS, MOST_SIGMAS) * self._config.error_deg
+        goal = np.rad2deg([wanted.pan_rad, wanted.tilt_rad]) + missed
+        self._turn(begin_ns, goal - np.array(self._hands.bearing_deg(begin_ns)))
+
+    def _turn(self, t_ns: int, way_deg: NDArray[np.float64]) -> None:
+        """Turn by (pan, tilt), degrees: get going, keep the pace, stop."""
+        length_deg = float(np.linalg.norm(way_deg))
+        if length_deg == 0.0:
+            return
+        speed_deg_s = min(self._config.speed_deg_s, length_deg / RAMP_S)
+        steady_s = length_deg / speed_deg_s - RAMP_S
+        pull_deg_s2 = speed_deg_s / RAMP_S
+        pan, tilt = (way_deg / length_deg).tolist()
+        for pull, spent_s in ((pull_deg_s2, RAMP_S), (0.0, steady_s), (-pull_deg_s2, RAMP_S)):
+            speed = math.hypot(*self._hands.speed_deg_s(t_ns))
+            turning = TurnSegment(
+                t_ns=t_ns,
+                place_deg=self._hands.bearing_deg(t_ns),
+                speed_deg_s=(pan * speed, tilt * speed),
+                acceleration_deg_s2=(pan * pull, tilt * pull),
+            )
+            self._hands.turn(turning)
+            t_ns += round(spent_s * NS_PER_S)
+        self._rest(t_ns)
+
+    def _rest(self, t_ns: int) -> None:
+        self._hands.turn(TurnSegment(t_ns=t_ns, place_deg=self._hands.bearing_deg(t_ns)))

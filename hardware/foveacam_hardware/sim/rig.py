@@ -25,16 +25,16 @@ from foveacam_hardware.rig import Rig, RigName
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.cameras import SimCamera
-from foveacam_hardware.sim.far_ends.board_host import BoardProcess
-from foveacam_hardware.sim.far_ends.board_kinds import BoardKind
+from foveacam_hardware.sim.far_ends.board_far_end import BoardKind
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
+from foveacam_hardware.sim.far_ends.board_process import BoardProcess
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackLink
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.grbl_firmware import RAIL_SWITCH_MM, SWITCHES_DEG
-from foveacam_hardware.sim.far_ends.loopback import LoopbackLink
-from foveacam_hardware.sim.operator import Operator
 from foveacam_hardware.sim.optics import HALF_BASELINE_M
+from foveacam_hardware.sim.pan_tilt import Operator
 from foveacam_hardware.sim.presets import find_preset
 from foveacam_hardware.sim.truth import Truth
 from foveacam_hardware.sim.world import World

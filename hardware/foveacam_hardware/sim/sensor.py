@@ -1,10 +1,97 @@
 """Turns radiance into the picture that a camera of a role would deliver with its settings."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import CameraSettings, Image, PixelFormat, Role
+from foveacam_hardware.contract import (
+    AutoMode,
+    CameraRanges,
+    CameraSettings,
+    Image,
+    OutOfRange,
+    PixelFormat,
+    Role,
+    TriggerSource,
+    ValueRange,
+)
 from foveacam_hardware.sim.render.sensor import SensorExposure, expose
+
+LINE_10_BIT_NS = 290 / 74.25e6 * 1e9
+LINE_12_BIT_NS = 396 / 74.25e6 * 1e9
+LINES = 1080 + 42  # IMX273: the image and its vertical blanking
+
+EXPOSURE_NS = (30_000, 1_000_000_000)
+GAIN_DB = (0.0, 24.0)
+GAIN_STEP_DB = 0.1
+FRAME_RATE_HZ = (0.1, 228.0)
+BLACK_LEVEL = (0.0, 32.0)
+PIXEL_FORMATS = (PixelFormat.MONO8, PixelFormat.MONO12, PixelFormat.RGB8)
+RANGES = CameraRanges(
+    exposure_ns=ValueRange(low=EXPOSURE_NS[0], high=EXPOSURE_NS[1]),
+    gain_db=ValueRange(low=GAIN_DB[0], high=GAIN_DB[1]),
+    frame_rate_hz=ValueRange(low=FRAME_RATE_HZ[0], high=FRAME_RATE_HZ[1]),
+    black_level=ValueRange(low=BLACK_LEVEL[0], high=BLACK_LEVEL[1]),
+    pixel_formats=PIXEL_FORMATS,
+    exposure_autos=tuple(AutoMode),
+    frame_rate_auto=True,
+)
+
+
+def readout_ns(pixel_format: PixelFormat) -> int:
+    """Return how long reading the sensor takes: 4.38 ms, or 5.98 ms at 12 bit."""
+    line_ns = LINE_12_BIT_NS if pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
+    return round(line_ns * LINES)
+
+
+def longest_exposure_ns(settings: CameraSettings) -> int:
+    """Return how long it may expose without slowing down, where its rate is set by hand."""
+    if settings.triggered or settings.frame_rate_auto:
+        return EXPOSURE_NS[1]
+    return round(1e9 / settings.frame_rate_hz - LINE_12_BIT_NS)
+
+
+def take_settings(role: Role, asked: CameraSettings) -> CameraSettings:
+    """Return what the sensor makes of the settings: whole lines, tenths of a decibel, a rate it can keep."""
+    _require(role, "exposure", asked.exposure_ns / 1e6, EXPOSURE_NS[0] / 1e6, EXPOSURE_NS[1] / 1e6, "ms")
+    _require(role, "gain", asked.gain_db, *GAIN_DB, "dB")
+    if not asked.frame_rate_auto:
+        _require(role, "frame rate", asked.frame_rate_hz, *FRAME_RATE_HZ, "Hz")
+    _require(role, "black level", asked.black_level, *BLACK_LEVEL, "grey levels")
+    if asked.pixel_format not in PIXEL_FORMATS:
+        allowed = ", ".join(PIXEL_FORMATS)
+        raise OutOfRange(
+            f"camera {role}: pixel format {asked.pixel_format} is not one of its own; use {allowed}"
+        )
+    if asked.triggered and asked.trigger_source is TriggerSource.HARDWARE and role is Role.WIDE:
+        raise OutOfRange(
+            "camera wide: asked to be triggered, but no trigger cable leads to it; only the foveae have one"
+        )
+    line_ns = LINE_12_BIT_NS if asked.pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
+    exposure_ns = round(max(1, round(asked.exposure_ns / line_ns)) * line_ns)
+    # The next exposure may overlap the readout, but not end before it.
+    shortest_ns = max(exposure_ns, readout_ns(asked.pixel_format))
+    wanted_hz = FRAME_RATE_HZ[1] if asked.frame_rate_auto else asked.frame_rate_hz
+    return CameraSettings(
+        exposure_ns=exposure_ns,
+        exposure_auto=asked.exposure_auto,
+        gain_db=round(asked.gain_db / GAIN_STEP_DB) * GAIN_STEP_DB,
+        frame_rate_hz=min(wanted_hz, 1e9 / shortest_ns),
+        frame_rate_auto=asked.frame_rate_auto,
+        pixel_format=asked.pixel_format,
+        triggered=asked.triggered,
+        trigger_source=asked.trigger_source,
+        black_level=float(round(asked.black_level)),
+    )
+
+
+def _require(role: Role, what: str, asked: float, low: float, high: float, unit: str) -> None:
+    if not (math.isfinite(asked) and low <= asked <= high):
+        raise OutOfRange(
+            f"camera {role}: {what} {asked:g} {unit} is outside {low:g} to {high:g} {unit}; choose one inside"
+        )
+
 
 REFERENCE_S = 0.0076
 """White fills the well in this time: lamps and stops are set for 8 ms, one period of mains flicker."""

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role
-from foveacam_hardware.sim.far_ends.board_host import BoardProcess
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
+from foveacam_hardware.sim.far_ends.board_process import BoardProcess
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX, EyeProjection
 from foveacam_hardware.sim.render.projection import Projection

@@ -6,30 +6,32 @@ lowers the frame rate and never changes the physics. Cameras are in `cameras`, m
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, MirrorVolts, Role
 from foveacam_hardware.sim.animated_scene import AnimatedScene
-from foveacam_hardware.sim.cables import CAMERA_ROLES, DacCodes
-from foveacam_hardware.sim.drift import ThermalMountDrift
-from foveacam_hardware.sim.faults import WorldFaults
-from foveacam_hardware.sim.lens import WIDE_HEIGHT, WIDE_WIDTH, WideLens, ray_table
+from foveacam_hardware.sim.cables import CAMERA_ROLES, DacCodes, ShutterPort
+from foveacam_hardware.sim.exposures import ExposureInterval
+from foveacam_hardware.sim.faults import ThermalMountDrift, WorldFaults
 from foveacam_hardware.sim.mirror import MirrorPair
 from foveacam_hardware.sim.optics import (
     FOVEA_FOCAL_PX,
     FOVEA_HEIGHT,
     FOVEA_WIDTH,
+    WIDE_HEIGHT,
+    WIDE_WIDTH,
     EyeProjection,
     FoldedEye,
+    WideLens,
     built_assembly,
+    ray_table,
 )
-from foveacam_hardware.sim.pan_tilt import Pedestal, TurningHistory, TurnSegment
+from foveacam_hardware.sim.pan_tilt import TurningHistory, TurnSegment
 from foveacam_hardware.sim.presets import RigPreset
 from foveacam_hardware.sim.render.projection import Projection
+from foveacam_hardware.sim.rig_pose import Pedestal
 
 EYES = (Role.LEFT, Role.RIGHT)
 TILT_STEP_RAD = 2.0**-22
@@ -43,40 +45,6 @@ OBJECT_STEP_PX = 4.0
 """Objects move evenly: the middle of an exposure is its mean, and less blur than this is lost in the PSF."""
 STEPS_MAX = 6
 MOTION_SAMPLES = 9
-
-
-class ShutterPort(Protocol):
-    """What a camera's trigger input and strobe output look like to the world."""
-
-    def trigger(self, t_ns: int) -> None:
-        """Take a rising edge of the trigger line."""
-        ...
-
-    def strobe_us(self) -> int | None:
-        """Return the exposure that a trigger now would start; None when it would start none."""
-        ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ExposureInterval:
-    """One exposure's span of time on the rig's clock."""
-
-    start_ns: int
-    length_ns: int
-
-    @property
-    def middle_ns(self) -> int:
-        """The moment that stands for the exposure."""
-        return self.start_ns + self.length_ns // 2
-
-    @property
-    def end_ns(self) -> int:
-        """The end of the exposure."""
-        return self.start_ns + self.length_ns
-
-    def middles_ns(self, parts: int) -> list[int]:
-        """Return the middles of equal parts."""
-        return [self.start_ns + self.length_ns * (2 * k + 1) // (2 * parts) for k in range(parts)]
 
 
 class World:

@@ -22,7 +22,7 @@ from foveacam_bench.faults.killed_host import random_volts
 from foveacam_bench.faults.tally import FaultTally, LimitCables
 from foveacam_hardware.camera_config import AravisCameraConfig, CamerasConfig
 from foveacam_hardware.contract import CameraPhase, FoveaError, MirrorLimits, Role
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_server.runtime.ports import AssembledRig
 
 SEQUENCES, QUICK_SEQUENCES = 16, 2

@@ -17,7 +17,7 @@ from pathlib import Path
 from foveacam_bench.faults.tally import FaultTally, LimitCables, p95
 from foveacam_bench.servers import ServerProcess, free_port
 from foveacam_hardware.contract import DeviceFault, MirrorLimits
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 
 SMALL_HOSTS, QUICK_SMALL_HOSTS = 45, 1
 SERVERS, QUICK_SERVERS = 5, 1

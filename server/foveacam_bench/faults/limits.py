@@ -15,7 +15,7 @@ from foveacam_hardware.contract import (
     VirtualClock,
 )
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
-from foveacam_hardware.sim.far_ends.loopback import LoopbackController
+from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController
 
 SEQUENCES, QUICK_SEQUENCES = 10_000, 500
 RIG_SEQUENCES = 250

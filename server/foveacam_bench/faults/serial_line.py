@@ -17,7 +17,7 @@ from foveacam_bench.faults.hardware_host import BenchHost, controller_rig, secon
 from foveacam_bench.faults.killed_host import random_volts
 from foveacam_bench.faults.tally import FaultTally, LimitCables
 from foveacam_hardware.contract import FoveaError, MirrorLimits, Mirrors, StereoVolts
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 
 NUMBERS, QUICK_NUMBERS = tuple(range(100)), (1, 5, 6, 7)

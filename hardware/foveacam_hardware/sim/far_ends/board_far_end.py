@@ -1,15 +1,25 @@
 """What every pan-tilt's or rail's board has in common, seen from its serial port: what may go wrong, and how.
 
-A board is one of `grbl_far_end` or `ptu_far_end`; `board_loopback` has it in this process, `board_host` in
+A board is one of `grbl_far_end` or `ptu_far_end`; `board_loopback` has it in this process, `board_process` in
 another.
 """
 
 from collections import deque
 from collections.abc import Mapping, Set
+from enum import StrEnum
 from typing import Protocol, TypedDict, Unpack
 
 from foveacam_hardware.contract import Clock
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
+
+
+class BoardKind(StrEnum):
+    """Who answers at the port."""
+
+    GRBL = "grbl"
+    GRBL_WITH_RAIL = "grbl-rail"
+    """Its third axis moves a rail."""
+    PTU = "ptu"
 
 
 class BoardFaults(TypedDict, total=False):

@@ -15,7 +15,7 @@ FarEnd = TypeVar("FarEnd", bound=BoardFarEnd)
 
 
 class BoardLoopback(Generic[FarEnd]):
-    """A board in this process, with the faults of `board_host.BoardProcess`."""
+    """A board in this process, with the faults of `board_process.BoardProcess`."""
 
     def __init__(self, far_end: FarEnd, clock: Clock) -> None:
         self.clock = clock

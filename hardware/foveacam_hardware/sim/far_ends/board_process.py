@@ -1,64 +1,117 @@
-"""A simulated pan-tilt's or rail's board in a process of its own: a pty for the host, a socket for the world.
+"""A simulated pan-tilt's or rail's board in its own process, as its parent sees it: shafts, faults, port."""
 
-`python -m foveacam_hardware.sim.far_ends.board_process --socket FD --port PATH --kind KIND
---place PAN TILT RAIL` is started by `board_host.BoardProcess` and ends with it. Both share CLOCK_MONOTONIC.
-Messages are JSON lines.
-"""
-
-import dataclasses
-import sys
-from collections import deque
+from types import TracebackType
+from typing import Unpack
 
 from foveacam_hardware.contract import MonotonicClock
-from foveacam_hardware.sim.far_ends.board_far_end import BoardFarEnd
-from foveacam_hardware.sim.far_ends.board_kinds import BoardKind, board
-from foveacam_hardware.sim.far_ends.far_end_host import FarEndHost, connection, parser
-from foveacam_hardware.sim.far_ends.pty_port import PtyPort
-from foveacam_hardware.sim.far_ends.side_channel import Message, SideChannel
-from foveacam_hardware.sim.pan_tilt import TurnSegment
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults, BoardKind
+from foveacam_hardware.sim.far_ends.far_end_process import FarEndProcess
+from foveacam_hardware.sim.far_ends.line_faults import LineDamage
+from foveacam_hardware.sim.far_ends.side_channel import Message
+from foveacam_hardware.sim.pan_tilt import PanTiltCables, Place, TurningHistory, TurnSegment
+from foveacam_hardware.wire.link import ByteLink, SerialLink
+
+MODULE = "foveacam_hardware.sim.far_ends.board_main"
 
 
-class _WorldShafts:
-    """Motors whose rig is in the parent process."""
+class BoardProcess:
+    """A simulated board in its own process, whose motors turn `cables`; a context manager.
 
-    def __init__(self, channel: SideChannel) -> None:
-        self._channel = channel
+    It starts while others do: `open` and the faults wait for it. Each fault returns once it is in force. When
+    its process dies, its motors stop, and it comes back by itself as one that was plugged in again.
+    """
 
-    def turn(self, turning: TurnSegment) -> None:
-        self._channel.send({"event": "turn", **dataclasses.asdict(turning)})
-
-
-def obey(far_end: BoardFarEnd, message: Message) -> Message:
-    """Do what a command says, and return the board's status."""
-    match message["command"]:
-        case "impair":
-            far_end.impair(**message["changes"])
-        case "hit_a_limit":
-            far_end.hit_a_limit()
-        case "power_cycle":
-            far_end.power_cycle()
-        case "unplug":
-            far_end.unplug()
-        case "plug":
-            far_end.plug()
-    return {"state": far_end.state}
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the board until its parent is gone."""
-    options = parser("simulated pan-tilt on a pty")
-    options.add_argument("--kind", type=BoardKind, required=True, help="who answers")
-    options.add_argument("--place", type=float, nargs=3, required=True, help="of its motors: deg, deg, mm")
-    given = options.parse_args(arguments)
-    with connection(given) as link:
-        channel, clock = SideChannel(link), MonotonicClock()
-        inbox: deque[Message] = deque()
-        far_end = board(given.kind, clock, _WorldShafts(channel), start=tuple(given.place))
-        FarEndHost(far_end, channel, PtyPort(given.port), clock=clock, inbox=inbox).run(
-            lambda message: obey(far_end, message)
+    def __init__(self, kind: BoardKind, cables: PanTiltCables) -> None:
+        shafts = _Shafts(cables)
+        self._process = FarEndProcess(
+            MODULE,
+            "pan-tilt",
+            shafts,
+            options=lambda: ["--kind", kind.value, "--place", *map(repr, shafts.place())],
         )
-    return 0
+        self.port = self._process.port
+        """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
+
+    def __enter__(self) -> "BoardProcess":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def pid(self) -> int:
+        """The far end's process id; another one after its process has died."""
+        return self._process.pid
+
+    def close(self) -> None:
+        """End the process and its thread; harmless when closed."""
+        self._process.close()
+
+    def open(self) -> ByteLink:
+        """Open its port, as a driver's link factory."""
+        self._process.wait_until_ready()
+        return SerialLink(self.port)
+
+    def impair(self, **changes: Unpack[BoardFaults]) -> None:
+        """Change how it behaves; what is left out stays."""
+        self._process.obey("impair", changes=changes)
+
+    def damage_to_device(self, damage: LineDamage) -> None:
+        """Damage bytes on their way to the board."""
+        self._process.damage(damage, to="device")
+
+    def damage_to_host(self, damage: LineDamage) -> None:
+        """Damage bytes on their way to the host."""
+        self._process.damage(damage, to="host")
+
+    def hit_a_limit(self) -> None:
+        """Let an axis run into its limit."""
+        self._process.obey("hit_a_limit")
+
+    def power_cycle(self) -> None:
+        """Switch its supply off and on."""
+        self._process.obey("power_cycle")
+
+    def unplug(self) -> None:
+        """Pull the cable."""
+        self._process.obey("unplug")
+
+    def plug(self) -> None:
+        """Put the cable back."""
+        self._process.obey("plug")
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+class _Shafts:
+    """The shafts in this process; remembers where they stand, for motors do not."""
+
+    def __init__(self, cables: PanTiltCables) -> None:
+        self._cables = cables
+        self._clock = MonotonicClock()  # the far end's, as `board_main` says
+        self._track = TurningHistory()
+
+    def receive(self, message: Message) -> None:
+        """Pass a turning on."""
+        names = ("place_deg", "speed_deg_s", "acceleration_deg_s2", "slide_mm")
+        fields = {name: tuple(message[name]) for name in names}
+        self._turn(TurnSegment(t_ns=message["t_ns"], **fields))
+
+    def lose(self) -> None:
+        """Let everything stand where it is: the motors have no supply."""
+        pan_deg, tilt_deg, rail_mm = self.place()
+        resting = TurnSegment(
+            t_ns=self._clock.now_ns(), place_deg=(pan_deg, tilt_deg), slide_mm=(rail_mm, 0.0, 0.0)
+        )
+        self._turn(resting)
+
+    def place(self) -> Place:
+        """Return where everything is now."""
+        return self._track.place(self._clock.now_ns())
+
+    def _turn(self, turning: TurnSegment) -> None:
+        self._track.turn(turning)
+        self._cables.turn(turning)

@@ -1,89 +1,128 @@
-"""The simulated controller in a process of its own: a pty for the host, a socket for the world.
+"""The simulated controller in its own process, as its parent sees it: its cables, its faults, its port."""
 
-`python -m foveacam_hardware.sim.far_ends.controller_process --socket FD --port PATH [--strict]
-[--version 2.1.0]` is started by `controller_host.ControllerProcess` and ends with it. Both share
-CLOCK_MONOTONIC. Messages on the socket are JSON lines, documented in `side_channel`.
-"""
-
-import dataclasses
-import sys
-from collections import deque
+from types import TracebackType
 
 from foveacam_hardware.contract import MonotonicClock, Role
-from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
-from foveacam_hardware.sim.far_ends.far_end_host import FarEndHost, connection, parser
-from foveacam_hardware.sim.far_ends.pty_port import PtyPort
-from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus, Message, SideChannel
+from foveacam_hardware.sim.cables import NO_CODES, Cables
+from foveacam_hardware.sim.far_ends.far_end_process import FarEndProcess
+from foveacam_hardware.sim.far_ends.line_faults import LineDamage
+from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus, Message
+from foveacam_hardware.wire.link import SerialLink
+
+MODULE = "foveacam_hardware.sim.far_ends.controller_main"
 
 
-class _WorldCables:
-    """Cables whose other ends are in the parent process."""
+class ControllerProcess:
+    """A simulated controller in its own process, wired to `cables`; a context manager.
 
-    def __init__(self, channel: SideChannel) -> None:
-        self._channel = channel
-        self.commands: deque[Message] = deque()
-        """Commands that arrived while a strobe was waited for."""
+    Faults are methods; each returns once the controller has taken it. When its process dies, it goes dark,
+    and comes back by itself as one that was plugged in again.
+    """
 
-    def drive(self, t_ns: int, codes: tuple[int, ...]) -> None:
-        self._channel.send({"event": "drive", "t_ns": t_ns, "codes": codes})
+    def __init__(
+        self, cables: Cables, *, strict: bool = False, version: tuple[int, int, int] = (2, 1, 0)
+    ) -> None:
+        options = ["--version", ".".join(map(str, version)), *(["--strict"] if strict else [])]
+        self._process = FarEndProcess(MODULE, "controller", _Cabling(cables), options=lambda: options)
+        self._process.wait_until_ready()
+        self.port = self._process.port
+        """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
 
-    def rail(self, t_ns: int, *, on: bool) -> None:
-        self._channel.send({"event": "rail", "t_ns": t_ns, "on": on})
+    def __enter__(self) -> "ControllerProcess":
+        return self
 
-    def low_pass(self, t_ns: int, cutoff_hz: int) -> None:
-        self._channel.send({"event": "low_pass", "t_ns": t_ns, "cutoff_hz": cutoff_hz})
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
 
-    def trigger(self, t_ns: int, *, pulse_us: int, cameras: int) -> None:
-        self._channel.send({"event": "trigger", "t_ns": t_ns, "pulse_us": pulse_us, "cameras": cameras})
+    @property
+    def pid(self) -> int:
+        """The far end's process id."""
+        return self._process.pid
 
-    def strobe_us(self, role: Role) -> int | None:
-        self._channel.send({"ask": "strobe", "role": str(role)})
-        while True:
-            for message in self._channel.receive():
-                if "strobe_us" not in message:
-                    self.commands.append(message)
-                    continue
-                exposure_us: int | None = message["strobe_us"]
-                return exposure_us
+    def close(self) -> None:
+        """End the process and its thread; harmless when closed."""
+        self._process.close()
+
+    def open(self) -> SerialLink:
+        """Open its port, as a driver's link factory."""
+        return SerialLink(self.port)
+
+    def configure(
+        self,
+        *,
+        strict: bool | None = None,
+        silent: bool | None = None,
+        fragile: bool | None = None,
+        clock_ppm: float | None = None,
+    ) -> None:
+        """Change how it behaves; what is None stays."""
+        given = {"strict": strict, "silent": silent, "fragile": fragile, "clock_ppm": clock_ppm}
+        self._process.obey("set", **{name: value for name, value in given.items() if value is not None})
+
+    def damage_to_device(self, damage: LineDamage) -> None:
+        """Damage bytes on their way to the controller."""
+        self._process.damage(damage, to="device")
+
+    def damage_to_host(self, damage: LineDamage) -> None:
+        """Damage bytes on their way to the host."""
+        self._process.damage(damage, to="host")
+
+    def heal(self) -> None:
+        """Take back the damage that has not happened yet."""
+        self._process.obey("heal")
+
+    def die(self) -> None:
+        """Let it stop for good, rail as it is."""
+        self._process.obey("die")
+
+    def power_cycle(self) -> None:
+        """Switch its supply off and on."""
+        self._process.obey("power_cycle")
+
+    def unplug(self, *, keep_power: bool = False) -> None:
+        """Pull the cable; it goes dark as well unless something else feeds it."""
+        self._process.obey("unplug", keep_power=keep_power)
+
+    def plug(self) -> None:
+        """Put the cable back."""
+        self._process.obey("plug")
+
+    def status(self) -> ControllerStatus:
+        """Return how it is; all cable events before the answer have been delivered."""
+        return ControllerStatus(**self._process.obey("status"))
 
 
-def obey(far_end: ControllerFarEnd, message: Message) -> Message:
-    """Do what a command says, and return the controller's status."""
-    match message["command"]:
-        case "set":
-            far_end.strict = message.get("strict", far_end.strict)
-            far_end.silent = message.get("silent", far_end.silent)
-            far_end.fragile = message.get("fragile", far_end.fragile)
-            far_end.firmware.clock_ppm = message.get("clock_ppm", far_end.firmware.clock_ppm)
-        case "die":
-            far_end.die()
-        case "power_cycle":
-            far_end.power_cycle()
-        case "unplug":
-            far_end.unplug(keep_power=message["keep_power"])
-        case "plug":
-            far_end.plug()
-    status = ControllerStatus(
-        dead=far_end.dead, enabled=far_end.firmware.enabled, malformed=far_end.malformed
-    )
-    return dataclasses.asdict(status)
+class _Cabling:
+    """The world's ends of the controller's cables."""
 
+    def __init__(self, cables: Cables) -> None:
+        self._cables = cables
+        self._clock = MonotonicClock()  # the far end's, as `controller_main` says
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the controller until its parent is gone."""
-    options = parser("simulated mirror controller on a pty")
-    options.add_argument("--strict", action="store_true", help="err as controllers in the field do")
-    options.add_argument("--version", default="2.1.0", help="firmware version to answer with")
-    given = options.parse_args(arguments)
-    major, minor, patch = (int(part) for part in given.version.split("."))
-    with connection(given) as link:
-        channel, clock = SideChannel(link), MonotonicClock()
-        cables = _WorldCables(channel)
-        far_end = ControllerFarEnd(clock, cables, strict=given.strict, version=(major, minor, patch))
-        host = FarEndHost(far_end, channel, PtyPort(given.port), clock=clock, inbox=cables.commands)
-        host.run(lambda message: obey(far_end, message))
-    return 0
+    def receive(self, message: Message) -> Message | None:
+        """Pass an event on, or answer a question."""
+        if message.get("ask") == "strobe":
+            return {"strobe_us": self._cables.strobe_us(Role(message["role"]))}
+        t_ns = message["t_ns"]
+        match message["event"]:
+            case "drive":
+                self._cables.drive(t_ns, tuple(message["codes"]))
+            case "rail":
+                self._cables.rail(t_ns, on=message["on"])
+            case "low_pass":
+                self._cables.low_pass(t_ns, message["cutoff_hz"])
+            case "trigger":
+                self._cables.trigger(t_ns, pulse_us=message["pulse_us"], cameras=message["cameras"])
+        return None
 
-
-if __name__ == "__main__":
-    sys.exit(main())
+    def lose(self) -> None:
+        """Let rail, filter clock and DACs go out, as those of a controller without a supply do."""
+        t_ns = self._clock.now_ns()
+        self._cables.rail(t_ns, on=False)
+        self._cables.low_pass(t_ns, 0)
+        self._cables.drive(t_ns, NO_CODES)

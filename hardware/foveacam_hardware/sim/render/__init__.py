@@ -9,7 +9,7 @@ from foveacam_hardware.sim.render.materials import (
     PlainSurface,
 )
 from foveacam_hardware.sim.render.projection import Projection, RayTable
-from foveacam_hardware.sim.render.renderer import Radiance, Renderer
+from foveacam_hardware.sim.render.renderer import Radiance, Renderer, warm_up
 from foveacam_hardware.sim.render.scene import Lighting, Scene
 from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 from foveacam_hardware.sim.render.shapes import (
@@ -24,7 +24,6 @@ from foveacam_hardware.sim.render.shapes import (
     sphere,
     statue,
 )
-from foveacam_hardware.sim.render.warm import warm_up
 
 __all__ = [
     "BitmapSurface",

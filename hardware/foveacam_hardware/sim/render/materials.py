@@ -156,15 +156,6 @@ def _summed(cells: NDArray[np.bool_]) -> F64:
     return table.ravel()
 
 
-def bitmap_levels(height: int, width: int) -> list[tuple[int, int]]:
-    """Return the sizes (h, w) of a bitmap's mip levels, down to a single texel."""
-    sizes = [(height, width)]
-    while sizes[-1] != (1, 1):
-        height, width = (height + 1) // 2, (width + 1) // 2
-        sizes.append((height, width))
-    return sizes
-
-
 def _mips(rgb: NDArray[np.uint8]) -> F32:
     """Return all levels (2x2 means, the last row and column repeated when odd), flat."""
     level: F32 = rgb.astype(np.float32) / np.float32(255)

@@ -7,7 +7,7 @@ of our own; kernels never submit to it.
 
 import threading
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from types import TracebackType
@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract.errors import InvalidInput
 from foveacam_hardware.sim.render.binning import sort_into_tiles, tile_shifts
-from foveacam_hardware.sim.render.disparity import disparity_of
-from foveacam_hardware.sim.render.materials import LUMA
-from foveacam_hardware.sim.render.projection import Projection, RayTable
+from foveacam_hardware.sim.render.materials import LUMA, NoiseSurface
+from foveacam_hardware.sim.render.noise import noise_levels
+from foveacam_hardware.sim.render.projection import Projection, RayTable, disparity_of
 from foveacam_hardware.sim.render.scene import Scene, SceneSnapshot
+from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 from foveacam_hardware.sim.render.setup import (
     TILE_H,
     TILE_W,
@@ -31,6 +32,7 @@ from foveacam_hardware.sim.render.setup import (
     empty_prims,
     set_up,
 )
+from foveacam_hardware.sim.render.shapes import Quad, place
 from foveacam_hardware.sim.render.tiles import TileInputs, TileOutputs, render_tiles
 
 F64 = NDArray[np.float64]
@@ -262,3 +264,37 @@ def _tiles_of(x: int, y: int, w: int, h: int, width: int) -> NDArray[np.int64]:
     rows = np.arange(y // TILE_H, (y + h - 1) // TILE_H + 1)
     tiles: NDArray[np.int64] = (rows[:, None] * -(-width // TILE_W) + columns).ravel().astype(np.int64)
     return tiles
+
+
+Progress = Callable[[int, int, str], None]
+"""Called with steps done, steps in all, and what comes next."""
+
+
+def _silent(done: int, total: int, name: str) -> None:
+    """Report nothing."""
+
+
+def _render() -> None:
+    scene = Scene()
+    scene.add(Quad(width_m=1.0, height_m=1.0), NoiseSurface(), place((0.0, 0.0, 2.0)), "panel")
+    M = np.array([[100.0, 0.0, 31.5], [0.0, 100.0, 23.5], [0.0, 0.0, 1.0]])
+    with Renderer(scene, threads=1) as renderer:
+        renderer.radiance(Projection(M=M, C=np.zeros(3), width=64, height=48))
+
+
+def _expose() -> None:
+    for bits in (8, 12):
+        expose(np.zeros((4, 64), np.float32), SensorExposure(bits=bits), (0, 0, 0))
+
+
+def warm_up(progress: Progress = _silent) -> None:
+    """Compile or load all kernels and tables."""
+    steps: list[tuple[str, Callable[[], object]]] = [
+        ("noise tile", noise_levels),
+        ("renderer", _render),
+        ("sensor", _expose),
+    ]
+    for done, (name, step) in enumerate(steps):
+        progress(done, len(steps), name)
+        step()
+    progress(len(steps), len(steps), "ready")

@@ -7,13 +7,53 @@ fetches along a stretched one.
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined
+from foveacam_hardware.jit import inlined, kernel
 from foveacam_hardware.sim.render.batch import PixelBatch
 from foveacam_hardware.sim.render.fetch import LONG, fetch_long, fetch_short, lookup
-from foveacam_hardware.sim.render.footprint import MAX_TAPS, MESH_TAPS, footprint_filter, tap
 from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, LookupItems, U, V
 from foveacam_hardware.sim.render.materials import BITMAP, MAX_LAYERS, NOISE, MaterialTables
 from foveacam_hardware.sim.render.noise import LEVELS, SHORTEST, TILE
+
+MAX_TAPS, MESH_TAPS = 8, 4
+"""Most taps on a flat face, and on a smooth mesh, whose footprints are stretched at its outline only."""
+TAP_SPREAD = 2.2
+"""Base of the triangle of weights over the taps, in pixels."""
+TAP_STEP = 1.5
+"""Distance of the taps, in widths of a tap: half the wavelength that a tap lets through (CUT_PX)."""
+ROUND = 1.15
+"""A footprint this much longer than wide is taken as round."""
+
+
+@kernel
+def footprint_filter(
+    ux: float, uy: float, vx: float, vy: float, most: int
+) -> tuple[float, float, int, float, float]:
+    """Return how to average over the footprint of a pixel, metres.
+
+    Its long axis (u, v); the number of taps along it, `most` at most; the widths that one tap, and all
+    together, leave.
+    """
+    p, r, s = ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy
+    d = 0.5 * (p - r)
+    spread = np.sqrt(d * d + s * s)
+    long = max(np.sqrt(0.5 * (p + r) + spread), 1e-300)
+    short = max(abs(ux * vy - uy * vx) / long, 1e-300)
+    if long <= ROUND * short:
+        return long, 0.0, 1, long, long
+    # Half the angle of (d, s) by its tangent: (spread + d, s) or, where that vanishes, (s, spread − d).
+    a, b = (spread + d, s) if d >= 0.0 else (s, spread - d)
+    scale = long / np.sqrt(a * a + b * b)
+    taps = int(min(float(most), np.ceil(TAP_SPREAD / TAP_STEP * long / short)))
+    return scale * a, scale * b, taps, max(short, TAP_SPREAD / TAP_STEP * long / taps), long
+
+
+@kernel
+def tap(k: int, taps: int) -> tuple[float, float]:
+    """Return where tap k lies along the long axis, in pixels, and its weight, of a triangle with sum 1."""
+    at = (k + 0.5) / taps - 0.5
+    total = 0.5 * taps if taps % 2 == 0 else 0.5 * (taps * taps + 1) / taps
+    return at * TAP_SPREAD, (1.0 - 2.0 * abs(at)) / total
+
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
@@ -107,3 +147,54 @@ def paint(
             for i in range(a, b):
                 lit = light[i] if f >= 0 else np.float32(1.0)
                 out[i, c] = lit * (low + step * shade[0, i])
+
+
+@kernel
+def _add(x: float, y: float, level: int, weight: float, bitmap: F64, texels: F32, out: F32) -> None:
+    """Add weight · colour at texel (x, y) of level 0, fetched from `level`, bilinear, edges repeated."""
+    w, h, first = int(bitmap[1]), int(bitmap[2]), int(bitmap[3])
+    step = 1.0
+    for _ in range(level):
+        if w == 1 and h == 1:
+            break
+        first += 3 * w * h
+        w, h, step = (w + 1) // 2, (h + 1) // 2, step * 2.0
+    x, y = min(max(x / step - 0.5, 0.0), w - 1.0), min(max(y / step - 0.5, 0.0), h - 1.0)
+    j, i = int(x), int(y)
+    fx, fy = x - j, y - i
+    j1, i1 = min(j + 1, w - 1), min(i + 1, h - 1)
+    for c in range(3):
+        top = (1.0 - fx) * texels[first + 3 * (i * w + j) + c] + fx * texels[first + 3 * (i * w + j1) + c]
+        low = (1.0 - fx) * texels[first + 3 * (i1 * w + j) + c] + fx * texels[first + 3 * (i1 * w + j1) + c]
+        out[c] += np.float32(weight * ((1.0 - fy) * top + fy * low))
+
+
+@inlined
+def shade_bitmap(items: LookupItems, count: int, tables: MaterialTables) -> None:
+    """Fill the values of all items of pictures with their colours, averaged over each footprint."""
+    begin, end, obj, where = items.begin, items.end, items.obj, items.where
+    du, dv, value = items.du, items.dv, items.value
+    kind, bitmaps, texels = tables.kind, tables.cells, tables.texels
+    colour = np.zeros(3, np.float32)
+    for m in range(count):
+        j = obj[m]
+        if kind[j] != BITMAP:
+            continue
+        bitmap = bitmaps[j]
+        per_m = 1.0 / bitmap[0]
+        u, v = where[m, U] * per_m + 0.5 * bitmap[1], where[m, V] * per_m + 0.5 * bitmap[2]
+        au, av, taps, narrow, _ = footprint_filter(
+            where[m, JUX], where[m, JUY], where[m, JVX], where[m, JVY], MAX_TAPS
+        )
+        level = max(0.0, np.log2(narrow * per_m))
+        low = int(level)
+        part = level - low
+        for i in range(begin[m], end[m]):
+            colour[:] = np.float32(0.0)
+            for step in range(2 * taps):
+                at, share = tap(step >> 1, taps)
+                x, y = u + (du[i] + at * au) * per_m, v + (dv[i] + at * av) * per_m
+                up = step & 1
+                _add(x, y, low + up, share * (part if up else 1.0 - part), bitmap, texels, colour)
+            for c in range(3):
+                value[c, i] = colour[c]

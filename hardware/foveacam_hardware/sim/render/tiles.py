@@ -11,9 +11,8 @@ from foveacam_hardware.sim.render.binning import TileBins
 from foveacam_hardware.sim.render.cells import shade_cells
 from foveacam_hardware.sim.render.items import LookupItems, add_up, find_items, new_items
 from foveacam_hardware.sim.render.materials import MaterialTables
-from foveacam_hardware.sim.render.pictures import shade_bitmap
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, KernelView, ObjectTable, VisibleFaces
-from foveacam_hardware.sim.render.shade import paint, shade_noise
+from foveacam_hardware.sim.render.shade import paint, shade_bitmap, shade_noise
 from foveacam_hardware.sim.render.visibility import (
     COUNTED,
     CREASE,

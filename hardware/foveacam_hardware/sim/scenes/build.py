@@ -10,8 +10,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_hardware.sim.render.materials import BitmapSurface, CellSurface, NoiseSurface, PlainSurface
 from foveacam_hardware.sim.render.materials import Material as RenderMaterial
 from foveacam_hardware.sim.render.scene import Lighting, Scene
-from foveacam_hardware.sim.render.shapes import Box, Quad, Shape, column, sphere
-from foveacam_hardware.sim.scenes.figure import cone_stump, figurine
+from foveacam_hardware.sim.render.shapes import Box, Quad, Shape, column, cone_stump, figurine, sphere
 from foveacam_hardware.sim.scenes.format import (
     BoxObject,
     ColumnObject,

@@ -4,9 +4,11 @@ What kind of far end it is, and what commands mean to it, is its module's; start
 """
 
 import argparse
+import contextlib
 import os
 import select
 import socket
+import tty
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
@@ -14,8 +16,52 @@ from typing import Protocol, TypeAlias
 
 from foveacam_hardware.contract import Clock
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage, LineFaults
-from foveacam_hardware.sim.far_ends.pty_port import PtyPort
 from foveacam_hardware.sim.far_ends.side_channel import ChannelClosed, Message, SideChannel
+
+READ_BYTES = 4096
+
+
+class PtyPort:
+    """The far end's side of a pty."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._files: tuple[int, int] | None = None
+
+    @property
+    def file(self) -> int | None:
+        """The master's file number; None while unplugged."""
+        return self._files[0] if self._files else None
+
+    def plug(self) -> None:
+        """Open a pty and point the path at it."""
+        if self._files is not None:
+            return
+        master, slave = os.openpty()
+        tty.setraw(slave)
+        os.set_blocking(master, False)
+        self._path.unlink(missing_ok=True)
+        self._path.symlink_to(os.ttyname(slave))
+        self._files = master, slave
+
+    def unplug(self) -> None:
+        """Hang up: the host's reads and writes fail, and the path is gone."""
+        if self._files is not None:
+            self._path.unlink(missing_ok=True)
+            for file in self._files:
+                os.close(file)
+            self._files = None
+
+    def read(self) -> bytes:
+        """Return what the host has sent."""
+        return os.read(self._files[0], READ_BYTES) if self._files else b""
+
+    def write(self, data: bytes) -> None:
+        """Send to the host; what nobody reads is lost, as on a USB port that nobody has opened."""
+        if self._files is not None:
+            with contextlib.suppress(BlockingIOError):
+                os.write(self._files[0], data)
+
 
 ORPHAN_CHECK_S = 1.0
 
@@ -47,7 +93,7 @@ Obey: TypeAlias = Callable[[Message], Message]
 """Does what a command says and returns the device's status."""
 
 
-class FarEndHost:
+class FarEndServer:
     """Gives a far end its bytes, its time and its commands, until the parent is gone.
 
     `inbox` holds commands that arrived; the far end's cables may add to it.

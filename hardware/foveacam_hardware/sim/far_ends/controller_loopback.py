@@ -85,7 +85,7 @@ class LoopbackLink:
 
 
 class LoopbackController:
-    """A simulated controller in this process, with the faults of `controller_host.ControllerProcess`."""
+    """A simulated controller in this process, with the faults of `controller_process.ControllerProcess`."""
 
     def __init__(
         self, clock: Clock, cables: Cables, *, strict: bool = False, version: tuple[int, int, int] = (2, 1, 0)
