@@ -75,7 +75,7 @@ def rig_pair(*, quick: bool, watch: ProgressWatcher) -> RigPairScene:
     with open_simulated(SCENE, inline=True) as rig:
         if rig.truth is None:
             raise DeviceFault("the simulated rig came without its world; open it with open_simulated")
-        stand = stands_on(rig.truth.world.stage)
+        stand = stands_on(rig.truth.world.animated_scene)
 
         def aside(x_m: float) -> None:
             stand(AgentPose(x_m=x_m, y_m=0.0))
@@ -163,7 +163,7 @@ def _depth_m(rig: Rig, wide: Intrinsics) -> NDArray[np.float32]:
         raise DeviceFault("the rig came without its world; open it with open_simulated")
     world = rig.truth.world
     pinhole = Projection(M=_pinhole(wide), C=np.zeros(3), width=wide.width, height=wide.height)
-    return world.stage.probe(pinhole, world.scene_s(rig.clock.now_ns())).depth_m.copy()
+    return world.animated_scene.probe(pinhole, world.scene_s(rig.clock.now_ns())).depth_m.copy()
 
 
 def _seen(left_m: NDArray[np.float32], right_m: NDArray[np.float32], *, f_b: float) -> NDArray[np.bool_]:

@@ -18,14 +18,14 @@ class SwitchedCables:
     def __init__(self) -> None:
         self.to: Cables = RecordingCables()
 
-    def drive(self, t_ns: int, codes: DacCodes) -> None:
-        self.to.drive(t_ns, codes)
+    def set_codes(self, t_ns: int, codes: DacCodes) -> None:
+        self.to.set_codes(t_ns, codes)
 
-    def rail(self, t_ns: int, *, on: bool) -> None:
-        self.to.rail(t_ns, on=on)
+    def set_rail(self, t_ns: int, *, on: bool) -> None:
+        self.to.set_rail(t_ns, on=on)
 
-    def low_pass(self, t_ns: int, cutoff_hz: int) -> None:
-        self.to.low_pass(t_ns, cutoff_hz)
+    def set_low_pass(self, t_ns: int, cutoff_hz: int) -> None:
+        self.to.set_low_pass(t_ns, cutoff_hz)
 
     def trigger(self, t_ns: int, *, pulse_us: int, cameras: int) -> None:
         self.to.trigger(t_ns, pulse_us=pulse_us, cameras=cameras)

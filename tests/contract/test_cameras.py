@@ -69,7 +69,7 @@ def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[AnimatedScene]:
 @pytest.fixture(params=ROLES, ids=str)
 def bench(request: pytest.FixtureRequest, stage: AnimatedScene) -> Iterator[Bench]:
     clock = VirtualClock(START_NS)
-    world = World(stage=stage, preset=RIG120, seed=0, clock=clock)
+    world = World(scene=stage, preset=RIG120, seed=0, clock=clock)
     camera = SimCamera(world, request.param, clock=clock)
     camera.connect()
     yield Bench(camera, world, clock)
@@ -259,7 +259,7 @@ def test_noise_differs_from_frame_to_frame(bench: Bench) -> None:
 
 def test_an_edge_while_the_sensor_is_busy_is_a_frame_that_never_comes(stage: AnimatedScene) -> None:
     clock = VirtualClock()
-    world = World(stage=stage, preset=RIG120, seed=0, clock=clock)
+    world = World(scene=stage, preset=RIG120, seed=0, clock=clock)
     camera = SimCamera(world, Role.LEFT, clock=clock)
     camera.connect()
     camera.configure(replace(camera.settings, triggered=True))
@@ -276,7 +276,7 @@ def test_an_edge_while_the_sensor_is_busy_is_a_frame_that_never_comes(stage: Ani
 
 def test_two_readers_share_the_frames_and_none_is_given_twice(stage: AnimatedScene) -> None:
     clock = MonotonicClock()
-    world = World(stage=stage, preset=RIG120, seed=0, clock=clock)
+    world = World(scene=stage, preset=RIG120, seed=0, clock=clock)
     camera = SimCamera(world, Role.WIDE, clock=clock)
     camera.connect()
     camera.start()

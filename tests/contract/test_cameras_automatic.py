@@ -72,7 +72,7 @@ def begin(stage: AnimatedScene) -> Callable[[Role, CameraSettings], Bench]:
 
     def begin_(role: Role, settings: CameraSettings) -> Bench:
         clock = VirtualClock(1_000_000_000)
-        world = World(stage=stage, preset=RIG120, seed=0, clock=clock)
+        world = World(scene=stage, preset=RIG120, seed=0, clock=clock)
         camera = SimCamera(world, role, clock=clock)
         camera.connect()
         camera.configure(settings)

@@ -11,7 +11,7 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.cameras import default_settings
 from foveacam_hardware.sim.exposures import QUEUE_FRAMES, TriggeredSchedule
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_hardware.sim.sensor import take_settings
+from foveacam_hardware.sim.sensor import supported_settings
 from foveacam_hardware.sim.world import World
 
 LEFT_AND_RIGHT = 6
@@ -29,7 +29,7 @@ def world_of(rig: Rig) -> World:
 
 
 def schedule() -> TriggeredSchedule:
-    return TriggeredSchedule(take_settings(Role.LEFT, default_settings(Role.LEFT)), first_seq=0)
+    return TriggeredSchedule(supported_settings(Role.LEFT, default_settings(Role.LEFT)), first_seq=0)
 
 
 def test_a_strobe_shows_the_exposure_of_a_camera_that_waits_for_a_trigger(rig: Rig) -> None:
@@ -67,14 +67,14 @@ def test_one_edge_exposes_both_foveae_at_the_same_moment(rig: Rig) -> None:
 
 def test_an_edge_during_an_exposure_is_lost_and_counted() -> None:
     busy = schedule()
-    busy.edge(0)
-    busy.edge(3_000_000)
-    busy.edge(9_000_000)
+    busy.trigger(0)
+    busy.trigger(3_000_000)
+    busy.trigger(9_000_000)
 
-    first = busy.first(0)
+    first = busy.oldest(0)
     assert first is not None
-    assert (busy.take(first), busy.missed) == (0, 1)
-    second = busy.first(0)
+    assert (busy.consume(first), busy.missed) == (0, 1)
+    second = busy.oldest(0)
     assert second is not None
     assert (second.seq, second.interval.start_ns) == (1, 9_000_000)
 
@@ -83,7 +83,7 @@ def test_readout_overlaps_the_next_exposure() -> None:
     """A global shutter exposes while the last picture is read: 8 ms apart, no edge is lost."""
     fast = schedule()
     for k in range(4):
-        fast.edge(k * 8_001_000)
+        fast.trigger(k * 8_001_000)
 
     newest = fast.newest(100_000_000)
     assert newest is not None
@@ -93,12 +93,12 @@ def test_readout_overlaps_the_next_exposure() -> None:
 def test_the_queue_is_bounded_and_keeps_the_newest() -> None:
     full = schedule()
     for k in range(QUEUE_FRAMES + 5):
-        full.edge(k * 10_000_000)
+        full.trigger(k * 10_000_000)
 
-    oldest = full.first(0)
+    oldest = full.oldest(0)
     assert oldest is not None
     assert oldest.seq == 5
-    assert full.take(oldest) == 5
+    assert full.consume(oldest) == 5
 
 
 @pytest.mark.parametrize("role", list(Role), ids=str)

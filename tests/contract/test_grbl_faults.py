@@ -63,7 +63,7 @@ def test_a_bearing_that_the_board_refuses_is_a_fault_in_words() -> None:
 )
 def test_a_board_set_up_wrongly_is_refused_at_once(settings: dict[int, float], words: str) -> None:
     bench = grbl_bench()
-    bench.board.impair(settings=settings)
+    bench.board.set_faults(settings=settings)
 
     with pytest.raises(DeviceFault, match=words):
         bench.driver.connect()
@@ -74,7 +74,7 @@ def test_a_board_set_up_wrongly_is_refused_at_once(settings: dict[int, float], w
 
 
 def test_a_board_that_says_it_moves_and_stands_still_is_stopped_and_reported(homed: Bench) -> None:
-    homed.board.impair(seized=True)
+    homed.board.set_faults(seized=True)
     homed.driver.move_to(bearing(20.0, 0.0))
     assert homed.wait(1.9).fault is None
 
@@ -82,7 +82,7 @@ def test_a_board_that_says_it_moves_and_stands_still_is_stopped_and_reported(hom
 
     assert not state.moving
     assert "has stood still for 2 s" in (state.fault or "")
-    homed.board.impair(seized=False)
+    homed.board.set_faults(seized=False)
     homed.driver.move_to(bearing(20.0, 0.0))
     assert homed.rest().fault is None
     assert homed.stands_at(20.0, 0.0)
@@ -103,7 +103,7 @@ def test_a_board_that_an_alarm_has_silenced_lets_nobody_wait_for_it(homed: Bench
 
 
 def test_a_board_that_reports_work_positions_is_understood(homed: Bench) -> None:
-    homed.board.impair(settings={10: 0.0})
+    homed.board.set_faults(settings={10: 0.0})
 
     homed.driver.move_to(bearing(4.0, 2.0))
 
@@ -113,7 +113,7 @@ def test_a_board_that_reports_work_positions_is_understood(homed: Bench) -> None
 
 def test_without_switches_it_counts_from_where_it_stood() -> None:
     bench = grbl_bench(zero_deg=(0.0, 0.0), has_switches=False)
-    bench.board.impair(settings={20: 0.0, 22: 0.0})
+    bench.board.set_faults(settings={20: 0.0, 22: 0.0})
     bench.board.power_cycle()
     bench.driver.connect()
 
@@ -128,7 +128,7 @@ def test_without_switches_it_counts_from_where_it_stood() -> None:
 def counting() -> Bench:
     """A board without switches that was connected at its zero and has moved."""
     bench = grbl_bench(zero_deg=(0.0, 0.0), has_switches=False)
-    bench.board.impair(settings={20: 0.0, 22: 0.0})
+    bench.board.set_faults(settings={20: 0.0, 22: 0.0})
     bench.board.power_cycle()
     bench.driver.connect()
     bench.driver.move_to(bearing(9.0, -3.0))

@@ -294,8 +294,8 @@ class MovingCables(RecordingCables):
         super().__init__()
         self.moved = threading.Event()
 
-    def drive(self, t_ns: int, codes: DacCodes) -> None:
-        super().drive(t_ns, codes)
+    def set_codes(self, t_ns: int, codes: DacCodes) -> None:
+        super().set_codes(t_ns, codes)
         if codes != REST and any(codes):
             self.moved.set()
 

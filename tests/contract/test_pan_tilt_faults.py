@@ -60,14 +60,14 @@ def test_homing_is_moving_until_the_rig_points_straight_ahead(bench: Bench, kind
 
 
 def test_homing_that_fails_says_so_and_can_be_done_again(bench: Bench, kind: Kind) -> None:
-    bench.board.impair(**kind.no_homing)
+    bench.board.set_faults(**kind.no_homing)
     bench.driver.home()
 
     state = bench.rest()
     assert not state.homed
     assert kind.homing_failed in fault_of(state)
 
-    bench.board.impair(**kind.homing_again)
+    bench.board.set_faults(**kind.homing_again)
     bench.driver.home()
     assert bench.rest().homed
 
@@ -75,7 +75,7 @@ def test_homing_that_fails_says_so_and_can_be_done_again(bench: Bench, kind: Kin
 def test_a_board_that_dies_while_homing_is_noticed(bench: Bench) -> None:
     bench.driver.home()
     bench.wait(0.5)
-    bench.board.impair(silent=True)
+    bench.board.set_faults(silent=True)
 
     state = bench.wait(100.0)
 
@@ -142,7 +142,7 @@ def test_an_unplugged_board_is_noticed_and_comes_back(homed: Bench) -> None:
 
 
 def test_a_silent_board_is_given_up(homed: Bench, kind: Kind) -> None:
-    homed.board.impair(silent=True)
+    homed.board.set_faults(silent=True)
     began_ns = homed.clock.now_ns()
 
     assert not homed.driver.state.connected
@@ -152,7 +152,7 @@ def test_a_silent_board_is_given_up(homed: Bench, kind: Kind) -> None:
 
 def test_a_port_where_nobody_answers_is_named(kind: Kind) -> None:
     bench = kind.make()
-    bench.board.impair(silent=True)
+    bench.board.set_faults(silent=True)
 
     with pytest.raises(NotConnected, match=kind.nobody):
         bench.driver.connect()
@@ -209,7 +209,7 @@ def test_a_byte_of_an_answer_lost_on_its_way_does_not_matter(
 
 
 def test_answers_that_come_late_belong_to_their_own_questions(homed: Bench) -> None:
-    homed.board.impair(slow_ns=250_000_000)
+    homed.board.set_faults(slow_ns=250_000_000)
 
     for pan_deg in (5.0, -5.0, 10.0):
         homed.driver.move_to(bearing(pan_deg, 0.0))
@@ -233,7 +233,7 @@ def test_a_move_that_another_program_stops_is_reported_and_it_moves_again(homed:
 def test_what_a_board_does_not_have_cannot_be_impaired(kind: Kind, bench: Bench) -> None:
     other = next(found for found in KINDS.values() if found is not kind)
     with pytest.raises(ValueError, match="this board has no"):
-        bench.board.impair(**({"steps_per_s": 1} if other is KINDS["ptu"] else {"has_switches": False}))
+        bench.board.set_faults(**({"steps_per_s": 1} if other is KINDS["ptu"] else {"has_switches": False}))
 
 
 def test_the_same_session_runs_the_same_way_every_time(kind: Kind) -> None:

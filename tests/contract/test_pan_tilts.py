@@ -81,16 +81,16 @@ Board: TypeAlias = BoardLoopback[GrblFarEnd] | BoardLoopback[PtuFarEnd] | BoardP
 
 
 def on_grbl(board: Board, clock: Clock, rig: TurningHistory) -> Bench:
-    board.impair(**GRBL_SPEED)
+    board.set_faults(**GRBL_SPEED)
     mounting = GrblMounting(zero=bearing(72.0, 32.0), speed_rad_s=SPEED_RAD_S)
     driver = GrblPanTilt(board.open, clock, limits=LIMITS, mounting=mounting)
-    return Bench(driver, clock, rig, GRBL_STEP_DEG, lambda: board.impair(**GRBL_STROLL))
+    return Bench(driver, clock, rig, GRBL_STEP_DEG, lambda: board.set_faults(**GRBL_STROLL))
 
 
 def on_ptu(board: Board, clock: Clock, rig: TurningHistory) -> Bench:
-    board.impair(**PTU_SPEED)
+    board.set_faults(**PTU_SPEED)
     driver = PtuPanTilt(board.open, clock, limits=LIMITS, mounting=PtuMounting(speed_rad_s=SPEED_RAD_S))
-    return Bench(driver, clock, rig, PTU_STEP_DEG, lambda: board.impair(**PTU_STROLL))
+    return Bench(driver, clock, rig, PTU_STEP_DEG, lambda: board.set_faults(**PTU_STROLL))
 
 
 class Shafts:
@@ -99,8 +99,8 @@ class Shafts:
     def __init__(self) -> None:
         self.rig = TurningHistory()
 
-    def turn(self, turning: TurnSegment) -> None:
-        self.rig.turn(turning)
+    def add_segment(self, segment: TurnSegment) -> None:
+        self.rig.add_segment(segment)
 
 
 def started(kind: BoardKind) -> Iterator[tuple[BoardProcess, Shafts]]:

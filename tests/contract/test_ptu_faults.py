@@ -47,9 +47,9 @@ def test_a_modem_at_the_port_is_quoted() -> None:
 def test_a_reply_that_comes_after_its_deadline_is_not_taken_for_the_next_ones(homed: Bench) -> None:
     homed.driver.move_to(bearing(20.0, -10.0))
     homed.rest()
-    homed.board.impair(slow_ns=500_000_000)
+    homed.board.set_faults(slow_ns=500_000_000)
     homed.driver.state  # noqa: B018 - a look that comes too early
-    homed.board.impair(slow_ns=0)
+    homed.board.set_faults(slow_ns=0)
     if not homed.driver.state.connected:
         homed.driver.connect()
         return

@@ -64,10 +64,10 @@ class Bench:
 
 
 def motorised(board: BoardLoopback[GrblFarEnd] | BoardProcess, clock: Clock, rig: TurningHistory) -> Bench:
-    board.impair(settings=BRISK)
+    board.set_faults(settings=BRISK)
     mounting = GrblRailMounting(zero_m=1e-3 * RAIL_SWITCH_MM, speed_m_s=16.0)
     rail = GrblRail(board.open, clock, limits=LIMITS, mounting=mounting)
-    return Bench(rail, clock, rig, lambda: board.impair(settings=STROLL))
+    return Bench(rail, clock, rig, lambda: board.set_faults(settings=STROLL))
 
 
 class Shafts:
@@ -76,8 +76,8 @@ class Shafts:
     def __init__(self) -> None:
         self.rig = TurningHistory()
 
-    def turn(self, turning: TurnSegment) -> None:
-        self.rig.turn(turning)
+    def add_segment(self, segment: TurnSegment) -> None:
+        self.rig.add_segment(segment)
 
 
 @pytest.fixture(scope="module")

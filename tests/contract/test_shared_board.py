@@ -168,7 +168,7 @@ def test_an_alarm_is_both_devices_fault() -> None:
 
 def test_a_board_whose_rail_is_shorter_than_the_limits_is_refused() -> None:
     bench = Bench()
-    bench.board.impair(settings={132: 500.0})
+    bench.board.set_faults(settings={132: 500.0})
 
     with pytest.raises(DeviceFault, match=r"lets the rail move by 600 mm, the board allows 500.*\$132"):
         bench.rail.connect()

@@ -12,7 +12,7 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.scenes.build import build_scene
 from foveacam_hardware.sim.scenes.format import BoxObject, ColumnObject
 from foveacam_hardware.sim.scenes.loader import SCENES_FOLDER, load_scene
-from foveacam_hardware.sim.scenes.paint import CheckerboardMaterial
+from foveacam_hardware.sim.scenes.materials import CheckerboardMaterial
 from foveacam_pipeline.capture.progress_steps import SILENT, SilentProgress
 from foveacam_pipeline.study.visibility.observed import (
     CheckeredLabel,

@@ -32,7 +32,7 @@ def come_to_rest(server: Running) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def homed(server: Running) -> Running:
-    server.truth.pan_tilt.impair(settings=QUICK)
+    server.truth.pan_tilt.set_faults(settings=QUICK)
     assert server.post("/rail/homings").status_code == 200
     come_to_rest(server)
     return server
@@ -64,7 +64,7 @@ def test_it_moves_to_a_place_and_to_a_position(homed: Running) -> None:
 
 
 def test_a_stop_holds_it_on_its_way_and_refuses_to_move_it(homed: Running) -> None:
-    homed.truth.pan_tilt.impair(settings=SLOW)
+    homed.truth.pan_tilt.set_faults(settings=SLOW)
     homed.post("/rail/moves", {"position_mm": -300.0})
     homed.post("/stop")
     try:
@@ -73,7 +73,7 @@ def test_a_stop_holds_it_on_its_way_and_refuses_to_move_it(homed: Running) -> No
         assert (refused.status_code, refused.json()["type"]) == (409, "/problems/stopped")
     finally:
         homed.http.delete(f"{API}/stop")
-        homed.truth.pan_tilt.impair(settings=QUICK)
+        homed.truth.pan_tilt.set_faults(settings=QUICK)
 
 
 @pytest.mark.parametrize(
@@ -124,11 +124,11 @@ def without_switches(homed: Running) -> Iterator[Running]:
     rail = homed.rig.rail
     assert isinstance(rail, GrblRail)
     board = rail._board
-    homed.truth.pan_tilt.impair(settings={20: 0.0, 22: 0.0})
+    homed.truth.pan_tilt.set_faults(settings={20: 0.0, 22: 0.0})
     board.has_switches = False
     yield homed
     board.has_switches = True
-    homed.truth.pan_tilt.impair(settings={20: 1.0, 22: 1.0})
+    homed.truth.pan_tilt.set_faults(settings={20: 1.0, 22: 1.0})
 
 
 @pytest.mark.parametrize("positioner", ["rail", "pan-tilt"])

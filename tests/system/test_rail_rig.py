@@ -67,13 +67,13 @@ def test_what_the_wide_camera_sees_shifts_by_the_parallax_of_its_depth(rig: Rig)
     slide(rig, 0.0)
     t_ns = rig.clock.now_ns()
     wide = world.projection(Role.WIDE, t_ns)
-    seen = world.stage.probe(wide, world.scene_s(t_ns))
+    seen = world.animated_scene.probe(wide, world.scene_s(t_ns))
     assert seen.depth_m is not None
     row, column = 800, 720
     depth_m = float(seen.depth_m[row, column])
     slide(rig, 0.05)
     t_ns = rig.clock.now_ns()
-    again = world.stage.probe(wide, world.scene_s(t_ns))
+    again = world.animated_scene.probe(wide, world.scene_s(t_ns))
     assert again.depth_m is not None
 
     expected_px = wide.M[0, 0] * 0.05 / depth_m
@@ -92,7 +92,7 @@ def test_a_picture_taken_while_it_slides_is_smeared(rig: Rig) -> None:
     slide(rig, -0.3)
     rail(rig).move_to(0.3)
     rig.clock.sleep_until_ns(rig.clock.now_ns() + 2_000_000_000)
-    stage, t_s = truth(rig).world.stage, truth(rig).world.scene_s(rig.clock.now_ns())
+    stage, t_s = truth(rig).world.animated_scene, truth(rig).world.scene_s(rig.clock.now_ns())
     projection = truth(rig).world.projection(Role.LEFT, rig.clock.now_ns())
     rail(rig).state  # noqa: B018 - the motors' board is asked, so that it has gone on
 

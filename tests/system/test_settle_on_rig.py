@@ -52,7 +52,7 @@ def plainly(rig: Rig) -> CameraSettings:
 def true_time_us(preset: RigPreset, share: float) -> float:
     """Return when a step is within a share of itself of rest for good."""
     history = DriveHistory(axes=1, mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=0)
-    history.drive(0, np.ones(1))
+    history.set_inputs(0, np.ones(1))
     times_us = np.arange(0, 30_000, 5)
     left = np.array([abs(1.0 - float(history.output_v(int(t) * 1000)[0])) for t in times_us])
     return float(times_us[np.flatnonzero(left > share)[-1]])

@@ -114,7 +114,9 @@ def test_the_fovea_shows_what_the_wide_camera_shows_there(street: Rig, role: Rol
 
 def test_truth_agrees_with_the_scene_about_what_a_pixel_shows(bench: Rig) -> None:
     truth = truth_of(bench)
-    board = next(thing for thing in truth.world.stage.file.objects if thing.name == "plain whiteboard")
+    board = next(
+        thing for thing in truth.world.animated_scene.file.objects if thing.name == "plain whiteboard"
+    )
     x_px, y_px = truth.wide_pixels(np.array([board.position_m]))[0]
     seen = truth.depth_at(float(x_px), float(y_px), bench.clock.now_ns())
 
@@ -150,7 +152,9 @@ def test_people_walk_and_the_cameras_see_it(street: Rig) -> None:
     truth = truth_of(street)
     t_ns = street.clock.now_ns()
 
-    walker = next(thing for thing in truth.world.stage.file.objects if thing.name == "walker in ochre")
+    walker = next(
+        thing for thing in truth.world.animated_scene.file.objects if thing.name == "walker in ochre"
+    )
 
     def range_m(t_ns: int) -> float:
         """Look at the walker's middle, wherever it is by then."""
@@ -210,7 +214,7 @@ def test_everything_is_closed_last_opened_first(monkeypatch: pytest.MonkeyPatch)
         monkeypatch.setattr(device, "close", close)
 
     noting("mirrors", rig.mirrors)
-    noting("stage", truth_of(rig).world.stage)
+    noting("stage", truth_of(rig).world.animated_scene)
     for camera in rig.cameras:
         noting(str(camera.role), camera)
     rig.close()

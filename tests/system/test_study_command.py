@@ -261,7 +261,7 @@ def test_the_wide_pairs_truth_is_that_of_its_pictures() -> None:
     calibration = load_calibration(CERTIFICATE)
     with open_simulated(SCENE, inline=True) as rig:
         assert rig.truth is not None
-        stand = stands_on(rig.truth.world.stage)
+        stand = stands_on(rig.truth.world.animated_scene)
 
         def aside(x_m: float) -> None:
             stand(AgentPose(x_m=x_m, y_m=0.0))

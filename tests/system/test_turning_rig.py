@@ -92,13 +92,15 @@ def test_a_rig_that_came_back_to_zero_sees_bit_for_bit_what_it_saw_before(room: 
     world = truth(room).world
     t_ns = room.clock.now_ns()
     assert np.array_equal(truth(room).rig_from_world(t_ns), np.eye(4))
-    plain = {role: world.stage._renderer.radiance(world.projection(role, t_ns)).radiance for role in Role}
+    plain = {
+        role: world.animated_scene._renderer.radiance(world.projection(role, t_ns)).radiance for role in Role
+    }
     turn(room, bearing(9.0, 4.0))
     turn(room, bearing(0.0, 0.0))
     later_s = world.scene_s(room.clock.now_ns())
 
     for role in Role:
-        again = world.stage.radiance(world.projection(role, t_ns), later_s, channels=1)
+        again = world.animated_scene.radiance(world.projection(role, t_ns), later_s, channels=1)
         assert np.array_equal(again, plain[role])
 
 
@@ -108,8 +110,8 @@ def test_a_turned_rig_at_rest_keeps_its_pictures(room: Rig) -> None:
     t_ns = room.clock.now_ns()
     wide = world.projection(Role.WIDE, t_ns)
 
-    first = world.stage.radiance(wide, world.scene_s(t_ns), channels=3)
-    again = world.stage.radiance(wide, world.scene_s(t_ns + 10_000_000), channels=3)
+    first = world.animated_scene.radiance(wide, world.scene_s(t_ns), channels=3)
+    again = world.animated_scene.radiance(wide, world.scene_s(t_ns + 10_000_000), channels=3)
 
     assert np.shares_memory(first, again)
 

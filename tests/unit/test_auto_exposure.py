@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import CameraSettings, Image
-from foveacam_hardware.sim.exposures import LIMITS_NS, FreeRunningSchedule, aim, too_bright_log2
+from foveacam_hardware.sim.exposures import (
+    AUTO_LIMITS_NS,
+    FreeRunningSchedule,
+    next_exposure,
+    overexposure_log2,
+)
 
 MS = 1_000_000
 S = 1_000_000_000
@@ -16,7 +21,7 @@ def grey(level: float, *, bits: int = 8) -> Image:
 
 
 def stops(image: Image, *, bits: int = 8, black_level: float = 0.0) -> float:
-    return too_bright_log2(image, bits=bits, black_level=black_level)
+    return overexposure_log2(image, bits=bits, black_level=black_level)
 
 
 @pytest.mark.parametrize("bits", [8, 12])
@@ -43,14 +48,14 @@ def test_a_few_bright_places_hold_it_back_and_clipped_ones_push_it_down() -> Non
 
 @pytest.mark.parametrize(("too_bright", "factor"), [(-3.0, 2.0), (-0.5, 2**0.5), (0.5, 2**-0.5), (5.0, 0.25)])
 def test_a_step_is_what_is_lacking_up_to_a_limit(too_bright: float, factor: float) -> None:
-    found = aim(8 * MS, too_bright, longest_ns=S)
+    found = next_exposure(8 * MS, too_bright, longest_ns=S)
 
     assert found.exposure_ns == pytest.approx(8 * MS * factor, rel=1e-6)
     assert not found.settled
 
 
 def test_what_is_good_enough_is_left_alone() -> None:
-    found = aim(8 * MS, 0.06, longest_ns=S)
+    found = next_exposure(8 * MS, 0.06, longest_ns=S)
 
     assert (found.exposure_ns, found.settled) == (8 * MS, True)
 
@@ -58,9 +63,9 @@ def test_what_is_good_enough_is_left_alone() -> None:
 @pytest.mark.parametrize(
     ("begin_ns", "too_bright", "longest_ns", "end_ns"),
     [
-        (5 * MS, -9.0, S, LIMITS_NS[1]),
+        (5 * MS, -9.0, S, AUTO_LIMITS_NS[1]),
         (5 * MS, -9.0, 33 * MS, 33 * MS),
-        (5 * MS, 9.0, S, LIMITS_NS[0]),
+        (5 * MS, 9.0, S, AUTO_LIMITS_NS[0]),
     ],
 )
 def test_it_stops_at_its_limits_and_calls_that_settled(
@@ -68,7 +73,7 @@ def test_it_stops_at_its_limits_and_calls_that_settled(
 ) -> None:
     exposure_ns, settled, steps = begin_ns, False, 0
     while not settled:
-        found = aim(exposure_ns, too_bright, longest_ns=longest_ns)
+        found = next_exposure(exposure_ns, too_bright, longest_ns=longest_ns)
         exposure_ns, settled, steps = found.exposure_ns, found.settled, steps + 1
 
     assert exposure_ns == end_ns
@@ -87,10 +92,10 @@ def read_all(run: FreeRunningSchedule, *, until_ns: int) -> list[tuple[int, int,
     """Read whatever can be read by then: number, start and exposure of each."""
     found, now_ns = [], 0
     while now_ns <= until_ns:
-        exposure = run.first(now_ns)
+        exposure = run.oldest(now_ns)
         assert exposure is not None
         now_ns = max(now_ns, exposure.ready_ns)
-        assert run.take(exposure) == 0
+        assert run.consume(exposure) == 0
         found.append((exposure.seq, exposure.interval.start_ns, exposure.interval.length_ns))
     return found
 

@@ -44,7 +44,7 @@ def test_a_driver_without_limits_would_be_found_out(monkeypatch: pytest.MonkeyPa
 def test_drives_outside_the_limits_are_counted(codes: tuple[int, ...], violations: int) -> None:
     cables = LimitCables(MirrorLimits())
 
-    cables.drive(0, codes)
+    cables.set_codes(0, codes)
 
     assert cables.violations == violations
 

@@ -22,7 +22,7 @@ RASTER_STEP_DEG = 2.23  # the published sweep's step in x
 def settle_ms(preset_mode: ResonantMode, cutoff_hz: int, *, share: float) -> float:
     """Time after a step from which on the deviation stays below a share of it."""
     history = DriveHistory(axes=1, mode=preset_mode, cutoff_hz=cutoff_hz, t_ns=0)
-    history.drive(0, np.array([1.0]))
+    history.set_inputs(0, np.array([1.0]))
     times_ns = np.arange(0, 60_000_000, 20_000)
     left = np.abs([history.output_v(int(t_ns))[0] - 1.0 for t_ns in times_ns])
     return float(times_ns[np.nonzero(left > share)[0][-1] + 1] / 1e6)
@@ -38,7 +38,7 @@ def codes(volts: MirrorVolts, *, bias_v: float = 90.0) -> tuple[int, ...]:
 
 def pair_at_rest() -> MirrorPair:
     pair = MirrorPair(mode=RIG120.mode, cutoff_hz=120, t_ns=0, seed=0)
-    pair.rail(0, on=True)
+    pair.set_rail(0, on=True)
     return pair
 
 
@@ -62,7 +62,7 @@ def test_the_120_hz_filter_settles_as_measured_on_the_rig(share: float, expected
 
 def test_the_filter_delays_by_its_group_delay() -> None:
     history = DriveHistory(axes=1, mode=STIFF, cutoff_hz=120, t_ns=0)
-    history.drive(0, np.array([1.0]))
+    history.set_inputs(0, np.array([1.0]))
     times_ns = np.arange(0, 12_000_000, 10_000)
     half_ms = times_ns[np.searchsorted([history.output_v(int(t))[0] for t in times_ns], 0.5)] / 1e6
 
@@ -85,7 +85,7 @@ def test_after_the_settle_time_of_a_preset_the_largest_move_is_within_a_pixel(pr
 def test_the_resonance_rings_at_its_frequency() -> None:
     mode = ResonantMode(frequency_hz=400.0, quality=40.0)
     history = DriveHistory(axes=1, mode=mode, cutoff_hz=800, t_ns=0)
-    history.drive(0, np.array([1.0]))
+    history.set_inputs(0, np.array([1.0]))
     times_ns = np.arange(10_000_000, 40_000_000, 20_000)
     ring = np.array([history.output_v(int(t))[0] - 1.0 for t in times_ns])
     crossings = np.nonzero(np.diff(np.sign(ring)))[0]
@@ -107,7 +107,7 @@ def test_many_small_steps_agree_with_the_matrix_exponential() -> None:
     b = -a @ system.rest
     state, t_ns = np.zeros(7), 0
     for volts, step_ns in zip(rng.uniform(-170, 170, 40), rng.integers(50_000, 3_000_000, 40), strict=True):
-        history.drive(t_ns, np.array([volts]))
+        history.set_inputs(t_ns, np.array([volts]))
         augmented = np.zeros((8, 8))
         augmented[:7, :7], augmented[:7, 7] = a, b * volts
         state = (expm(augmented * step_ns * 1e-9) @ np.append(state, 1.0))[:7]
@@ -117,8 +117,8 @@ def test_many_small_steps_agree_with_the_matrix_exponential() -> None:
 
 def test_changing_the_filter_at_rest_moves_nothing() -> None:
     history = DriveHistory(axes=1, mode=STIFF, cutoff_hz=120, t_ns=0)
-    history.drive(0, np.array([100.0]))
-    history.low_pass(1_000_000_000, 700)
+    history.set_inputs(0, np.array([100.0]))
+    history.set_low_pass(1_000_000_000, 700)
 
     for later_ns in (0, 100_000, 1_000_000, 5_000_000):
         assert history.output_v(1_000_000_000 + later_ns)[0] == pytest.approx(100.0, abs=1e-6)
@@ -126,10 +126,10 @@ def test_changing_the_filter_at_rest_moves_nothing() -> None:
 
 def test_the_past_can_be_asked_for_after_a_thousand_later_writes() -> None:
     history = DriveHistory(axes=1, mode=STIFF, cutoff_hz=120, t_ns=0)
-    history.drive(0, np.array([50.0]))
+    history.set_inputs(0, np.array([50.0]))
     before = history.output_v(4_000_000)
     for k in range(1000):
-        history.drive(5_000_000 + k * 1_000_000, np.array([float(k % 7)]))
+        history.set_inputs(5_000_000 + k * 1_000_000, np.array([float(k % 7)]))
 
     assert history.output_v(4_000_000) == pytest.approx(before, abs=1e-12)
 
@@ -137,7 +137,7 @@ def test_the_past_can_be_asked_for_after_a_thousand_later_writes() -> None:
 def test_history_is_bounded() -> None:
     history = DriveHistory(axes=1, mode=STIFF, cutoff_hz=120, t_ns=0)
     for k in range(30_000):
-        history.drive(k * 1_000_000, np.array([0.0]))
+        history.set_inputs(k * 1_000_000, np.array([0.0]))
 
     assert len(history._segments) < 11_000
 
@@ -145,7 +145,7 @@ def test_history_is_bounded() -> None:
 def test_a_mirror_arrives_where_the_static_law_says() -> None:
     volts = MirrorVolts(x_v=100.0, y_v=-60.0)
     pair = pair_at_rest()
-    pair.drive(0, codes(volts))
+    pair.set_codes(0, codes(volts))
 
     for role in (Role.LEFT, Role.RIGHT):
         assert pair.tilt_rad(role, 200_000_000) == pytest.approx(pair.rest_tilt_rad(role, volts), abs=2e-6)
@@ -153,8 +153,8 @@ def test_a_mirror_arrives_where_the_static_law_says() -> None:
 
 def test_without_the_rail_the_springs_bring_the_mirrors_to_rest() -> None:
     pair = pair_at_rest()
-    pair.drive(0, codes(MirrorVolts(x_v=120.0, y_v=80.0)))
-    pair.rail(500_000_000, on=False)
+    pair.set_codes(0, codes(MirrorVolts(x_v=120.0, y_v=80.0)))
+    pair.set_rail(500_000_000, on=False)
     at_rest = pair.rest_tilt_rad(Role.LEFT, MirrorVolts(x_v=0.0, y_v=0.0))
 
     assert pair.tilt_rad(Role.LEFT, 499_000_000)[0] - at_rest[0] > np.deg2rad(3.0)
@@ -165,7 +165,7 @@ def test_half_the_bias_makes_half_the_angle() -> None:
     """Electrodes pull with the square of their volts: the differential acts in proportion to the bias."""
     pair = pair_at_rest()
     rest = pair.rest_tilt_rad(Role.LEFT, MirrorVolts(x_v=0.0, y_v=0.0))
-    pair.drive(0, codes(MirrorVolts(x_v=20.0, y_v=0.0), bias_v=45.0))
+    pair.set_codes(0, codes(MirrorVolts(x_v=20.0, y_v=0.0), bias_v=45.0))
 
     half = pair.tilt_rad(Role.LEFT, 300_000_000)
     expected = pair.rest_tilt_rad(Role.LEFT, MirrorVolts(x_v=10.0, y_v=0.0))
@@ -178,7 +178,7 @@ def test_a_stuck_mirror_stays_and_the_other_goes_on() -> None:
     stuck_at, free_at = pair.tilt_rad(Role.LEFT, 0), pair.tilt_rad(Role.RIGHT, 0)
     pair.dead_axes = {"left x", "left y"}
     pair.tilt_rad(Role.LEFT, 0)
-    pair.drive(0, codes(MirrorVolts(x_v=100.0, y_v=0.0)))
+    pair.set_codes(0, codes(MirrorVolts(x_v=100.0, y_v=0.0)))
 
     assert pair.tilt_rad(Role.LEFT, 200_000_000) == pytest.approx(stuck_at)
     assert pair.tilt_rad(Role.RIGHT, 200_000_000)[0] > free_at[0] + np.deg2rad(2.0)

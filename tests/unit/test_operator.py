@@ -22,7 +22,7 @@ class Turned:
     def __init__(self) -> None:
         self.clock = VirtualClock(BEGIN_NS)
         self.hands = TurningHistory()
-        self.pan_tilt = ManualPanTilt(on_wanted=Operator(self.hands, self.clock, CONFIG, seed=1).told)
+        self.pan_tilt = ManualPanTilt(on_wanted=Operator(self.hands, self.clock, CONFIG, seed=1).turn_to)
         self.pan_tilt.connect()
 
     def after(self, seconds: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

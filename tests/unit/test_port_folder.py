@@ -7,7 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.sim.far_ends.far_end_process import OWNER, PREFIX, PortFolder, clear_abandoned
+from foveacam_hardware.sim.far_ends.far_end_process import (
+    FOLDER_PREFIX,
+    LOCK_FILE,
+    PortFolder,
+    remove_abandoned_folders,
+)
 
 KILLED = """
 import os
@@ -43,7 +48,7 @@ def test_the_folder_of_a_killed_owner_goes_with_the_next_start(temporary: Path) 
 def test_the_folder_of_a_living_owner_stays(temporary: Path) -> None:
     alive = PortFolder()
 
-    assert clear_abandoned(temporary) == []
+    assert remove_abandoned_folders(temporary) == []
     assert alive.path.is_dir()
     alive.close()
     alive.close()
@@ -51,16 +56,16 @@ def test_the_folder_of_a_living_owner_stays(temporary: Path) -> None:
 
 
 def test_what_nobody_has_locked_yet_and_what_is_foreign_stays(temporary: Path) -> None:
-    unnamed = temporary / f"{PREFIX}begun"
+    unnamed = temporary / f"{FOLDER_PREFIX}begun"
     unnamed.mkdir()
-    (unnamed / f".{OWNER}").touch()
+    (unnamed / f".{LOCK_FILE}").touch()
     foreign = temporary / "elsewhere"
     foreign.mkdir()
-    (foreign / OWNER).touch()
-    link = temporary / f"{PREFIX}link"
+    (foreign / LOCK_FILE).touch()
+    link = temporary / f"{FOLDER_PREFIX}link"
     link.symlink_to(foreign)
 
-    assert clear_abandoned(temporary) == []
+    assert remove_abandoned_folders(temporary) == []
     assert unnamed.is_dir()
     assert link.is_symlink()
-    assert (foreign / OWNER).exists()
+    assert (foreign / LOCK_FILE).exists()

@@ -101,7 +101,7 @@ def test_a_lost_rail_is_told_tried_again_and_told_to_be_back(watched: Watched) -
 
 
 def test_a_rail_that_stands_still_on_its_way_is_told_and_moves_again_when_told_to(watched: Watched) -> None:
-    watched.homed().board.impair(seized=True)
+    watched.homed().board.set_faults(seized=True)
     watched.rail.move_to(0.2)
     assert watched.look(times=4) == []
 
@@ -110,7 +110,7 @@ def test_a_rail_that_stands_still_on_its_way_is_told_and_moves_again_when_told_t
     assert "has stood still for 2 s" in told.message
     assert told.data["remedy"] == "look at it, then move it again"
     assert not watched.rail.state.moving
-    watched.board.impair(seized=False)
+    watched.board.set_faults(seized=False)
     watched.rail.move_to(0.2)
     assert kinds(watched.look(times=30)) == ["device.fault", "device.recovered"]
     assert watched.rail.state.position_m == pytest.approx(0.2, abs=1e-5)
@@ -136,7 +136,7 @@ def test_a_rail_that_was_never_there_is_told_once(watched: Watched) -> None:
 
 
 def test_a_board_that_says_nothing_holds_whoever_connects_up_only_once_in_a_while(watched: Watched) -> None:
-    watched.homed().board.impair(silent=True)
+    watched.homed().board.set_faults(silent=True)
     watched.look()
     waited_s = []
     for _ in range(4):

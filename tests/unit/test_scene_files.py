@@ -10,8 +10,8 @@ from foveacam_hardware.sim.render.shapes import cone_stump, figurine
 from foveacam_hardware.sim.scenes.build import build_scene
 from foveacam_hardware.sim.scenes.format import SceneFile
 from foveacam_hardware.sim.scenes.loader import load_scene, scene_names
+from foveacam_hardware.sim.scenes.materials import NoiseMaterial
 from foveacam_hardware.sim.scenes.motion import pose
-from foveacam_hardware.sim.scenes.paint import NoiseMaterial
 
 SMALL = """
 format = "foveacam-scene"

@@ -42,7 +42,7 @@ def test_what_was_put_is_told_and_mended() -> None:
 @pytest.mark.parametrize("role", [Role.LEFT, Role.RIGHT])
 def test_a_knocked_eye_looks_to_the_right_and_down_as_it_is_said(role: Role) -> None:
     stage = AnimatedScene("bench")
-    world = World(stage=stage, preset=find_preset("rig120"), seed=0, clock=VirtualClock(0))
+    world = World(scene=stage, preset=find_preset("rig120"), seed=0, clock=VirtualClock(0))
     try:
         before = gaze(world.static_view(role, MirrorVolts(x_v=0.0, y_v=0.0), t_ns=0))
         knock = MountKnock(shift_x_deg=0.3, shift_y_deg=0.2)
@@ -63,7 +63,7 @@ def test_a_dead_axis_stays_and_the_other_three_go_on(axis: MirrorAxis) -> None:
     pair.dead_axes = {axis}
     tilts(pair, 0)
     for mirrors in (pair, whole):
-        mirrors.drive(0, codes(MirrorVolts(x_v=80.0, y_v=60.0)))
+        mirrors.set_codes(0, codes(MirrorVolts(x_v=80.0, y_v=60.0)))
 
     dead, free = tilts(pair, 200_000_000), tilts(whole, 200_000_000)
     for number, name in enumerate(MIRROR_AXES):

@@ -28,8 +28,8 @@ class DamagedBoard(ClockedBoard):
         self.said += data
         super().feed(self.to_device.apply(data))
 
-    def take(self) -> bytes:
-        data = super().take()
+    def take_output(self) -> bytes:
+        data = super().take_output()
         self.heard += data
         return self.to_host.apply(data)
 

@@ -185,14 +185,14 @@ class FirmwareBoard:
         self._library.board_settle(self._memory)
         self._collect()
 
-    def take(self) -> bytes:
+    def take_output(self) -> bytes:
         buffer = ctypes.create_string_buffer(65_536)
         size = self._library.board_take(self._memory, buffer, len(buffer))
         return buffer.raw[:size]
 
     def frames(self) -> list[bytes | None]:
         """Return what came back since, unstuffed."""
-        return self._decoder.feed(self.take())
+        return self._decoder.feed(self.take_output())
 
     def packets(self) -> list[Packet]:
         return [decode_packet(frame) for frame in self.frames()]

@@ -48,7 +48,7 @@ class Desk:
         while self.far_end.busy and (due_ns := self.far_end.next_event_ns()) is not None:
             self.clock.sleep_until_ns(due_ns)
             self.far_end.advance(due_ns)
-        return [decode_packet(frame) for frame in self.decoder.feed(self.far_end.take())]
+        return [decode_packet(frame) for frame in self.decoder.feed(self.far_end.take_output())]
 
     def get(self, prop: PacketProperty, payload: bytes = b"") -> Packet:
         (reply,) = self.send(PacketMethod.GET, prop, payload)
@@ -91,14 +91,14 @@ def text(reply: Packet) -> str:
 def test_golden_requests_draw_the_golden_replies(desk: Desk, sent: str, received: str) -> None:
     desk.far_end.feed(bytes.fromhex(sent))
 
-    assert desk.far_end.take() == bytes.fromhex(received)
+    assert desk.far_end.take_output() == bytes.fromhex(received)
 
 
 def test_enable_logs_and_then_draws_the_golden_reply(desk: Desk) -> None:
     desk.far_end.feed(bytes.fromhex("04 2d 24 08 02 01 00"))
     desk.far_end.advance(desk.clock.now_ns() + 1_000_000)
 
-    said = desk.far_end.take()
+    said = desk.far_end.take_output()
 
     assert said.startswith(bytes.fromhex("03 c0 ff 01 13 5b 49 4e 46 4f 5d"))
     assert said.endswith(bytes.fromhex("00 04 3d 34 08 02 01 00"))
@@ -109,7 +109,7 @@ def test_actuate_while_disabled_draws_the_golden_refusal(desk: Desk) -> None:
     desk.far_end.feed(encode_packet(Packet(PacketMethod.SET, PacketProperty.ACTUATE, 7, order.pack())))
 
     expected = b"Cannot perform action: system is not enabled"
-    assert desk.far_end.take() == bytes.fromhex("04 2e 4a 07 2d") + expected + b"\x00"
+    assert desk.far_end.take_output() == bytes.fromhex("04 2e 4a 07 2d") + expected + b"\x00"
 
 
 def test_golden_actuate_writes_the_golden_dac_words(desk: Desk) -> None:

@@ -38,7 +38,7 @@ class Studio:
         self.run_for(2_000_000)
         for stream in range(10):
             self.put(stream, REST, operation=0)
-        self.far_end.take()
+        self.far_end.take_output()
 
     def post(self, *packets: Packet) -> None:
         self.far_end.feed(b"".join(map(encode_packet, packets)))
@@ -58,7 +58,7 @@ class Studio:
         self.far_end.advance(self.clock.now_ns())
 
     def replies(self) -> list[Packet]:
-        return [decode_packet(frame) for frame in self.decoder.feed(self.far_end.take())]
+        return [decode_packet(frame) for frame in self.decoder.feed(self.far_end.take_output())]
 
     def texts(self) -> list[str]:
         return [reply.payload.decode() for reply in self.replies() if reply.method is PacketMethod.REJ]
@@ -76,7 +76,7 @@ def studio() -> Studio:
 def test_the_golden_frame_request_draws_the_golden_acknowledgement(studio: Studio) -> None:
     studio.far_end.feed(bytes.fromhex("04 b6 19 15 05 05 06 20 4e 01 03 d0 07 01 01 00"))
 
-    assert studio.far_end.take() == bytes.fromhex("04 2c 39 15 01 01 00")
+    assert studio.far_end.take_output() == bytes.fromhex("04 2c 39 15 01 01 00")
 
 
 def test_a_frame_of_another_stream_moves_settles_triggers_and_reports(studio: Studio) -> None:
@@ -182,11 +182,11 @@ def test_disabling_ends_frames_before_it_acknowledges(studio: Studio) -> None:
 
 def test_a_healthy_controller_survives_lost_bytes_lone_zeros_and_noise(studio: Studio) -> None:
     studio.far_end.feed(b"\x00" + bytes.fromhex("04 13 12 01 01")[:3] + b"\x00" + b"\x99" * 700 + b"\x00")
-    assert studio.far_end.take() == b""
+    assert studio.far_end.take_output() == b""
 
     studio.far_end.feed(bytes.fromhex("04 13 12 01 01 00"))
 
-    assert studio.far_end.take() == bytes.fromhex("04 30 32 01 03 02 01 01 00")
+    assert studio.far_end.take_output() == bytes.fromhex("04 30 32 01 03 02 01 01 00")
 
 
 @pytest.mark.parametrize("sent", ["00", "13 12 01 01 00", "04 13 12 01 00", "55 04 13 12 01 01 00"])
@@ -196,13 +196,13 @@ def test_a_strict_controller_stops_for_good_after_a_lost_or_inserted_byte(sent: 
     studio.far_end.feed(bytes.fromhex(sent))
     studio.far_end.feed(bytes.fromhex("04 13 12 01 01 00"))
 
-    assert studio.far_end.take() == b""
+    assert studio.far_end.take_output() == b""
     assert studio.far_end.dead
     assert [on for _, on in studio.cables.rails] == [True]
     studio.far_end.power_cycle()
     assert [on for _, on in studio.cables.rails] == [True, False]
     studio.far_end.feed(bytes.fromhex("04 13 12 01 01 00"))
-    assert studio.far_end.take() == bytes.fromhex("04 30 32 01 03 02 01 01 00")
+    assert studio.far_end.take_output() == bytes.fromhex("04 30 32 01 03 02 01 01 00")
 
 
 def test_a_strict_controller_answers_a_wrong_checksum_with_noise() -> None:
@@ -210,7 +210,7 @@ def test_a_strict_controller_answers_a_wrong_checksum_with_noise() -> None:
 
     studio.far_end.feed(bytes.fromhex("04 14 12 01 01 00"))
 
-    assert studio.far_end.take() == NOISE_REPLY
+    assert studio.far_end.take_output() == NOISE_REPLY
     assert not studio.far_end.dead
 
 

@@ -16,7 +16,7 @@ from foveacam_hardware.wire.link import ByteLink
 ORPHAN_MAKER = """
 import os
 from foveacam_hardware.sim.cables import RecordingCables
-from foveacam_hardware.sim.far_ends.controller_host import ControllerProcess
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 print(ControllerProcess(RecordingCables()).pid, flush=True)
 os._exit(1)
 """

@@ -61,7 +61,7 @@ def test_a_host_that_closes_leaves_a_controller_that_any_host_can_talk_to() -> N
     rig = Rig()
     rig.mirrors.connect()
     rig.mirrors.close()
-    rig.board.take()
+    rig.board.take_output()
 
     rig.board.feed(GET_ENABLE)
 

@@ -114,7 +114,7 @@ class BoardPort:
         self._board.finish()
 
     def read(self, timeout_s: float) -> bytes:
-        return self._board.take()
+        return self._board.take_output()
 
     def wait(self, duration_s: float) -> None:
         self._board.run_for(round(duration_s * 1e6))

@@ -20,9 +20,9 @@ from foveacam_hardware.sim.cables import NO_CODES, RecordingCables
 from foveacam_hardware.sim.far_ends.board_far_end import BoardKind
 from foveacam_hardware.sim.far_ends.board_process import BoardProcess
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
-from foveacam_hardware.sim.far_ends.far_end_process import REPLUG_S
+from foveacam_hardware.sim.far_ends.far_end_process import RESTART_DELAY_S
 from foveacam_hardware.sim.pan_tilt import TurningHistory
-from foveacam_hardware.sim.rig import PATIENT
+from foveacam_hardware.sim.rig import SLOW_LINK
 
 PATIENCE_S = 30.0
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=5.0), right=MirrorVolts(x_v=-10.0, y_v=0.0))
@@ -50,7 +50,7 @@ def test_mirrors_whose_controller_is_killed_are_dark_and_come_back_parked() -> N
     cables = RecordingCables()
     with ControllerProcess(cables) as controller:
         port, killed = Path(controller.port), controller.pid
-        mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=PATIENT)
+        mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=SLOW_LINK)
         mirrors.connect()
         mirrors.steer(ASIDE)
         controller.status()  # every event before it was delivered
@@ -65,7 +65,7 @@ def test_mirrors_whose_controller_is_killed_are_dark_and_come_back_parked() -> N
             mirrors.ping()
 
         wait_until(lambda: controller.pid != killed and port.exists())
-        assert time.monotonic() - killed_s >= REPLUG_S
+        assert time.monotonic() - killed_s >= RESTART_DELAY_S
         mirrors.connect()
         assert mirrors.state.connected
         assert mirrors.state.volts == PARKED

@@ -39,10 +39,10 @@ class CabledBoard(FirmwareBoard):
         self._tell_drives()
         for t_us, on in self._new(Kind.RAIL):
             if bool(on) != self._cables.rail_on:
-                self._cables.rail(t_us * 1000, on=bool(on))
+                self._cables.set_rail(t_us * 1000, on=bool(on))
         for t_us, clock_hz in self._new(Kind.CLOCK):
             if clock_hz // 60 != self._cables.cutoff_hz:
-                self._cables.low_pass(t_us * 1000, clock_hz // 60)
+                self._cables.set_low_pass(t_us * 1000, clock_hz // 60)
         for t_us, high in self._new(Kind.TRIGGERS):
             self._tell_triggers(t_us, high)
 
@@ -57,7 +57,7 @@ class CabledBoard(FirmwareBoard):
         self._told["drives"] = len(self.pins.drives)
         for t_us, codes in final.items():
             if codes != self._cables.codes:
-                self._cables.drive(t_us * 1000, codes)
+                self._cables.set_codes(t_us * 1000, codes)
 
     def _tell_triggers(self, t_us: int, high: int) -> None:
         edges = self._cables.triggers

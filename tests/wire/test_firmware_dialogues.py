@@ -49,7 +49,7 @@ def test_golden_requests_draw_the_golden_replies(sent: str, received: str) -> No
 
     board.feed(bytes.fromhex(sent))
 
-    assert board.take() == bytes.fromhex(received)
+    assert board.take_output() == bytes.fromhex(received)
 
 
 def test_enable_logs_and_then_draws_the_golden_reply() -> None:
@@ -57,7 +57,7 @@ def test_enable_logs_and_then_draws_the_golden_reply() -> None:
     board.feed(bytes.fromhex("04 2d 24 08 02 01 00"))
     board.run_for(1000)
 
-    said = board.take()
+    said = board.take_output()
 
     assert said.startswith(bytes.fromhex("03 c0 ff 01 13 5b 49 4e 46 4f 5d"))
     assert said.endswith(bytes.fromhex("00 04 3d 34 08 02 01 00"))
@@ -70,7 +70,7 @@ def test_actuate_while_disabled_draws_the_golden_refusal() -> None:
     board.post(Packet(PacketMethod.SET, PacketProperty.ACTUATE, 7, order.pack()))
 
     expected = b"Cannot perform action: system is not enabled"
-    assert board.take() == bytes.fromhex("04 2e 4a 07 2d") + expected + b"\x00"
+    assert board.take_output() == bytes.fromhex("04 2e 4a 07 2d") + expected + b"\x00"
 
 
 def test_the_golden_actuate_puts_the_golden_values_on_the_dacs_in_one_update() -> None:
@@ -94,7 +94,7 @@ def test_the_golden_frame_request_draws_the_golden_acknowledgement() -> None:
 
     board.feed(bytes.fromhex(GOLDEN_FRAME))
 
-    assert board.take() == bytes.fromhex("04 2c 39 15 01 01 00")
+    assert board.take_output() == bytes.fromhex("04 2c 39 15 01 01 00")
 
 
 def test_enable_writes_the_pages_words_in_the_pages_order() -> None:
@@ -147,7 +147,7 @@ class Twins:
         self.compare()
 
     def compare(self) -> None:
-        expected = [decode_packet(piece) for piece in self._decoder.feed(self.simulated.take())]
+        expected = [decode_packet(piece) for piece in self._decoder.feed(self.simulated.take_output())]
         found = self.board.packets()
         assert found == expected
         self.replies += found

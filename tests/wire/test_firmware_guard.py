@@ -45,7 +45,7 @@ def texts(packets: list[Packet]) -> list[str]:
 
 def test_silence_slews_both_mirrors_to_the_bias_and_then_switches_the_rail_off(board: FirmwareBoard) -> None:
     fed_us, steps = board.now_us, len(board.pins.drives)
-    board.take()
+    board.take_output()
 
     board.run_for(2_200_000)
 
@@ -96,7 +96,7 @@ def test_what_is_pending_ends_when_the_watchdog_fires_and_the_trigger_lines_fall
     )
     board.run_for(1_900_000)
     assert board.pins.high == 7
-    board.take()
+    board.take_output()
 
     board.run_for(100_000)
 
@@ -237,7 +237,7 @@ def with_crc(packet: Packet) -> bytes:
 
 def answers_with_crc(board: FirmwareBoard) -> list[Packet]:
     packets = []
-    for frame in CobsDecoder().feed(board.take()):
+    for frame in CobsDecoder().feed(board.take_output()):
         assert frame is not None
         assert binascii.crc_hqx(frame[1:-2], 0xFFFF) == int.from_bytes(frame[-2:], "little")
         packet = decode_packet(frame)  # the XOR of all bytes stays 0
@@ -254,7 +254,7 @@ def test_the_crc_is_agreed_on_and_then_asked_of_every_packet() -> None:
     assert answers_with_crc(board) == [Packet(PacketMethod.ACK, PacketProperty.BIAS, 5, b"\x00\x00")]
 
     board.feed(encode_packet(Packet(PacketMethod.SET, PacketProperty.BIAS, 6, b"\x32\x73")))
-    assert board.take() == b""
+    assert board.take_output() == b""
     board.feed(with_crc(Packet(PacketMethod.GET, PacketProperty.BIAS, 7)))
     assert answers_with_crc(board) == [Packet(PacketMethod.ACK, PacketProperty.BIAS, 7, b"\x00\x00")]
 
@@ -268,7 +268,7 @@ def test_two_flips_that_the_xor_does_not_see_are_seen_by_the_crc() -> None:
 
     board.feed(bytes(wire))
 
-    assert board.take() == b""
+    assert board.take_output() == b""
 
 
 def test_a_host_that_knows_no_crc_finds_a_plain_controller() -> None:
@@ -277,7 +277,7 @@ def test_a_host_that_knows_no_crc_finds_a_plain_controller() -> None:
 
     board.feed(bytes.fromhex("04 13 12 01 01 00"))
 
-    assert board.take() == bytes.fromhex("04 30 32 01 03 02 01 01 00")
+    assert board.take_output() == bytes.fromhex("04 30 32 01 03 02 01 01 00")
     assert board.ask(PacketMethod.GET, PacketProperty.ENABLE)[0].payload == b"\x00"
 
 

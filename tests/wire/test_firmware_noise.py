@@ -74,12 +74,12 @@ def test_a_dialogue_with_any_one_byte_damaged_recovers_by_the_second_packet_behi
                 wire = wire[:byte] + middle + wire[byte + 1 :]
             board.feed(wire)
             board.finish()
-        board.take()
+        board.take_output()
 
         board.feed(GET_VERSION)  # may end what a lost delimiter left open
-        board.take()
+        board.take_output()
         board.feed(GET_VERSION)
-        assert board.take() == VERSION, (at, byte)
+        assert board.take_output() == VERSION, (at, byte)
         assert board.pins.high == 0
         assert board.ask(PacketMethod.SET, PacketProperty.ENABLE, b"\x00")[-1].payload == b"\x00"
         assert not board.pins.rail_on
@@ -102,10 +102,10 @@ def test_noise_is_counted_and_dropped(noise: bytes, item: Item) -> None:
 
     board.feed(noise)
 
-    assert board.take() == b""
+    assert board.take_output() == b""
     assert board.item(item) == 1
     board.feed(GET_VERSION)
-    assert board.take() == VERSION
+    assert board.take_output() == VERSION
 
 
 def test_a_packet_of_the_greatest_length_is_read_and_one_byte_more_is_not() -> None:

@@ -18,8 +18,8 @@ class Shafts:
     def __init__(self) -> None:
         self.turnings: list[TurnSegment] = []
 
-    def turn(self, turning: TurnSegment) -> None:
-        self.turnings.append(turning)
+    def add_segment(self, segment: TurnSegment) -> None:
+        self.turnings.append(segment)
 
 
 class Terminal:
@@ -38,9 +38,9 @@ class Terminal:
         while (due_ns := self.board.next_event_ns()) is not None and due_ns <= end_ns:
             self.clock.sleep_until_ns(due_ns)
             self.board.advance(due_ns)
-            printed += self.board.take()
+            printed += self.board.take_output()
         self.clock.sleep_until_ns(end_ns)
-        return (printed + self.board.take()).decode("ascii").split("\r\n")[:-1]
+        return (printed + self.board.take_output()).decode("ascii").split("\r\n")[:-1]
 
     def type(self, line: str) -> list[str]:
         self.board.feed(line.encode("ascii") + b"\n")
@@ -64,7 +64,7 @@ def test_it_says_hello_and_is_locked_until_it_is_homed() -> None:
     board = GrblFarEnd(clock := VirtualClock(START_NS), Shafts())
     clock.sleep_until_ns(START_NS + ANSWER_NS)
 
-    assert board.take() == b"Grbl 1.1h ['$' for help]\r\n[MSG:'$H'|'$X' to unlock]\r\n"
+    assert board.take_output() == b"Grbl 1.1h ['$' for help]\r\n[MSG:'$H'|'$X' to unlock]\r\n"
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_homing_is_silent_until_it_is_done_and_then_answers_what_was_asked(termi
 
     assert done[0] == "ok"
     assert done[1].startswith("<Idle|MPos:-1.000,-1.000,0.000|FS:0,0")
-    assert terminal.board.firmware.motors.place(terminal.clock.now_ns()) == (71.0, 31.0, 0.0)
+    assert terminal.board.firmware.motors.positions(terminal.clock.now_ns()) == (71.0, 31.0, 0.0)
 
 
 def test_a_report_tells_state_and_place_while_it_moves(terminal: Terminal) -> None:
@@ -131,13 +131,13 @@ def test_a_cancelled_jog_slows_down_and_keeps_its_place(terminal: Terminal) -> N
     terminal.home()
     terminal.type("$J=G53X-101Y-1F1500")
     terminal.after(1.0)
-    before_deg = terminal.board.firmware.machine(terminal.clock.now_ns())[0]
+    before_deg = terminal.board.firmware.machine_positions(terminal.clock.now_ns())[0]
 
     assert terminal.press(b"\x85") == []
     terminal.after(1.0)
 
     (report,) = terminal.press(b"?")
-    after_deg = terminal.board.firmware.machine(terminal.clock.now_ns())[0]
+    after_deg = terminal.board.firmware.machine_positions(terminal.clock.now_ns())[0]
     assert report.startswith("<Idle|")
     assert before_deg - after_deg == pytest.approx(25.0**2 / (2.0 * 100.0), abs=0.01)
 
@@ -215,7 +215,7 @@ def test_switching_off_and_on_forgets_the_place_but_not_the_rig(terminal: Termin
     (report,) = terminal.press(b"?")
 
     assert report.startswith("<Alarm|MPos:0.000,0.000")
-    assert terminal.board.firmware.motors.place(terminal.clock.now_ns()) == (12.0, 2.0, 0.0)
+    assert terminal.board.firmware.motors.positions(terminal.clock.now_ns()) == (12.0, 2.0, 0.0)
 
 
 def test_a_small_move_takes_a_third_of_a_second(terminal: Terminal) -> None:
@@ -238,7 +238,7 @@ def test_the_motors_never_jump_nor_exceed_their_pace(terminal: Terminal) -> None
 
     turnings = terminal.shafts.turnings
     for before, after in pairwise(turnings):
-        assert before.place_at(after.t_ns) == pytest.approx(after.place_deg, abs=1e-5)
+        assert before.bearing_at(after.t_ns) == pytest.approx(after.place_deg, abs=1e-5)
         assert before.speed_at(after.t_ns) == pytest.approx(after.speed_deg_s, abs=1e-5)
     pan_deg_s, tilt_deg_s = (max(abs(t.speed_deg_s[axis]) for t in turnings) for axis in (0, 1))
     assert pan_deg_s == pytest.approx(25.0)

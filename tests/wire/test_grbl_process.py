@@ -39,7 +39,7 @@ def wait_for(link: ByteLink, wanted: str) -> list[str]:
 
 
 def test_it_homes_and_jogs_as_told_through_its_port(board: BoardProcess, rig: TurningHistory) -> None:
-    board.impair(settings=BRISK)
+    board.set_faults(settings=BRISK)
     link = board.open()
     link.write(b"$H\n")
     wait_for(link, "ok")

@@ -36,8 +36,8 @@ class WatchedCables(RecordingCables):
         super().__init__()
         self.off = threading.Event()
 
-    def rail(self, t_ns: int, *, on: bool) -> None:
-        super().rail(t_ns, on=on)
+    def set_rail(self, t_ns: int, *, on: bool) -> None:
+        super().set_rail(t_ns, on=on)
         if not on:
             self.off.set()
 

@@ -18,9 +18,9 @@ class Shafts:
     def __init__(self) -> None:
         self.turnings: list[TurnSegment] = []
 
-    def turn(self, turning: TurnSegment) -> None:
-        self.turnings = [told for told in self.turnings if told.t_ns <= turning.t_ns]
-        self.turnings.append(turning)
+    def add_segment(self, segment: TurnSegment) -> None:
+        self.turnings = [told for told in self.turnings if told.t_ns <= segment.t_ns]
+        self.turnings.append(segment)
 
 
 class Terminal:
@@ -39,9 +39,9 @@ class Terminal:
         while (due_ns := self.unit.next_event_ns()) is not None and due_ns <= end_ns:
             self.clock.sleep_until_ns(due_ns)
             self.unit.advance(due_ns)
-            printed += self.unit.take()
+            printed += self.unit.take_output()
         self.clock.sleep_until_ns(end_ns)
-        return (printed + self.unit.take()).decode("ascii").split("\r\n")[:-1]
+        return (printed + self.unit.take_output()).decode("ascii").split("\r\n")[:-1]
 
     def type(self, word: str) -> list[str]:
         self.unit.feed(word.encode("ascii") + b" ")
@@ -175,5 +175,5 @@ def test_the_motors_never_jump_nor_exceed_their_speed(terminal: Terminal) -> Non
 
     step_deg = SECONDS_A_STEP / 3600.0
     for before, after in pairwise(terminal.shafts.turnings):
-        assert before.place_at(after.t_ns) == pytest.approx(after.place_deg, abs=1.5 * step_deg)
+        assert before.bearing_at(after.t_ns) == pytest.approx(after.place_deg, abs=1.5 * step_deg)
         assert max(map(abs, after.speed_deg_s)) <= 4000 * step_deg + 1e-6

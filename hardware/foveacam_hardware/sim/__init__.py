@@ -1,1 +1,1 @@
-"""The simulated rig: world, optics, mirror dynamics, cameras, far ends. Its own physics throughout."""
+"""The simulated rig: world, optics, mirror dynamics, cameras and far ends, with physics of its own."""

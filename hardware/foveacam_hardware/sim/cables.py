@@ -1,6 +1,6 @@
-"""What the controller's pins drive, and what the cameras answer: the border between far end and world.
+"""The signals between the mirror controller, the mirrors and the cameras.
 
-The far end calls it; the world implements it. Times are on the rig's clock.
+The controller's far end calls `Cables`; the world implements it. Times are on the rig's clock.
 """
 
 from dataclasses import dataclass, field
@@ -11,45 +11,45 @@ from foveacam_hardware.contract import Role
 CAMERA_CENTRE = 1
 CAMERA_LEFT = 2
 CAMERA_RIGHT = 4
-"""Bits of a camera mask, as the controller's protocol numbers them."""
+"""Bits of a camera mask in the controller's protocol."""
 
 CAMERA_ROLES = {CAMERA_CENTRE: Role.WIDE, CAMERA_LEFT: Role.LEFT, CAMERA_RIGHT: Role.RIGHT}
 
 TRIGGER_TO_EXPOSURE_US = 150
-"""From the rise of a trigger line until the camera exposes and its strobe rises: 149 to 159 µs were measured
-with the real firmware."""
+"""Delay from the rise of a trigger line to the exposure and the rise of its strobe; measured with the real
+firmware: 149 to 159 µs."""
 
 DacCodes = tuple[int, ...]
 """8 DAC codes: left x+, x−, y+, y−, then right x+, x−, y+, y−."""
 NO_CODES: DacCodes = (0,) * 8
-"""Of DACs without a supply, or before the first write."""
+"""Codes of DACs without a supply, or before the first write."""
 
 
 class Cables(Protocol):
     """The wires between the controller and the rest of the rig.
 
-    Calls come in the order of their times, but a little after them: an implementation keeps
-    histories and never asks its own clock "now".
+    Calls arrive in the order of their times, but somewhat later: an implementation keeps histories
+    and never reads its own clock.
     """
 
-    def drive(self, t_ns: int, codes: DacCodes) -> None:
-        """Take the 8 DAC codes (left x+, x−, y+, y−, right x+, x−, y+, y−) in force from `t_ns` on."""
+    def set_codes(self, t_ns: int, codes: DacCodes) -> None:
+        """Set the 8 DAC codes (left x+, x−, y+, y−, right x+, x−, y+, y−) from `t_ns` on."""
         ...
 
-    def rail(self, t_ns: int, *, on: bool) -> None:
-        """Take the state of the mirrors' high-voltage rail."""
+    def set_rail(self, t_ns: int, *, on: bool) -> None:
+        """Switch the mirrors' high-voltage rail."""
         ...
 
-    def low_pass(self, t_ns: int, cutoff_hz: int) -> None:
-        """Take the cutoff of the drive filters; 0 while the filter clock stands still."""
+    def set_low_pass(self, t_ns: int, cutoff_hz: int) -> None:
+        """Set the cutoff of the drive filters; 0 stops the filter clock."""
         ...
 
     def trigger(self, t_ns: int, *, pulse_us: int, cameras: int) -> None:
-        """Take a rising edge of the trigger lines in the mask `cameras` (1 centre, 2 left, 4 right)."""
+        """Raise the trigger lines in the mask `cameras` (1 centre, 2 left, 4 right)."""
         ...
 
     def strobe_us(self, role: Role) -> int | None:
-        """Return the exposure that a camera's strobe line shows for a trigger now; None = no strobe."""
+        """Return the length of the strobe pulse that a trigger now would cause; None without a strobe."""
         ...
 
 
@@ -64,7 +64,7 @@ class TriggerEdge:
 
 @dataclass(slots=True)
 class RecordingCables:
-    """Cables that lead nowhere: they remember what the controller did, and strobe as they are told."""
+    """Cables that record what the controller does, and answer with the strobes in `exposure_us`."""
 
     exposure_us: dict[Role, int | None] = field(
         default_factory=lambda: {Role.LEFT: 5000, Role.RIGHT: 5000, Role.WIDE: None}
@@ -81,28 +81,28 @@ class RecordingCables:
 
     @property
     def rail_on(self) -> bool:
-        """Whether the mirrors' rail is on."""
+        """Whether the mirrors' high-voltage rail is on."""
         return bool(self.rails) and self.rails[-1][1]
 
     @property
     def cutoff_hz(self) -> int:
-        """The drive filters' cutoff; 0 while their clock stands still."""
+        """The drive filters' cutoff; 0 while their clock is stopped."""
         return self.cutoffs[-1][1] if self.cutoffs else 0
 
-    def drive(self, t_ns: int, codes: DacCodes) -> None:
-        """Remember the codes."""
+    def set_codes(self, t_ns: int, codes: DacCodes) -> None:
+        """Record the codes."""
         self.drives.append((t_ns, codes))
 
-    def rail(self, t_ns: int, *, on: bool) -> None:
-        """Remember the rail."""
+    def set_rail(self, t_ns: int, *, on: bool) -> None:
+        """Record the state of the rail."""
         self.rails.append((t_ns, on))
 
-    def low_pass(self, t_ns: int, cutoff_hz: int) -> None:
-        """Remember the cutoff."""
+    def set_low_pass(self, t_ns: int, cutoff_hz: int) -> None:
+        """Record the cutoff."""
         self.cutoffs.append((t_ns, cutoff_hz))
 
     def trigger(self, t_ns: int, *, pulse_us: int, cameras: int) -> None:
-        """Remember the edge."""
+        """Record the edge."""
         self.triggers.append(TriggerEdge(t_ns=t_ns, pulse_us=pulse_us, cameras=cameras))
 
     def strobe_us(self, role: Role) -> int | None:
@@ -111,12 +111,12 @@ class RecordingCables:
 
 
 class ShutterPort(Protocol):
-    """What a camera's trigger input and strobe output look like to the world."""
+    """A camera's trigger input and strobe output."""
 
     def trigger(self, t_ns: int) -> None:
-        """Take a rising edge of the trigger line."""
+        """Receive a rising edge of the trigger line."""
         ...
 
     def strobe_us(self) -> int | None:
-        """Return the exposure that a trigger now would start; None when it would start none."""
+        """Return the exposure that a trigger now would start; None when it would not start one."""
         ...

@@ -1,6 +1,7 @@
-"""The simulated cameras. No threads: a frame is rendered by its reader, for the moment of its exposure.
+"""The simulated cameras, behind the contract's `Camera`.
 
-A frame exists once its exposure and readout are over on the rig's clock, however long rendering takes.
+They run no threads: the reader renders a frame for the time of its exposure. A frame can be read once its
+exposure and readout are over on the rig's clock, however long rendering takes.
 """
 
 import threading
@@ -31,21 +32,21 @@ from foveacam_hardware.sim.exposures import (
     ExposureSchedule,
     FreeRunningSchedule,
     TriggeredSchedule,
-    aim,
-    too_bright_log2,
+    next_exposure,
+    overexposure_log2,
 )
-from foveacam_hardware.sim.sensor import RANGES, develop, longest_exposure_ns, take_settings
+from foveacam_hardware.sim.sensor import RANGES, image_from_radiance, longest_exposure_ns, supported_settings
 from foveacam_hardware.sim.world import World
 
 POLL_NS = 1_000_000
-"""How often a reader looks for a trigger; on a virtual clock it costs no time."""
+"""Interval at which a reader checks for a trigger; it costs no time on a virtual clock."""
 LATEST_TIMEOUT_MS = 1000.0
-DEFAULT_EXPOSURE_NS = 8_000_000  # one period of mains flicker, and well exposed in the shipped scenes
+DEFAULT_EXPOSURE_NS = 8_000_000  # one period of mains flicker; well exposed in the shipped scenes
 CAMERA_NUMBER = {Role.WIDE: 0, Role.LEFT: 1, Role.RIGHT: 2}
 
 
 def default_settings(role: Role) -> CameraSettings:
-    """Return what a camera of the simulated rig runs with unless told otherwise."""
+    """Return the default settings of a camera of the simulated rig."""
     return CameraSettings(
         exposure_ns=DEFAULT_EXPOSURE_NS,
         frame_rate_hz=30.0,
@@ -55,7 +56,7 @@ def default_settings(role: Role) -> CameraSettings:
 
 
 class SimCamera:
-    """One camera of the world, behind the contract's Camera; any thread may read, each frame goes to one."""
+    """One simulated camera; any thread may read, and each frame is delivered once."""
 
     def __init__(self, world: World, role: Role, *, clock: Clock) -> None:
         self._world = world
@@ -63,25 +64,25 @@ class SimCamera:
         self._clock = clock
         self._lock = threading.RLock()
         self._connected = False
-        self._settings = take_settings(role, default_settings(role))
+        self._settings = supported_settings(role, default_settings(role))
         self._schedule: ExposureSchedule | None = None
         self._seq = 0
         self._epoch = 0
         self._delivered = 0
         self._skipped = 0
         self._missed = 0
-        """Of schedules that are over."""
+        """Missed triggers of earlier schedules."""
         self._last: Frame | None = None
-        world.wire(role, self)
+        world.connect_shutter(role, self)
 
     @property
     def role(self) -> Role:
-        """Which eye it is."""
+        """The camera's role on the rig."""
         return self._role
 
     @property
     def info(self) -> DeviceInfo:
-        """Who it is."""
+        """Vendor, model and serial number."""
         model = "wide 10.9 mm" if self._role is Role.WIDE else "fovea 100 mm"
         number = 100 * self._world.seed + CAMERA_NUMBER[self._role]
         return DeviceInfo(
@@ -90,28 +91,28 @@ class SimCamera:
 
     @property
     def settings(self) -> CameraSettings:
-        """What it runs with; while it exposes by itself, as of the last frame delivered."""
+        """The settings in force; with automatic exposure, as of the last frame delivered."""
         return self._settings
 
     @property
     def counters(self) -> CameraCounters:
-        """Frames delivered, skipped and missed since `start`; rendered ones are never incomplete or late."""
+        """Frames delivered, skipped and missed since `start`; a rendered frame is never incomplete or late."""
         missed = self._missed + (0 if self._schedule is None else self._schedule.missed)
         return CameraCounters(delivered=self._delivered, skipped=self._skipped, dropped=missed)
 
     @property
     def waiting(self) -> int:
-        """None: a frame is rendered when somebody reads it."""
+        """Always 0: a frame is rendered when it is read."""
         return 0
 
     @property
     def ranges(self) -> CameraRanges:
-        """What the sensor can do."""
+        """The ranges of the sensor's settings."""
         return RANGES
 
     @property
     def link(self) -> CameraLink:
-        """Closed, ready or streaming; lost while it is unplugged."""
+        """The state of the connection: closed, ready or streaming; lost while unplugged."""
         if self._role in self._world.faults.unplugged:
             reason = f"serial {self.info.serial} is not on the bus"
             return CameraLink(phase=CameraPhase.LOST, reason=reason, epoch=self._epoch)
@@ -129,14 +130,14 @@ class SimCamera:
         self._connected = True
 
     def close(self) -> None:
-        """Stop and release; harmless when closed."""
+        """Stop and disconnect; no effect when closed."""
         self.stop()
         self._connected = False
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Apply the settings from the next exposure on; return what the camera took."""
+        """Apply settings from the next exposure on; return the settings in force."""
         self._require_connected("configure")
-        taken = take_settings(self._role, settings)
+        taken = supported_settings(self._role, settings)
         with self._lock:
             self._settings = taken
             if self._schedule is not None:
@@ -144,7 +145,7 @@ class SimCamera:
         return taken
 
     def start(self) -> None:
-        """Begin to expose; the counters start again."""
+        """Start to expose, and reset the counters."""
         self._require_connected("start")
         with self._lock:
             if self._schedule is None:
@@ -152,7 +153,7 @@ class SimCamera:
                 self._begin()
 
     def stop(self) -> None:
-        """Stop exposing; what was not read is gone."""
+        """Stop exposing, and discard the frames not read."""
         with self._lock:
             if self._schedule is not None:
                 self._seq = self._schedule.next_seq
@@ -166,8 +167,8 @@ class SimCamera:
         while True:
             exposure = self._await_first(deadline_ns)
             with self._lock:
-                first = self._running().first(self._clock.now_ns())
-                if first is not None and first.seq == exposure.seq:  # nobody else took it meanwhile
+                first = self._running().oldest(self._clock.now_ns())
+                if first is not None and first.seq == exposure.seq:  # no other reader consumed it meanwhile
                     return self._deliver(exposure)
 
     def latest(self, *, max_age_ms: float) -> Frame:
@@ -180,8 +181,8 @@ class SimCamera:
                 return self._deliver(exposure)
             if exposure is None and self._last is not None and self._last.t_ns >= oldest_ns:
                 return self._last
-            if exposure is not None:  # too old for the caller, and so is everything before it
-                self._skipped += 1 + self._running().take(exposure)
+            if exposure is not None:  # too old for the caller, as is everything before it
+                self._skipped += 1 + self._running().consume(exposure)
         return self.read(timeout_ms=LATEST_TIMEOUT_MS)
 
     def frames(self, n: int, *, timeout_ms: float = 1000.0) -> Iterator[Frame]:
@@ -190,7 +191,7 @@ class SimCamera:
             yield self.read(timeout_ms=timeout_ms)
 
     def software_trigger(self) -> None:
-        """Expose once, from now."""
+        """Expose one frame now."""
         self._require_connected("expose")
         schedule = self._schedule
         if self._settings.trigger_source is not TriggerSource.SOFTWARE or not isinstance(
@@ -200,13 +201,13 @@ class SimCamera:
                 f"camera {self._role}: asked to expose by software, but it runs freely, waits for its line "
                 "or is stopped; configure it as triggered by software and start it"
             )
-        schedule.edge(self._clock.now_ns())
+        schedule.trigger(self._clock.now_ns())
 
     def trigger(self, t_ns: int) -> None:
-        """Take a rising edge of the trigger line; a camera that does not wait for one ignores it."""
+        """Expose on a rising edge of the trigger line; ignored unless the camera waits for one."""
         schedule = self._schedule
         if isinstance(schedule, TriggeredSchedule) and self._waits_for_line:
-            schedule.edge(t_ns + TRIGGER_TO_EXPOSURE_US * 1000)
+            schedule.trigger(t_ns + TRIGGER_TO_EXPOSURE_US * 1000)
 
     def strobe_us(self) -> int | None:
         """Return the exposure that a trigger now would start, microseconds."""
@@ -226,20 +227,20 @@ class SimCamera:
             self._schedule = FreeRunningSchedule(self._settings, start_ns=self._clock.now_ns(), first_seq=seq)
 
     def _await_first(self, deadline_ns: int) -> CameraExposure:
-        """Wait until the next frame can be read."""
+        """Wait for the oldest exposure that can be read; raise `Timeout` at the deadline."""
         while True:
             now_ns = self._clock.now_ns()
-            exposure = self._running().first(now_ns)
+            exposure = self._running().oldest(now_ns)
             wake_ns = now_ns + POLL_NS if exposure is None else exposure.ready_ns
             if exposure is not None and wake_ns <= now_ns:
                 return exposure
             if now_ns >= deadline_ns:
-                raise Timeout(self._silence())
+                raise Timeout(self._timeout_text())
             self._clock.sleep_until_ns(min(wake_ns, deadline_ns))
 
     def _deliver(self, exposure: CameraExposure) -> Frame:
         schedule = self._running()
-        self._skipped += schedule.take(exposure)
+        self._skipped += schedule.consume(exposure)
         settings = exposure.settings
         frame = self._last = Frame(
             image=self._image(exposure),
@@ -252,18 +253,18 @@ class SimCamera:
         )
         self._delivered += 1
         if self._settings.exposure_auto is not AutoMode.OFF and settings == self._settings:
-            self._expose_itself(frame, schedule)
+            self._adjust_exposure(frame, schedule)
         return frame
 
-    def _expose_itself(self, frame: Frame, schedule: ExposureSchedule) -> None:
-        """Learn from a frame of the exposure in force; the next that has not begun is exposed otherwise."""
+    def _adjust_exposure(self, frame: Frame, schedule: ExposureSchedule) -> None:
+        """Set the exposure of the next frame that has not begun, from the brightness of a delivered frame."""
         now = self._settings
-        stops = too_bright_log2(frame.image, bits=frame.bits, black_level=now.black_level)
-        wanted = aim(now.exposure_ns, stops, longest_ns=longest_exposure_ns(now))
-        once_is_over = wanted.settled and now.exposure_auto is AutoMode.ONCE
+        stops = overexposure_log2(frame.image, bits=frame.bits, black_level=now.black_level)
+        found = next_exposure(now.exposure_ns, stops, longest_ns=longest_exposure_ns(now))
+        once_is_over = found.settled and now.exposure_auto is AutoMode.ONCE
         mode = AutoMode.OFF if once_is_over else now.exposure_auto
-        asked = replace(now, exposure_ns=wanted.exposure_ns, exposure_auto=mode)
-        taken = take_settings(self._role, asked)
+        asked = replace(now, exposure_ns=found.exposure_ns, exposure_auto=mode)
+        taken = supported_settings(self._role, asked)
         if taken != now:
             self._settings = taken
             schedule.adjust(taken, now_ns=self._clock.now_ns())
@@ -274,7 +275,7 @@ class SimCamera:
         channels = 3 if exposure.settings.pixel_format is PixelFormat.RGB8 else 1
         radiance = self._world.radiance(self._role, exposure.interval, channels=channels)
         key = (self._world.seed, CAMERA_NUMBER[self._role], exposure.seq)
-        return develop(radiance, self._role, exposure.settings, key=key)
+        return image_from_radiance(radiance, self._role, exposure.settings, key=key)
 
     def _running(self) -> ExposureSchedule:
         self._require_connected("read")
@@ -290,7 +291,7 @@ class SimCamera:
                 f"camera {self._role}: asked to {action}, but it is not connected; plug it in and reconnect"
             )
 
-    def _silence(self) -> str:
+    def _timeout_text(self) -> str:
         if self._settings.triggered:
             return f"camera {self._role}: no trigger arrived in time; check the trigger cable, or trigger it"
         return f"camera {self._role}: no frame in time; allow more than its exposure and frame period"

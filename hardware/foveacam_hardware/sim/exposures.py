@@ -1,6 +1,8 @@
-"""When a simulated camera exposes: at the slots of its frame rate, or at the edges of its trigger line.
+"""When a simulated camera exposes, and for how long.
 
-Both kinds keep a short queue for the reader, drop the oldest when it is full, and count what they drop.
+It exposes in the slots of its frame rate or on its trigger edges; both schedules keep a short queue for the
+reader, drop the oldest exposure when it is full, and count the drops. The automatic exposure steps the
+logarithm of the exposure time towards a target brightness.
 """
 
 import math
@@ -17,14 +19,14 @@ from foveacam_hardware.sim.sensor import readout_ns
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExposureInterval:
-    """One exposure's span of time on the rig's clock."""
+    """The time interval of an exposure on the rig's clock."""
 
     start_ns: int
     length_ns: int
 
     @property
     def middle_ns(self) -> int:
-        """The moment that stands for the exposure."""
+        """The middle of the exposure, its time stamp."""
         return self.start_ns + self.length_ns // 2
 
     @property
@@ -33,7 +35,7 @@ class ExposureInterval:
         return self.start_ns + self.length_ns
 
     def middles_ns(self, parts: int) -> list[int]:
-        """Return the middles of equal parts."""
+        """Return the middles of `parts` equal parts."""
         return [self.start_ns + self.length_ns * (2 * k + 1) // (2 * parts) for k in range(parts)]
 
 
@@ -42,7 +44,7 @@ QUEUE_FRAMES = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraExposure:
-    """One exposure, begun or still to come, with the settings of its moment."""
+    """One exposure, begun or still to come, and its settings."""
 
     seq: int
     interval: ExposureInterval
@@ -50,41 +52,41 @@ class CameraExposure:
 
     @property
     def ready_ns(self) -> int:
-        """When its frame can be read."""
+        """The time from which its frame can be read."""
         return self.interval.end_ns + readout_ns(self.settings.pixel_format)
 
 
 class ExposureSchedule(Protocol):
-    """The exposures of a camera, in order; one reader takes them."""
+    """The exposures of a camera in order, consumed by one reader."""
 
     missed: int
-    """Edges that came while the sensor was busy: they exposed nothing."""
+    """Trigger edges that came while the sensor was busy and caused no exposure."""
 
-    def first(self, now_ns: int) -> CameraExposure | None:
-        """Return the oldest exposure not taken (it may still be running); None when none is known."""
+    def oldest(self, now_ns: int) -> CameraExposure | None:
+        """Return the oldest exposure not consumed (it may still be running); None when there is none."""
         ...
 
     def newest(self, now_ns: int) -> CameraExposure | None:
-        """Return the newest exposure that can be read and was not taken."""
+        """Return the newest exposure that can be read and was not consumed."""
         ...
 
-    def take(self, exposure: CameraExposure) -> int:
-        """Consume the queue up to `exposure`; return how many others were lost with it or before it."""
+    def consume(self, exposure: CameraExposure) -> int:
+        """Consume the queue up to `exposure`; return how many other exposures were lost."""
         ...
 
     def adjust(self, settings: CameraSettings, *, now_ns: int) -> None:
-        """Expose with other settings from the next exposure on; what has begun goes on as it is."""
+        """Use other settings from the next exposure on; an exposure that has begun is not changed."""
         ...
 
     @property
     def next_seq(self) -> int:
-        """The number that follows everything taken."""
+        """The sequence number after everything consumed."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlotRange:
-    """Slots of one rate and exposure, from `first_slot` at `start_ns` on."""
+    """Slots of one frame rate and exposure, from `first_slot` at `start_ns` on."""
 
     first_slot: int
     start_ns: int
@@ -92,121 +94,119 @@ class SlotRange:
 
     @property
     def period_ns(self) -> int:
-        """From slot to slot."""
+        """The time from slot to slot."""
         return round(1e9 / self.settings.frame_rate_hz)
 
     def start_of_ns(self, slot: int) -> int:
-        """Return when a slot begins."""
+        """Return the time at which a slot begins."""
         return self.start_ns + (slot - self.first_slot) * self.period_ns
 
     def begun(self, now_ns: int) -> int:
-        """Return the newest slot that has begun, as if all were of this stretch."""
+        """Return the newest slot that has begun, if all slots were of this range."""
         return self.first_slot + (now_ns - self.start_ns) // self.period_ns
 
     def readable(self, now_ns: int) -> int:
-        """Return the newest slot that can be read, as if all were of this stretch."""
+        """Return the newest slot that can be read, if all slots were of this range."""
         return self.begun(now_ns - self.settings.exposure_ns - readout_ns(self.settings.pixel_format))
 
 
 class FreeRunningSchedule:
-    """Exposures at a fixed rate from `start_ns` on; at another one after each `adjust`."""
+    """Exposures at a fixed rate from `start_ns` on; each `adjust` may change the rate."""
 
     def __init__(self, settings: CameraSettings, *, start_ns: int, first_seq: int) -> None:
-        self._stretches = [SlotRange(first_slot=0, start_ns=start_ns, settings=settings)]
+        self._ranges = [SlotRange(first_slot=0, start_ns=start_ns, settings=settings)]
         self._first_seq = first_seq
-        self._untaken = 0  # slot
+        self._next_slot = 0
         self.missed = 0
 
     @property
     def next_seq(self) -> int:
-        """The number that follows everything taken."""
-        return self._first_seq + self._untaken
+        """The sequence number after everything consumed."""
+        return self._first_seq + self._next_slot
 
-    def first(self, now_ns: int) -> CameraExposure | None:
-        """Return the oldest slot still kept."""
-        return self._exposure(max(self._untaken, self._newest_slot(now_ns) - QUEUE_FRAMES + 1))
+    def oldest(self, now_ns: int) -> CameraExposure | None:
+        """Return the oldest exposure still in the queue."""
+        return self._exposure(max(self._next_slot, self._newest_slot(now_ns) - QUEUE_FRAMES + 1))
 
     def newest(self, now_ns: int) -> CameraExposure | None:
-        """Return the newest slot that can be read."""
+        """Return the newest exposure that can be read."""
         slot = self._newest_slot(now_ns)
-        return self._exposure(slot) if slot >= self._untaken else None
+        return self._exposure(slot) if slot >= self._next_slot else None
 
-    def take(self, exposure: CameraExposure) -> int:
-        """Go on behind the slot of `exposure`."""
+    def consume(self, exposure: CameraExposure) -> int:
+        """Consume every slot up to that of `exposure`; return how many were lost."""
         slot = exposure.seq - self._first_seq
-        lost, self._untaken = slot - self._untaken, slot + 1
-        while len(self._stretches) > 1 and self._stretches[1].first_slot <= self._untaken:
-            del self._stretches[0]
+        lost, self._next_slot = slot - self._next_slot, slot + 1
+        while len(self._ranges) > 1 and self._ranges[1].first_slot <= self._next_slot:
+            del self._ranges[0]
         return lost
 
     def adjust(self, settings: CameraSettings, *, now_ns: int) -> None:
-        """Begin a stretch with the first slot that has not begun; none begins before its turn."""
-        last = self._stretches[-1]
+        """Apply settings from the first slot that has not begun; its start time does not move."""
+        last = self._ranges[-1]
         slot = max(last.first_slot, last.begun(now_ns) + 1)
-        stretch = SlotRange(first_slot=slot, start_ns=last.start_of_ns(slot), settings=settings)
+        slot_range = SlotRange(first_slot=slot, start_ns=last.start_of_ns(slot), settings=settings)
         if slot == last.first_slot:
-            self._stretches[-1] = stretch
+            self._ranges[-1] = slot_range
         else:
-            self._stretches.append(stretch)
+            self._ranges.append(slot_range)
 
     def _newest_slot(self, now_ns: int) -> int:
         end = None
-        for stretch in reversed(self._stretches):
-            slot = stretch.readable(now_ns)
-            if slot >= stretch.first_slot:
+        for slot_range in reversed(self._ranges):
+            slot = slot_range.readable(now_ns)
+            if slot >= slot_range.first_slot:
                 return slot if end is None else min(slot, end)
-            end = stretch.first_slot - 1
-        return self._stretches[0].readable(now_ns)
+            end = slot_range.first_slot - 1
+        return self._ranges[0].readable(now_ns)
 
     def _exposure(self, slot: int) -> CameraExposure:
-        stretch = next(
-            (found for found in reversed(self._stretches) if found.first_slot <= slot), self._stretches[0]
+        slot_range = next(
+            (found for found in reversed(self._ranges) if found.first_slot <= slot), self._ranges[0]
         )
-        settings = stretch.settings
-        interval = ExposureInterval(start_ns=stretch.start_of_ns(slot), length_ns=settings.exposure_ns)
+        settings = slot_range.settings
+        interval = ExposureInterval(start_ns=slot_range.start_of_ns(slot), length_ns=settings.exposure_ns)
         return CameraExposure(seq=self._first_seq + slot, interval=interval, settings=settings)
 
 
 class TriggeredSchedule:
-    """One exposure a trigger edge; `edge` is called from the controller's side, the rest by the reader."""
+    """One exposure per trigger edge; `trigger` is called by the controller, the rest by the reader."""
 
     def __init__(self, settings: CameraSettings, *, first_seq: int) -> None:
         self._settings = settings
         self._queue: deque[CameraExposure] = deque()
         self._lock = threading.Lock()
-        self._next_edge_seq = first_seq
+        self._next_seq = first_seq
         self._free_ns = 0
         self._lost = 0
         self.missed = 0
 
     @property
     def next_seq(self) -> int:
-        """The number of the next edge."""
-        return self._next_edge_seq
+        """The sequence number of the next trigger edge."""
+        return self._next_seq
 
-    def edge(self, t_ns: int) -> None:
-        """Begin an exposure at `t_ns`, unless the sensor is still busy with the last one."""
+    def trigger(self, t_ns: int) -> None:
+        """Begin an exposure at `t_ns`, unless the sensor is busy with the last one."""
         with self._lock:
             if t_ns < self._free_ns:
                 self.missed += 1
                 return
             interval = ExposureInterval(start_ns=t_ns, length_ns=self._settings.exposure_ns)
-            self._queue.append(
-                CameraExposure(seq=self._next_edge_seq, interval=interval, settings=self._settings)
-            )
-            self._next_edge_seq += 1
+            self._queue.append(CameraExposure(seq=self._next_seq, interval=interval, settings=self._settings))
+            self._next_seq += 1
             self._free_ns = t_ns + max(interval.length_ns, readout_ns(self._settings.pixel_format))
             if len(self._queue) > QUEUE_FRAMES:
                 self._queue.popleft()
                 self._lost += 1
 
     def adjust(self, settings: CameraSettings, *, now_ns: int) -> None:
-        """Expose otherwise from the next edge on."""
+        """Use other settings from the next trigger edge on."""
         with self._lock:
             self._settings = settings
 
-    def first(self, now_ns: int) -> CameraExposure | None:
-        """Return the oldest edge's exposure; `now_ns` does not matter."""
+    def oldest(self, now_ns: int) -> CameraExposure | None:
+        """Return the exposure of the oldest trigger edge, whatever `now_ns`."""
         with self._lock:
             return self._queue[0] if self._queue else None
 
@@ -215,8 +215,8 @@ class TriggeredSchedule:
         with self._lock:
             return next((held for held in reversed(self._queue) if held.ready_ns <= now_ns), None)
 
-    def take(self, exposure: CameraExposure) -> int:
-        """Remove the queue's head up to `exposure`."""
+    def consume(self, exposure: CameraExposure) -> int:
+        """Remove the exposures up to `exposure`; return how many others were lost."""
         with self._lock:
             lost, self._lost = self._lost, 0
             while self._queue and self._queue[0].seq <= exposure.seq:
@@ -224,52 +224,52 @@ class TriggeredSchedule:
             return lost
 
 
-MEAN = 0.5
-"""Of full scale: where the mean of a picture is brought to."""
-HIGHLIGHT, HIGHLIGHT_PERCENT = 0.92, 98.0
-"""Unless so many of its values would then be brighter than this."""
-CLIPPED = 0.995
+TARGET_MEAN = 0.5
+"""Target for the mean of an image, as a share of full scale."""
+HIGHLIGHT_LIMIT, HIGHLIGHT_PERCENT = 0.92, 98.0
+"""Limit (share of full scale) for this percentile of the values; it overrides the target mean."""
+CLIPPED_SHARE = 0.995
 CLIPPED_STEP_LOG2 = -0.5
-"""What is at its end may be any amount brighter: at least half a stop down."""
-STEP_LOG2 = (-2.0, 1.0)
-"""Of one picture, stops."""
-GOOD_LOG2 = 0.07
-"""5 %: nearer is left alone, or noise would move it for ever."""
-STRIDE = 8
-"""Every so many pixels of every so many rows are measured."""
-LIMITS_NS = (30_000, 100_000_000)
-"""It goes no further; slower, it would smear what moves."""
+"""Least step for a clipped image, whose true brightness is unknown: half a stop down."""
+STEP_LIMITS_LOG2 = (-2.0, 1.0)
+"""Limits of the step after one image, stops."""
+TOLERANCE_LOG2 = 0.07
+"""Tolerance (5 %): a smaller error is not corrected, as noise would move the exposure for ever."""
+SAMPLE_STRIDE = 8
+"""Every how many pixels, in every how many rows, are measured."""
+AUTO_LIMITS_NS = (30_000, 100_000_000)
+"""Limits of the automatic exposure; longer ones would blur moving objects."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExposureStep:
-    """What one picture says: the exposure for the next, and whether this one was as good as it gets."""
+    """The exposure for the next image, and whether no further step would improve it."""
 
     exposure_ns: int
     settled: bool
 
 
-def too_bright_log2(image: Image, *, bits: int, black_level: float) -> float:
-    """Return by how many stops a picture is too bright.
+def overexposure_log2(image: Image, *, bits: int, black_level: float) -> float:
+    """Return by how many stops an image is too bright.
 
-    `image`: (h, w) or (h, w, 3) of `bits`; `black_level`: what was added to it, grey levels of 8 bits.
+    `image`: (h, w) or (h, w, 3) of `bits`; `black_level`: the offset in it, grey levels of 8 bits.
     """
     white = float(2**bits - 1)
     black = black_level * 2.0 ** (bits - 8)
-    values = image[::STRIDE, ::STRIDE].astype(np.float64)
+    values = image[::SAMPLE_STRIDE, ::SAMPLE_STRIDE].astype(np.float64)
     mean = max(float(values.mean()) - black, 1.0) / (white - black)
     bright = float(np.percentile(values, HIGHLIGHT_PERCENT))
-    excess = max(mean / MEAN, (bright - black) / (white - black) / HIGHLIGHT)
+    excess = max(mean / TARGET_MEAN, (bright - black) / (white - black) / HIGHLIGHT_LIMIT)
     stops = math.log2(excess)
-    return max(stops, -CLIPPED_STEP_LOG2) if bright >= CLIPPED * white else stops
+    return max(stops, -CLIPPED_STEP_LOG2) if bright >= CLIPPED_SHARE * white else stops
 
 
-def aim(exposure_ns: int, stops: float, *, longest_ns: int) -> ExposureStep:
-    """Return the next exposure after a picture that was `stops` too bright; `longest_ns`: of its rate."""
-    low_ns, high_ns = LIMITS_NS[0], min(LIMITS_NS[1], longest_ns)
-    if abs(stops) <= GOOD_LOG2:
+def next_exposure(exposure_ns: int, stops: float, *, longest_ns: int) -> ExposureStep:
+    """Return the next exposure after an image `stops` too bright; `longest_ns`: limit of the frame rate."""
+    low_ns, high_ns = AUTO_LIMITS_NS[0], min(AUTO_LIMITS_NS[1], longest_ns)
+    if abs(stops) <= TOLERANCE_LOG2:
         return ExposureStep(exposure_ns=exposure_ns, settled=True)
-    step = min(max(-stops, STEP_LOG2[0]), STEP_LOG2[1])
+    step = min(max(-stops, STEP_LIMITS_LOG2[0]), STEP_LIMITS_LOG2[1])
     next_ns = round(min(max(exposure_ns * 2.0**step, low_ns), high_ns))
-    at_end = abs(next_ns - exposure_ns) < GOOD_LOG2 * exposure_ns and next_ns in (low_ns, high_ns)
+    at_end = abs(next_ns - exposure_ns) < TOLERANCE_LOG2 * exposure_ns and next_ns in (low_ns, high_ns)
     return ExposureStep(exposure_ns=next_ns, settled=at_end)

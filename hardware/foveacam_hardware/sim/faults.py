@@ -1,4 +1,4 @@
-"""What can be broken in the simulated world, as plain attributes that a test or a demonstration sets."""
+"""Disturbances of the simulated rig: faults that a test or a demonstration sets, and thermal drift."""
 
 import math
 from dataclasses import dataclass, field
@@ -19,13 +19,12 @@ from foveacam_hardware.simulated_faults import (
 
 @dataclass(slots=True)
 class WorldFaults:
-    """Everything works when all sets are empty.
+    """The faults in force; none while every set is empty.
 
-    `frozen`: cameras that go on counting frames but repeat the last picture. `unplugged`: cameras off the
-    bus. `no_strobe`: cameras whose strobe cable is off (the exposure still happens). `no_trigger`: cameras
-    whose trigger cable is off. `dead_axes`: axes of the mirrors that stay where they are.
-    `drift_step_rad`: a knock to an eye's mount: its turn about the rig's x, y and z (roll), on top of the
-    thermal drift.
+    `frozen`: cameras that count frames but repeat the last image. `unplugged`: cameras off the bus.
+    `no_strobe`: cameras whose strobe cable is off (they still expose). `no_trigger`: cameras whose trigger
+    cable is off. `dead_axes`: mirror axes that do not move. `drift_step_rad`: rotation of an eye's mount by
+    a knock, about the rig's x, y and z (roll), in addition to the thermal drift.
     """
 
     frozen: set[Role] = field(default_factory=set)
@@ -37,7 +36,7 @@ class WorldFaults:
 
     @property
     def told(self) -> SimulatedFaults:
-        """The same as a rig file says it."""
+        """The faults in force, in the form of a rig file."""
         return SimulatedFaults(
             unplugged=[name for name in CAMERA_NAMES if Role(name) in self.unplugged],
             frozen=[name for name in CAMERA_NAMES if Role(name) in self.frozen],
@@ -49,7 +48,7 @@ class WorldFaults:
         )
 
     def put(self, faults: SimulatedFaults) -> None:
-        """Break what a rig file says, and mend everything else."""
+        """Set exactly the faults that a rig file lists, and clear all others."""
         self.unplugged = {Role(name) for name in faults.unplugged}
         self.frozen = {Role(name) for name in faults.frozen}
         self.no_trigger = {Role(name) for name in faults.no_trigger}
@@ -70,7 +69,7 @@ class WorldFaults:
 
 
 def _turn_rad(knock: MountKnock) -> tuple[float, float, float]:
-    """Return the turn about +x, +y and +z: about +x (right) is upwards, about +y (down) to the right."""
+    """Return the rotation about +x, +y and +z; about +x (right) it is upwards, about +y (down) to the right."""
     shift_x_rad, shift_y_rad = math.radians(knock.shift_x_deg), math.radians(knock.shift_y_deg)
     return -shift_y_rad, shift_x_rad, math.radians(knock.rotation_deg)
 
@@ -79,12 +78,12 @@ def _deg(angle_rad: float) -> float:
     return round(math.degrees(angle_rad), 9) + 0.0  # no minus before a zero
 
 
-PERIODS_S = (1380.0, 421.0)  # deduced: a room's heating cycle, and the electronics' own
+PERIODS_S = (1380.0, 421.0)  # deduced: the heating cycle of a room, and that of the electronics
 SHARES = (0.7, 0.3)
 
 
 class ThermalMountDrift:
-    """Turn of each eye's mount about the rig's x and y; zero when the world begins."""
+    """Rotation of each eye's mount about the rig's x and y as a slow function of time; zero at time 0."""
 
     def __init__(self, *, seed: int, amplitude_rad: float = float(np.deg2rad(0.002))) -> None:
         self.amplitude_rad = amplitude_rad
@@ -92,7 +91,7 @@ class ThermalMountDrift:
         self._phases = {Role.LEFT: phases[0], Role.RIGHT: phases[1]}
 
     def turn_rad(self, role: Role, t_s: float) -> NDArray[np.float64]:
-        """Return the turn (2,) about x and y, radians, `t_s` after the beginning."""
+        """Return the rotation (2,) about x and y, radians, at time `t_s`."""
         phases = self._phases[role]
         swing = np.sin(2.0 * np.pi * t_s / np.array(PERIODS_S) + phases) - np.sin(phases)
         return np.asarray(self.amplitude_rad * (swing @ np.array(SHARES)), dtype=np.float64)

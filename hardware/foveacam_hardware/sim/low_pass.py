@@ -1,6 +1,6 @@
-"""The linear part of a mirror's drive, propagated exactly: low-pass filter, then one resonant mode.
+"""The linear part of a mirror's dynamics: the drive's low-pass filter, then one resonant mode.
 
-Inputs are constant between DAC writes, so every state follows in closed form; nothing is integrated in steps.
+Inputs are constant between DAC writes, so the states follow in closed form, without numerical integration.
 Volts in, volts out; the law from volts to tilt is in `mirror`.
 """
 
@@ -23,7 +23,7 @@ FILTER_ORDER = 5  # MAX7413, a switched-capacitor Bessel filter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResonantMode:
-    """A resonance of the mirror in its springs; its gain at rest is 1."""
+    """A resonance of the mirror on its springs; its static gain is 1."""
 
     frequency_hz: float
     quality: float
@@ -31,7 +31,7 @@ class ResonantMode:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _System:
-    """x' = A x + b u in modal form, A = V diag(rates) V^-1; at rest x = rest u."""
+    """x' = A x + b u in modal form, A = V diag(rates) V^-1; the steady state is x = rest u."""
 
     rates: NDArray[np.complex128]
     vectors: NDArray[np.complex128]
@@ -39,7 +39,7 @@ class _System:
     rest: NDArray[np.float64]
 
     def decay(self, deviation: States, dt_s: float) -> States:
-        """Return what is left of a deviation (7, k) from rest after `dt_s`."""
+        """Return the deviation (7, k) from the steady state after `dt_s`."""
         modal = self.inverse @ deviation
         return np.asarray((self.vectors @ (np.exp(self.rates * dt_s)[:, None] * modal)).real)
 
@@ -48,7 +48,7 @@ def bessel_polynomial(order: int) -> NDArray[np.float64]:
     """Return the denominator of a Bessel low-pass with -3 dB at 1 rad/s, (order + 1,), the constant first.
 
     The reverse Bessel polynomial (Thomson 1949), its frequency scaled. Written out because scipy.signal takes
-    1.5 s to load, and every start of a server would wait for it.
+    1.5 s to import, which every start of a server would wait for.
     """
     powers = np.arange(order + 1)
     delay = np.array(
@@ -66,8 +66,8 @@ def bessel_polynomial(order: int) -> NDArray[np.float64]:
 @cache
 def _system(cutoff_hz: int, mode: ResonantMode) -> _System:
     denominator = bessel_polynomial(FILTER_ORDER)
-    # Scaling A and b together keeps the states at rest independent of the cut-off: a change of filter clock
-    # in mid-flight leaves what the capacitors hold.
+    # Scaling A and b together keeps the steady state independent of the cut-off: a change of the filter clock
+    # during a move leaves the charges of the capacitors.
     scale = 2.0 * np.pi * cutoff_hz
     omega = 2.0 * np.pi * mode.frequency_hz
     n = FILTER_ORDER
@@ -92,7 +92,7 @@ def _system(cutoff_hz: int, mode: ResonantMode) -> _System:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Segment:
-    """Since `t_ns` the inputs are constant; `deviation` is what was left of earlier moves then."""
+    """Constant inputs from `t_ns` on; `deviation` (7, k): from the steady state at `t_ns`."""
 
     t_ns: int
     inputs: NDArray[np.float64]
@@ -105,7 +105,7 @@ class _Segment:
 
 
 class DriveHistory:
-    """What the mode of each axis follows, for every moment of the last seconds; not thread safe."""
+    """The output of each axis at any time of the last 10 s; not thread safe."""
 
     def __init__(self, *, axes: int, mode: ResonantMode, cutoff_hz: int, t_ns: int) -> None:
         self._mode = mode
@@ -115,32 +115,32 @@ class DriveHistory:
         self._segments = [_Segment(t_ns, np.zeros(axes), system, still)]
         self._times_ns = [t_ns]
 
-    def drive(self, t_ns: int, inputs_v: NDArray[np.float64]) -> None:
-        """Hold the inputs (k,), volts, from `t_ns` on; events come in order of time."""
-        self._turn(t_ns, np.array(inputs_v, dtype=np.float64), _system(self._cutoff_hz, self._mode))
+    def set_inputs(self, t_ns: int, inputs_v: NDArray[np.float64]) -> None:
+        """Set the inputs (k,), volts, from `t_ns` on; calls come in the order of time."""
+        self._add_segment(t_ns, np.array(inputs_v, dtype=np.float64), _system(self._cutoff_hz, self._mode))
 
-    def low_pass(self, t_ns: int, cutoff_hz: int) -> None:
-        """Run the filter at another cut-off from `t_ns` on."""
+    def set_low_pass(self, t_ns: int, cutoff_hz: int) -> None:
+        """Set the filter's cut-off from `t_ns` on."""
         self._cutoff_hz = cutoff_hz
-        self._turn(t_ns, self._segments[-1].inputs, _system(cutoff_hz, self._mode))
+        self._add_segment(t_ns, self._segments[-1].inputs, _system(cutoff_hz, self._mode))
 
     def output_v(self, t_ns: int) -> NDArray[np.float64]:
-        """Return what the mode has made of the inputs at `t_ns`: (k,) volts."""
+        """Return the output of the mode at `t_ns`: (k,) volts."""
         return np.asarray(self._segment(t_ns).states(t_ns)[FILTER_ORDER], dtype=np.float64)
 
     def _segment(self, t_ns: int) -> _Segment:
         return self._segments[max(0, bisect_right(self._times_ns, t_ns) - 1)]
 
-    def _turn(self, t_ns: int, inputs: NDArray[np.float64], system: _System) -> None:
+    def _add_segment(self, t_ns: int, inputs: NDArray[np.float64], system: _System) -> None:
         last = self._segments[-1]
         t_ns = max(t_ns, last.t_ns)
         states = last.states(t_ns)
         self._segments.append(_Segment(t_ns, inputs, system, states - np.outer(system.rest, inputs)))
         self._times_ns.append(t_ns)
-        self._forget(t_ns - KEEP_NS)
+        self._discard(t_ns - KEEP_NS)
 
-    def _forget(self, before_ns: int) -> None:
+    def _discard(self, before_ns: int) -> None:
         old = bisect_right(self._times_ns, before_ns) - 1
-        if old > 256:  # in lumps, so that a thousand writes a second do not each shift the lists
+        if old > 256:  # in batches: a thousand writes a second would each shift the lists
             del self._segments[:old]
             del self._times_ns[:old]

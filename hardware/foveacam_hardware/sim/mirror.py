@@ -1,7 +1,7 @@
-"""The pair of steering mirrors: DAC codes in, tilts out, at any moment of the last seconds.
+"""The pair of steering mirrors: DAC codes in, mechanical tilts out, at any time of the last 10 s.
 
-Codes -> volts -> low-pass and resonance (`low_pass`, linear and exact) -> static law (volts to tilt, below).
-The law is a balance of torques, not a polynomial; what the tilts do to the light is in `optics`.
+Codes -> volts -> low-pass and resonance (`low_pass`, linear and exact) -> static law from volts to tilt.
+The law is a balance of torques, not a polynomial; the effect of a tilt on the image is in `optics`.
 """
 
 from collections.abc import Set
@@ -17,12 +17,12 @@ from foveacam_hardware.simulated_faults import MIRROR_AXES, MirrorAxis
 FULL_SCALE_V = 200.0
 FULL_SCALE_CODE = 65_535
 NOMINAL_BIAS_V = 90.0
-BALANCE_ROUNDS = 8  # the axes couple by about 1 %, so each round gains two digits
+BALANCE_ITERATIONS = 8  # the axes couple by about 1 %, so each iteration gains two digits
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MirrorLaw:
-    """Where one mirror comes to rest: electrostatic torque against springs that stiffen.
+    """The tilts at which one mirror rests: electrostatic torque against stiffening springs.
 
     Pairs are (x, y). Tilts are mechanical; the light turns by twice the x tilt and 1.41 times the y tilt.
     """
@@ -31,37 +31,37 @@ class MirrorLaw:
     stiffening_per_rad2: tuple[float, float]
     rest_rad: tuple[float, float]
     skew_rad: tuple[float, float]
-    """Turn of the x and of the y electrodes against the springs' axes."""
+    """Rotation of the x and of the y electrodes against the axes of the springs."""
     side: int
-    """-1 left, +1 right: the eyes are built as mirror images, and so is the cross-talk."""
+    """-1 left, +1 right: the eyes, and so their cross-talk, are mirror images of each other."""
 
     def tilt_rad(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the (n, 2) tilts at rest of (n, 2) float64 differential volts."""
+        """Return the tilts at rest (n, 2) under differential volts (n, 2) float64."""
         drive = volts_v * np.array(self.gain_rad_per_v)
         skew_x, skew_y = self.skew_rad
         torque_x = drive[:, 0] + skew_x * drive[:, 1]
         torque_y = drive[:, 1] + skew_y * drive[:, 0]
         tilt_x, tilt_y = np.zeros(len(drive)), np.zeros(len(drive))
-        for _ in range(BALANCE_ROUNDS):
+        for _ in range(BALANCE_ITERATIONS):
             pull_x, pull_y = self._cross_talk(tilt_x, tilt_y)
             soft_x, soft_y = 1.0 + SHARED_STIFFENING * tilt_y**2, 1.0 + SHARED_STIFFENING * tilt_x**2
             tilt_x, tilt_y = (
-                _balance(torque_x + pull_x, soft_x, self.stiffening_per_rad2[0]),
-                _balance(torque_y + pull_y, soft_y, self.stiffening_per_rad2[1]),
+                _solve_balance(torque_x + pull_x, soft_x, self.stiffening_per_rad2[0]),
+                _solve_balance(torque_y + pull_y, soft_y, self.stiffening_per_rad2[1]),
             )
         return np.stack([tilt_x + self.rest_rad[0], tilt_y + self.rest_rad[1]], axis=1)
 
     def _cross_talk(
         self, tilt_x: NDArray[np.float64], tilt_y: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return what the comb of each axis adds to the other's torque as it rises out of its slots."""
+        """Return the torque that each axis's comb adds to the other axis as it rises out of its slots."""
         rise = COMB_HEIGHT_RAD * (np.sqrt(1.0 + (tilt_y / COMB_HEIGHT_RAD) ** 2) - 1.0)
         lift = np.arctan(tilt_x / COMB_HEIGHT_RAD) * COMB_HEIGHT_RAD
         return -self.side * CROSS_TALK_X * rise, self.side * CROSS_TALK_Y * lift * tilt_y
 
 
-# Shaped so that mirror and optics together bend like the published 9 x 9 sweep of the real rig: about 11 %
-# less reach at 170 V than the slope at rest promises, -/+0.34 deg (y^2) and +/-0.42 deg (x y) across axes.
+# Fitted so that mirror and optics together match the published 9 x 9 sweep of the real rig: about 11 %
+# less range at 170 V than the slope at rest predicts, -/+0.34 deg (y^2) and +/-0.42 deg (x y) across axes.
 SHARED_STIFFENING = 1.0
 COMB_HEIGHT_RAD = 0.2
 CROSS_TALK_X = 0.10
@@ -69,7 +69,7 @@ CROSS_TALK_Y = 0.48
 
 
 def built_law(role: Role, *, seed: int) -> MirrorLaw:
-    """Return the law of one mirror as it came off the wafer, the same for a seed."""
+    """Return the law of one mirror with its manufacturing tolerances, which the seed decides."""
     rng = np.random.default_rng([seed, 1 if role is Role.LEFT else 2, 0x3E35])
     gain_x, gain_y = np.deg2rad([0.0306, 0.0372]) * rng.uniform(0.985, 1.015, 2)
     rest_x, rest_y = np.deg2rad(rng.uniform(-0.05, 0.05, 2))
@@ -84,54 +84,54 @@ def built_law(role: Role, *, seed: int) -> MirrorLaw:
 
 
 class MirrorPair:
-    """Both mirrors behind one amplifier; not thread safe (the world's lock guards it)."""
+    """Both mirrors and their amplifier; not thread safe (the world's lock guards it)."""
 
     def __init__(self, *, mode: ResonantMode, cutoff_hz: int, t_ns: int, seed: int) -> None:
         self.laws = {role: built_law(role, seed=seed) for role in (Role.LEFT, Role.RIGHT)}
         self.dead_axes: Set[MirrorAxis] = set()
-        """Axes that stay where they are, whatever the drive does."""
+        """Axes that do not move, whatever the drive does."""
         self._history = DriveHistory(axes=4, mode=mode, cutoff_hz=cutoff_hz, t_ns=t_ns)
         self._codes: tuple[int, ...] = (0,) * 8
         self._rail_on = False
-        self._held_v: dict[MirrorAxis, float] = {}
+        self._dead_axis_v: dict[MirrorAxis, float] = {}
 
-    def drive(self, t_ns: int, codes: tuple[int, ...]) -> None:
-        """Take 8 DAC codes: left x+, x-, y+, y-, then right."""
+    def set_codes(self, t_ns: int, codes: tuple[int, ...]) -> None:
+        """Set the 8 DAC codes: left x+, x-, y+, y-, then right."""
         self._codes = codes
         self._apply(t_ns)
 
-    def rail(self, t_ns: int, *, on: bool) -> None:
-        """Switch the high voltage; without it nothing pulls, and the springs bring the mirrors to rest."""
+    def set_rail(self, t_ns: int, *, on: bool) -> None:
+        """Switch the high voltage; without it the springs return the mirrors to rest."""
         self._rail_on = on
         self._apply(t_ns)
 
-    def low_pass(self, t_ns: int, cutoff_hz: int) -> None:
-        """Run the filters at another cut-off; 0 stops their clock, and the outputs hold."""
+    def set_low_pass(self, t_ns: int, cutoff_hz: int) -> None:
+        """Set the filters' cut-off; 0 stops their clock, and the outputs hold."""
         if cutoff_hz > 0:
-            self._history.low_pass(t_ns, cutoff_hz)
+            self._history.set_low_pass(t_ns, cutoff_hz)
 
     def tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
         """Return the mechanical tilts (x, y) of one mirror at `t_ns`."""
         volts_v = self._history.output_v(t_ns)
-        if self.dead_axes or self._held_v:
-            volts_v = self._held(volts_v)
-        return self._law(role, volts_v[_axes(role)])
+        if self.dead_axes or self._dead_axis_v:
+            volts_v = self._hold_dead_axes(volts_v)
+        return self._rest_tilt(role, volts_v[_axes(role)])
 
     def rest_tilt_rad(self, role: Role, volts: MirrorVolts) -> tuple[float, float]:
-        """Return where a mirror comes to rest under differential volts (truth)."""
-        return self._law(role, np.array([volts.x_v, volts.y_v]))
+        """Return the tilts (x, y) at which a mirror rests under differential volts (truth)."""
+        return self._rest_tilt(role, np.array([volts.x_v, volts.y_v]))
 
-    def _held(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (4,) volts with those of dead axes as they were when these died."""
+    def _hold_dead_axes(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the volts (4,), those of dead axes as they were when these failed."""
         held_v = volts_v.copy()
         for number, axis in enumerate(MIRROR_AXES):
             if axis in self.dead_axes:
-                held_v[number] = self._held_v.setdefault(axis, float(volts_v[number]))
+                held_v[number] = self._dead_axis_v.setdefault(axis, float(volts_v[number]))
             else:
-                self._held_v.pop(axis, None)
+                self._dead_axis_v.pop(axis, None)
         return held_v
 
-    def _law(self, role: Role, volts_v: NDArray[np.float64]) -> tuple[float, float]:
+    def _rest_tilt(self, role: Role, volts_v: NDArray[np.float64]) -> tuple[float, float]:
         x_rad, y_rad = self.laws[role].tilt_rad(volts_v[None, :])[0].tolist()
         return x_rad, y_rad
 
@@ -140,14 +140,14 @@ class MirrorPair:
         plus_v, minus_v = channels_v[0::2], channels_v[1::2]
         # The two electrodes of an axis pull with the square of their volts: 2 bias v at the nominal bias.
         pull_v = (plus_v**2 - minus_v**2) / (2.0 * NOMINAL_BIAS_V)
-        self._history.drive(t_ns, pull_v if self._rail_on else np.zeros(4))
+        self._history.set_inputs(t_ns, pull_v if self._rail_on else np.zeros(4))
 
 
 def _axes(role: Role) -> slice:
     return slice(0, 2) if role is Role.LEFT else slice(2, 4)
 
 
-def _balance(
+def _solve_balance(
     torque: NDArray[np.float64], softness: NDArray[np.float64], stiffening: float
 ) -> NDArray[np.float64]:
     """Solve tilt (softness + stiffening tilt^2) = torque: the one real root, in closed form."""

@@ -1,7 +1,7 @@
-"""Optics of one eye from first principles: a telephoto pinhole that looks at the world in a tilting mirror.
+"""Optics from first principles: the eyes, telephoto pinholes behind tilting mirrors, and the wide lens.
 
-Rotation of the image, keystone, anamorphism and the walk of the pupil are not modelled: they follow.
-Frames: rig (OpenCV axes, metres). Knows nothing of volts (`mirror`) and nothing of scenes (`world`).
+Image rotation, keystone, anamorphism and pupil walk follow from the geometry and are not modelled apart.
+Frame: rig (OpenCV axes, metres). Volts are converted in `mirror`; scenes belong to `world`.
 """
 
 from dataclasses import dataclass
@@ -23,20 +23,20 @@ FOVEA_WIDTH = 1440
 FOVEA_HEIGHT = 1080
 FOVEA_FOCAL_PX = 28_760.0  # Table 2: 2.86 deg over 1440 px, a 100 mm lens on 3.45 um pixels
 PUPIL_BEFORE_MIRROR_M = 0.040  # deduced: the paper's pupil lies a few centimetres behind the mirror
-HALF_BASELINE_M = 0.1  # Table 2: the mirrors stand 0.2 m apart
+HALF_BASELINE_M = 0.1  # Table 2: the mirrors are 0.2 m apart
 
 FORWARD: Vector = np.array([0.0, 0.0, 1.0])
 READOUT_FLIP: Matrix = np.diag([-1.0, 1.0, 1.0])
-"""The sensor is read out from right to left, so that the mirror's reversal does not show in the image."""
+"""The sensor is read out from right to left, which cancels the mirror's reversal of the image."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EyeAssembly:
-    """How one eye is put together: where each part really sits, against the drawing.
+    """Positions of one eye's parts, and their errors against the nominal design.
 
     `pivot_m`: centre of the mirror, rig frame. `camera_turn_rad`: error of the camera's axis about its own
-    x, y and z (roll). `mirror_turn_rad`: error of the mirror's seat about the rig's x and y.
-    `axis_offset_m`: how far the camera's axis passes from the pivot, along the camera's x and y.
+    x, y and z (roll). `mirror_turn_rad`: error of the mirror's mounting about the rig's x and y.
+    `axis_offset_m`: distance of the camera's axis from the pivot, along the camera's x and y.
     """
 
     role: Role
@@ -48,7 +48,7 @@ class EyeAssembly:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EyeProjection:
-    """A pinhole as the renderer takes it: pixel ~ matrix @ (X - centre), X in the rig frame, metres."""
+    """A pinhole projection: pixel ~ matrix @ (X - centre), X in the rig frame, metres."""
 
     matrix: Matrix
     centre_m: Vector
@@ -88,39 +88,39 @@ def nominal_assembly(role: Role) -> EyeAssembly:
 
 
 def built_assembly(role: Role, *, seed: int) -> EyeAssembly:
-    """Return the eye as a workshop builds it: good to tenths of a degree and of a millimetre."""
+    """Return an eye with assembly errors of tenths of a degree and of a millimetre, which the seed decides."""
     rng = np.random.default_rng([seed, 1 if role is Role.LEFT else 2, 0xF01D])
     errors_m = rng.uniform(-0.2e-3, 0.2e-3, 3)
     turn_rad = np.deg2rad(rng.uniform(-1.0, 1.0, 3) * np.array([0.15, 0.15, 0.3]))
-    seat_rad = np.deg2rad(rng.uniform(-0.1, 0.1, 2))
+    mounting_rad = np.deg2rad(rng.uniform(-0.1, 0.1, 2))
     offset_m = rng.uniform(-0.3e-3, 0.3e-3, 2)
-    drawn = np.array(nominal_assembly(role).pivot_m)
-    px, py, pz = (drawn + errors_m).tolist()
+    nominal = np.array(nominal_assembly(role).pivot_m)
+    px, py, pz = (nominal + errors_m).tolist()
     cx, cy, cz = turn_rad.tolist()
     return EyeAssembly(
         role=role,
         pivot_m=(px, py, pz),
         camera_turn_rad=(cx, cy, cz),
-        mirror_turn_rad=(float(seat_rad[0]), float(seat_rad[1])),
+        mirror_turn_rad=(float(mounting_rad[0]), float(mounting_rad[1])),
         axis_offset_m=(float(offset_m[0]), float(offset_m[1])),
     )
 
 
 class FoldedEye:
-    """One telephoto camera and its mirror; `view` answers for any tilt of the mirror."""
+    """One telephoto camera and its mirror; `view` returns its projection for any tilt of the mirror."""
 
     def __init__(self, assembly: EyeAssembly) -> None:
         self.assembly = assembly
         self.pivot_m: Vector = np.array(assembly.pivot_m)
         # The left camera looks left, the right one right, each at a mirror that folds its axis forward.
         axis = np.array([float(_side(assembly.role)), 0.0, 0.0])
-        drawn_normal = (FORWARD - axis) / np.sqrt(2.0)
-        seat = rotation(np.array([*assembly.mirror_turn_rad, 0.0]))
-        self._normal = seat @ drawn_normal
-        self._outer = seat @ np.array([0.0, 1.0, 0.0])
+        nominal_normal = (FORWARD - axis) / np.sqrt(2.0)
+        mounting = rotation(np.array([*assembly.mirror_turn_rad, 0.0]))
+        self._normal = mounting @ nominal_normal
+        self._outer = mounting @ np.array([0.0, 1.0, 0.0])
         self._inner = np.cross(self._normal, self._outer)
-        drawn_camera_from_rig = READOUT_FLIP @ reflection(drawn_normal)
-        self._camera_from_rig = rotation(np.array(assembly.camera_turn_rad)) @ drawn_camera_from_rig
+        nominal_camera_from_rig = READOUT_FLIP @ reflection(nominal_normal)
+        self._camera_from_rig = rotation(np.array(assembly.camera_turn_rad)) @ nominal_camera_from_rig
         offset_m = np.array([*assembly.axis_offset_m, -PUPIL_BEFORE_MIRROR_M])
         self._pupil_m = self.pivot_m + self._camera_from_rig.T @ offset_m
         self._k = np.array(
@@ -132,7 +132,7 @@ class FoldedEye:
         )
 
     def normal(self, tilt_x_rad: float, tilt_y_rad: float) -> Vector:
-        """Return the mirror's unit normal: a gimbal, vertical axis outside, horizontal axis inside.
+        """Return the mirror's unit normal; the gimbal's outer axis is vertical, its inner axis horizontal.
 
         `tilt_x_rad` > 0 turns the gaze to the right, `tilt_y_rad` > 0 turns it down.
         """
@@ -142,9 +142,9 @@ class FoldedEye:
     def view(
         self, tilt_x_rad: float, tilt_y_rad: float, *, mount_turn_rad: Vector | None = None
     ) -> EyeProjection:
-        """Return the camera as the world sees it: K R0 (I - 2 n n^T), its pupil reflected too.
+        """Return the projection K R0 (I - 2 n n^T) from the reflected pupil.
 
-        `mount_turn_rad`: (3,) turn of camera and mirror together about the pivot (thermal drift), rig axes.
+        `mount_turn_rad`: (3,) rotation of camera and mirror together about the pivot (drift), rig axes.
         """
         mirror = reflection(self.normal(tilt_x_rad, tilt_y_rad))
         mount = np.eye(3) if mount_turn_rad is None else rotation(mount_turn_rad)
@@ -171,7 +171,10 @@ WIDE_FOCAL_PX = 3155.0  # Table 2: 25.6 x 19.4 deg over 1440 x 1080 px
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WideLens:
-    """Undistorted radius = distorted radius / (1 + bend radius^2), radii in tangents."""
+    """The wide lens: undistorted radius = distorted radius / (1 + bend radius^2), radii in tangents.
+
+    This division model differs on purpose from the polynomial that a calibration fits.
+    """
 
     focal_px: float = WIDE_FOCAL_PX
     centre_x_px: float = (WIDE_WIDTH - 1) / 2 + 3.4
@@ -179,14 +182,14 @@ class WideLens:
     bend: float = -0.06
 
     def undistorted_px(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where an ideal pinhole would have drawn raw pixels: (n, 2) px to (n, 2) px."""
+        """Return the ideal pinhole's pixels (n, 2) of raw pixels (n, 2)."""
         offset = (pixels - np.array([self.centre_x_px, self.centre_y_px])) / self.focal_px
         radius2 = np.sum(offset**2, axis=-1, keepdims=True)
         straight = offset / (1.0 + self.bend * radius2)
         return np.asarray(straight * self.focal_px + np.array([self.centre_x_px, self.centre_y_px]))
 
     def distorted_px(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the raw pixels of an ideal pinhole's: the inverse of `undistorted_px`, in closed form."""
+        """Return the raw pixels (n, 2) of ideal pinhole pixels (n, 2), the inverse of `undistorted_px`."""
         offset = (pixels - np.array([self.centre_x_px, self.centre_y_px])) / self.focal_px
         radius2 = np.sum(offset**2, axis=-1, keepdims=True)
         bent = offset * 2.0 / (1.0 + np.sqrt(1.0 - 4.0 * self.bend * radius2))
@@ -201,7 +204,7 @@ class WideLens:
 
 @cache
 def ray_table(lens: WideLens) -> RayTable:
-    """Return where every raw pixel lies in the undistorted image, as the renderer takes it."""
+    """Return the undistorted pixel of every raw pixel, as a table for the renderer."""
     x, y = np.meshgrid(np.arange(WIDE_WIDTH, dtype=np.float64), np.arange(WIDE_HEIGHT, dtype=np.float64))
     straight = lens.undistorted_px(np.stack([x.ravel(), y.ravel()], axis=1))
     return RayTable(straight.reshape(WIDE_HEIGHT, WIDE_WIDTH, 2))

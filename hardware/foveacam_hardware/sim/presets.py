@@ -1,4 +1,4 @@
-"""The two rigs that can be simulated: the authors' own settings, and the paper's claim of speed."""
+"""Presets of the simulated rig: the published rig's settings, and the settle time that the paper claims."""
 
 from dataclasses import dataclass
 
@@ -8,9 +8,9 @@ from foveacam_hardware.sim.low_pass import ResonantMode
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigPreset:
-    """A mirror, the filter that its driver asks for, and how long to wait after a move.
+    """A mirror's resonance, the cut-off of its drive filter, and the wait after a move.
 
-    `settle_us` brings the largest move (about 20 degrees) within one fovea pixel of rest.
+    `settle_us`: time in which the largest move (about 20 degrees) comes within one fovea pixel of rest.
     """
 
     name: str
@@ -19,7 +19,7 @@ class RigPreset:
     mode: ResonantMode
 
     def rig_id(self, seed: int) -> str:
-        """Return the name of the rig that has this preset; another seed is another rig to calibrate."""
+        """Return the rig's identifier; another seed is another rig, with a calibration of its own."""
         return f"sim-{self.name}" if seed == 0 else f"sim-{self.name}-{seed}"
 
 
@@ -27,7 +27,7 @@ class RigPreset:
 RIG120 = RigPreset(
     name="rig120", low_pass_hz=120, settle_us=14_000, mode=ResonantMode(frequency_hz=900.0, quality=15.0)
 )
-# "Less than 2 ms" (Sec. 3.1) takes a wider filter and a mirror damped enough to bear it (deduced).
+# "Less than 2 ms" (Sec. 3.1) needs a wider filter and a mirror damped enough for it (deduced).
 PAPER = RigPreset(
     name="paper", low_pass_hz=620, settle_us=2_700, mode=ResonantMode(frequency_hz=2000.0, quality=2.0)
 )

@@ -1,4 +1,4 @@
-"""Puts the simulated rig together: one world, the real drivers on its far end, and the simulated cameras."""
+"""Assembles the simulated rig: one world, the real drivers on simulated far ends, and simulated cameras."""
 
 import math
 from contextlib import ExitStack
@@ -53,11 +53,11 @@ PAN_TILT_MOUNTING = GrblMounting(
 RAIL_LIMITS = RailLimits(min_m=-0.305, max_m=0.305)
 RAIL_MOUNTING = GrblRailMounting(zero_m=1e-3 * RAIL_SWITCH_MM, speed_m_s=0.1)
 PULSE_US = 4_000
-PATIENT = LinkSupervision(answer_s=1.0, probe_s=0.5)
-"""The far end shares this machine's cores with the renderer, which may keep it waiting."""
 """Half of the default exposure; the head shortens it with the exposure."""
+SLOW_LINK = LinkSupervision(answer_s=1.0, probe_s=0.5)
+"""Longer timeouts than on a real link: the renderer competes with the far end for this machine's cores."""
 VIRTUAL_START_NS = 1_000_000_000
-"""Virtual time begins here: a controller that has been up for a second, and room for history before it."""
+"""Start of virtual time: the controller has been up for a second, and histories have room before it."""
 
 
 def open_simulated(
@@ -70,8 +70,8 @@ def open_simulated(
 ) -> Rig:
     """Return a connected simulated rig.
 
-    `inline`: everything in this process on virtual time, faster than the clock and the same every run;
-    else in real time, the controller in its own process behind a pseudo terminal.
+    `inline`: everything in this process on virtual time, faster than real time and deterministic;
+    else in real time, the far ends in processes of their own behind pseudo terminals.
     """
     rig = simulated_rig(SimulatedRigConfig(scene=scene, preset=preset, seed=seed), clock=clock, inline=inline)
     rig.connect()
@@ -83,43 +83,43 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
     preset = find_preset(config.preset)
     if clock is None:
         clock = VirtualClock(VIRTUAL_START_NS) if inline else MonotonicClock()
-    stage = AnimatedScene(config.scene)
-    world = World(stage=stage, preset=preset, seed=config.seed, clock=clock)
+    scene = AnimatedScene(config.scene)
+    world = World(scene=scene, preset=preset, seed=config.seed, clock=clock)
     world.faults.put(config.faults)
-    with ExitStack() as undo:  # whatever stops a far end's process: leave no thread behind
-        undo.callback(stage.close)
-        board = _board(world, clock, inline=inline)  # it starts while the controller starts
-        undo.callback(board.close)
-        controller, link_factory = _controller(world, clock, strict=config.strict, inline=inline)
-        undo.pop_all()
+    with ExitStack() as cleanup:  # a far end that fails to start leaves no thread behind
+        cleanup.callback(scene.close)
+        board = _start_board(world, clock, inline=inline)  # it starts while the controller starts
+        cleanup.callback(board.close)
+        controller, link_factory = _start_controller(world, clock, strict=config.strict, inline=inline)
+        cleanup.pop_all()
     mirrors = ControllerMirrors(
-        link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated", care=PATIENT
+        link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated", care=SLOW_LINK
     )
     wide, left, right = (SimCamera(world, role, clock=clock) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
     head = TriggeredHead(
         mirrors, left, right, wide, clock=clock, settle_us=preset.settle_us, pulse_us=PULSE_US
     )
-    who = RigName(
+    name = RigName(
         rig_id=preset.rig_id(config.seed),
         name=config.name,
         simulated=True,
         baseline_m=2.0 * HALF_BASELINE_M,
-        scene=stage.name,
+        scene=scene.name,
     )
-    rig = Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
-    _stand_on_base(rig, board, clock)
+    rig = Rig(name, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
+    _add_positioners(rig, board, clock)
     if config.pan_tilt == "manual":
-        operator = Operator(world.hands, clock, config.operator, seed=config.seed)
-        rig.pan_tilt = ManualPanTilt(on_wanted=operator.told)
-    rig.stations = tuple(table.station() for table in stage.file.stations)
+        operator = Operator(world.manual_motion, clock, config.operator, seed=config.seed)
+        rig.pan_tilt = ManualPanTilt(on_wanted=operator.turn_to)
+    rig.stations = tuple(table.station() for table in scene.file.stations)
     rig.breakable = world.faults
     rig.truth = Truth(world, controller, board)
-    rig.own([stage, board] if isinstance(controller, ControllerFarEnd) else [stage, board, controller])
+    rig.own([scene, board] if isinstance(controller, ControllerFarEnd) else [scene, board, controller])
     return rig
 
 
-def _stand_on_base(rig: Rig, board: BoardLoopback[GrblFarEnd] | BoardProcess, clock: Clock) -> None:
-    """Give the rig its pan-tilt and its rail, both on one board."""
+def _add_positioners(rig: Rig, board: BoardLoopback[GrblFarEnd] | BoardProcess, clock: Clock) -> None:
+    """Add the pan-tilt and the rail, both driven by one board."""
     axes = [*PAN_TILT_MOUNTING.axes(PAN_TILT_LIMITS), RAIL_MOUNTING.axis(RAIL_LIMITS)]
     motors = GrblBoard(board.open, clock, axes=axes, name="pan-tilt")
     rig.pan_tilt = GrblPanTilt(
@@ -134,19 +134,19 @@ def _stand_on_base(rig: Rig, board: BoardLoopback[GrblFarEnd] | BoardProcess, cl
     rig.rail_places = PAPER_PLACES
 
 
-def _board(world: World, clock: Clock, *, inline: bool) -> BoardLoopback[GrblFarEnd] | BoardProcess:
-    """Start the pan-tilt's far end, its motors on the world's rig."""
+def _start_board(world: World, clock: Clock, *, inline: bool) -> BoardLoopback[GrblFarEnd] | BoardProcess:
+    """Start the far end of the pan-tilt and rail, whose motors move the world's rig."""
     if not inline:
         return BoardProcess(BoardKind.GRBL_WITH_RAIL, world)
     board = BoardLoopback(GrblFarEnd(clock, world, has_rail=True), clock)
-    world.motors_run_to = board.advance
+    world.advance_motors = board.advance
     return board
 
 
-def _controller(
+def _start_controller(
     world: World, clock: Clock, *, strict: bool, inline: bool
 ) -> tuple[ControllerFarEnd | ControllerProcess, PortLinkFactory]:
-    """Start the controller's far end; return it and what opens a link to it."""
+    """Start the controller's far end; return it and the factory of links to it."""
     if not inline:
         process = ControllerProcess(world, strict=strict)
         return process, process.open

@@ -1,4 +1,4 @@
-"""Turns radiance into the picture that a camera of a role would deliver with its settings."""
+"""The simulated sensor (IMX273): its limits, its timing, and the image it makes of radiance."""
 
 import math
 
@@ -40,20 +40,23 @@ RANGES = CameraRanges(
 
 
 def readout_ns(pixel_format: PixelFormat) -> int:
-    """Return how long reading the sensor takes: 4.38 ms, or 5.98 ms at 12 bit."""
+    """Return the readout time of the sensor: 4.38 ms, or 5.98 ms at 12 bit."""
     line_ns = LINE_12_BIT_NS if pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
     return round(line_ns * LINES)
 
 
 def longest_exposure_ns(settings: CameraSettings) -> int:
-    """Return how long it may expose without slowing down, where its rate is set by hand."""
+    """Return the longest exposure that keeps a frame rate set by hand."""
     if settings.triggered or settings.frame_rate_auto:
         return EXPOSURE_NS[1]
     return round(1e9 / settings.frame_rate_hz - LINE_12_BIT_NS)
 
 
-def take_settings(role: Role, asked: CameraSettings) -> CameraSettings:
-    """Return what the sensor makes of the settings: whole lines, tenths of a decibel, a rate it can keep."""
+def supported_settings(role: Role, asked: CameraSettings) -> CameraSettings:
+    """Return the settings as the sensor supports them: whole lines, tenths of a decibel, a feasible rate.
+
+    Raise `OutOfRange` for what it does not support.
+    """
     _require(role, "exposure", asked.exposure_ns / 1e6, EXPOSURE_NS[0] / 1e6, EXPOSURE_NS[1] / 1e6, "ms")
     _require(role, "gain", asked.gain_db, *GAIN_DB, "dB")
     if not asked.frame_rate_auto:
@@ -94,12 +97,12 @@ def _require(role: Role, what: str, asked: float, low: float, high: float, unit:
 
 
 REFERENCE_S = 0.0076
-"""White fills the well in this time: lamps and stops are set for 8 ms, one period of mains flicker."""
+"""Exposure in which white fills the well: lighting and apertures suit 8 ms, one period of mains flicker."""
 PSF_SIGMA_PX = {Role.WIDE: 0.6, Role.LEFT: 1.4, Role.RIGHT: 1.4}
 """At f/21.5 the foveae are limited by diffraction: 0.29 cycles/px, a Gaussian of 1.4 px (deduced)."""
 
 
-def develop(
+def image_from_radiance(
     radiance: NDArray[np.float32], role: Role, settings: CameraSettings, *, key: tuple[int, int, int]
 ) -> Image:
     """Return the image of mean radiance (h, w[, 3]); `key` (seed, camera, frame) alone decides the noise."""
@@ -111,11 +114,15 @@ def develop(
         psf_sigma_px=PSF_SIGMA_PX[role],
     )
     image = expose(radiance, exposure, key)
-    return image if settings.black_level == 0.0 else _lifted(image, settings.black_level, exposure.bits)
+    return (
+        image
+        if settings.black_level == 0.0
+        else _with_black_level(image, settings.black_level, exposure.bits)
+    )
 
 
-def _lifted(image: Image, black_level: float, bits: int) -> Image:
-    """Return the image with its black raised by `black_level`, grey levels of 8 bits."""
+def _with_black_level(image: Image, black_level: float, bits: int) -> Image:
+    """Return the image with `black_level` added, in grey levels of 8 bits."""
     offset, white = round(black_level * 2 ** (bits - 8)), 2**bits - 1
-    lifted: NDArray[np.int32] = np.minimum(image.astype(np.int32) + offset, white)
-    return lifted.astype(np.uint8) if bits == 8 else lifted.astype(np.uint16)
+    raised: NDArray[np.int32] = np.minimum(image.astype(np.int32) + offset, white)
+    return raised.astype(np.uint8) if bits == 8 else raised.astype(np.uint16)

@@ -1,4 +1,4 @@
-"""What the simulated world knows and a real rig does not: for tests and benches alone."""
+"""The simulated world's truth, which a real rig cannot offer; read by tests and benches alone."""
 
 from dataclasses import dataclass
 
@@ -18,25 +18,25 @@ from foveacam_hardware.sim.world import World
 
 PROBE_PX = 9
 CONTRAST_PX = 65
-PROBE_FOCAL_PX = 1e5  # 0.01 mm at a metre: the probe's middle pixel sees a point
+PROBE_FOCAL_PX = 1e5  # 0.01 mm per pixel at a metre: the probe's middle pixel is a point
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrueSurfacePoint:
-    """What a wide pixel shows. `range_m` is the distance from the wide camera's centre along the ray."""
+    """The surface that a wide pixel shows; `range_m`: distance from the wide camera's centre along the ray."""
 
     range_m: float
     point_rig_m: tuple[float, float, float]
     name: str
     textured: bool
-    """False for a material without any texture."""
+    """False for a material without texture."""
     contrast: float
-    """Spread of the radiance over its mean, without noise, about the point: as wide as 64 fovea px."""
+    """Standard deviation of the noiseless radiance over its mean, within 65 fovea px about the point."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrueSurroundings:
-    """What lies about a wide pixel: how much of it has texture, and from where to where it reaches."""
+    """The surfaces around a wide pixel: their textured share, their nearest and farthest range, their names."""
 
     textured_fraction: float
     nearest_m: float
@@ -45,7 +45,7 @@ class TrueSurroundings:
 
 
 class Truth:
-    """Reads the world; changes nothing."""
+    """Read access to the world's truth, and the far ends, whose faults can be set."""
 
     def __init__(
         self,
@@ -55,16 +55,16 @@ class Truth:
     ) -> None:
         self.world = world
         self.pan_tilt = pan_tilt
-        """The pan-tilt's far end, whose faults are methods."""
+        """The far end of the pan-tilt and rail; faults are methods."""
         self.controller = controller
-        """The controller's far end, whose faults are attributes (in this process) or methods (in its own)."""
+        """The controller's far end; faults are attributes (in this process) or methods (in its own)."""
 
     def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
-        """Return a fovea's projection, its mirror at rest under `volts`, with the drift of `t_ns` or none."""
+        """Return a fovea's projection with its mirror at rest under `volts`, with the drift at `t_ns` or none."""
         return self.world.static_view(role, volts, t_ns=t_ns)
 
     def projection(self, role: Role, t_ns: int) -> Projection:
-        """Return a camera's projection at a moment, as the renderer takes it."""
+        """Return a camera's projection at a time, for the renderer."""
         return self.world.projection(role, t_ns)
 
     def pivot(self, role: Role) -> NDArray[np.float64]:
@@ -72,7 +72,7 @@ class Truth:
         return self.world.eyes[role].pivot_m.copy()
 
     def rig_from_world(self, t_ns: int) -> NDArray[np.float64]:
-        """Return where the rig stands in its scene at a moment, (4, 4): the identity at pan 0, tilt 0."""
+        """Return rig_from_world (4, 4) at a time: the identity with every axis at zero."""
         return self.world.rig_from_world(t_ns)
 
     def wide_rays(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -87,57 +87,59 @@ class Truth:
         return self.world.lens.distorted_px(straight)
 
     def depth_at(self, x_px: float, y_px: float, t_ns: int) -> TrueSurfacePoint | None:
-        """Return what a raw wide pixel, fractions and all, shows at a moment; None for the background."""
+        """Return the surface at a raw wide pixel (subpixel) at a time; None for the background."""
         ray = self.wide_rays(np.array([[x_px, y_px]]))[0]
-        drawn, probe = self._probe(ray, t_ns, focal_px=PROBE_FOCAL_PX, side_px=PROBE_PX)
+        rendered, probe = self._probe(ray, t_ns, focal_px=PROBE_FOCAL_PX, side_px=PROBE_PX)
         middle = PROBE_PX // 2
-        number = int(drawn.ids[middle, middle])
+        number = int(rendered.ids[middle, middle])
         if number < 0:
             return None
-        depth_m = float(drawn.depth_m[middle, middle])
+        depth_m = float(rendered.depth_m[middle, middle])
         point = probe.points(np.array([[middle, middle]]), np.array([depth_m]))[0]
         x_m, y_m, z_m = point.tolist()
         return TrueSurfacePoint(
             range_m=float(np.linalg.norm(point)),
             point_rig_m=(x_m, y_m, z_m),
-            name=self.world.stage.scene.names[number],
-            textured=self.world.stage.textured(number),
+            name=self.world.animated_scene.scene.names[number],
+            textured=self.world.animated_scene.textured(number),
             contrast=self._contrast(ray, t_ns),
         )
 
     def surroundings(self, x_px: float, y_px: float, t_ns: int, *, half_px: int) -> TrueSurroundings:
-        """Return what lies within `half_px` of a wide pixel at a moment (the background is at infinity)."""
+        """Return the surfaces within `half_px` of a wide pixel at a time; the background is at infinity."""
         wide = self.world.projection(Role.WIDE, t_ns)
         x0, y0 = max(0, round(x_px) - half_px), max(0, round(y_px) - half_px)
         x1, y1 = min(wide.width, round(x_px) + half_px + 1), min(wide.height, round(y_px) + half_px + 1)
-        drawn = self.world.stage.probe(wide, self.world.scene_s(t_ns), roi=(x0, y0, x1 - x0, y1 - y0))
-        numbers, counts = np.unique(drawn.ids, return_counts=True)
-        textured = sum(
-            int(n) for k, n in zip(numbers, counts, strict=True) if self.world.stage.textured(int(k))
+        rendered = self.world.animated_scene.probe(
+            wide, self.world.scene_s(t_ns), roi=(x0, y0, x1 - x0, y1 - y0)
         )
-        hit = drawn.ids >= 0
+        numbers, counts = np.unique(rendered.ids, return_counts=True)
+        textured = sum(
+            int(n) for k, n in zip(numbers, counts, strict=True) if self.world.animated_scene.textured(int(k))
+        )
+        hit = rendered.ids >= 0
         y, x = np.nonzero(hit)
-        ranges_m = wide.range_m(np.column_stack([x + x0, y + y0]), drawn.depth_m[hit])
-        names = self.world.stage.scene.names
+        ranges_m = wide.range_m(np.column_stack([x + x0, y + y0]), rendered.depth_m[hit])
+        names = self.world.animated_scene.scene.names
         return TrueSurroundings(
-            textured_fraction=textured / drawn.ids.size,
+            textured_fraction=textured / rendered.ids.size,
             nearest_m=float(ranges_m.min()) if len(ranges_m) else np.inf,
             farthest_m=float(ranges_m.max()) if hit.all() else np.inf,
             names=tuple(names[int(k)] for k in numbers if k >= 0),
         )
 
     def _contrast(self, ray: NDArray[np.float64], t_ns: int) -> float:
-        drawn, _ = self._probe(ray, t_ns, focal_px=FOVEA_FOCAL_PX, side_px=CONTRAST_PX)
-        return float(drawn.radiance.std() / max(float(drawn.radiance.mean()), 1e-6))
+        rendered, _ = self._probe(ray, t_ns, focal_px=FOVEA_FOCAL_PX, side_px=CONTRAST_PX)
+        return float(rendered.radiance.std() / max(float(rendered.radiance.mean()), 1e-6))
 
     def _probe(
         self, ray: NDArray[np.float64], t_ns: int, *, focal_px: float, side_px: int
     ) -> tuple[Radiance, Projection]:
-        """Draw a few pixels around one ray from the wide camera's centre."""
+        """Render a few pixels around one ray from the wide camera's centre."""
         side = np.cross(ray, np.array([0.0, 1.0, 0.0]))
         side = -side / np.linalg.norm(side)
         camera_from_rig = np.stack([side, np.cross(ray, side), ray])
         middle = side_px // 2
         k = np.array([[focal_px, 0.0, middle], [0.0, focal_px, middle], [0.0, 0.0, 1.0]])
         probe = Projection(M=k @ camera_from_rig, C=np.zeros(3), width=side_px, height=side_px, axis=ray)
-        return self.world.stage.probe(probe, self.world.scene_s(t_ns)), probe
+        return self.world.animated_scene.probe(probe, self.world.scene_s(t_ns)), probe

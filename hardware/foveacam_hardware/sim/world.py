@@ -1,7 +1,8 @@
-"""The one simulated world: everything that the controller drives and the cameras see, at any moment.
+"""The simulated world: the state of the mirrors, the rig and the scene at any time.
 
-It implements the controller's cables. Time is told to it (every call names `t_ns`), so that a slow machine
-lowers the frame rate and never changes the physics. Cameras are in `cameras`, moving objects in `stage`.
+It implements the cables of the mirror controller and of the motors. Every call passes `t_ns`, so that a slow
+machine lowers the frame rate and never changes the physics. Cameras are in `cameras`, moving objects in
+`animated_scene`.
 """
 
 import threading
@@ -35,23 +36,23 @@ from foveacam_hardware.sim.rig_pose import Pedestal
 
 EYES = (Role.LEFT, Role.RIGHT)
 TILT_STEP_RAD = 2.0**-22
-"""Tilts are told to 0.01 fovea px, so that a mirror at rest is at rest and its picture may be kept."""
+"""Tilts are rounded to 0.01 fovea px, so that the image of a mirror at rest can be cached."""
 MOUNT_STEP_RAD = 2.0**-19
-"""Mounts drift in steps of 0.05 fovea px, some seconds apart: between them a picture may be kept as well."""
+"""Mounts drift in steps of 0.05 fovea px, some seconds apart, between which an image can be cached."""
 SETTLED_PX = 0.3
-"""A mirror that swings less than this during an exposure is where it is at its middle."""
+"""A mirror that moves less than this during an exposure is rendered once, at its middle."""
 MIRROR_STEP_PX = 3.0
 OBJECT_STEP_PX = 4.0
-"""Objects move evenly: the middle of an exposure is its mean, and less blur than this is lost in the PSF."""
+"""Objects move evenly, so the middle of an exposure is its mean; less blur than this is lost in the PSF."""
 STEPS_MAX = 6
 MOTION_SAMPLES = 9
 
 
 class World:
-    """Mirrors, optics, scene and faults under one roof; every method may be called from any thread."""
+    """Mirrors, optics, scene and faults; every method may be called from any thread."""
 
-    def __init__(self, *, stage: AnimatedScene, preset: RigPreset, seed: int, clock: Clock) -> None:
-        self.stage = stage
+    def __init__(self, *, scene: AnimatedScene, preset: RigPreset, seed: int, clock: Clock) -> None:
+        self.animated_scene = scene
         self.preset = preset
         self.seed = seed
         self.faults = WorldFaults()
@@ -61,12 +62,12 @@ class World:
         self.eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
         self.mirrors = MirrorPair(mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=self.t0_ns, seed=seed)
         self.pedestal = Pedestal(seed=seed)
-        self._turnings = TurningHistory()
-        self.hands = TurningHistory()
-        """What somebody does to the rig by hand, on top of the motors."""
-        self.motors_run_to: Callable[[int], None] = _by_themselves
-        """Lets the pan-tilt's motors do what they had to do by a moment, where nobody else does."""
-        stage.bearing = self._bearing
+        self._motor_motion = TurningHistory()
+        self.manual_motion = TurningHistory()
+        """Turns of the rig by hand, added to those of the motors."""
+        self.advance_motors: Callable[[int], None] = _advance_nothing
+        """Advances the motors' firmware to a time, where it runs in this process."""
+        scene.rig_pose = self._rig_pose
         self._shutters: dict[Role, ShutterPort] = {}
         self._mirror_lock = threading.Lock()
         self._wide = Projection(
@@ -77,92 +78,92 @@ class World:
             rays=ray_table(self.lens),
         )
 
-    # The cables, called by the controller's far end
+    # Cables, called by the far ends
 
-    def drive(self, t_ns: int, codes: DacCodes) -> None:
-        """Take the 8 DAC codes in force from `t_ns` on."""
+    def set_codes(self, t_ns: int, codes: DacCodes) -> None:
+        """Set the 8 DAC codes from `t_ns` on."""
         with self._mirror_lock:
-            self.mirrors.drive(t_ns, codes)
+            self.mirrors.set_codes(t_ns, codes)
 
-    def rail(self, t_ns: int, *, on: bool) -> None:
-        """Take the state of the mirrors' high voltage."""
+    def set_rail(self, t_ns: int, *, on: bool) -> None:
+        """Switch the mirrors' high voltage."""
         with self._mirror_lock:
-            self.mirrors.rail(t_ns, on=on)
+            self.mirrors.set_rail(t_ns, on=on)
 
-    def low_pass(self, t_ns: int, cutoff_hz: int) -> None:
-        """Take the cut-off of the drive filters; 0 while their clock stands still."""
+    def set_low_pass(self, t_ns: int, cutoff_hz: int) -> None:
+        """Set the cut-off of the drive filters; 0 stops their clock."""
         with self._mirror_lock:
-            self.mirrors.low_pass(t_ns, cutoff_hz)
+            self.mirrors.set_low_pass(t_ns, cutoff_hz)
 
     def trigger(self, t_ns: int, *, pulse_us: int, cameras: int) -> None:
-        """Pass a rising edge on to every camera whose line it is; the pulse only has to be there."""
+        """Pass a rising edge to every camera in the mask; the length of the pulse has no effect."""
         for bit, role in CAMERA_ROLES.items():
             shutter = self._shutters.get(role)
             if cameras & bit and pulse_us > 0 and shutter and role not in self.faults.no_trigger:
                 shutter.trigger(t_ns)
 
     def strobe_us(self, role: Role) -> int | None:
-        """Return what the strobe line of a camera would show for a trigger now."""
+        """Return the length of the strobe pulse that a trigger now would cause; None without a strobe."""
         broken = self.faults.no_strobe | self.faults.no_trigger | self.faults.unplugged
         shutter = self._shutters.get(role)
         return None if shutter is None or role in broken else shutter.strobe_us()
 
-    def turn(self, turning: TurnSegment) -> None:
-        """Take what the pan-tilt's motors do from `turning.t_ns` on."""
-        self._turnings.turn(turning)
+    def add_segment(self, segment: TurnSegment) -> None:
+        """Move the pan-tilt and the rail as `segment` says from its `t_ns` on."""
+        self._motor_motion.add_segment(segment)
 
-    def wire(self, role: Role, shutter: ShutterPort) -> None:
-        """Plug a camera's trigger and strobe cables in."""
+    def connect_shutter(self, role: Role, shutter: ShutterPort) -> None:
+        """Connect a camera's trigger and strobe lines."""
         self._shutters[role] = shutter
 
-    # What the cameras see
+    # Views of the cameras
 
     def projection(self, role: Role, t_ns: int) -> Projection:
         """Return the projection of a camera at `t_ns`."""
         if role is Role.WIDE:
             return self._wide
-        return project(self._eye_view(role, self._tilt_rad(role, t_ns), t_ns))
+        return renderer_projection(self._eye_view(role, self._tilt_rad(role, t_ns), t_ns))
 
     def radiance(self, role: Role, interval: ExposureInterval, *, channels: int) -> NDArray[np.float32]:
         """Return the mean radiance over an exposure, (h, w) or (h, w, 3) float32, 0..1.
 
-        One render at the middle, unless the mirror or an object moves noticeably meanwhile.
+        It is rendered once, at the middle, unless the mirror, the rig or an object moves noticeably.
         """
-        moments_ns = interval.middles_ns(self._steps(role, interval))
+        times_ns = interval.middles_ns(self._steps(role, interval))
         images = (
-            self.stage.radiance(self.projection(role, t_ns), self.scene_s(t_ns), channels=channels)
-            for t_ns in moments_ns
+            self.animated_scene.radiance(self.projection(role, t_ns), self.scene_s(t_ns), channels=channels)
+            for t_ns in times_ns
         )
-        total = next(images)  # as it is when it is the only one: the renderer keeps it
+        total = next(images)  # not copied when it is the only one: the renderer caches it
         for image in images:
             total = total + image
-        return total if len(moments_ns) == 1 else total / np.float32(len(moments_ns))
+        return total if len(times_ns) == 1 else total / np.float32(len(times_ns))
 
     def scene_s(self, t_ns: int) -> float:
-        """Return the time of the scene's motions, seconds since the world began."""
+        """Return the scene time of `t_ns`: seconds since the world was made."""
         return (t_ns - self.t0_ns) * 1e-9
 
     def static_view(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
-        """Return an eye as it sees when its mirror is at rest, with the drift of a moment or none (truth)."""
+        """Return an eye's projection with its mirror at rest, with the drift at `t_ns` or none (truth)."""
         tilt_rad = self.mirrors.rest_tilt_rad(role, volts)
         return self.eyes[role].view(*tilt_rad) if t_ns is None else self._eye_view(role, tilt_rad, t_ns)
 
     def bearing_deg(self, t_ns: int) -> tuple[float, float]:
-        """Return how far pan-tilt and hands have turned the rig, (pan, tilt), degrees."""
-        self.motors_run_to(t_ns)
-        motors, hands = self._turnings.bearing_deg(t_ns), self.hands.bearing_deg(t_ns)
-        return motors[0] + hands[0], motors[1] + hands[1]
+        """Return the rig's (pan, tilt), degrees: turns by motors and by hand together."""
+        self.advance_motors(t_ns)
+        by_motors, by_hand = self._motor_motion.bearing_deg(t_ns), self.manual_motion.bearing_deg(t_ns)
+        return by_motors[0] + by_hand[0], by_motors[1] + by_hand[1]
 
     def slide_mm(self, t_ns: int) -> float:
-        """Return how far the rail has moved the rig to its right, mm."""
-        self.motors_run_to(t_ns)
-        return self._turnings.slide_mm(t_ns)[0]
+        """Return the rig's position on the rail, mm, > 0 to its right."""
+        self.advance_motors(t_ns)
+        return self._motor_motion.slide_mm(t_ns)[0]
 
     def rig_from_world(self, t_ns: int) -> NDArray[np.float64]:
-        """Return where the rig stands in its scene, (4, 4): the identity while pan-tilt and rail are at 0."""
+        """Return rig_from_world (4, 4): the identity while pan-tilt and rail are at 0."""
         return self.pedestal.rig_from_world(*self.bearing_deg(t_ns), self.slide_mm(t_ns))
 
-    def _bearing(self, t_s: float) -> NDArray[np.float64] | None:
+    def _rig_pose(self, t_s: float) -> NDArray[np.float64] | None:
         t_ns = self.t0_ns + round(t_s * 1e9)
         bearing_deg, slide_mm = self.bearing_deg(t_ns), self.slide_mm(t_ns)
         if bearing_deg == (0.0, 0.0) and slide_mm == 0.0:
@@ -173,7 +174,7 @@ class World:
         with self._mirror_lock:
             self.mirrors.dead_axes = self.faults.dead_axes
             tilt_x_rad, tilt_y_rad = self.mirrors.tilt_rad(role, t_ns)
-        return _told(tilt_x_rad), _told(tilt_y_rad)
+        return _quantised_tilt_rad(tilt_x_rad), _quantised_tilt_rad(tilt_y_rad)
 
     def _eye_view(self, role: Role, tilt_rad: tuple[float, float], t_ns: int) -> EyeProjection:
         turn_rad = np.array(self.faults.drift_step_rad.get(role, (0.0, 0.0, 0.0)))
@@ -182,7 +183,7 @@ class World:
         return self.eyes[role].view(*tilt_rad, mount_turn_rad=mount_rad)
 
     def _steps(self, role: Role, interval: ExposureInterval) -> int:
-        moved_px = self.stage.motion_px(
+        moved_px = self.animated_scene.motion_px(
             self.projection(role, interval.middle_ns),
             self.scene_s(interval.start_ns),
             self.scene_s(interval.end_ns),
@@ -198,14 +199,14 @@ class World:
         return float(2.0 * FOVEA_FOCAL_PX * np.max(np.ptp(tilts, axis=0)))
 
 
-def _by_themselves(t_ns: int) -> None:
-    """Do nothing: the motors' own process tells of them in time."""
+def _advance_nothing(t_ns: int) -> None:
+    """Do nothing: the motors' own process reports their motion in time."""
 
 
-def project(view: EyeProjection) -> Projection:
-    """Return an eye's view as the renderer takes it."""
+def renderer_projection(view: EyeProjection) -> Projection:
+    """Return an eye's projection for the renderer."""
     return Projection(M=view.matrix, C=view.centre_m, width=FOVEA_WIDTH, height=FOVEA_HEIGHT, rays=None)
 
 
-def _told(angle_rad: float) -> float:
+def _quantised_tilt_rad(angle_rad: float) -> float:
     return float(np.round(angle_rad / TILT_STEP_RAD) * TILT_STEP_RAD)

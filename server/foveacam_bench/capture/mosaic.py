@@ -239,8 +239,10 @@ def true_depth_m(
         ]
     )
     eye = Projection(M=k, C=eye_rig_m, width=chart.columns, height=chart.rows)
-    drawn = truth.world.stage.probe(eye, truth.world.scene_s(t_ns))
-    numbers = [int(number) for number in np.unique(drawn.ids) if truth.world.stage.textured(int(number))]
+    drawn = truth.world.animated_scene.probe(eye, truth.world.scene_s(t_ns))
+    numbers = [
+        int(number) for number in np.unique(drawn.ids) if truth.world.animated_scene.textured(int(number))
+    ]
     textured = np.isin(drawn.ids, numbers)
     return np.where(drawn.ids >= 0, drawn.depth_m.astype(np.float64), np.nan), textured
 
@@ -251,7 +253,7 @@ def spread(truth: Truth, place_px: tuple[float, float], f_px: float, eye_rig_m: 
     middle = BLANK_PX / 2
     k = np.array([[f_px, 0.0, middle - u], [0.0, f_px, middle - v], [0.0, 0.0, 1.0]])
     window = Projection(M=k, C=eye_rig_m, width=BLANK_PX, height=BLANK_PX)
-    drawn = truth.world.stage.probe(window, truth.world.scene_s(t_ns))
+    drawn = truth.world.animated_scene.probe(window, truth.world.scene_s(t_ns))
     grey = drawn.radiance.reshape(BLANK_PX, BLANK_PX, -1).mean(axis=2)
     return float(grey.std() / max(float(grey.mean()), 1e-6))
 

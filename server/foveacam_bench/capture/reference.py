@@ -23,7 +23,7 @@ from foveacam_hardware.contract import DeviceFault, Rail, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
-from foveacam_hardware.sim.world import project
+from foveacam_hardware.sim.world import renderer_projection
 from foveacam_pipeline.capture.dataset import (
     CapturedPoint,
     Dataset,
@@ -168,8 +168,10 @@ def _true_m(truth: Truth, point: DatasetPoint, places_px: Floats) -> Floats:
     volts = point.pose.volts
     if volts is None:
         return np.full(len(places_px), np.nan)
-    eye = project(truth.static_projection(Role.LEFT, volts.left, t_ns=frame.t_ns))
-    per_depth = 1.0 / truth.world.stage.probe(eye, truth.world.scene_s(frame.t_ns)).depth_m.astype(np.float64)
+    eye = renderer_projection(truth.static_projection(Role.LEFT, volts.left, t_ns=frame.t_ns))
+    per_depth = 1.0 / truth.world.animated_scene.probe(eye, truth.world.scene_s(frame.t_ns)).depth_m.astype(
+        np.float64
+    )
     x, y = np.floor(places_px).astype(int).T
     right, down = (places_px - np.floor(places_px)).T
     four = np.array([per_depth[y + j, x + i] for j in (0, 1) for i in (0, 1)])

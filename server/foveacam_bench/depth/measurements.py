@@ -124,7 +124,7 @@ def true_look(truth: Truth, look: LookDepth, sighting: Sighting) -> TrueLook:
     """Return the true points and objects that the pixels of a look's left window show."""
     t_ns = sighting.left.t_ns
     view = truth.projection(Role.LEFT, t_ns)
-    drawn = truth.world.stage.probe(view, truth.world.scene_s(t_ns))
+    drawn = truth.world.animated_scene.probe(view, truth.world.scene_s(t_ns))
     width, height = look.size_px
     ys, xs = np.indices((height, width))
     window = np.column_stack([xs.ravel(), ys.ravel(), np.ones(xs.size)])

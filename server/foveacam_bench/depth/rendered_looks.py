@@ -87,7 +87,7 @@ def _seen_by_right(
 ) -> NDArray[np.bool_]:
     """Return (h, w) whether the right eye sees the surface of each left pixel."""
     view = truth.projection(Role.RIGHT, t_ns)
-    drawn = truth.world.stage.probe(view, truth.world.scene_s(t_ns))
+    drawn = truth.world.animated_scene.probe(view, truth.world.scene_s(t_ns))
     rows, columns = np.indices(truth_px.shape)
     f_b = pair.f_px * pair.baseline_m
     z_m = f_b / (np.nan_to_num(truth_px) + pair.offset_px)

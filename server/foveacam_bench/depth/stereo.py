@@ -174,7 +174,7 @@ def true_residual_px(
             "bench stereo: the simulated rig came without its truth; open it with open_simulated"
         )
     projection = truth.projection(Role.LEFT, sighting.left.t_ns)
-    drawn = truth.world.stage.probe(projection, truth.world.scene_s(sighting.left.t_ns))
+    drawn = truth.world.animated_scene.probe(projection, truth.world.scene_s(sighting.left.t_ns))
     height, width = pair.left.shape[:2]
     rows, columns = np.indices((height, width))
     scale = pair.f_px / calibration.fovea_f_px

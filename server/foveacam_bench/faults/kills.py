@@ -44,9 +44,9 @@ class RailCables(LimitCables):
         super().__init__(MirrorLimits())
         self.off = threading.Event()
 
-    def rail(self, t_ns: int, *, on: bool) -> None:
+    def set_rail(self, t_ns: int, *, on: bool) -> None:
         """Remember the rail."""
-        super().rail(t_ns, on=on)
+        super().set_rail(t_ns, on=on)
         if on:
             self.off.clear()
         else:

@@ -61,7 +61,7 @@ def _overhear(world: World, cables: LimitCables) -> None:
     drive = world.drive
 
     def heard(t_ns: int, codes: DacCodes) -> None:
-        cables.drive(t_ns, codes)
+        cables.set_codes(t_ns, codes)
         drive(t_ns, codes)
 
     world.drive = heard  # type: ignore[method-assign]  # the far end calls the world's own

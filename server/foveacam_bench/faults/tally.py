@@ -105,9 +105,9 @@ class LimitCables(RecordingCables):
         volts_per_code = DAC_FULL_SCALE_V / DAC_FULL_SCALE
         self._most_codes = round(limits.max_v / volts_per_code)
 
-    def drive(self, t_ns: int, codes: DacCodes) -> None:
+    def set_codes(self, t_ns: int, codes: DacCodes) -> None:
         """Remember the codes; judge them unless the controller has just lost its power."""
-        super().drive(t_ns, codes)
+        super().set_codes(t_ns, codes)
         if any(codes) and not self._within(codes):
             self.violations += 1
 

@@ -60,8 +60,8 @@ def look_up(
     seen = truth.depth_at(*pixel, t_ns)
     if seen is None:
         return None
-    number = truth.world.stage.scene.names.index(seen.name)
-    material = truth.world.stage.scene.material(number)
+    number = truth.world.animated_scene.scene.names.index(seen.name)
+    material = truth.world.animated_scene.scene.material(number)
     if isinstance(material, PlainSurface):
         kind = ClickKind.PLAIN
     else:
@@ -86,7 +86,7 @@ def look_up(
 def point_at(truth: Truth, click: Click, t_ns: int) -> NDArray[np.float64]:
     """Return where the clicked point of the surface is at `t_ns`, (3,) m, rig frame; objects move."""
     point = np.array([*click.point_rig_m, 1.0])
-    stage = truth.world.stage
+    stage = truth.world.animated_scene
     thing = stage.file.objects[stage.scene.names.index(click.name)]
     if thing.motion is None:
         return point[:3]
@@ -112,7 +112,7 @@ def residual_px(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float6
 
 def visible_from(truth: Truth, role: Role, click: Click) -> bool:
     """Return whether an eye has a free line of sight to the clicked point, at the moment of the click."""
-    number = truth.world.stage.scene.names.index(click.name)
+    number = truth.world.animated_scene.scene.names.index(click.name)
     point = np.array(click.point_rig_m)
     return _free_ray(truth, truth.pivot(role), point, number, click.t_ns)
 
@@ -176,4 +176,4 @@ def _probe_towards(
         height=PROBE_PX,
         axis=ray,
     )
-    return truth.world.stage.probe(probe, truth.world.scene_s(t_ns)), probe
+    return truth.world.animated_scene.probe(probe, truth.world.scene_s(t_ns)), probe

@@ -22,7 +22,7 @@ def placed_rig(scene: str = SCENE) -> Iterator[Observer]:
     with open_simulated(scene, inline=True) as rig:
         if rig.truth is None:
             raise DeviceFault("the simulated rig came without its world; open it with open_simulated")
-        stand = stands_on(rig.truth.world.stage)
+        stand = stands_on(rig.truth.world.animated_scene)
         calibration = load_calibration(CERTIFICATE)
         yield Observer(head=rig.head, calibration=calibration, clock=rig.clock, stand=stand)
 
@@ -32,7 +32,7 @@ def stands_on(stage: AnimatedScene) -> Callable[[AgentPose], None]:
 
     def stand(place: AgentPose) -> None:
         rig_from_world = rig_from_scene(place)
-        stage.bearing = lambda _t_s: rig_from_world
+        stage.rig_pose = lambda _t_s: rig_from_world
 
     return stand
 

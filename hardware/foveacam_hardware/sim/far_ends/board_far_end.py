@@ -55,7 +55,7 @@ class BoardFarEnd(Protocol):
         """Take bytes from the host, now."""
         ...
 
-    def take(self) -> bytes:
+    def take_output(self) -> bytes:
         """Return the bytes for the host that have come up."""
         ...
 
@@ -67,7 +67,7 @@ class BoardFarEnd(Protocol):
         """Do everything that was due up to `t_ns`."""
         ...
 
-    def impair(self, **changes: Unpack[BoardFaults]) -> None:
+    def set_faults(self, **changes: Unpack[BoardFaults]) -> None:
         """Change how it behaves."""
         ...
 
@@ -88,7 +88,7 @@ class BoardFarEnd(Protocol):
         ...
 
 
-def refuse_others(changes: BoardFaults, known: Set[str]) -> None:
+def refuse_unknown_faults(changes: BoardFaults, known: Set[str]) -> None:
     """Raise `ValueError` for what a board does not have: nothing would be impaired."""
     if unknown := changes.keys() - known:
         raise ValueError(f"this board has no {', '.join(sorted(unknown))}; it has {', '.join(sorted(known))}")
@@ -102,13 +102,13 @@ class PendingAnswers:
         self._line = line
         self._waiting: deque[tuple[int, bytes]] = deque()
 
-    def say(self, line: str, *, ready_ns: int, gap_ns: int = 0) -> None:
+    def add_line(self, line: str, *, ready_ns: int, gap_ns: int = 0) -> None:
         """Let a line come at a moment, and not before the last one and a gap."""
         if self._waiting:
             ready_ns = max(ready_ns, self._waiting[-1][0] + gap_ns)
         self._waiting.append((ready_ns, line.encode("ascii") + b"\r\n"))
 
-    def take(self) -> bytes:
+    def take_output(self) -> bytes:
         """Return what has come up, as the line leaves it."""
         now_ns = self._clock.now_ns()
         data = bytearray()
@@ -116,7 +116,7 @@ class PendingAnswers:
             data += self._line.apply(self._waiting.popleft()[1])
         return bytes(data)
 
-    def sooner(self, planned_ns: int | None) -> int | None:
+    def next_event_ns(self, planned_ns: int | None) -> int | None:
         """Return when the next line comes, or what is planned if that is sooner."""
         moments_ns = [planned_ns, self._waiting[0][0] if self._waiting else None]
         return min((t_ns for t_ns in moments_ns if t_ns is not None), default=None)

@@ -29,10 +29,10 @@ class BoardLoopback(Generic[FarEnd]):
     def close(self) -> None:
         """Release nothing: there is no process."""
 
-    def impair(self, **changes: Unpack[BoardFaults]) -> None:
+    def set_faults(self, **changes: Unpack[BoardFaults]) -> None:
         """Change how it behaves; what is left out stays."""
         with self.lock:
-            self.far_end.impair(**changes)
+            self.far_end.set_faults(**changes)
 
     def damage_to_device(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the board."""
@@ -92,7 +92,7 @@ class _BoardLink:
             while True:
                 self._check()
                 far_end.advance(clock.now_ns())
-                data = far_end.take()
+                data = far_end.take_output()
                 if data or clock.now_ns() >= deadline_ns:
                     return data
                 due_ns = far_end.next_event_ns()

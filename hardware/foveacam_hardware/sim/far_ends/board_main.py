@@ -11,14 +11,21 @@ from collections import deque
 
 from foveacam_hardware.contract import Clock, MonotonicClock
 from foveacam_hardware.sim.far_ends.board_far_end import BoardFarEnd, BoardKind
-from foveacam_hardware.sim.far_ends.far_end_server import FarEndServer, PtyPort, connection, parser
+from foveacam_hardware.sim.far_ends.far_end_server import (
+    FarEndServer,
+    PtyPort,
+    argument_parser,
+    inherited_socket,
+)
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.ptu_far_end import PtuFarEnd
 from foveacam_hardware.sim.far_ends.side_channel import Message, SideChannel
-from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place, TurnSegment
+from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, AxisPositions, PanTiltCables, TurnSegment
 
 
-def board(kind: BoardKind, clock: Clock, cables: PanTiltCables, *, start: Place = SET_UP) -> BoardFarEnd:
+def make_board(
+    kind: BoardKind, clock: Clock, cables: PanTiltCables, *, start: AxisPositions = ZERO_POSITIONS
+) -> BoardFarEnd:
     """Return a board whose motors turn `cables`, from `start` on."""
     match kind:
         case BoardKind.PTU:
@@ -27,21 +34,21 @@ def board(kind: BoardKind, clock: Clock, cables: PanTiltCables, *, start: Place 
             return GrblFarEnd(clock, cables, has_rail=kind is BoardKind.GRBL_WITH_RAIL, start=start)
 
 
-class _WorldShafts:
+class _ShaftSender:
     """Motors whose rig is in the parent process."""
 
     def __init__(self, channel: SideChannel) -> None:
         self._channel = channel
 
-    def turn(self, turning: TurnSegment) -> None:
-        self._channel.send({"event": "turn", **dataclasses.asdict(turning)})
+    def add_segment(self, segment: TurnSegment) -> None:
+        self._channel.send({"event": "turn", **dataclasses.asdict(segment)})
 
 
-def obey(far_end: BoardFarEnd, message: Message) -> Message:
+def execute_command(far_end: BoardFarEnd, message: Message) -> Message:
     """Do what a command says, and return the board's status."""
     match message["command"]:
         case "impair":
-            far_end.impair(**message["changes"])
+            far_end.set_faults(**message["changes"])
         case "hit_a_limit":
             far_end.hit_a_limit()
         case "power_cycle":
@@ -55,16 +62,16 @@ def obey(far_end: BoardFarEnd, message: Message) -> Message:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the board until its parent is gone."""
-    options = parser("simulated pan-tilt on a pty")
+    options = argument_parser("simulated pan-tilt on a pty")
     options.add_argument("--kind", type=BoardKind, required=True, help="who answers")
     options.add_argument("--place", type=float, nargs=3, required=True, help="of its motors: deg, deg, mm")
     given = options.parse_args(arguments)
-    with connection(given) as link:
+    with inherited_socket(given) as link:
         channel, clock = SideChannel(link), MonotonicClock()
         inbox: deque[Message] = deque()
-        far_end = board(given.kind, clock, _WorldShafts(channel), start=tuple(given.place))
+        far_end = make_board(given.kind, clock, _ShaftSender(channel), start=tuple(given.place))
         FarEndServer(far_end, channel, PtyPort(given.port), clock=clock, inbox=inbox).run(
-            lambda message: obey(far_end, message)
+            lambda message: execute_command(far_end, message)
         )
     return 0
 

@@ -1,4 +1,4 @@
-"""A simulated pan-tilt's or rail's board in its own process, as its parent sees it: shafts, faults, port."""
+"""A simulated pan-tilt's or rail's board in its own process, as its parent sees it: receiver, faults, port."""
 
 from types import TracebackType
 from typing import Unpack
@@ -8,7 +8,7 @@ from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults, BoardKind
 from foveacam_hardware.sim.far_ends.far_end_process import FarEndProcess
 from foveacam_hardware.sim.far_ends.line_faults import LineDamage
 from foveacam_hardware.sim.far_ends.side_channel import Message
-from foveacam_hardware.sim.pan_tilt import PanTiltCables, Place, TurningHistory, TurnSegment
+from foveacam_hardware.sim.pan_tilt import AxisPositions, PanTiltCables, TurningHistory, TurnSegment
 from foveacam_hardware.wire.link import ByteLink, SerialLink
 
 MODULE = "foveacam_hardware.sim.far_ends.board_main"
@@ -22,12 +22,12 @@ class BoardProcess:
     """
 
     def __init__(self, kind: BoardKind, cables: PanTiltCables) -> None:
-        shafts = _Shafts(cables)
+        receiver = _ShaftReceiver(cables)
         self._process = FarEndProcess(
             MODULE,
             "pan-tilt",
-            shafts,
-            options=lambda: ["--kind", kind.value, "--place", *map(repr, shafts.place())],
+            receiver,
+            options=lambda: ["--kind", kind.value, "--place", *map(repr, receiver.positions())],
         )
         self.port = self._process.port
         """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
@@ -57,9 +57,9 @@ class BoardProcess:
         self._process.wait_until_ready()
         return SerialLink(self.port)
 
-    def impair(self, **changes: Unpack[BoardFaults]) -> None:
+    def set_faults(self, **changes: Unpack[BoardFaults]) -> None:
         """Change how it behaves; what is left out stays."""
-        self._process.obey("impair", changes=changes)
+        self._process.send_command("impair", changes=changes)
 
     def damage_to_device(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the board."""
@@ -71,47 +71,47 @@ class BoardProcess:
 
     def hit_a_limit(self) -> None:
         """Let an axis run into its limit."""
-        self._process.obey("hit_a_limit")
+        self._process.send_command("hit_a_limit")
 
     def power_cycle(self) -> None:
         """Switch its supply off and on."""
-        self._process.obey("power_cycle")
+        self._process.send_command("power_cycle")
 
     def unplug(self) -> None:
         """Pull the cable."""
-        self._process.obey("unplug")
+        self._process.send_command("unplug")
 
     def plug(self) -> None:
         """Put the cable back."""
-        self._process.obey("plug")
+        self._process.send_command("plug")
 
 
-class _Shafts:
-    """The shafts in this process; remembers where they stand, for motors do not."""
+class _ShaftReceiver:
+    """The receiver in this process; remembers where they stand, for motors do not."""
 
     def __init__(self, cables: PanTiltCables) -> None:
         self._cables = cables
         self._clock = MonotonicClock()  # the far end's, as `board_main` says
-        self._track = TurningHistory()
+        self._history = TurningHistory()
 
     def receive(self, message: Message) -> None:
-        """Pass a turning on."""
+        """Pass a segment on."""
         names = ("place_deg", "speed_deg_s", "acceleration_deg_s2", "slide_mm")
         fields = {name: tuple(message[name]) for name in names}
-        self._turn(TurnSegment(t_ns=message["t_ns"], **fields))
+        self._add_segment(TurnSegment(t_ns=message["t_ns"], **fields))
 
-    def lose(self) -> None:
+    def lose_power(self) -> None:
         """Let everything stand where it is: the motors have no supply."""
-        pan_deg, tilt_deg, rail_mm = self.place()
+        pan_deg, tilt_deg, rail_mm = self.positions()
         resting = TurnSegment(
             t_ns=self._clock.now_ns(), place_deg=(pan_deg, tilt_deg), slide_mm=(rail_mm, 0.0, 0.0)
         )
-        self._turn(resting)
+        self._add_segment(resting)
 
-    def place(self) -> Place:
+    def positions(self) -> AxisPositions:
         """Return where everything is now."""
-        return self._track.place(self._clock.now_ns())
+        return self._history.positions(self._clock.now_ns())
 
-    def _turn(self, turning: TurnSegment) -> None:
-        self._track.turn(turning)
-        self._cables.turn(turning)
+    def _add_segment(self, segment: TurnSegment) -> None:
+        self._history.add_segment(segment)
+        self._cables.add_segment(segment)

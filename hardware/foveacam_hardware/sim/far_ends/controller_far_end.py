@@ -63,11 +63,11 @@ class ControllerFarEnd:
     @property
     def strict(self) -> bool:
         """Whether it errs as the controllers in the field do."""
-        return self.firmware.desk.strict
+        return self.firmware.frames.strict
 
     @strict.setter
     def strict(self, strict: bool) -> None:
-        self.firmware.desk.strict = strict
+        self.firmware.frames.strict = strict
 
     @property
     def busy(self) -> bool:
@@ -84,7 +84,7 @@ class ControllerFarEnd:
         self._drain(t_ns)
         self.advance(t_ns)
 
-    def take(self) -> bytes:
+    def take_output(self) -> bytes:
         """Return the bytes for the host that have come up since the last call."""
         data = bytes(self._out)
         self._out.clear()

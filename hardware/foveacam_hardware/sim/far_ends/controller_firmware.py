@@ -60,7 +60,7 @@ class ControllerFirmware:
         self._send = send
         self.drive = MirrorDrive(cables)
         self._streams = TargetStreams(self.drive)
-        self.desk = FrameQueue(
+        self.frames = FrameQueue(
             agenda=agenda,
             streams=self._streams,
             cables=cables,
@@ -73,7 +73,7 @@ class ControllerFirmware:
     def boot(self, t_ns: int) -> None:
         """Start with the factory's settings and an empty table."""
         self._agenda.clear()
-        self.desk.forget()
+        self.frames.forget()
         self._streams.clear()
         self._pending.clear()
         self.drive.lose_power(t_ns)
@@ -91,7 +91,7 @@ class ControllerFirmware:
             missed = (t_ns - self.recovery_ns) // RECOVERY_NS
             due_ns = self.recovery_ns + missed * RECOVERY_NS
             self.recovery_ns = due_ns + RECOVERY_NS
-            self.drive.recover(due_ns)
+            self.drive.rewrite_settings(due_ns)
             self._streams.write(due_ns, again=True)
 
     def execute(self, t_ns: int, request: Packet) -> bool:
@@ -174,7 +174,7 @@ class ControllerFirmware:
                 self._log_level = unpack_u8(request.payload)
             case PacketProperty.LPF:
                 self._low_pass_hz = unpack_u16(request.payload)
-                self.drive.low_pass(t_ns, self._low_pass_hz if self.enabled else 0)
+                self.drive.set_low_pass(t_ns, self._low_pass_hz if self.enabled else 0)
             case PacketProperty.BIAS:
                 code = unpack_u16(request.payload)
                 if self.enabled:
@@ -191,31 +191,31 @@ class ControllerFirmware:
         if on == self.enabled:
             self._acknowledge(request, reply)
         elif on:
-            self.drive.rail(t_ns, on=True)
+            self.drive.set_rail(t_ns, on=True)
             self._delay(t_ns, SWITCH_NS, lambda t: self._enable(t, request, reply))
         else:
             self._cancel("System disabled")
             self.enabled = False
             self._streams.clear()
-            self.drive.bias(t_ns, bias_code=self._bias_code)
+            self.drive.write_bias(t_ns, bias_code=self._bias_code)
             self._delay(t_ns, SWITCH_NS, lambda t: self._disable(t, request, reply))
 
     def _enable(self, t_ns: int, request: Packet, reply: bytes) -> None:
-        self.drive.start(t_ns, bias_code=self._bias_code)
-        self.drive.low_pass(t_ns, self._low_pass_hz)
+        self.drive.set_up_dacs(t_ns, bias_code=self._bias_code)
+        self.drive.set_low_pass(t_ns, self._low_pass_hz)
         self.enabled = True
         self.recovery_ns = t_ns + RECOVERY_NS
         self._log("[INFO] MEMS Enable")
         self._acknowledge(request, reply)
 
     def _disable(self, t_ns: int, request: Packet, reply: bytes) -> None:
-        self.drive.rail(t_ns, on=False)
-        self.drive.low_pass(t_ns, 0)
+        self.drive.set_rail(t_ns, on=False)
+        self.drive.set_low_pass(t_ns, 0)
         self._log("[INFO] MEMS Disable")
         self._acknowledge(request, reply)
 
     def _cancel(self, text: str) -> None:
-        self.desk.cancel(text)
+        self.frames.cancel(text)
         for request, end in self._pending.values():
             end.cancel()
             self._answer(request, PacketMethod.REJ, text.encode("ascii"))
@@ -225,12 +225,12 @@ class ControllerFirmware:
         kind = unpack_u8(request.payload)
         if kind in (ResetType.SOFT, ResetType.HARD):
             self._acknowledge(request, b"")
-            self.desk.forget()
+            self.frames.forget()
             self._delay(t_ns, REBOOT_NS, self.boot)
         elif kind == ResetType.MIRROR_DACS and self.version >= (2, 1, 0):
             if not self.enabled:
                 raise RequestRefused("Cannot recover MEMS: system is not enabled")
-            self.drive.recover(t_ns)
+            self.drive.rewrite_settings(t_ns)
             self._streams.write(t_ns, again=True)
             self._acknowledge(request, request.payload)
         else:
@@ -244,24 +244,24 @@ class ControllerFirmware:
         if self.version < (2, 0, 0):
             raise BadPacket("no frames with settling before 2.0")
         self._need_enabled()
-        self.desk.request(t_ns, request)
+        self.frames.request(t_ns, request)
 
     def _act(self, t_ns: int, request: Packet) -> None:
         match request.prop:
             case PacketProperty.STREAM if self.version >= (2, 0, 0):
                 command = StreamCommand.unpack(request.payload)
                 self._need_enabled()
-                self._streams.apply(t_ns, command, pending=self.desk.pending)
+                self._streams.apply(t_ns, command, pending=self.frames.pending)
                 self._acknowledge(request, request.payload)
             case PacketProperty.ACTUATE:
                 order = ActuateCommand.unpack(request.payload)
                 self._need_enabled()
                 self._start(t_ns, request, order.settle_us, "An actuate request is already pending")
-                self.drive.target(t_ns, order.left, order.right)
+                self.drive.write_target(t_ns, order.left, order.right)
             case PacketProperty.TRIGGER:
                 duration_us = unpack_u32(request.payload)
                 self._start(t_ns, request, duration_us, "A trigger request is already pending")
-                self.desk.trigger_all(t_ns, pulse_us=duration_us)
+                self.frames.trigger_all(t_ns, pulse_us=duration_us)
             case _:
                 raise BadPacket(f"{request.prop.name} is unknown to version {self.version}")
 

@@ -100,7 +100,7 @@ class TargetStreams:
         target = self.target
         if target is not None and (again or target != self._written):
             self._written = target
-            self._drive.target(t_ns, *target)
+            self._drive.write_target(t_ns, *target)
 
 
 @dataclass(slots=True)

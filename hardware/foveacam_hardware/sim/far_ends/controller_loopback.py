@@ -14,9 +14,9 @@ from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus
 from foveacam_hardware.wire.link import NO_BACKLOG, Backlog
 from foveacam_hardware.wire.usb_ports import PortIdentity
 
-_TURN = threading.Lock()
+_EXCHANGE_LOCK = threading.Lock()
 """Two links may lead to one far end (a port that is opened again): each gets the answers to what it wrote."""
-LONGEST_READ_S = 0.005
+MAX_READ_S = 0.005
 """A reader is let go this often, so that a session closes at once."""
 
 
@@ -50,13 +50,13 @@ class LoopbackLink:
 
     def write(self, data: bytes) -> None:
         """Hand `data` to the far end, and let it finish."""
-        with self._arrived, _TURN:
+        with self._arrived, _EXCHANGE_LOCK:
             self._check()
             self._far_end.feed(data)
             while self._far_end.busy and (due_ns := self._far_end.next_event_ns()) is not None:
                 self._clock.sleep_until_ns(due_ns)
                 self._far_end.advance(due_ns)
-            self._inbox += self._far_end.take()
+            self._inbox += self._far_end.take_output()
             self._arrived.notify_all()
 
     def read(self, timeout_s: float) -> bytes:
@@ -64,7 +64,7 @@ class LoopbackLink:
         with self._arrived:
             if not self._inbox:
                 self._listening = True
-                self._arrived.wait(min(timeout_s, LONGEST_READ_S))
+                self._arrived.wait(min(timeout_s, MAX_READ_S))
             self._check()
             data = bytes(self._inbox)
             self._inbox.clear()

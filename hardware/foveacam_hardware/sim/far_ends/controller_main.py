@@ -11,11 +11,16 @@ from collections import deque
 
 from foveacam_hardware.contract import MonotonicClock, Role
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
-from foveacam_hardware.sim.far_ends.far_end_server import FarEndServer, PtyPort, connection, parser
+from foveacam_hardware.sim.far_ends.far_end_server import (
+    FarEndServer,
+    PtyPort,
+    argument_parser,
+    inherited_socket,
+)
 from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus, Message, SideChannel
 
 
-class _WorldCables:
+class _CableSender:
     """Cables whose other ends are in the parent process."""
 
     def __init__(self, channel: SideChannel) -> None:
@@ -23,13 +28,13 @@ class _WorldCables:
         self.commands: deque[Message] = deque()
         """Commands that arrived while a strobe was waited for."""
 
-    def drive(self, t_ns: int, codes: tuple[int, ...]) -> None:
+    def set_codes(self, t_ns: int, codes: tuple[int, ...]) -> None:
         self._channel.send({"event": "drive", "t_ns": t_ns, "codes": codes})
 
-    def rail(self, t_ns: int, *, on: bool) -> None:
+    def set_rail(self, t_ns: int, *, on: bool) -> None:
         self._channel.send({"event": "rail", "t_ns": t_ns, "on": on})
 
-    def low_pass(self, t_ns: int, cutoff_hz: int) -> None:
+    def set_low_pass(self, t_ns: int, cutoff_hz: int) -> None:
         self._channel.send({"event": "low_pass", "t_ns": t_ns, "cutoff_hz": cutoff_hz})
 
     def trigger(self, t_ns: int, *, pulse_us: int, cameras: int) -> None:
@@ -46,7 +51,7 @@ class _WorldCables:
                 return exposure_us
 
 
-def obey(far_end: ControllerFarEnd, message: Message) -> Message:
+def execute_command(far_end: ControllerFarEnd, message: Message) -> Message:
     """Do what a command says, and return the controller's status."""
     match message["command"]:
         case "set":
@@ -70,17 +75,17 @@ def obey(far_end: ControllerFarEnd, message: Message) -> Message:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the controller until its parent is gone."""
-    options = parser("simulated mirror controller on a pty")
+    options = argument_parser("simulated mirror controller on a pty")
     options.add_argument("--strict", action="store_true", help="err as controllers in the field do")
     options.add_argument("--version", default="2.1.0", help="firmware version to answer with")
     given = options.parse_args(arguments)
     major, minor, patch = (int(part) for part in given.version.split("."))
-    with connection(given) as link:
+    with inherited_socket(given) as link:
         channel, clock = SideChannel(link), MonotonicClock()
-        cables = _WorldCables(channel)
+        cables = _CableSender(channel)
         far_end = ControllerFarEnd(clock, cables, strict=given.strict, version=(major, minor, patch))
         host = FarEndServer(far_end, channel, PtyPort(given.port), clock=clock, inbox=cables.commands)
-        host.run(lambda message: obey(far_end, message))
+        host.run(lambda message: execute_command(far_end, message))
     return 0
 
 

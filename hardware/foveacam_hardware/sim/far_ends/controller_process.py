@@ -23,7 +23,7 @@ class ControllerProcess:
         self, cables: Cables, *, strict: bool = False, version: tuple[int, int, int] = (2, 1, 0)
     ) -> None:
         options = ["--version", ".".join(map(str, version)), *(["--strict"] if strict else [])]
-        self._process = FarEndProcess(MODULE, "controller", _Cabling(cables), options=lambda: options)
+        self._process = FarEndProcess(MODULE, "controller", _CableReceiver(cables), options=lambda: options)
         self._process.wait_until_ready()
         self.port = self._process.port
         """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
@@ -62,7 +62,9 @@ class ControllerProcess:
     ) -> None:
         """Change how it behaves; what is None stays."""
         given = {"strict": strict, "silent": silent, "fragile": fragile, "clock_ppm": clock_ppm}
-        self._process.obey("set", **{name: value for name, value in given.items() if value is not None})
+        self._process.send_command(
+            "set", **{name: value for name, value in given.items() if value is not None}
+        )
 
     def damage_to_device(self, damage: LineDamage) -> None:
         """Damage bytes on their way to the controller."""
@@ -74,30 +76,30 @@ class ControllerProcess:
 
     def heal(self) -> None:
         """Take back the damage that has not happened yet."""
-        self._process.obey("heal")
+        self._process.send_command("heal")
 
     def die(self) -> None:
         """Let it stop for good, rail as it is."""
-        self._process.obey("die")
+        self._process.send_command("die")
 
     def power_cycle(self) -> None:
         """Switch its supply off and on."""
-        self._process.obey("power_cycle")
+        self._process.send_command("power_cycle")
 
     def unplug(self, *, keep_power: bool = False) -> None:
         """Pull the cable; it goes dark as well unless something else feeds it."""
-        self._process.obey("unplug", keep_power=keep_power)
+        self._process.send_command("unplug", keep_power=keep_power)
 
     def plug(self) -> None:
         """Put the cable back."""
-        self._process.obey("plug")
+        self._process.send_command("plug")
 
     def status(self) -> ControllerStatus:
         """Return how it is; all cable events before the answer have been delivered."""
-        return ControllerStatus(**self._process.obey("status"))
+        return ControllerStatus(**self._process.send_command("status"))
 
 
-class _Cabling:
+class _CableReceiver:
     """The world's ends of the controller's cables."""
 
     def __init__(self, cables: Cables) -> None:
@@ -111,18 +113,18 @@ class _Cabling:
         t_ns = message["t_ns"]
         match message["event"]:
             case "drive":
-                self._cables.drive(t_ns, tuple(message["codes"]))
+                self._cables.set_codes(t_ns, tuple(message["codes"]))
             case "rail":
-                self._cables.rail(t_ns, on=message["on"])
+                self._cables.set_rail(t_ns, on=message["on"])
             case "low_pass":
-                self._cables.low_pass(t_ns, message["cutoff_hz"])
+                self._cables.set_low_pass(t_ns, message["cutoff_hz"])
             case "trigger":
                 self._cables.trigger(t_ns, pulse_us=message["pulse_us"], cameras=message["cameras"])
         return None
 
-    def lose(self) -> None:
+    def lose_power(self) -> None:
         """Let rail, filter clock and DACs go out, as those of a controller without a supply do."""
         t_ns = self._clock.now_ns()
-        self._cables.rail(t_ns, on=False)
-        self._cables.low_pass(t_ns, 0)
-        self._cables.drive(t_ns, NO_CODES)
+        self._cables.set_rail(t_ns, on=False)
+        self._cables.set_low_pass(t_ns, 0)
+        self._cables.set_codes(t_ns, NO_CODES)

@@ -22,8 +22,8 @@ from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.sim.far_ends.line_faults import LineDamage
 from foveacam_hardware.sim.far_ends.side_channel import ChannelClosed, Message, SideChannel
 
-PREFIX = "foveacam-port-"
-OWNER = "owner"
+FOLDER_PREFIX = "foveacam-port-"
+LOCK_FILE = "owner"
 """A file in it that its owner keeps locked: the system drops the lock with the process, however that ends."""
 
 
@@ -31,9 +31,9 @@ class PortFolder:
     """A new folder below the system's temporary one; its removal is left to `close`, or to a later start."""
 
     def __init__(self) -> None:
-        clear_abandoned(Path(tempfile.gettempdir()))
-        self.path = Path(tempfile.mkdtemp(prefix=PREFIX))
-        self._lock_fd = _locked(self.path)
+        remove_abandoned_folders(Path(tempfile.gettempdir()))
+        self.path = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX))
+        self._lock_fd = _create_lock(self.path)
 
     def close(self) -> None:
         """Remove it; harmless when removed."""
@@ -43,26 +43,30 @@ class PortFolder:
         self._lock_fd = -1
 
 
-def clear_abandoned(parent: Path) -> list[Path]:
+def remove_abandoned_folders(parent: Path) -> list[Path]:
     """Remove the folders of this user whose owner has ended without removing them; return which."""
-    return [folder for folder in parent.glob(f"{PREFIX}*") if _abandoned(folder) and _removed(folder)]
+    return [
+        folder
+        for folder in parent.glob(f"{FOLDER_PREFIX}*")
+        if _is_abandoned(folder) and _remove_folder(folder)
+    ]
 
 
-def _locked(folder: Path) -> int:
+def _create_lock(folder: Path) -> int:
     """Lock the owner's file; it has its name only when it is locked, so that nobody finds it unlocked."""
-    unnamed = folder / f".{OWNER}"
+    unnamed = folder / f".{LOCK_FILE}"
     lock_fd = os.open(unnamed, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
     fcntl.flock(lock_fd, fcntl.LOCK_EX)
-    unnamed.rename(folder / OWNER)
+    unnamed.rename(folder / LOCK_FILE)
     return lock_fd
 
 
-def _abandoned(folder: Path) -> bool:
+def _is_abandoned(folder: Path) -> bool:
     """Tell whether it is this user's, and its owner's lock is gone; what cannot be looked into is not."""
     try:
         if folder.is_symlink() or folder.stat().st_uid != os.getuid():
             return False
-        lock_fd = os.open(folder / OWNER, os.O_RDWR | os.O_NOFOLLOW)
+        lock_fd = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_NOFOLLOW)
     except OSError:
         return False
     try:
@@ -74,7 +78,7 @@ def _abandoned(folder: Path) -> bool:
     return True
 
 
-def _removed(folder: Path) -> bool:
+def _remove_folder(folder: Path) -> bool:
     with contextlib.suppress(OSError):
         shutil.rmtree(folder)
     return not folder.exists()
@@ -85,10 +89,10 @@ logger = logging.getLogger(__name__)
 START_TIMEOUT_S = 20.0
 COMMAND_TIMEOUT_S = 5.0
 END_TIMEOUT_S = 3.0
-REPLUG_S = 2.0
+RESTART_DELAY_S = 2.0
 """From the death of a far end's process to the start of another one: as long as somebody needs for a plug."""
 
-Options: TypeAlias = Callable[[], Sequence[str]]
+OptionsSource: TypeAlias = Callable[[], Sequence[str]]
 """Returns the options of the process that is started now."""
 
 
@@ -99,7 +103,7 @@ class FarEndCables(Protocol):
         """Take an event or a question; return the question's answer."""
         ...
 
-    def lose(self) -> None:
+    def lose_power(self) -> None:
         """Let everything go that the process held: it is gone, and with it its supply."""
         ...
 
@@ -107,10 +111,10 @@ class FarEndCables(Protocol):
 class FarEndProcess:
     """A process that runs `python -m module`, not yet waited for: call `wait_until_ready`."""
 
-    def __init__(self, module: str, name: str, cabling: FarEndCables, *, options: Options) -> None:
+    def __init__(self, module: str, name: str, cables: FarEndCables, *, options: OptionsSource) -> None:
         self._module = module
         self._name = name
-        self._cabling = cabling
+        self._cables = cables
         self._options = options
         self._answers: dict[int, Message] = {}
         self._changed = threading.Condition()
@@ -124,8 +128,10 @@ class FarEndProcess:
         except OSError:
             self._folder.close()
             raise
-        self._keeper = threading.Thread(target=self._keep, name=f"{name}-cables", daemon=True)
-        self._keeper.start()
+        self._receiver = threading.Thread(
+            target=self._receive_until_closed, name=f"{name}-cables", daemon=True
+        )
+        self._receiver.start()
 
     @property
     def pid(self) -> int:
@@ -148,14 +154,14 @@ class FarEndProcess:
         with self._changed:
             self._closing = True
             self._changed.notify_all()
-        self._channel.hang_up()
+        self._channel.shut_down()
         self._reap()
-        if self._keeper is not threading.current_thread():
-            self._keeper.join()
+        if self._receiver is not threading.current_thread():
+            self._receiver.join()
         self._channel.close()
         self._folder.close()
 
-    def obey(self, command: str, **fields: object) -> Message:
+    def send_command(self, command: str, **fields: object) -> Message:
         """Command it; return its status once it has done so, and told every event before."""
         with self._changed:
             self._count += 1
@@ -167,32 +173,32 @@ class FarEndProcess:
             if number not in self._answers:
                 raise DeviceFault(
                     f"simulated {self._name} (process {self.pid}) did not answer '{command}'; if it has died,"
-                    f" another one starts within {REPLUG_S:g} s"
+                    f" another one starts within {RESTART_DELAY_S:g} s"
                 )
             return self._answers.pop(number)
 
     def damage(self, damage: LineDamage, *, to: str) -> None:
         """Damage bytes on their way to the "device" or the "host"."""
         fields = {"skip": damage.skip, "count": damage.count, "value": damage.value}
-        self.obey("damage", to=to, kind=str(damage.kind), **fields)
+        self.send_command("damage", to=to, kind=str(damage.kind), **fields)
 
     def _start(self) -> tuple[subprocess.Popen[bytes], SideChannel]:
         ours, theirs = socket.socketpair()
         command = [sys.executable, "-m", self._module, "--socket", str(theirs.fileno()), "--port", self.port]
-        with contextlib.ExitStack() as undo, theirs:
-            undo.callback(ours.close)
+        with contextlib.ExitStack() as cleanup, theirs:
+            cleanup.callback(ours.close)
             process = subprocess.Popen(  # noqa: S603  # our own module, by our own interpreter
                 [*command, *self._options()],
                 pass_fds=(theirs.fileno(),),
                 stdin=subprocess.DEVNULL,
                 start_new_session=True,  # Ctrl-C is the parent's; the child follows it
             )
-            undo.pop_all()
+            cleanup.pop_all()
         return process, SideChannel(ours)
 
     # The thread -------------------------------------------------------------------------------------------
 
-    def _keep(self) -> None:
+    def _receive_until_closed(self) -> None:
         """Receive from one process after the other, until closed."""
         while True:
             try:
@@ -203,17 +209,17 @@ class FarEndProcess:
                     self._changed.notify_all()
             if self._closing:
                 return
-            self._lose()
-            if not self._replug():
+            self._handle_death()
+            if not self._restart():
                 return
 
     def _receive(self) -> None:
         with contextlib.suppress(ChannelClosed):
             while True:
                 for message in self._channel.receive():
-                    self._take(message)
+                    self._handle_message(message)
 
-    def _lose(self) -> None:
+    def _handle_death(self) -> None:
         """Reap the process that has died, and let go of what it held."""
         self._reap()
         self._channel.close()
@@ -222,15 +228,15 @@ class FarEndProcess:
             self._name,
             self.pid,
             self._process.returncode,
-            REPLUG_S,
+            RESTART_DELAY_S,
         )
-        self._cabling.lose()
+        self._cables.lose_power()
 
-    def _replug(self) -> bool:
+    def _restart(self) -> bool:
         """Start another process after a while; tell whether there is one, which there is not once closed."""
         while True:
             with self._changed:
-                if self._changed.wait_for(lambda: self._closing, REPLUG_S):
+                if self._changed.wait_for(lambda: self._closing, RESTART_DELAY_S):
                     return False
                 try:
                     self._process, self._channel = self._start()
@@ -247,9 +253,9 @@ class FarEndProcess:
             self._process.kill()
             self._process.wait()
 
-    def _take(self, message: Message) -> None:
+    def _handle_message(self, message: Message) -> None:
         if "event" in message or "ask" in message:
-            answer = self._cabling.receive(message)
+            answer = self._cables.receive(message)
             if answer is not None:
                 self._channel.send(answer)
             return

@@ -76,7 +76,7 @@ class FarEnd(Protocol):
         """Take bytes from the host, now."""
         ...
 
-    def take(self) -> bytes:
+    def take_output(self) -> bytes:
         """Return the bytes for the host that have come up."""
         ...
 
@@ -89,7 +89,7 @@ class FarEnd(Protocol):
         ...
 
 
-Obey: TypeAlias = Callable[[Message], Message]
+CommandHandler: TypeAlias = Callable[[Message], Message]
 """Does what a command says and returns the device's status."""
 
 
@@ -109,19 +109,19 @@ class FarEndServer:
         self._inbox = inbox
         self._parent = os.getppid()
 
-    def run(self, obey: Obey) -> None:
+    def run(self, execute: CommandHandler) -> None:
         """Serve until the socket closes or the parent process ends."""
         self._port.plug()
         self._channel.send({"ready": True})
         try:
             while os.getppid() == self._parent:
-                self._step(obey)
+                self._step(execute)
         except ChannelClosed:
             return
         finally:
             self._port.unplug()
 
-    def _step(self, obey: Obey) -> None:
+    def _step(self, execute: CommandHandler) -> None:
         sources = [self._channel.file] + ([self._port.file] if self._port.file is not None else [])
         ready, _, _ = select.select(sources, [], [], self._wait_s())
         self._far_end.advance(self._clock.now_ns())
@@ -129,9 +129,9 @@ class FarEndServer:
             self._far_end.feed(self._port.read())
         if self._channel.file in ready:
             self._inbox.extend(self._channel.receive())
-        self._port.write(self._far_end.take())
+        self._port.write(self._far_end.take_output())
         while self._inbox:
-            self._obey(self._inbox.popleft(), obey)
+            self._execute(self._inbox.popleft(), execute)
 
     def _wait_s(self) -> float:
         due_ns = self._far_end.next_event_ns()
@@ -139,7 +139,7 @@ class FarEndServer:
             return ORPHAN_CHECK_S
         return min(ORPHAN_CHECK_S, max(0.0, (due_ns - self._clock.now_ns()) / 1e9))
 
-    def _obey(self, message: Message, obey: Obey) -> None:
+    def _execute(self, message: Message, execute: CommandHandler) -> None:
         match message["command"]:
             case "damage":
                 line = self._far_end.to_device if message["to"] == "device" else self._far_end.to_host
@@ -152,7 +152,7 @@ class FarEndServer:
             case "heal":
                 self._far_end.to_device.clear()
                 self._far_end.to_host.clear()
-        status = obey(message)
+        status = execute(message)
         match message["command"]:
             case "unplug":
                 self._port.unplug()
@@ -161,7 +161,7 @@ class FarEndServer:
         self._channel.send({"done": message["id"], "status": status})
 
 
-def parser(description: str) -> argparse.ArgumentParser:
+def argument_parser(description: str) -> argparse.ArgumentParser:
     """Return a parser with the options that every far end's process takes."""
     options = argparse.ArgumentParser(description=description)
     options.add_argument("--socket", type=int, required=True, help="file number of the side channel")
@@ -169,6 +169,6 @@ def parser(description: str) -> argparse.ArgumentParser:
     return options
 
 
-def connection(options: argparse.Namespace) -> socket.socket:
+def inherited_socket(options: argparse.Namespace) -> socket.socket:
     """Return the side channel's socket, as inherited from the parent."""
     return socket.socket(fileno=options.socket)

@@ -9,10 +9,10 @@ from typing import Unpack
 
 from foveacam_hardware.contract import Clock
 from foveacam_hardware.sim.agenda import Agenda
-from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults, PendingAnswers, refuse_others
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults, PendingAnswers, refuse_unknown_faults
 from foveacam_hardware.sim.far_ends.grbl_firmware import GrblFirmware
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
-from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
+from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, AxisPositions, PanTiltCables
 from foveacam_hardware.wire.grbl import REALTIME, GrblLineReader
 
 ANSWER_NS = 1_500_000
@@ -27,7 +27,12 @@ class GrblFarEnd:
     """
 
     def __init__(
-        self, clock: Clock, cables: PanTiltCables, *, has_rail: bool = False, start: Place = SET_UP
+        self,
+        clock: Clock,
+        cables: PanTiltCables,
+        *,
+        has_rail: bool = False,
+        start: AxisPositions = ZERO_POSITIONS,
     ) -> None:
         self._clock = clock
         self.to_device = LineFaults()
@@ -59,18 +64,18 @@ class GrblFarEnd:
         if self.silent or self.unplugged:
             return
         for byte in self.to_device.apply(data):
-            if self.firmware.deaf:
+            if self.firmware.ignores_input:
                 continue
             self._take_byte(t_ns, bytes((byte,)))
         self._drain(t_ns)
 
-    def take(self) -> bytes:
+    def take_output(self) -> bytes:
         """Return the bytes for the host that have come up since the last call."""
-        return self._out.take()
+        return self._out.take_output()
 
     def next_event_ns(self) -> int | None:
         """Return when something will happen by itself; None when nothing will."""
-        return self._out.sooner(self._agenda.next_ns())
+        return self._out.next_event_ns(self._agenda.next_ns())
 
     def advance(self, t_ns: int) -> None:
         """Do everything that was due up to `t_ns`."""
@@ -78,9 +83,9 @@ class GrblFarEnd:
             self._agenda.run_until(due_ns)
             self._drain(due_ns)
 
-    def impair(self, **changes: Unpack[BoardFaults]) -> None:
+    def set_faults(self, **changes: Unpack[BoardFaults]) -> None:
         """Change how it behaves; what is left out stays."""
-        refuse_others(changes, {"silent", "slow_ns", "seized", "has_switches", "settings"})
+        refuse_unknown_faults(changes, {"silent", "slow_ns", "seized", "has_switches", "settings"})
         firmware = self.firmware
         self.silent = changes.get("silent", self.silent)
         self.slow_ns = changes.get("slow_ns", self.slow_ns)
@@ -120,7 +125,7 @@ class GrblFarEnd:
             if byte == b"\x18":
                 self._inbox.clear()
                 self._reader = GrblLineReader()
-            self.firmware.realtime(t_ns, byte)
+            self.firmware.execute_realtime(t_ns, byte)
         elif byte == b"\n":
             self._inbox.extend(self._reader.feed(byte) or [""])
         else:
@@ -130,9 +135,9 @@ class GrblFarEnd:
         while self._inbox and not self.firmware.blocked:
             line = self._inbox.popleft()
             self.lines_received.append(line)
-            self.firmware.line(t_ns, line)
+            self.firmware.execute_line(t_ns, line)
 
     def _send(self, t_ns: int, line: str) -> None:
         if self.silent or self.unplugged:
             return
-        self._out.say(line, ready_ns=t_ns + ANSWER_NS + self.slow_ns)
+        self._out.add_line(line, ready_ns=t_ns + ANSWER_NS + self.slow_ns)

@@ -9,8 +9,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from foveacam_hardware.sim.agenda import Agenda, PlannedAction
-from foveacam_hardware.sim.far_ends.grbl_motion import GrblMotors, MoveLimits, pace_along
-from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
+from foveacam_hardware.sim.far_ends.grbl_motion import GrblMotors, MoveLimits, limits_along
+from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, AxisPositions, PanTiltCables
 
 VERSION = "1.1h"
 SWITCHES_DEG = (72.0, 32.0)
@@ -62,7 +62,13 @@ class GrblFirmware:
     """The state machine. `has_switches` false: their cable is off; `seized`: jogs wait for a faulty drive."""
 
     def __init__(
-        self, t_ns: int, *, agenda: Agenda, cables: PanTiltCables, send: Send, start: Place = SET_UP
+        self,
+        t_ns: int,
+        *,
+        agenda: Agenda,
+        cables: PanTiltCables,
+        send: Send,
+        start: AxisPositions = ZERO_POSITIONS,
     ) -> None:
         self.settings = dict(SETTINGS)
         self.has_switches = True
@@ -72,9 +78,9 @@ class GrblFirmware:
         self._send = send
         self._busy_until_ns = t_ns
         self.motors = GrblMotors(cables, steps_per_unit=SETTINGS[100], start=start)
-        self._queue: deque[tuple[Place, MoveLimits]] = deque()
+        self._queue: deque[tuple[AxisPositions, MoveLimits]] = deque()
         self._moving: PlannedAction | None = None
-        self._goal: Place = SET_UP
+        self._goal: AxisPositions = ZERO_POSITIONS
         self._legs: deque[tuple[int, float, float]] = deque()
         self._acceleration = SETTINGS[120]
         self.boot(t_ns)
@@ -82,19 +88,19 @@ class GrblFirmware:
     def boot(self, t_ns: int) -> None:
         """Start as after switching on: the place is unknown and counted as zero."""
         self._halt(t_ns)
-        self._offset = self.motors.place(t_ns)
+        self._offset = self.motors.positions(t_ns)
         self.state = "Alarm" if self.settings[22] else "Idle"
         self._locked = False
-        self.deaf = False
-        self._report_asked = False
+        self.ignores_input = False
+        self._report_requested = False
         self._reports = 0
-        self.greet(t_ns)
+        self.send_welcome(t_ns)
 
-    def greet(self, t_ns: int) -> None:
+    def send_welcome(self, t_ns: int) -> None:
         """Say who it is."""
-        self._say(t_ns, f"Grbl {VERSION} ['$' for help]")
+        self._send_line(t_ns, f"Grbl {VERSION} ['$' for help]")
         if self.state == "Alarm":
-            self._say(t_ns, "[MSG:'$H'|'$X' to unlock]")
+            self._send_line(t_ns, "[MSG:'$H'|'$X' to unlock]")
 
     def add_rail(self) -> None:
         """Be a board with a rail on its third axis."""
@@ -104,80 +110,84 @@ class GrblFirmware:
     @property
     def blocked(self) -> bool:
         """Whether lines have to wait."""
-        return self.state == "Home" or self._locked or self.deaf
+        return self.state == "Home" or self._locked or self.ignores_input
 
-    def realtime(self, t_ns: int, byte: bytes) -> None:
+    def execute_realtime(self, t_ns: int, byte: bytes) -> None:
         """Take a byte that jumps the queue."""
         match byte:
             case b"?":
-                self._report_asked = True
-                self._report(t_ns)
+                self._report_requested = True
+                self._send_report(t_ns)
             case b"\x85" | b"!":
                 self._cancel(t_ns)
             case b"\x18":
                 self._reset(t_ns)
 
-    def line(self, t_ns: int, text: str) -> None:
+    def execute_line(self, t_ns: int, text: str) -> None:
         """Take a line and answer it."""
         text = text.replace(" ", "").upper()
         if text == "":
             answer = "ok"
         elif text.startswith("$J="):
-            answer = self._jog(t_ns, text[3:])
+            answer = self._plan_jog(t_ns, text[3:])
         elif text.startswith("$"):
-            answer = self._system(t_ns, text)
+            answer = self._execute_system(t_ns, text)
         else:
             answer = "error:9" if self.state in ("Alarm", "Jog") else "error:20"
         if answer:
-            self._say(t_ns, answer)
+            self._send_line(t_ns, answer)
 
     def hit_a_limit(self, t_ns: int) -> None:
         """Let a limit switch trip: everything stops, and only a reset is heard."""
         self._halt(t_ns)
         self.state, self._locked = "Alarm", True
-        self._say(t_ns, "ALARM:1")
-        self._say(t_ns, "[MSG:Reset to continue]")
+        self._send_line(t_ns, "ALARM:1")
+        self._send_line(t_ns, "[MSG:Reset to continue]")
 
-    def machine(self, t_ns: int) -> Place:
+    def machine_positions(self, t_ns: int) -> AxisPositions:
         """Return the position that it counts."""
-        pan, tilt, rail = (at - zero for at, zero in zip(self.motors.place(t_ns), self._offset, strict=True))
+        pan, tilt, rail = (
+            at - zero for at, zero in zip(self.motors.positions(t_ns), self._offset, strict=True)
+        )
         return pan, tilt, rail
 
-    def _say(self, t_ns: int, line: str) -> None:
+    def _send_line(self, t_ns: int, line: str) -> None:
         self._send(max(t_ns, self._busy_until_ns), line)
 
-    def _report(self, t_ns: int) -> None:
-        if self.blocked or not self._report_asked:
+    def _send_report(self, t_ns: int) -> None:
+        if self.blocked or not self._report_requested:
             return
-        self._report_asked = False
+        self._report_requested = False
         kind = "MPos" if self.settings[10] else "WPos"
         extra = ("|WCO:0.000,0.000,0.000", "|Ov:100,100,100", "")[min(self._reports % 10, 2)]
         self._reports += 1
         feed = self.motors.speed_per_s(t_ns) * 60.0
-        place = f"{kind}:" + ",".join(f"{at:.3f}" for at in self.machine(t_ns))
-        self._say(t_ns, f"<{self.state}|{place}|FS:{feed:.0f},0{extra}>")
+        place = f"{kind}:" + ",".join(f"{at:.3f}" for at in self.machine_positions(t_ns))
+        self._send_line(t_ns, f"<{self.state}|{place}|FS:{feed:.0f},0{extra}>")
 
-    def _system(self, t_ns: int, text: str) -> str:
+    def _execute_system(self, t_ns: int, text: str) -> str:
         if text == "$H":
-            return self._home(t_ns)
+            return self._start_homing(t_ns)
         if text == "$X":
             if self.state == "Alarm":
                 self.state = "Idle"
-                self._say(t_ns, "[MSG:Caution: Unlocked]")
+                self._send_line(t_ns, "[MSG:Caution: Unlocked]")
             return "ok"
         if self.state not in ("Idle", "Alarm"):
             return "error:8"
         if text == "$$":
             for number, value in self.settings.items():
-                self._say(t_ns, f"${number}={value:g}" if value == int(value) else f"${number}={value:.3f}")
+                self._send_line(
+                    t_ns, f"${number}={value:g}" if value == int(value) else f"${number}={value:.3f}"
+                )
             return "ok"
         if text == "$I":
-            self._say(t_ns, f"[VER:{VERSION}.20190825:]")
-            self._say(t_ns, "[OPT:V,15,128]")
+            self._send_line(t_ns, f"[VER:{VERSION}.20190825:]")
+            self._send_line(t_ns, "[OPT:V,15,128]")
             return "ok"
-        return self._set(t_ns, text)
+        return self._set_setting(t_ns, text)
 
-    def _set(self, t_ns: int, text: str) -> str:
+    def _set_setting(self, t_ns: int, text: str) -> str:
         found = _ASSIGNMENT.fullmatch(text)
         if found is None or int(found[1]) not in self.settings:
             return "error:3"
@@ -185,7 +195,7 @@ class GrblFirmware:
         self._busy_until_ns = max(self._busy_until_ns, t_ns) + EEPROM_NS
         return "ok"
 
-    def _jog(self, t_ns: int, text: str) -> str:
+    def _plan_jog(self, t_ns: int, text: str) -> str:
         if self.state not in ("Idle", "Jog"):
             return "error:9" if self.state == "Alarm" else "error:8"
         words = _WORD.findall(text)
@@ -203,7 +213,7 @@ class GrblFirmware:
     def _queue_jog(self, t_ns: int, modes: set[str], values: dict[str, float]) -> str:
         scale = MILLIMETRES_AN_INCH if "G20" in modes else 1.0
         planned = [goal for goal, _ in self._queue]
-        here = planned[-1] if planned else self._goal if self._moving else self.machine(t_ns)
+        here = planned[-1] if planned else self._goal if self._moving else self.machine_positions(t_ns)
         start = here if "G91" in modes else (0.0, 0.0, 0.0)
         pan, tilt, rail = (
             start[k] + values[letter] * scale if letter in values else here[k]
@@ -214,7 +224,7 @@ class GrblFirmware:
         way = [there - before for there, before in zip(goal, here, strict=True)]
         if self.settings[20] and not all(-self._travel(k) <= goal[k] <= 0.0 for k in moved):
             return "error:15"
-        self._queue.append((goal, self._pace(values["F"] * scale, way)))
+        self._queue.append((goal, self._limits_for(values["F"] * scale, way)))
         if self._moving is None:
             self._next_jog(t_ns)
         return "ok"
@@ -222,10 +232,10 @@ class GrblFirmware:
     def _travel(self, axis: int) -> float:
         return self.settings.get(130 + axis, 0.0)
 
-    def _pace(self, feed_per_min: float, way: Sequence[float]) -> MoveLimits:
-        pace = pace_along(way, self.settings, feed_per_min=feed_per_min)
-        self._acceleration = pace.acceleration_per_s2
-        return pace
+    def _limits_for(self, feed_per_min: float, way: Sequence[float]) -> MoveLimits:
+        limits = limits_along(way, self.settings, feed_per_min=feed_per_min)
+        self._acceleration = limits.acceleration_per_s2
+        return limits
 
     def _next_jog(self, t_ns: int) -> None:
         self._moving = None
@@ -233,9 +243,9 @@ class GrblFirmware:
             self.state = "Idle"
             return
         self.state = "Jog"
-        self._goal, pace = self._queue.popleft()
+        self._goal, limits = self._queue.popleft()
         pan, tilt, rail = (at + zero for at, zero in zip(self._goal, self._offset, strict=True))
-        end_ns = t_ns + SEIZED_NS if self.seized else self.motors.move(t_ns, (pan, tilt, rail), pace)
+        end_ns = t_ns + SEIZED_NS if self.seized else self.motors.move(t_ns, (pan, tilt, rail), limits)
         self._moving = self._agenda.add(end_ns, self._next_jog)
 
     def _cancel(self, t_ns: int) -> None:
@@ -250,21 +260,21 @@ class GrblFirmware:
         lost = self._moving is not None
         code = 6 if self.state == "Home" else 3
         self._halt(t_ns)
-        self._locked = self._report_asked = False
+        self._locked = self._report_requested = False
         if lost:
-            self._alarm(t_ns, code)
+            self._raise_alarm(t_ns, code)
         else:
-            self.greet(t_ns)
+            self.send_welcome(t_ns)
 
-    def _alarm(self, t_ns: int, code: int) -> None:
+    def _raise_alarm(self, t_ns: int, code: int) -> None:
         """Tell an alarm and start anew, deaf meanwhile."""
-        self.state, self.deaf = "Alarm", True
-        self._say(t_ns, f"ALARM:{code}")
-        self._agenda.add(t_ns + ALARM_NS, self._start_anew)
+        self.state, self.ignores_input = "Alarm", True
+        self._send_line(t_ns, f"ALARM:{code}")
+        self._agenda.add(t_ns + ALARM_NS, self._restart)
 
-    def _start_anew(self, t_ns: int) -> None:
-        self.deaf = False
-        self.greet(t_ns)
+    def _restart(self, t_ns: int) -> None:
+        self.ignores_input = False
+        self.send_welcome(t_ns)
 
     def _halt(self, t_ns: int) -> None:
         """Stop at once, as a reset does; steps are lost."""
@@ -274,17 +284,17 @@ class GrblFirmware:
         self._queue.clear()
         self.motors.stop(t_ns)
 
-    def _home(self, t_ns: int) -> str:
+    def _start_homing(self, t_ns: int) -> str:
         if not self.settings[22]:
             return "error:5"
         if self.state not in ("Idle", "Alarm"):
             return "error:8"
         self.state = "Home"
-        self._legs = deque(leg for axis in range(self._axes) for leg in self._search(axis))
+        self._legs = deque(leg for axis in range(self._axes) for leg in self._homing_legs(axis))
         self._next_leg(t_ns)
         return ""  # its ok comes when it is home
 
-    def _search(self, axis: int) -> list[tuple[int, float, float]]:
+    def _homing_legs(self, axis: int) -> list[tuple[int, float, float]]:
         """Return an axis's way home: (axis, place from the switch, speed in deg/min) one after the other."""
         off, fast, slow = self.settings[27], self.settings[25], self.settings[24]
         return [(axis, 0.0, fast), (axis, -off, fast), (axis, 0.0, slow), (axis, -off, slow)]
@@ -292,23 +302,23 @@ class GrblFirmware:
     def _next_leg(self, t_ns: int) -> None:
         self._moving = None
         if not self._legs:
-            self._arrive_home(t_ns)
+            self._finish_homing(t_ns)
             return
         axis, from_switch, feed_per_min = self._legs.popleft()
         there = SWITCHES[axis] + from_switch
-        pan, tilt, rail = (there if k == axis else at for k, at in enumerate(self.motors.place(t_ns)))
-        then = self._next_leg if self.has_switches else self._find_no_switch
-        pace = self._pace(feed_per_min, [float(k == axis) for k in range(len(AXES))])
-        self._moving = self._agenda.add(self.motors.move(t_ns, (pan, tilt, rail), pace), then)
+        pan, tilt, rail = (there if k == axis else at for k, at in enumerate(self.motors.positions(t_ns)))
+        then = self._next_leg if self.has_switches else self._fail_homing
+        limits = self._limits_for(feed_per_min, [float(k == axis) for k in range(len(AXES))])
+        self._moving = self._agenda.add(self.motors.move(t_ns, (pan, tilt, rail), limits), then)
 
-    def _find_no_switch(self, t_ns: int) -> None:
+    def _fail_homing(self, t_ns: int) -> None:
         self._halt(t_ns)
-        self._report_asked = False
-        self._alarm(t_ns, 9)
+        self._report_requested = False
+        self._raise_alarm(t_ns, 9)
 
-    def _arrive_home(self, t_ns: int) -> None:
+    def _finish_homing(self, t_ns: int) -> None:
         rail = SWITCHES[2] if self._axes == 3 else self._offset[2]
         self._offset = (*SWITCHES_DEG, rail)
         self.state = "Idle"
-        self._say(t_ns, "ok")
-        self._report(t_ns)
+        self._send_line(t_ns, "ok")
+        self._send_report(t_ns)

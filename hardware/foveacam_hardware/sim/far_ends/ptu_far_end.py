@@ -9,10 +9,10 @@ from typing import Unpack
 
 from foveacam_hardware.contract import Clock
 from foveacam_hardware.sim.agenda import Agenda
-from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults, PendingAnswers, refuse_others
+from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults, PendingAnswers, refuse_unknown_faults
 from foveacam_hardware.sim.far_ends.line_faults import LineFaults
 from foveacam_hardware.sim.far_ends.ptu_firmware import PtuFirmware
-from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
+from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, AxisPositions, PanTiltCables
 
 ANSWER_NS = 9_000_000
 """From a word's end to its reply: a few bytes at 9600 baud, and thinking."""
@@ -22,7 +22,7 @@ _DELIMITER = re.compile(rb"[ \r\n]")
 class PtuFarEnd:
     """A unit; its faults are attributes, as those of `grbl_far_end.GrblFarEnd`. `start`: where it stands."""
 
-    def __init__(self, clock: Clock, cables: PanTiltCables, *, start: Place = SET_UP) -> None:
+    def __init__(self, clock: Clock, cables: PanTiltCables, *, start: AxisPositions = ZERO_POSITIONS) -> None:
         self._clock = clock
         self.to_device = LineFaults()
         self.to_host = LineFaults()
@@ -33,7 +33,7 @@ class PtuFarEnd:
         """What the host has asked, for those who check what a driver sends."""
         self._out = PendingAnswers(clock, self.to_host)
         self._agenda = Agenda()
-        self._rest = b""
+        self._partial = b""
         self._inbox: deque[str] = deque()
         self.firmware = PtuFirmware(
             clock.now_ns(), agenda=self._agenda, cables=cables, send=self._send, start=start
@@ -50,17 +50,17 @@ class PtuFarEnd:
         self.advance(t_ns)
         if self.silent or self.unplugged:
             return
-        *words, self._rest = _DELIMITER.split(self._rest + self.to_device.apply(data))
+        *words, self._partial = _DELIMITER.split(self._partial + self.to_device.apply(data))
         self._inbox.extend(word.decode("ascii", "replace") for word in words if word)
         self._drain(t_ns)
 
-    def take(self) -> bytes:
+    def take_output(self) -> bytes:
         """Return the bytes for the host that have come up since the last call."""
-        return self._out.take()
+        return self._out.take_output()
 
     def next_event_ns(self) -> int | None:
         """Return when something will happen by itself; None when nothing will."""
-        return self._out.sooner(self._agenda.next_ns())
+        return self._out.next_event_ns(self._agenda.next_ns())
 
     def advance(self, t_ns: int) -> None:
         """Do everything that was due up to `t_ns`."""
@@ -68,14 +68,14 @@ class PtuFarEnd:
             self._agenda.run_until(due_ns)
             self._drain(due_ns)
 
-    def impair(self, **changes: Unpack[BoardFaults]) -> None:
+    def set_faults(self, **changes: Unpack[BoardFaults]) -> None:
         """Change how it behaves; what is left out stays."""
-        refuse_others(changes, {"silent", "slow_ns", "seized", "steps_per_s"})
+        refuse_unknown_faults(changes, {"silent", "slow_ns", "seized", "steps_per_s"})
         self.silent = changes.get("silent", self.silent)
         self.slow_ns = changes.get("slow_ns", self.slow_ns)
         self.firmware.seized = changes.get("seized", self.firmware.seized)
         if "steps_per_s" in changes:
-            self.firmware.hurry(changes["steps_per_s"])
+            self.firmware.set_motor_speed(changes["steps_per_s"])
 
     def power_cycle(self) -> None:
         """Lose the supply and come back, wherever the rig stands then."""
@@ -83,7 +83,7 @@ class PtuFarEnd:
         self.advance(t_ns)
         self._out.clear()
         self._inbox.clear()
-        self._rest = b""
+        self._partial = b""
         self.firmware.boot(t_ns)
 
     def hit_a_limit(self) -> None:
@@ -105,9 +105,9 @@ class PtuFarEnd:
         while self._inbox and not self.firmware.blocked:
             word = self._inbox.popleft()
             self.words_received.append(word)
-            self.firmware.word(t_ns, word)
+            self.firmware.execute(t_ns, word)
 
     def _send(self, t_ns: int, line: str) -> None:
         if self.silent or self.unplugged:
             return
-        self._out.say(line, ready_ns=t_ns + ANSWER_NS + self.slow_ns, gap_ns=ANSWER_NS)
+        self._out.add_line(line, ready_ns=t_ns + ANSWER_NS + self.slow_ns, gap_ns=ANSWER_NS)

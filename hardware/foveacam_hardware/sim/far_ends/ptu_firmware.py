@@ -1,4 +1,4 @@
-"""A FLIR (Directed Perception) unit as its manual describes it: words in, replies out, limits told unasked.
+"""A FLIR (Directed Perception) unit as its manual describes it: words in, replies out, limits announce unasked.
 
 Knows positions, speeds, limits, echo, feedback, halt, await and reset: what a host of ours uses, and what
 goes wrong. What becomes of words that come during a reset the manual does not say; here they wait. Bytes,
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.sim.agenda import Agenda, PlannedAction
 from foveacam_hardware.sim.far_ends.ptu_motion import PtuMotors, StepMotor
-from foveacam_hardware.sim.pan_tilt import SET_UP, PanTiltCables, Place
+from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, AxisPositions, PanTiltCables
 
 VERSION = "Pan-Tilt Controller v2.14.0(C14/E), (C)2006 Directed Perception, Inc., All Rights Reserved"
 BANNER = "### PAN-TILT CONTROLLER v2.14.0"
@@ -33,7 +33,7 @@ Send = Callable[[int, str], None]
 
 @dataclass(slots=True)
 class _Axis:
-    """What one axis is told to do. `offset`: what it counts less where it really is."""
+    """What one axis is announce to do. `offset`: what it counts less where it really is."""
 
     motor: StepMotor
     reach: tuple[int, int]
@@ -46,7 +46,13 @@ class PtuFirmware:
     """The state machine. `seized`: an axis does not reach its limits, so that a reset fails."""
 
     def __init__(
-        self, t_ns: int, *, agenda: Agenda, cables: PanTiltCables, send: Send, start: Place = SET_UP
+        self,
+        t_ns: int,
+        *,
+        agenda: Agenda,
+        cables: PanTiltCables,
+        send: Send,
+        start: AxisPositions = ZERO_POSITIONS,
     ) -> None:
         self.seized = False
         self.fastest = FASTEST
@@ -59,20 +65,20 @@ class PtuFirmware:
             "P": _Axis(self.motors.pan, REACH["P"]),
             "T": _Axis(self.motors.tilt, REACH["T"]),
         }
-        self._resting: PlannedAction | None = None
+        self._rest_action: PlannedAction | None = None
         self._legs: deque[tuple[_Axis, int]] = deque()
-        self.boot(t_ns, told=False)
+        self.boot(t_ns, announce=False)
 
-    def boot(self, t_ns: int, *, told: bool = True) -> None:
+    def boot(self, t_ns: int, *, announce: bool = True) -> None:
         """Start as after switching on, without the reset that may follow: it counts from where it stands."""
         self._stop(t_ns)
         for axis in self._axes.values():
-            axis.offset, axis.target, axis.speed = -round(axis.motor.at(t_ns)), 0, SPEED
+            axis.offset, axis.target, axis.speed = -round(axis.motor.position_at(t_ns)), 0, SPEED
         self.echo, self.verbose, self.state = True, True, "idle"
-        if told:
+        if announce:
             self._send(t_ns, BANNER)
 
-    def hurry(self, steps_per_s: int) -> None:
+    def set_motor_speed(self, steps_per_s: int) -> None:
         """Be a unit whose motors turn that fast, at once."""
         self.fastest = self.reset_speed = steps_per_s
         self.acceleration = 20 * steps_per_s
@@ -82,11 +88,11 @@ class PtuFirmware:
         """Whether words have to wait."""
         return self.state in ("reset", "await")
 
-    def word(self, t_ns: int, text: str) -> None:
+    def execute(self, t_ns: int, text: str) -> None:
         """Take a command and reply to it."""
         command = text.upper()
         echo = f"{command} " if self.echo else ""
-        reply = self._obey(t_ns, command)
+        reply = self._execute(t_ns, command)
         if reply is not None:
             self._send(t_ns, echo + reply)
 
@@ -96,11 +102,11 @@ class PtuFirmware:
         self._axes[axis].offset += 100
         self._send(t_ns, f"!{axis}")
 
-    def counted(self, t_ns: int, axis: str) -> int:
+    def counted_position(self, t_ns: int, axis: str) -> int:
         """Return the position that it counts."""
-        return round(self._axes[axis].motor.at(t_ns)) + self._axes[axis].offset
+        return round(self._axes[axis].motor.position_at(t_ns)) + self._axes[axis].offset
 
-    def _obey(self, t_ns: int, command: str) -> str | None:
+    def _execute(self, t_ns: int, command: str) -> str | None:
         match command:
             case "R":
                 self._reset(t_ns)
@@ -118,42 +124,42 @@ class PtuFirmware:
             case "LE" | "I" | "CI":
                 pass
             case _:
-                return self._of_an_axis(t_ns, command)
+                return self._axis_command(t_ns, command)
         return "*"
 
-    def _of_an_axis(self, t_ns: int, command: str) -> str:
+    def _axis_command(self, t_ns: int, command: str) -> str:
         found = _COMMAND.fullmatch(command)
         if found is None or len(found[1]) != 2 or found[1][0] not in AXES:
             return "! Illegal command entered"
         letter, what, number = found[1][0], found[1][1], found[2]
         if number is not None:
             return self._set(t_ns, letter, what, int(number))
-        return self._tell(t_ns, letter, what)
+        return self._query(t_ns, letter, what)
 
-    def _tell(self, t_ns: int, letter: str, what: str) -> str:
+    def _query(self, t_ns: int, letter: str, what: str) -> str:
         axis, name = self._axes[letter], AXES[letter]
         match what:
             case "P":
-                return self._say(f"Current {name} position is", self.counted(t_ns, letter))
+                return self._format_reply(f"Current {name} position is", self.counted_position(t_ns, letter))
             case "O":
-                return self._say(f"Target {name} position is", axis.target)
+                return self._format_reply(f"Target {name} position is", axis.target)
             case "R":
                 return f"* {SECONDS_A_STEP:.4f}" + (
                     f" seconds arc per {name} position" if self.verbose else ""
                 )
             case "N":
-                return self._say(f"Minimum {name} position is", axis.reach[0])
+                return self._format_reply(f"Minimum {name} position is", axis.reach[0])
             case "X":
-                return self._say(f"Maximum {name} position is", axis.reach[1])
+                return self._format_reply(f"Maximum {name} position is", axis.reach[1])
             case "S":
-                return self._say(f"Target {name} speed is", axis.speed, " positions/sec")
+                return self._format_reply(f"Target {name} speed is", axis.speed, " positions/sec")
             case "U":
-                return self._say(f"Maximum {name} speed is", self.fastest, " positions/sec")
+                return self._format_reply(f"Maximum {name} speed is", self.fastest, " positions/sec")
             case "L":
-                return self._say(f"Minimum {name} speed is", SLOWEST, " positions/sec")
+                return self._format_reply(f"Minimum {name} speed is", SLOWEST, " positions/sec")
         return "! Illegal command entered"
 
-    def _say(self, words: str, number: int, unit: str = "") -> str:
+    def _format_reply(self, words: str, number: int, unit: str = "") -> str:
         return f"* {words} {number}{unit}" if self.verbose else f"* {number}"
 
     def _set(self, t_ns: int, letter: str, what: str, number: int) -> str:
@@ -173,8 +179,8 @@ class PtuFirmware:
         if number < low:
             return f"! Minimum allowable {name} position is {low}"
         axis.target = number
-        axis.motor.go(t_ns, number - axis.offset, speed=axis.speed, acceleration=self.acceleration)
-        self._moved(t_ns)
+        axis.motor.move_to(t_ns, number - axis.offset, speed=axis.speed, acceleration=self.acceleration)
+        self._report_motion(t_ns)
         return "*"
 
     def _halt(self, t_ns: int, letters: str) -> str:
@@ -182,19 +188,19 @@ class PtuFirmware:
             axis = self._axes[letter]
             axis.motor.slow_down(t_ns, self.acceleration)
             axis.target = round(axis.motor.legs[-1].at) + axis.offset
-        self._moved(t_ns)
+        self._report_motion(t_ns)
         return "*"
 
-    def _moved(self, t_ns: int) -> None:
+    def _report_motion(self, t_ns: int) -> None:
         """Tell the rig, and plan the moment at which both rest."""
-        self.motors.tell(t_ns)
-        if self._resting is not None:
-            self._resting.cancel()
-        rest_ns = max(axis.motor.rests_at_ns() for axis in self._axes.values())
-        self._resting = self._agenda.add(max(rest_ns, t_ns), self._rest)
+        self.motors.report_motion(t_ns)
+        if self._rest_action is not None:
+            self._rest_action.cancel()
+        rest_ns = max(axis.motor.rest_ns() for axis in self._axes.values())
+        self._rest_action = self._agenda.add(max(rest_ns, t_ns), self._on_rest)
 
-    def _rest(self, t_ns: int) -> None:
-        self._resting = None
+    def _on_rest(self, t_ns: int) -> None:
+        self._rest_action = None
         if self.state == "await":
             self.state = "idle"
             self._send(t_ns, "*")
@@ -202,7 +208,7 @@ class PtuFirmware:
             self._next_leg(t_ns)
 
     def _await(self) -> str | None:
-        if self._resting is None:
+        if self._rest_action is None:
             return "*"
         self.state = "await"
         return None
@@ -219,8 +225,8 @@ class PtuFirmware:
     def _next_leg(self, t_ns: int) -> None:
         if self._legs and not self.seized:
             axis, place = self._legs.popleft()
-            axis.motor.go(t_ns, place, speed=self.reset_speed, acceleration=self.acceleration)
-            self._moved(t_ns)
+            axis.motor.move_to(t_ns, place, speed=self.reset_speed, acceleration=self.acceleration)
+            self._report_motion(t_ns)
             return
         self.state = "idle"
         if self.seized:
@@ -232,11 +238,11 @@ class PtuFirmware:
 
     def _stop(self, t_ns: int) -> None:
         """Stop at once; steps are lost."""
-        if self._resting is not None:
-            self._resting.cancel()
-            self._resting = None
+        if self._rest_action is not None:
+            self._rest_action.cancel()
+            self._rest_action = None
         self._legs.clear()
         self.state = "idle"
         for axis in self._axes.values():
             axis.motor.stop(t_ns)
-        self.motors.tell(t_ns)
+        self.motors.report_motion(t_ns)

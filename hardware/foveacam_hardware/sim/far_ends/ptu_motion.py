@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from foveacam_hardware.sim.pan_tilt import NS_PER_S, SET_UP, PanTiltCables, Place, TurnSegment
+from foveacam_hardware.sim.pan_tilt import NS_PER_S, ZERO_POSITIONS, AxisPositions, PanTiltCables, TurnSegment
 
 ARC_SECONDS_A_DEG = 3600.0
 
@@ -17,7 +17,7 @@ class _Leg:
     speed: float = 0.0
     acceleration: float = 0.0
 
-    def at_ns(self, t_ns: int) -> tuple[float, float]:
+    def state_at(self, t_ns: int) -> tuple[float, float]:
         """Return position and speed at a moment of this leg."""
         t_s = (t_ns - self.t_ns) / NS_PER_S
         return self.at + t_s * (
@@ -31,36 +31,36 @@ class StepMotor:
     def __init__(self, t_ns: int, *, at: float) -> None:
         self.legs = [_Leg(t_ns=t_ns, at=at)]
 
-    def at(self, t_ns: int) -> float:
+    def position_at(self, t_ns: int) -> float:
         """Return where it is."""
-        return self._leg(t_ns).at_ns(t_ns)[0]
+        return self._leg(t_ns).state_at(t_ns)[0]
 
-    def leg_at(self, t_ns: int) -> tuple[float, float, float]:
+    def state_at(self, t_ns: int) -> tuple[float, float, float]:
         """Return position, speed and acceleration from a moment on."""
         leg = self._leg(t_ns)
-        return (*leg.at_ns(t_ns), leg.acceleration)
+        return (*leg.state_at(t_ns), leg.acceleration)
 
-    def rests_at_ns(self) -> int:
+    def rest_ns(self) -> int:
         """Return when it comes to rest for good."""
         return self.legs[-1].t_ns
 
     def stop(self, t_ns: int) -> None:
         """Stand still at once."""
-        self.legs = [_Leg(t_ns=t_ns, at=float(round(self.at(t_ns))))]
+        self.legs = [_Leg(t_ns=t_ns, at=float(round(self.position_at(t_ns))))]
 
     def slow_down(self, t_ns: int, acceleration: float) -> int:
         """Come to rest as fast as it may; return when."""
-        at, speed = self._leg(t_ns).at_ns(t_ns)
+        at, speed = self._leg(t_ns).state_at(t_ns)
         if abs(speed) < 1e-9:
             self.stop(t_ns)
             return t_ns
         way = math.copysign(acceleration, -speed)
         slow = _Leg(t_ns=t_ns, at=at, speed=speed, acceleration=way)
         end_ns = t_ns + round(abs(speed) / acceleration * NS_PER_S)
-        self.legs = [slow, _Leg(t_ns=end_ns, at=float(round(slow.at_ns(end_ns)[0])))]
+        self.legs = [slow, _Leg(t_ns=end_ns, at=float(round(slow.state_at(end_ns)[0])))]
         return end_ns
 
-    def go(self, t_ns: int, goal: int, *, speed: float, acceleration: float) -> int:
+    def move_to(self, t_ns: int, goal: int, *, speed: float, acceleration: float) -> int:
         """Go to a position, from a stop if it moves; return when it will be there."""
         t_ns = self.slow_down(t_ns, acceleration)
         legs, start = self.legs[:-1], self.legs[-1].at
@@ -73,7 +73,7 @@ class StepMotor:
             legs.append(leg)
             for length_s, pulled in ((ramp_s, 0.0), (steady_s, -pull)):
                 t_ns += round(length_s * NS_PER_S)
-                at, _ = leg.at_ns(t_ns)
+                at, _ = leg.state_at(t_ns)
                 leg = _Leg(t_ns=t_ns, at=at, speed=top, acceleration=pulled)
                 legs.append(leg)
             t_ns += round(ramp_s * NS_PER_S)
@@ -89,22 +89,27 @@ class PtuMotors:
     """Both axes, and the rig on them. `seconds_a_step`: of arc. It counts to the left and up."""
 
     def __init__(
-        self, cables: PanTiltCables, t_ns: int, *, seconds_a_step: float, start: Place = SET_UP
+        self,
+        cables: PanTiltCables,
+        t_ns: int,
+        *,
+        seconds_a_step: float,
+        start: AxisPositions = ZERO_POSITIONS,
     ) -> None:
         self._cables = cables
         self.deg_a_step = seconds_a_step / ARC_SECONDS_A_DEG
         self.pan, self.tilt = (StepMotor(t_ns, at=-place_deg / self.deg_a_step) for place_deg in start[:2])
 
-    def tell(self, t_ns: int) -> None:
-        """Tell the rig what both will do from `t_ns` on; what was told of later is void."""
+    def report_motion(self, t_ns: int) -> None:
+        """Tell the rig what both will do from `t_ns` on; what was announce of later is void."""
         moments = {leg.t_ns for axis in (self.pan, self.tilt) for leg in axis.legs if leg.t_ns > t_ns}
         for moment_ns in sorted({t_ns} | moments):
-            pan, tilt = self.pan.leg_at(moment_ns), self.tilt.leg_at(moment_ns)
+            pan, tilt = self.pan.state_at(moment_ns), self.tilt.state_at(moment_ns)
             place, speed, acceleration = (
                 (-self.deg_a_step * of_pan, -self.deg_a_step * of_tilt)
                 for of_pan, of_tilt in zip(pan, tilt, strict=True)
             )
-            self._cables.turn(
+            self._cables.add_segment(
                 TurnSegment(
                     t_ns=moment_ns, place_deg=place, speed_deg_s=speed, acceleration_deg_s2=acceleration
                 )

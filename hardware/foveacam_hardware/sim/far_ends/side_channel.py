@@ -39,14 +39,14 @@ class SideChannel:
         self._lock = threading.Lock()
         self._rest = b""
 
-    def hang_up(self) -> None:
+    def shut_down(self) -> None:
         """Tell whoever receives, at either end, that there is nothing more; harmless when told."""
         with contextlib.suppress(OSError):
             self._connection.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
         """Hang up and release the socket, which nobody receives from any more; harmless when closed."""
-        self.hang_up()
+        self.shut_down()
         with self._lock:
             self._connection.close()
 

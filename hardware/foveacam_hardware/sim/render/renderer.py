@@ -62,7 +62,7 @@ class Radiance:
     ids: I32
 
 
-class _Entry:
+class _CachedFrame:
     """A cached frame: which of its tiles are good, and where each object was when they were drawn."""
 
     def __init__(self, projection: Projection, channels: int, tiles: int) -> None:
@@ -123,7 +123,7 @@ class Renderer:
         self._pool = ThreadPoolExecutor(threads, "render") if threads > 1 else None
         self._lock = threading.Lock()
         self._cached_frames = cached_frames
-        self._frames: OrderedDict[tuple[bytes, int], _Entry] = OrderedDict()
+        self._frames: OrderedDict[tuple[bytes, int], _CachedFrame] = OrderedDict()
         self._lenses: OrderedDict[tuple[bytes, int, int], tuple[F32, F64]] = OrderedDict()
 
     def __enter__(self) -> Self:
@@ -148,7 +148,7 @@ class Renderer:
         """Render what a camera sees, or the part roi = (x, y, width, height); channels 1 = grey, 3 = RGB."""
         if channels not in (1, 3):
             raise InvalidInput(f"channels = {channels}; pass 1 (grey) or 3 (RGB)")
-        x, y, w, h = _checked(roi, projection)
+        x, y, w, h = _checked_roi(roi, projection)
         with self._lock:
             entry = self._entry(projection, channels)
             self._complete(entry, _tiles_of(x, y, w, h, projection.width), channels)
@@ -171,14 +171,14 @@ class Renderer:
         a, b = self.radiance(left), self.radiance(right)
         return disparity_of(left, a.depth_m, a.ids, right, b.depth_m, b.ids)
 
-    def _entry(self, projection: Projection, channels: int) -> _Entry:
+    def _entry(self, projection: Projection, channels: int) -> _CachedFrame:
         """Return the cached frame, its spoiled tiles marked."""
         key = (projection.key, channels)
         entry = self._frames.pop(key, None)
         snapshot = self.scene.snapshot()
         if entry is None:
             tiles = -(-projection.width // TILE_W) * -(-projection.height // TILE_H)
-            entry = _Entry(projection, channels, tiles)
+            entry = _CachedFrame(projection, channels, tiles)
         self._frames[key] = entry
         while len(self._frames) > self._cached_frames:
             self._frames.popitem(last=False)
@@ -187,7 +187,7 @@ class Renderer:
             entry.forget(snapshot, footprint)
         return entry
 
-    def _complete(self, entry: _Entry, wanted: NDArray[np.int64], channels: int) -> None:
+    def _complete(self, entry: _CachedFrame, wanted: NDArray[np.int64], channels: int) -> None:
         """Render those of the wanted tiles that are not good."""
         tiles = wanted[~entry.good[wanted]]
         if len(tiles) == 0 or entry.stage is None:
@@ -248,7 +248,7 @@ class Renderer:
         return lens
 
 
-def _checked(roi: tuple[int, int, int, int] | None, projection: Projection) -> tuple[int, int, int, int]:
+def _checked_roi(roi: tuple[int, int, int, int] | None, projection: Projection) -> tuple[int, int, int, int]:
     size = (projection.width, projection.height)
     if roi is None:
         return 0, 0, *size
@@ -270,11 +270,11 @@ Progress = Callable[[int, int, str], None]
 """Called with steps done, steps in all, and what comes next."""
 
 
-def _silent(done: int, total: int, name: str) -> None:
+def _report_nothing(done: int, total: int, name: str) -> None:
     """Report nothing."""
 
 
-def _render() -> None:
+def _warm_renderer() -> None:
     scene = Scene()
     scene.add(Quad(width_m=1.0, height_m=1.0), NoiseSurface(), place((0.0, 0.0, 2.0)), "panel")
     M = np.array([[100.0, 0.0, 31.5], [0.0, 100.0, 23.5], [0.0, 0.0, 1.0]])
@@ -282,17 +282,17 @@ def _render() -> None:
         renderer.radiance(Projection(M=M, C=np.zeros(3), width=64, height=48))
 
 
-def _expose() -> None:
+def _warm_sensor() -> None:
     for bits in (8, 12):
         expose(np.zeros((4, 64), np.float32), SensorExposure(bits=bits), (0, 0, 0))
 
 
-def warm_up(progress: Progress = _silent) -> None:
+def warm_up(progress: Progress = _report_nothing) -> None:
     """Compile or load all kernels and tables."""
     steps: list[tuple[str, Callable[[], object]]] = [
         ("noise tile", noise_levels),
-        ("renderer", _render),
-        ("sensor", _expose),
+        ("renderer", _warm_renderer),
+        ("sensor", _warm_sensor),
     ]
     for done, (name, step) in enumerate(steps):
         progress(done, len(steps), name)

@@ -214,7 +214,7 @@ def figurine(*, height_m: float, triangles: int) -> Mesh:
     swollen = radius[:, None] * (1.0 + folds * drape + shoulders + face)
     lean = 0.03 * np.sin(2.2 * np.pi * up)
     vertices = np.stack([swollen * np.cos(turn) + lean, -up, swollen * np.sin(turn)], axis=-1)
-    return _turned(vertices * height_m)
+    return _revolved_mesh(vertices * height_m)
 
 
 def cone_stump(*, radius_m: float, top_radius_m: float, height_m: float, sides: int) -> Mesh:
@@ -230,10 +230,10 @@ def cone_stump(*, radius_m: float, top_radius_m: float, height_m: float, sides: 
         ],
         axis=-1,
     )
-    return _turned(grid)
+    return _revolved_mesh(grid)
 
 
-def _turned(grid_m: NDArray[np.float64]) -> Mesh:
+def _revolved_mesh(grid_m: NDArray[np.float64]) -> Mesh:
     """Return the closed mesh of rings (r, s, 3) that run from the foot (+y) to the top (-y)."""
     rings, sides = grid_m.shape[:2]
     faces = _grid_faces(rings, sides)

@@ -19,8 +19,7 @@ from foveacam_hardware.sim.scenes.format import (
     SceneFile,
     SphereObject,
 )
-from foveacam_hardware.sim.scenes.motion import pose
-from foveacam_hardware.sim.scenes.paint import (
+from foveacam_hardware.sim.scenes.materials import (
     CharucoMaterial,
     CheckerboardMaterial,
     MarkerMaterial,
@@ -30,6 +29,7 @@ from foveacam_hardware.sim.scenes.paint import (
     PlainMaterial,
     PrintMaterial,
 )
+from foveacam_hardware.sim.scenes.motion import pose
 
 PRINT_TEXELS = 1024  # of the longer side; about 1 mm on a poster
 PRINT_GRAIN = 0.05
