@@ -13,12 +13,12 @@ from foveacam_hardware.sim.far_ends.board_far_end import BoardFarEnd, BoardFault
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.ptu_far_end import PtuFarEnd
-from foveacam_hardware.sim.far_ends.ptu_firmware import SECONDS_A_STEP
+from foveacam_hardware.sim.far_ends.ptu_firmware import ARC_SECONDS_PER_STEP
 from foveacam_hardware.sim.pan_tilt import TurningHistory
 
 POLL_NS = 20_000_000
 GRBL_STEP_DEG = 0.01
-PTU_STEP_DEG = SECONDS_A_STEP / 3600.0
+PTU_STEP_DEG = ARC_SECONDS_PER_STEP / 3600.0
 
 
 def bearing(pan_deg: float, tilt_deg: float) -> PanTiltPose:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_hardware.sim.render.shapes import cone_stump, figurine
+from foveacam_hardware.sim.render.shapes import figurine, truncated_cone
 from foveacam_hardware.sim.scenes.build import build_scene
 from foveacam_hardware.sim.scenes.format import SceneFile
 from foveacam_hardware.sim.scenes.loader import load_scene, scene_names
@@ -169,7 +169,7 @@ def test_a_figurine_stands_on_its_foot_and_has_about_as_many_triangles_as_asked(
     "mesh",
     [
         figurine(height_m=0.4, triangles=2000),
-        cone_stump(radius_m=0.1, top_radius_m=0.05, height_m=0.3, sides=48),
+        truncated_cone(radius_m=0.1, top_radius_m=0.05, height_m=0.3, sides=48),
     ],
 )
 def test_turned_meshes_are_closed_and_face_outwards(mesh: object) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from foveacam_hardware.contract import VirtualClock
 from foveacam_hardware.sim.far_ends.ptu_far_end import PtuFarEnd
-from foveacam_hardware.sim.far_ends.ptu_firmware import BANNER, REACH, SECONDS_A_STEP, VERSION
+from foveacam_hardware.sim.far_ends.ptu_firmware import ARC_SECONDS_PER_STEP, BANNER, REACH, VERSION
 from foveacam_hardware.sim.pan_tilt import TurnSegment
 
 START_NS = 1_000_000_000
@@ -66,7 +66,7 @@ def test_commands_are_repeated_until_the_echo_is_off() -> None:
     ("sent", "received"),
     [
         ("V", [f"* {VERSION}"]),
-        ("PR", [f"* {SECONDS_A_STEP:.4f}"]),
+        ("PR", [f"* {ARC_SECONDS_PER_STEP:.4f}"]),
         ("PN", [f"* {REACH['P'][0]}"]),
         ("TX", [f"* {REACH['T'][1]}"]),
         ("PU", ["* 11608"]),
@@ -92,7 +92,7 @@ def test_a_move_goes_to_the_left_and_up_as_the_unit_counts(terminal: Terminal) -
     terminal.after(3.0)
 
     last = terminal.shafts.turnings[-1]
-    step_deg = SECONDS_A_STEP / 3600.0
+    step_deg = ARC_SECONDS_PER_STEP / 3600.0
     assert last.place_deg == pytest.approx((-1000 * step_deg, 500 * step_deg))
     assert last.speed_deg_s == (0.0, 0.0)
     assert terminal.type("PP") == ["* Current Pan position is 1000"]
@@ -173,7 +173,7 @@ def test_the_motors_never_jump_nor_exceed_their_speed(terminal: Terminal) -> Non
     terminal.type("PP-9000")
     terminal.after(20.0)
 
-    step_deg = SECONDS_A_STEP / 3600.0
+    step_deg = ARC_SECONDS_PER_STEP / 3600.0
     for before, after in pairwise(terminal.shafts.turnings):
         assert before.bearing_at(after.t_ns) == pytest.approx(after.place_deg, abs=1.5 * step_deg)
         assert max(map(abs, after.speed_deg_s)) <= 4000 * step_deg + 1e-6

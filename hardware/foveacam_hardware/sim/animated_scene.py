@@ -65,7 +65,7 @@ class AnimatedScene:
         return bool(self._movers)
 
     def radiance(self, projection: Projection, t_s: float, *, channels: int) -> NDArray[np.float32]:
-        """Return the radiance (h, w) or (h, w, 3) float32, 0..1, that a camera receives at scene time `t_s`."""
+        """Return the radiance (h, w) or (h, w, 3) float32, 0..1, in a camera at scene time `t_s`."""
         with self._lock:
             self._set_poses(t_s)
             in_world = project_in_world(projection, self.rig_pose(t_s))

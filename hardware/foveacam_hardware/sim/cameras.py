@@ -96,7 +96,7 @@ class SimCamera:
 
     @property
     def counters(self) -> CameraCounters:
-        """Frames delivered, skipped and missed since `start`; a rendered frame is never incomplete or late."""
+        """Frames delivered, skipped and missed since `start`; no rendered frame is incomplete or late."""
         missed = self._missed + (0 if self._schedule is None else self._schedule.missed)
         return CameraCounters(delivered=self._delivered, skipped=self._skipped, dropped=missed)
 

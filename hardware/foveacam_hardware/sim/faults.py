@@ -69,7 +69,7 @@ class WorldFaults:
 
 
 def _turn_rad(knock: MountKnock) -> tuple[float, float, float]:
-    """Return the rotation about +x, +y and +z; about +x (right) it is upwards, about +y (down) to the right."""
+    """Return the rotation about +x (right), +y (down) and +z: about +x upwards, about +y to the right."""
     shift_x_rad, shift_y_rad = math.radians(knock.shift_x_deg), math.radians(knock.shift_y_deg)
     return -shift_y_rad, shift_x_rad, math.radians(knock.rotation_deg)
 

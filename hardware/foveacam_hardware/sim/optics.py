@@ -88,7 +88,7 @@ def nominal_assembly(role: Role) -> EyeAssembly:
 
 
 def built_assembly(role: Role, *, seed: int) -> EyeAssembly:
-    """Return an eye with assembly errors of tenths of a degree and of a millimetre, which the seed decides."""
+    """Return an eye with assembly errors of tenths of a degree and of a millimetre, by seed."""
     rng = np.random.default_rng([seed, 1 if role is Role.LEFT else 2, 0xF01D])
     errors_m = rng.uniform(-0.2e-3, 0.2e-3, 3)
     turn_rad = np.deg2rad(rng.uniform(-1.0, 1.0, 3) * np.array([0.15, 0.15, 0.3]))

@@ -22,7 +22,7 @@ PIVOT_M = (0.0, 0.055, -0.035)  # deduced: the rig's plate on a motorised head
 
 
 class Pedestal:
-    """Axes and rail with assembly errors, which the seed decides: their positions in the rig frame at zero."""
+    """The axes and the rail with assembly errors by seed: their positions in the rig frame at zero."""
 
     def __init__(self, *, seed: int) -> None:
         rng = np.random.default_rng([seed, 0x9A47])
@@ -72,7 +72,7 @@ def unmoved_rig(t_s: float) -> None:
 
 
 def project_in_world(projection: Projection, rig_from_world: NDArray[np.float64] | None) -> Projection:
-    """Return a projection of the rig frame as one of the world frame; unchanged while `rig_from_world` is None."""
+    """Return a projection of the rig frame in the world frame; unchanged where `rig_from_world` is None."""
     if rig_from_world is None:
         return projection
     R, t = rig_from_world[:3, :3], rig_from_world[:3, 3]

@@ -23,7 +23,7 @@ PROBE_FOCAL_PX = 1e5  # 0.01 mm per pixel at a metre: the probe's middle pixel i
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrueSurfacePoint:
-    """The surface that a wide pixel shows; `range_m`: distance from the wide camera's centre along the ray."""
+    """The surface at a wide pixel; `range_m`: distance from the wide camera's centre along the ray."""
 
     range_m: float
     point_rig_m: tuple[float, float, float]
@@ -36,7 +36,7 @@ class TrueSurfacePoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrueSurroundings:
-    """The surfaces around a wide pixel: their textured share, their nearest and farthest range, their names."""
+    """The surfaces around a wide pixel: textured share, nearest and farthest range, names."""
 
     textured_fraction: float
     nearest_m: float
@@ -60,7 +60,7 @@ class Truth:
         """The controller's far end; faults are attributes (in this process) or methods (in its own)."""
 
     def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
-        """Return a fovea's projection with its mirror at rest under `volts`, with the drift at `t_ns` or none."""
+        """Return a fovea's projection, its mirror at rest under `volts`, with the drift at `t_ns` or none."""
         return self.world.static_view(role, volts, t_ns=t_ns)
 
     def projection(self, role: Role, t_ns: int) -> Projection:

@@ -58,13 +58,13 @@ def _see_grey(rig: RigPort) -> None:
 
 def _overhear(world: World, cables: LimitCables) -> None:
     """Let `cables` hear what the world's mirrors are told."""
-    drive = world.drive
+    set_codes = world.set_codes
 
     def heard(t_ns: int, codes: DacCodes) -> None:
         cables.set_codes(t_ns, codes)
-        drive(t_ns, codes)
+        set_codes(t_ns, codes)
 
-    world.drive = heard  # type: ignore[method-assign]  # the far end calls the world's own
+    world.set_codes = heard  # type: ignore[method-assign]  # the far end calls the world's own
 
 
 class _Trouble:

@@ -1,7 +1,7 @@
-"""What every pan-tilt's or rail's board has in common, seen from its serial port: what may go wrong, and how.
+"""The interface of a simulated motor controller board (pan-tilt, rail), its kinds and its faults.
 
-A board is one of `grbl_far_end` or `ptu_far_end`; `board_loopback` has it in this process, `board_process` in
-another.
+The boards are in `grbl_far_end` and `ptu_far_end`; `board_loopback` runs one in this process, and
+`board_process` in a process of its own.
 """
 
 from collections import deque
@@ -14,33 +14,33 @@ from foveacam_hardware.sim.far_ends.line_faults import LineFaults
 
 
 class BoardKind(StrEnum):
-    """Who answers at the port."""
+    """The controller that answers at the port."""
 
     GRBL = "grbl"
     GRBL_WITH_RAIL = "grbl-rail"
-    """Its third axis moves a rail."""
+    """With a third axis, the rail."""
     PTU = "ptu"
 
 
 class BoardFaults(TypedDict, total=False):
-    """How a board behaves; what is left out stays. A board refuses what it does not have."""
+    """Faults of a board; keys left out are not changed, keys that a board does not have are refused."""
 
     silent: bool
-    """It hears nothing and says nothing."""
+    """It ignores its input and sends nothing."""
     slow_ns: int
-    """Every answer comes so much later."""
+    """Additional delay of every answer."""
     seized: bool
-    """Its motors do not turn, whatever it says."""
+    """Its motors do not turn, although it answers."""
     has_switches: bool
-    """Grbl: whether the reference switches' cable is on."""
+    """Grbl: whether the cable of the reference switches is connected."""
     settings: Mapping[int, float]
-    """Grbl: settings by their numbers."""
+    """Grbl: settings by number."""
     steps_per_s: int
-    """FLIR: how fast its motors can turn."""
+    """FLIR: the top speed of its motors."""
 
 
 class BoardFarEnd(Protocol):
-    """A board as a state machine: bytes in, bytes out, in time; its faults are methods."""
+    """A board as a state machine: bytes in, bytes out, in time; faults are methods."""
 
     to_device: LineFaults
     to_host: LineFaults
@@ -48,54 +48,54 @@ class BoardFarEnd(Protocol):
 
     @property
     def state(self) -> str:
-        """What it is doing, in its own word."""
+        """The state of the firmware, in its own term."""
         ...
 
     def feed(self, data: bytes) -> None:
-        """Take bytes from the host, now."""
+        """Receive bytes from the host, now."""
         ...
 
     def take_output(self) -> bytes:
-        """Return the bytes for the host that have come up."""
+        """Return the bytes for the host that are due."""
         ...
 
     def next_event_ns(self) -> int | None:
-        """Return when something will happen by itself."""
+        """Return the time of the next planned event; None without one."""
         ...
 
     def advance(self, t_ns: int) -> None:
-        """Do everything that was due up to `t_ns`."""
+        """Run everything due up to `t_ns`."""
         ...
 
     def set_faults(self, **changes: Unpack[BoardFaults]) -> None:
-        """Change how it behaves."""
+        """Change faults."""
         ...
 
     def hit_a_limit(self) -> None:
-        """Let an axis run into its limit, as a cable that has caught lets it."""
+        """Let an axis run into its limit."""
         ...
 
     def power_cycle(self) -> None:
-        """Lose the supply and come back, wherever the rig stands then."""
+        """Switch the supply off and on, wherever the axes are."""
         ...
 
     def unplug(self) -> None:
-        """Pull the cable."""
+        """Unplug the cable."""
         ...
 
     def plug(self) -> None:
-        """Put the cable back."""
+        """Plug the cable in again."""
         ...
 
 
 def refuse_unknown_faults(changes: BoardFaults, known: Set[str]) -> None:
-    """Raise `ValueError` for what a board does not have: nothing would be impaired."""
+    """Raise `ValueError` for faults that a board does not have."""
     if unknown := changes.keys() - known:
         raise ValueError(f"this board has no {', '.join(sorted(unknown))}; it has {', '.join(sorted(known))}")
 
 
 class PendingAnswers:
-    """Lines on their way to the host, each in its own good time."""
+    """Lines for the host, each with the time from which it can be read."""
 
     def __init__(self, clock: Clock, line: LineFaults) -> None:
         self._clock = clock
@@ -103,13 +103,13 @@ class PendingAnswers:
         self._waiting: deque[tuple[int, bytes]] = deque()
 
     def add_line(self, line: str, *, ready_ns: int, gap_ns: int = 0) -> None:
-        """Let a line come at a moment, and not before the last one and a gap."""
+        """Append a line that is due at `ready_ns`, at least `gap_ns` after the last one."""
         if self._waiting:
             ready_ns = max(ready_ns, self._waiting[-1][0] + gap_ns)
         self._waiting.append((ready_ns, line.encode("ascii") + b"\r\n"))
 
     def take_output(self) -> bytes:
-        """Return what has come up, as the line leaves it."""
+        """Return the bytes that are due, with the faults of the line applied."""
         now_ns = self._clock.now_ns()
         data = bytearray()
         while self._waiting and self._waiting[0][0] <= now_ns:
@@ -117,10 +117,10 @@ class PendingAnswers:
         return bytes(data)
 
     def next_event_ns(self, planned_ns: int | None) -> int | None:
-        """Return when the next line comes, or what is planned if that is sooner."""
+        """Return the earlier of the next line's time and `planned_ns`; None without either."""
         moments_ns = [planned_ns, self._waiting[0][0] if self._waiting else None]
         return min((t_ns for t_ns in moments_ns if t_ns is not None), default=None)
 
     def clear(self) -> None:
-        """Say nothing of it any more."""
+        """Discard every line."""
         self._waiting.clear()

@@ -1,6 +1,6 @@
-"""A pan-tilt's or rail's board in the same process, on the rig's clock: a read waits on that clock.
+"""A motor controller board in this process; a read waits on the rig's clock.
 
-On virtual time a whole session takes no time and always runs the same way.
+On virtual time a session takes no real time and is deterministic.
 """
 
 import threading
@@ -27,19 +27,19 @@ class BoardLoopback(Generic[FarEnd]):
         return _BoardLink(self.far_end, self.clock, self.lock)
 
     def close(self) -> None:
-        """Release nothing: there is no process."""
+        """Do nothing: there is no process."""
 
     def set_faults(self, **changes: Unpack[BoardFaults]) -> None:
-        """Change how it behaves; what is left out stays."""
+        """Change faults; keys left out are not changed."""
         with self.lock:
             self.far_end.set_faults(**changes)
 
     def damage_to_device(self, damage: LineDamage) -> None:
-        """Damage bytes on their way to the board."""
+        """Damage bytes sent to the board."""
         self.far_end.to_device.add(damage)
 
     def damage_to_host(self, damage: LineDamage) -> None:
-        """Damage bytes on their way to the host."""
+        """Damage bytes sent to the host."""
         self.far_end.to_host.add(damage)
 
     def hit_a_limit(self) -> None:
@@ -53,23 +53,23 @@ class BoardLoopback(Generic[FarEnd]):
             self.far_end.power_cycle()
 
     def unplug(self) -> None:
-        """Pull the cable."""
+        """Unplug the cable."""
         with self.lock:
             self.far_end.unplug()
 
     def plug(self) -> None:
-        """Put the cable back."""
+        """Plug the cable in again."""
         with self.lock:
             self.far_end.plug()
 
     def advance(self, t_ns: int) -> None:
-        """Let it do what was due by `t_ns`, if that has come: the world looks at it."""
+        """Run everything due up to `t_ns`, but not beyond the present time."""
         with self.lock:
             self.far_end.advance(min(t_ns, self.clock.now_ns()))
 
 
 class _BoardLink:
-    """A `ByteLink` to a board in this process. A new one is what opening the port again is."""
+    """A `ByteLink` to a board in this process; a new one stands for opening the port again."""
 
     def __init__(self, far_end: BoardFarEnd, clock: Clock, lock: threading.RLock) -> None:
         self._far_end = far_end
@@ -79,13 +79,13 @@ class _BoardLink:
         self._check()
 
     def write(self, data: bytes) -> None:
-        """Hand `data` to the board."""
+        """Send `data` to the board."""
         with self._lock:
             self._check()
             self._far_end.feed(data)
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what the board has said, letting up to `timeout_s` go by on the clock."""
+        """Return what the board has sent, waiting up to `timeout_s` on the clock."""
         far_end, clock = self._far_end, self._clock
         with self._lock:
             deadline_ns = clock.now_ns() + round(timeout_s * 1e9)

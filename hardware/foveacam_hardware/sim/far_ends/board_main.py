@@ -1,8 +1,8 @@
-"""A simulated pan-tilt's or rail's board in a process of its own: a pty for the host, a socket for the world.
+"""Main program of a simulated motor controller board: a pty for the host, a socket for the world.
 
 `python -m foveacam_hardware.sim.far_ends.board_main --socket FD --port PATH --kind KIND
---place PAN TILT RAIL` is started by `board_process.BoardProcess` and ends with it. Both share CLOCK_MONOTONIC.
-Messages are JSON lines.
+--place PAN TILT RAIL` is started by `board_process.BoardProcess` and ends with it. Both use
+CLOCK_MONOTONIC. Messages are JSON lines.
 """
 
 import dataclasses
@@ -26,7 +26,7 @@ from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, AxisPositions, PanTil
 def make_board(
     kind: BoardKind, clock: Clock, cables: PanTiltCables, *, start: AxisPositions = ZERO_POSITIONS
 ) -> BoardFarEnd:
-    """Return a board whose motors turn `cables`, from `start` on."""
+    """Return a board whose motors, at `start`, drive `cables`."""
     match kind:
         case BoardKind.PTU:
             return PtuFarEnd(clock, cables, start=start)
@@ -35,7 +35,7 @@ def make_board(
 
 
 class _ShaftSender:
-    """Motors whose rig is in the parent process."""
+    """Sends the motion of the motors to the rig in the parent process."""
 
     def __init__(self, channel: SideChannel) -> None:
         self._channel = channel
@@ -45,7 +45,7 @@ class _ShaftSender:
 
 
 def execute_command(far_end: BoardFarEnd, message: Message) -> Message:
-    """Do what a command says, and return the board's status."""
+    """Execute a command from the parent; return the board's status."""
     match message["command"]:
         case "impair":
             far_end.set_faults(**message["changes"])
@@ -61,10 +61,12 @@ def execute_command(far_end: BoardFarEnd, message: Message) -> Message:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the board until its parent is gone."""
+    """Run the board until its parent ends."""
     options = argument_parser("simulated pan-tilt on a pty")
-    options.add_argument("--kind", type=BoardKind, required=True, help="who answers")
-    options.add_argument("--place", type=float, nargs=3, required=True, help="of its motors: deg, deg, mm")
+    options.add_argument("--kind", type=BoardKind, required=True, help="which board answers")
+    options.add_argument(
+        "--place", type=float, nargs=3, required=True, help="positions of its motors: deg, deg, mm"
+    )
     given = options.parse_args(arguments)
     with inherited_socket(given) as link:
         channel, clock = SideChannel(link), MonotonicClock()

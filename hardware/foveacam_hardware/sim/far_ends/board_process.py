@@ -1,4 +1,4 @@
-"""A simulated pan-tilt's or rail's board in its own process, as its parent sees it: receiver, faults, port."""
+"""Handle on a simulated motor controller board that runs in a process of its own."""
 
 from types import TracebackType
 from typing import Unpack
@@ -15,10 +15,10 @@ MODULE = "foveacam_hardware.sim.far_ends.board_main"
 
 
 class BoardProcess:
-    """A simulated board in its own process, whose motors turn `cables`; a context manager.
+    """A simulated board in a process of its own, whose motors drive `cables`; a context manager.
 
-    It starts while others do: `open` and the faults wait for it. Each fault returns once it is in force. When
-    its process dies, its motors stop, and it comes back by itself as one that was plugged in again.
+    It starts in the background; `open` waits for it. A fault method returns once the fault is in force. When
+    the process dies, its motors stop, and another process replaces it like a board plugged in again.
     """
 
     def __init__(self, kind: BoardKind, cables: PanTiltCables) -> None:
@@ -30,7 +30,7 @@ class BoardProcess:
             options=lambda: ["--kind", kind.value, "--place", *map(repr, receiver.positions())],
         )
         self.port = self._process.port
-        """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
+        """The path of the port, like /dev/serial/by-id/…; it does not exist while unplugged."""
 
     def __enter__(self) -> "BoardProcess":
         return self
@@ -45,11 +45,11 @@ class BoardProcess:
 
     @property
     def pid(self) -> int:
-        """The far end's process id; another one after its process has died."""
+        """The process id; it changes when the process dies and is replaced."""
         return self._process.pid
 
     def close(self) -> None:
-        """End the process and its thread; harmless when closed."""
+        """End the process and its thread; no effect when closed."""
         self._process.close()
 
     def open(self) -> ByteLink:
@@ -58,15 +58,15 @@ class BoardProcess:
         return SerialLink(self.port)
 
     def set_faults(self, **changes: Unpack[BoardFaults]) -> None:
-        """Change how it behaves; what is left out stays."""
+        """Change faults; keys left out are not changed."""
         self._process.send_command("impair", changes=changes)
 
     def damage_to_device(self, damage: LineDamage) -> None:
-        """Damage bytes on their way to the board."""
+        """Damage bytes sent to the board."""
         self._process.damage(damage, to="device")
 
     def damage_to_host(self, damage: LineDamage) -> None:
-        """Damage bytes on their way to the host."""
+        """Damage bytes sent to the host."""
         self._process.damage(damage, to="host")
 
     def hit_a_limit(self) -> None:
@@ -78,30 +78,30 @@ class BoardProcess:
         self._process.send_command("power_cycle")
 
     def unplug(self) -> None:
-        """Pull the cable."""
+        """Unplug the cable."""
         self._process.send_command("unplug")
 
     def plug(self) -> None:
-        """Put the cable back."""
+        """Plug the cable in again."""
         self._process.send_command("plug")
 
 
 class _ShaftReceiver:
-    """The receiver in this process; remembers where they stand, for motors do not."""
+    """Passes the motion of the motors on to `cables`, and keeps the positions across restarts."""
 
     def __init__(self, cables: PanTiltCables) -> None:
         self._cables = cables
-        self._clock = MonotonicClock()  # the far end's, as `board_main` says
+        self._clock = MonotonicClock()  # the same clock as the far end's
         self._history = TurningHistory()
 
     def receive(self, message: Message) -> None:
-        """Pass a segment on."""
+        """Pass a segment of motion on."""
         names = ("place_deg", "speed_deg_s", "acceleration_deg_s2", "slide_mm")
         fields = {name: tuple(message[name]) for name in names}
         self._add_segment(TurnSegment(t_ns=message["t_ns"], **fields))
 
     def lose_power(self) -> None:
-        """Let everything stand where it is: the motors have no supply."""
+        """Stop every axis where it is: the motors have no supply."""
         pan_deg, tilt_deg, rail_mm = self.positions()
         resting = TurnSegment(
             t_ns=self._clock.now_ns(), place_deg=(pan_deg, tilt_deg), slide_mm=(rail_mm, 0.0, 0.0)
@@ -109,7 +109,7 @@ class _ShaftReceiver:
         self._add_segment(resting)
 
     def positions(self) -> AxisPositions:
-        """Return where everything is now."""
+        """Return the present positions."""
         return self._history.positions(self._clock.now_ns())
 
     def _add_segment(self, segment: TurnSegment) -> None:

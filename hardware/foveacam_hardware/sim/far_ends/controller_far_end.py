@@ -1,7 +1,7 @@
-"""The mirror controller seen from its serial port: a pure state machine, bytes in, bytes out.
+"""The simulated mirror controller at its serial port: a state machine, bytes in, bytes out.
 
-A host (pty process or loopback) gives it time. With `strict` it also errs as the controllers in the
-field do (the protocol page's faults 1 to 3), so that a driver can be proven not to trip them.
+A pty process or a loopback advances its time. With `strict` it also has the faults of the controllers in
+the field (faults 1 to 3 of the protocol page), so that tests show that a driver does not trigger them.
 """
 
 from collections import deque
@@ -21,15 +21,15 @@ from foveacam_hardware.wire.controller import (
 )
 
 NOISE_REPLY = bytes.fromhex("05 a7 3c 91 44 00")
-"""What a malformed packet draws from a controller in the field: well stuffed, wrong checksum."""
+"""Reply of a controller in the field to a malformed packet: valid framing, wrong checksum."""
 
 
 class ControllerFarEnd:
     """A mirror controller; its faults are attributes.
 
-    `to_device` and `to_host` damage bytes; `silent` ignores and says nothing; `dead` has stopped for
-    good with its pins as they stood; `unplugged` has no link to the host; `fragile` dies of the first frame
-    that it does not understand, as firmware 2.1.0 does of packets whose ends are cut off.
+    `to_device` and `to_host` damage bytes; `silent`: ignores its input and sends nothing; `dead`: has stopped
+    for good, its pins unchanged; `unplugged`: no link to the host; `fragile`: dies of the first frame that it
+    cannot decode, as firmware 2.1.0 does of truncated packets.
     """
 
     def __init__(
@@ -48,9 +48,9 @@ class ControllerFarEnd:
         self.unplugged = False
         self.dead = False
         self.packets_received: deque[Packet] = deque(maxlen=4096)
-        """What the host has asked, for those who check what a driver sends."""
+        """The last requests, for tests of what a driver sends."""
         self.malformed = 0
-        """Frames that were no packets, since it was switched on."""
+        """Frames since power-up that were no valid packets."""
         self._out = bytearray()
         self._decoder = CobsDecoder()
         self._inbox: deque[bytes | None] = deque()
@@ -62,7 +62,7 @@ class ControllerFarEnd:
 
     @property
     def strict(self) -> bool:
-        """Whether it errs as the controllers in the field do."""
+        """Whether it has the faults of the controllers in the field."""
         return self.firmware.frames.strict
 
     @strict.setter
@@ -71,11 +71,11 @@ class ControllerFarEnd:
 
     @property
     def busy(self) -> bool:
-        """Whether anything but the once-a-second recovery is under way."""
+        """Whether anything but the recovery once a second is planned."""
         return self._agenda.next_ns() is not None
 
     def feed(self, data: bytes) -> None:
-        """Take bytes from the host, now."""
+        """Receive bytes from the host, now."""
         t_ns = self._clock.now_ns()
         self.advance(t_ns)
         if self.silent or self.dead or self.unplugged:
@@ -85,20 +85,20 @@ class ControllerFarEnd:
         self.advance(t_ns)
 
     def take_output(self) -> bytes:
-        """Return the bytes for the host that have come up since the last call."""
+        """Return the bytes for the host since the last call."""
         data = bytes(self._out)
         self._out.clear()
         return data
 
     def next_event_ns(self) -> int | None:
-        """Return when something will happen by itself; None when nothing will."""
+        """Return the time of the next planned event; None without one."""
         planned_ns = self._agenda.next_ns()
         if self.dead or not self.firmware.enabled:
             return planned_ns
         return min(self.firmware.recovery_ns, planned_ns or self.firmware.recovery_ns)
 
     def advance(self, t_ns: int) -> None:
-        """Do everything that was due up to `t_ns`."""
+        """Run everything due up to `t_ns`."""
         while (due_ns := self._agenda.next_ns()) is not None and due_ns <= t_ns:
             self._agenda.run_until(due_ns)
             self._drain(due_ns)
@@ -106,13 +106,13 @@ class ControllerFarEnd:
             self.firmware.recover(t_ns)
 
     def die(self) -> None:
-        """Stop for good, pins as they stand: the rail stays on. Only a power cycle helps."""
+        """Stop for good, pins unchanged: the rail stays on. Only a power cycle recovers it."""
         self.dead = True
         self._agenda.clear()
         self._inbox.clear()
 
     def power_cycle(self) -> None:
-        """Lose the supply and come back as from the factory."""
+        """Switch the supply off and on; it starts with the factory settings."""
         t_ns = self._clock.now_ns()
         self.advance(t_ns)
         self.dead = False
@@ -123,14 +123,14 @@ class ControllerFarEnd:
         self.firmware.boot(t_ns)
 
     def unplug(self, *, keep_power: bool = False) -> None:
-        """Pull the USB cable; without another supply the controller goes out as well."""
+        """Unplug the USB cable; unless `keep_power`, the controller loses its supply too."""
         self.unplugged = True
         self._out.clear()
         if not keep_power:
             self.power_cycle()
 
     def plug(self) -> None:
-        """Put the USB cable back."""
+        """Plug the USB cable in again."""
         self.unplugged = False
 
     def _drain(self, t_ns: int) -> None:

@@ -1,6 +1,6 @@
-"""The mirror controller's firmware, 2.1.0: what each request does, refuses and answers.
+"""The mirror controller's firmware, 2.1.0: the effect, refusal and answer of each request.
 
-Bytes, damage and the passing of time are the far end's (`controller_far_end`).
+Bytes, damage and time belong to the far end (`controller_far_end`).
 """
 
 from collections.abc import Callable
@@ -40,7 +40,7 @@ FACTORY_LOW_PASS_HZ = 60
 
 
 class ControllerFirmware:
-    """The program on the controller; `send` takes its bytes, `agenda` its plans.
+    """The firmware as a state machine; `send` takes its output, `agenda` its planned actions.
 
     While `blocked` it is in a delay loop and reads nothing.
     """
@@ -71,9 +71,9 @@ class ControllerFirmware:
         self.boot(t_ns)
 
     def boot(self, t_ns: int) -> None:
-        """Start with the factory's settings and an empty table."""
+        """Start with the factory settings and an empty table of streams."""
         self._agenda.clear()
-        self.frames.forget()
+        self.frames.drop_all()
         self._streams.clear()
         self._pending.clear()
         self.drive.lose_power(t_ns)
@@ -86,7 +86,7 @@ class ControllerFirmware:
         self._bias_code = 0
 
     def recover(self, t_ns: int) -> None:
-        """Do what the firmware does once a second while enabled, as often as it was due."""
+        """Run the recovery that the firmware runs once a second while enabled, if it is due."""
         if self.enabled and t_ns >= self.recovery_ns:
             missed = (t_ns - self.recovery_ns) // RECOVERY_NS
             due_ns = self.recovery_ns + missed * RECOVERY_NS
@@ -95,7 +95,7 @@ class ControllerFirmware:
             self._streams.write(due_ns, again=True)
 
     def execute(self, t_ns: int, request: Packet) -> bool:
-        """Act on one request and answer it; tell whether it could be understood."""
+        """Execute one request and answer it; return whether it could be decoded."""
         try:
             self._serve(t_ns, request)
         except RequestRefused as refused:
@@ -225,7 +225,7 @@ class ControllerFirmware:
         kind = unpack_u8(request.payload)
         if kind in (ResetType.SOFT, ResetType.HARD):
             self._acknowledge(request, b"")
-            self.frames.forget()
+            self.frames.drop_all()
             self._delay(t_ns, REBOOT_NS, self.boot)
         elif kind == ResetType.MIRROR_DACS and self.version >= (2, 1, 0):
             if not self.enabled:
@@ -266,7 +266,7 @@ class ControllerFirmware:
                 raise BadPacket(f"{request.prop.name} is unknown to version {self.version}")
 
     def _start(self, t_ns: int, request: Packet, duration_us: int, refusal: str) -> None:
-        """Acknowledge a request with two phases, and plan its end."""
+        """Acknowledge a request that has two phases, and plan its end."""
         if request.prop in self._pending:
             raise RequestRefused(refusal)
         self._acknowledge(request, request.payload)

@@ -1,7 +1,7 @@
-"""The controller's streams and its frame queue: targets, triggers, strobes.
+"""The controller's streams of targets and its queue of frame requests.
 
-A frame activates its stream, waits for the mirrors, raises the trigger lines, watches the strobes
-and reports when the first one rose and the mean of the targets at the start and the end of the exposure.
+A frame activates its stream, waits for the mirrors, raises the trigger lines, watches the strobes, and
+reports the rise of the first one and the mean of the targets at the start and the end of the exposure.
 """
 
 from collections import deque
@@ -31,7 +31,7 @@ from foveacam_hardware.wire.controller_payloads import (
 MAX_STREAMS = 64
 MAX_QUEUED_FRAMES = 8
 STROBE_GRACE_US = 5000
-"""After the pulse, how long a strobe may last before the frame is given up."""
+"""Time after the pulse within which the strobes must end, or the frame fails."""
 
 Answer: TypeAlias = Callable[[Packet, PacketMethod, bytes], None]
 """Sends a reply to a request: request, method, payload."""
@@ -40,11 +40,11 @@ Target: TypeAlias = tuple[MirrorCodes, MirrorCodes]
 
 
 class RequestRefused(Exception):
-    """A request that the firmware answers with REJ and this text."""
+    """A request that the firmware rejects (REJ) with this text."""
 
 
 class TargetStreams:
-    """The table of targets; the active one stands on the mirrors."""
+    """The table of targets; the mirrors hold the active one."""
 
     def __init__(self, drive: MirrorDrive) -> None:
         self._drive = drive
@@ -61,13 +61,13 @@ class TargetStreams:
         return None if self.active is None else self._targets[self.active]
 
     def clear(self) -> None:
-        """Forget every stream."""
+        """Delete every stream."""
         self._targets.clear()
         self._written = None
         self.active = None
 
     def apply(self, t_ns: int, command: StreamCommand, *, pending: Callable[[int], bool]) -> None:
-        """Create, update or end a stream; `pending` tells whether a frame still needs it."""
+        """Create, update or end a stream; `pending` returns whether a frame still needs it."""
         stream, target = command.stream, (command.left, command.right)
         match command.operation:
             case StreamOperation.CREATE:
@@ -89,14 +89,14 @@ class TargetStreams:
         self.write(t_ns)
 
     def activate(self, t_ns: int, stream: int) -> bool:
-        """Put a stream on the mirrors; return whether another one stood there."""
+        """Make a stream active; return whether that changed the active one."""
         changed = self.active != stream
         self.active = stream
         self.write(t_ns)
         return changed
 
     def write(self, t_ns: int, *, again: bool = False) -> None:
-        """Write the active target to the DACs if it changed, or `again` in any case."""
+        """Write the active target to the DACs if it has changed, or always with `again`."""
         target = self.target
         if target is not None and (again or target != self._written):
             self._written = target
@@ -119,7 +119,7 @@ class _Frame:
 
 
 class FrameQueue:
-    """One frame in work and a queue of eight, one a stream."""
+    """The active frame and a queue of eight, at most one per stream."""
 
     def __init__(
         self,
@@ -136,7 +136,7 @@ class FrameQueue:
         self._answer = answer
         self._time_us = time_us
         self._queue: deque[_Frame] = deque()
-        self._work: _Frame | None = None
+        self._active: _Frame | None = None
         self._count = 0
         self._line_low_ns = 0
         self._line_stuck = False
@@ -144,12 +144,12 @@ class FrameQueue:
         self.centre_strobe_cable = False
 
     def pending(self, stream: int) -> bool:
-        """Tell whether a frame of this stream is in work or queued."""
-        frames = [*self._queue] if self._work is None else [self._work, *self._queue]
+        """Return whether a frame of this stream is active or queued."""
+        frames = [*self._queue] if self._active is None else [self._active, *self._queue]
         return any(frame.order.stream == stream for frame in frames)
 
     def request(self, t_ns: int, request: Packet) -> None:
-        """Queue a frame, or refuse it."""
+        """Queue a frame, or raise `RequestRefused`."""
         order = FrameRequest.unpack(request.payload)
         cameras = order.cameras or CAMERA_LEFT | CAMERA_RIGHT
         if order.stream not in self._streams:
@@ -162,44 +162,44 @@ class FrameQueue:
             raise RequestRefused("Stream already has a pending frame request")
         if len(self._queue) >= MAX_QUEUED_FRAMES:
             raise RequestRefused("Frame queue is full")
-        position = len(self._queue) + (self._work is not None)
+        position = len(self._queue) + (self._active is not None)
         self._answer(request, PacketMethod.ACK, bytes((position,)))
         self._queue.append(_Frame(request, order, cameras))
-        self._next(t_ns)
+        self._start_next(t_ns)
 
     def trigger_all(self, t_ns: int, *, pulse_us: int) -> None:
-        """Raise all three trigger lines, without watching a strobe."""
+        """Raise all three trigger lines without watching the strobes."""
         self._line_low_ns = max(self._line_low_ns, t_ns + pulse_us * 1000)
         self._cables.trigger(t_ns, pulse_us=pulse_us, cameras=CAMERA_CENTRE | CAMERA_LEFT | CAMERA_RIGHT)
 
     def cancel(self, text: str) -> None:
-        """End every frame with REJ."""
-        frames = [*self._queue] if self._work is None else [self._work, *self._queue]
-        self.forget()
+        """Reject every frame (REJ)."""
+        frames = [*self._queue] if self._active is None else [self._active, *self._queue]
+        self.drop_all()
         for frame in frames:
             self._answer(frame.request, PacketMethod.REJ, text.encode("ascii"))
 
-    def forget(self) -> None:
-        """End every frame without a word, as a reboot does."""
-        if self._work is not None:
-            self._end(self._work)
+    def drop_all(self) -> None:
+        """Drop every frame without an answer, as a reboot does."""
+        if self._active is not None:
+            self._end(self._active)
         self._queue.clear()
 
-    def _next(self, t_ns: int) -> None:
-        if self._work is not None or not self._queue:
+    def _start_next(self, t_ns: int) -> None:
+        if self._active is not None or not self._queue:
             return
-        self._work = frame = self._queue.popleft()
+        self._active = frame = self._queue.popleft()
         changed = self._streams.activate(t_ns, frame.order.stream)
         wait_ns = frame.order.settle_us * 1000 if changed else 0
-        # A healthy controller lets the last pulse end before it raises the lines again.
+        # A correct controller waits for the end of the last pulse before it raises the lines again.
         self._plan(frame, max(t_ns + wait_ns, self._line_low_ns), self._expose)
 
     def _expose(self, t_ns: int, frame: _Frame) -> None:
         pulse_us = frame.order.pulse_us
         frame.t_trigger_ns = t_ns
-        self._plan(frame, t_ns + (pulse_us + STROBE_GRACE_US) * 1000, self._give_up)
+        self._plan(frame, t_ns + (pulse_us + STROBE_GRACE_US) * 1000, self._time_out)
         if self._line_stuck:
-            return  # no edge: the lines are high already, and no camera starts
+            return  # no edge: the lines are still high, and no camera exposes
         self._line_low_ns = t_ns + pulse_us * 1000
         self._cables.trigger(t_ns, pulse_us=pulse_us, cameras=frame.cameras)
         for bit, role in CAMERA_ROLES.items():
@@ -240,18 +240,18 @@ class FrameQueue:
         )
         self._end(frame)
         self._answer(frame.request, PacketMethod.FIN, report.pack())
-        self._next(t_ns)
+        self._start_next(t_ns)
 
-    def _give_up(self, t_ns: int, frame: _Frame) -> None:
+    def _time_out(self, t_ns: int, frame: _Frame) -> None:
         self._line_stuck = False
         self._end(frame)
         self._answer(frame.request, PacketMethod.REJ, b"Strobe timeout")
-        self._next(t_ns)
+        self._start_next(t_ns)
 
     def _end(self, frame: _Frame) -> None:
         for entry in frame.planned:
             entry.cancel()
-        self._work = None
+        self._active = None
 
 
 def _mean(start: MirrorCodes, end: MirrorCodes) -> MirrorCodes:

@@ -1,7 +1,7 @@
-"""The controller's far end in the same process, on simulated time: the fastest host there is.
+"""The simulated mirror controller in this process, on virtual time.
 
-A write runs the far end until it has nothing left to do, moving the clock from event to event, so a
-whole session takes no time and always runs the same way. The driver's reader thread works as ever.
+A write runs the far end until it has no planned event, and advances the clock from event to event: a
+session takes no real time and is deterministic. The driver's reader thread works as with a real port.
 """
 
 import threading
@@ -15,13 +15,13 @@ from foveacam_hardware.wire.link import NO_BACKLOG, Backlog
 from foveacam_hardware.wire.usb_ports import PortIdentity
 
 _EXCHANGE_LOCK = threading.Lock()
-"""Two links may lead to one far end (a port that is opened again): each gets the answers to what it wrote."""
+"""Two links may share one far end (a port opened again); each gets the answers to its own requests."""
 MAX_READ_S = 0.005
-"""A reader is let go this often, so that a session closes at once."""
+"""Longest wait of a read, so that a session closes at once."""
 
 
 class LoopbackLink:
-    """A `Link` to a far end in this process. A new one is what opening the port again is."""
+    """A `Link` to a far end in this process; a new one stands for opening the port again."""
 
     def __init__(self, far_end: ControllerFarEnd, clock: Clock) -> None:
         self._far_end = far_end
@@ -29,27 +29,27 @@ class LoopbackLink:
         self._arrived = threading.Condition()
         self._inbox = bytearray()
         self._open = True
-        self._listening = False  # whether the reader has dealt with all that it was given, and waits
+        self._listening = False  # whether the reader has processed its data and waits
         self.identity = PortIdentity(name="simulated")
         self._check()
 
     @property
     def file(self) -> int | None:
-        """None: there is no port."""
+        """Always None: there is no port."""
         return None
 
     def backlog(self) -> Backlog:
-        """Nothing ever waits."""
+        """Always empty."""
         return NO_BACKLOG
 
     @property
     def quiet(self) -> bool:
-        """Whether the reader has dealt with all there is: a write lets the far end finish first."""
+        """Whether the reader has processed all data; a write returns after the far end has finished."""
         with self._arrived:
             return self._listening and not self._inbox
 
     def write(self, data: bytes) -> None:
-        """Hand `data` to the far end, and let it finish."""
+        """Send `data` to the far end, and run it until it is idle."""
         with self._arrived, _EXCHANGE_LOCK:
             self._check()
             self._far_end.feed(data)
@@ -60,7 +60,7 @@ class LoopbackLink:
             self._arrived.notify_all()
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what the far end has answered."""
+        """Return what the far end has sent."""
         with self._arrived:
             if not self._inbox:
                 self._listening = True
@@ -105,7 +105,7 @@ class LoopbackController:
         fragile: bool | None = None,
         clock_ppm: float | None = None,
     ) -> None:
-        """Change how it behaves; what is None stays."""
+        """Change its behaviour; None changes nothing."""
         far_end = self.far_end
         far_end.strict = far_end.strict if strict is None else strict
         far_end.silent = far_end.silent if silent is None else silent
@@ -113,20 +113,20 @@ class LoopbackController:
         far_end.firmware.clock_ppm = far_end.firmware.clock_ppm if clock_ppm is None else clock_ppm
 
     def damage_to_device(self, damage: LineDamage) -> None:
-        """Damage bytes on their way to the controller."""
+        """Damage bytes sent to the controller."""
         self.far_end.to_device.add(damage)
 
     def damage_to_host(self, damage: LineDamage) -> None:
-        """Damage bytes on their way to the host."""
+        """Damage bytes sent to the host."""
         self.far_end.to_host.add(damage)
 
     def heal(self) -> None:
-        """Take back the damage that has not happened yet."""
+        """Cancel the damage that has not happened yet."""
         self.far_end.to_device.clear()
         self.far_end.to_host.clear()
 
     def die(self) -> None:
-        """Let it stop for good, rail as it is."""
+        """Stop it for good, its rail unchanged."""
         self.far_end.die()
 
     def power_cycle(self) -> None:
@@ -134,15 +134,15 @@ class LoopbackController:
         self.far_end.power_cycle()
 
     def unplug(self, *, keep_power: bool = False) -> None:
-        """Pull the cable; it goes dark as well unless something else feeds it."""
+        """Unplug the cable; unless `keep_power`, it loses its supply too."""
         self.far_end.unplug(keep_power=keep_power)
 
     def plug(self) -> None:
-        """Put the cable back."""
+        """Plug the cable in again."""
         self.far_end.plug()
 
     def status(self) -> ControllerStatus:
-        """Return how it is."""
+        """Return its status."""
         far_end = self.far_end
         return ControllerStatus(
             dead=far_end.dead, enabled=far_end.firmware.enabled, malformed=far_end.malformed

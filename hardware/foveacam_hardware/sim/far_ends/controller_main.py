@@ -1,7 +1,7 @@
-"""The simulated controller in a process of its own: a pty for the host, a socket for the world.
+"""Main program of the simulated mirror controller: a pty for the host, a socket for the world.
 
 `python -m foveacam_hardware.sim.far_ends.controller_main --socket FD --port PATH [--strict]
-[--version 2.1.0]` is started by `controller_process.ControllerProcess` and ends with it. Both share
+[--version 2.1.0]` is started by `controller_process.ControllerProcess` and ends with it. Both use
 CLOCK_MONOTONIC. Messages on the socket are JSON lines, documented in `side_channel`.
 """
 
@@ -21,12 +21,12 @@ from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus, Messag
 
 
 class _CableSender:
-    """Cables whose other ends are in the parent process."""
+    """Cables whose signals go to the parent process."""
 
     def __init__(self, channel: SideChannel) -> None:
         self._channel = channel
         self.commands: deque[Message] = deque()
-        """Commands that arrived while a strobe was waited for."""
+        """Commands that arrived during the wait for a strobe."""
 
     def set_codes(self, t_ns: int, codes: tuple[int, ...]) -> None:
         self._channel.send({"event": "drive", "t_ns": t_ns, "codes": codes})
@@ -52,7 +52,7 @@ class _CableSender:
 
 
 def execute_command(far_end: ControllerFarEnd, message: Message) -> Message:
-    """Do what a command says, and return the controller's status."""
+    """Execute a command from the parent; return the controller's status."""
     match message["command"]:
         case "set":
             far_end.strict = message.get("strict", far_end.strict)
@@ -74,9 +74,11 @@ def execute_command(far_end: ControllerFarEnd, message: Message) -> Message:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the controller until its parent is gone."""
+    """Run the controller until its parent ends."""
     options = argument_parser("simulated mirror controller on a pty")
-    options.add_argument("--strict", action="store_true", help="err as controllers in the field do")
+    options.add_argument(
+        "--strict", action="store_true", help="have the faults of the controllers in the field"
+    )
     options.add_argument("--version", default="2.1.0", help="firmware version to answer with")
     given = options.parse_args(arguments)
     major, minor, patch = (int(part) for part in given.version.split("."))

@@ -1,4 +1,4 @@
-"""The simulated controller in its own process, as its parent sees it: its cables, its faults, its port."""
+"""Handle on a simulated mirror controller that runs in a process of its own."""
 
 from types import TracebackType
 
@@ -13,10 +13,10 @@ MODULE = "foveacam_hardware.sim.far_ends.controller_main"
 
 
 class ControllerProcess:
-    """A simulated controller in its own process, wired to `cables`; a context manager.
+    """A simulated controller in a process of its own, wired to `cables`; a context manager.
 
-    Faults are methods; each returns once the controller has taken it. When its process dies, it goes dark,
-    and comes back by itself as one that was plugged in again.
+    A fault method returns once the fault is in force. When the process dies, the controller's outputs go off,
+    and another process replaces it like a controller plugged in again.
     """
 
     def __init__(
@@ -26,7 +26,7 @@ class ControllerProcess:
         self._process = FarEndProcess(MODULE, "controller", _CableReceiver(cables), options=lambda: options)
         self._process.wait_until_ready()
         self.port = self._process.port
-        """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
+        """The path of the port, like /dev/serial/by-id/…; it does not exist while unplugged."""
 
     def __enter__(self) -> "ControllerProcess":
         return self
@@ -41,11 +41,11 @@ class ControllerProcess:
 
     @property
     def pid(self) -> int:
-        """The far end's process id."""
+        """The process id; it changes when the process dies and is replaced."""
         return self._process.pid
 
     def close(self) -> None:
-        """End the process and its thread; harmless when closed."""
+        """End the process and its thread; no effect when closed."""
         self._process.close()
 
     def open(self) -> SerialLink:
@@ -60,26 +60,26 @@ class ControllerProcess:
         fragile: bool | None = None,
         clock_ppm: float | None = None,
     ) -> None:
-        """Change how it behaves; what is None stays."""
+        """Change its behaviour; None changes nothing."""
         given = {"strict": strict, "silent": silent, "fragile": fragile, "clock_ppm": clock_ppm}
         self._process.send_command(
             "set", **{name: value for name, value in given.items() if value is not None}
         )
 
     def damage_to_device(self, damage: LineDamage) -> None:
-        """Damage bytes on their way to the controller."""
+        """Damage bytes sent to the controller."""
         self._process.damage(damage, to="device")
 
     def damage_to_host(self, damage: LineDamage) -> None:
-        """Damage bytes on their way to the host."""
+        """Damage bytes sent to the host."""
         self._process.damage(damage, to="host")
 
     def heal(self) -> None:
-        """Take back the damage that has not happened yet."""
+        """Cancel the damage that has not happened yet."""
         self._process.send_command("heal")
 
     def die(self) -> None:
-        """Let it stop for good, rail as it is."""
+        """Stop it for good, its rail unchanged."""
         self._process.send_command("die")
 
     def power_cycle(self) -> None:
@@ -87,27 +87,27 @@ class ControllerProcess:
         self._process.send_command("power_cycle")
 
     def unplug(self, *, keep_power: bool = False) -> None:
-        """Pull the cable; it goes dark as well unless something else feeds it."""
+        """Unplug the cable; unless `keep_power`, it loses its supply too."""
         self._process.send_command("unplug", keep_power=keep_power)
 
     def plug(self) -> None:
-        """Put the cable back."""
+        """Plug the cable in again."""
         self._process.send_command("plug")
 
     def status(self) -> ControllerStatus:
-        """Return how it is; all cable events before the answer have been delivered."""
+        """Return its status; every earlier cable event has been delivered by then."""
         return ControllerStatus(**self._process.send_command("status"))
 
 
 class _CableReceiver:
-    """The world's ends of the controller's cables."""
+    """Passes the signals from the controller's process on to `cables`."""
 
     def __init__(self, cables: Cables) -> None:
         self._cables = cables
-        self._clock = MonotonicClock()  # the far end's, as `controller_main` says
+        self._clock = MonotonicClock()  # the same clock as the far end's
 
     def receive(self, message: Message) -> Message | None:
-        """Pass an event on, or answer a question."""
+        """Pass an event on, or answer a query."""
         if message.get("ask") == "strobe":
             return {"strobe_us": self._cables.strobe_us(Role(message["role"]))}
         t_ns = message["t_ns"]
@@ -123,7 +123,7 @@ class _CableReceiver:
         return None
 
     def lose_power(self) -> None:
-        """Let rail, filter clock and DACs go out, as those of a controller without a supply do."""
+        """Switch rail, filter clock and DACs off, as without a supply."""
         t_ns = self._clock.now_ns()
         self._cables.set_rail(t_ns, on=False)
         self._cables.set_low_pass(t_ns, 0)

@@ -1,4 +1,4 @@
-"""A pty that sends back what it is sent, in a process of its own: the yardstick of the serial bench.
+"""A pty that echoes its input, in a process of its own: the reference of the serial bench.
 
 `python -m foveacam_hardware.sim.far_ends.echo_process` prints the port's path and ends when stdin closes.
 """

@@ -1,7 +1,7 @@
-"""The parent's side of a far end in its own process: starts it, commands it, receives what it tells.
+"""The parent's side of a far end that runs in a process of its own: start, commands, events, port folder.
 
-One thread receives and passes events on; `.port` is a path like a real one. A process that dies is reaped,
-and another one takes its place as somebody who plugs a device in again would: its port is gone meanwhile.
+One thread receives the events and passes them on. A process that dies is reaped and replaced after a delay,
+during which its port does not exist, like a device that is unplugged and plugged in again.
 """
 
 import contextlib
@@ -24,11 +24,11 @@ from foveacam_hardware.sim.far_ends.side_channel import ChannelClosed, Message, 
 
 FOLDER_PREFIX = "foveacam-port-"
 LOCK_FILE = "owner"
-"""A file in it that its owner keeps locked: the system drops the lock with the process, however that ends."""
+"""A file in the folder that the owner keeps locked; the system drops the lock when the process ends."""
 
 
 class PortFolder:
-    """A new folder below the system's temporary one; its removal is left to `close`, or to a later start."""
+    """A new temporary folder for a port; `close` removes it, or else a later process does."""
 
     def __init__(self) -> None:
         remove_abandoned_folders(Path(tempfile.gettempdir()))
@@ -36,7 +36,7 @@ class PortFolder:
         self._lock_fd = _create_lock(self.path)
 
     def close(self) -> None:
-        """Remove it; harmless when removed."""
+        """Remove the folder; no effect when removed."""
         shutil.rmtree(self.path, ignore_errors=True)
         if self._lock_fd >= 0:
             os.close(self._lock_fd)
@@ -44,7 +44,7 @@ class PortFolder:
 
 
 def remove_abandoned_folders(parent: Path) -> list[Path]:
-    """Remove the folders of this user whose owner has ended without removing them; return which."""
+    """Remove this user's folders whose owner has ended; return those removed."""
     return [
         folder
         for folder in parent.glob(f"{FOLDER_PREFIX}*")
@@ -53,7 +53,7 @@ def remove_abandoned_folders(parent: Path) -> list[Path]:
 
 
 def _create_lock(folder: Path) -> int:
-    """Lock the owner's file; it has its name only when it is locked, so that nobody finds it unlocked."""
+    """Create and lock the lock file; return its descriptor. It gets its name once locked, never before."""
     unnamed = folder / f".{LOCK_FILE}"
     lock_fd = os.open(unnamed, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
     fcntl.flock(lock_fd, fcntl.LOCK_EX)
@@ -62,7 +62,7 @@ def _create_lock(folder: Path) -> int:
 
 
 def _is_abandoned(folder: Path) -> bool:
-    """Tell whether it is this user's, and its owner's lock is gone; what cannot be looked into is not."""
+    """Return whether a folder is this user's and its lock is free; False when it cannot be read."""
     try:
         if folder.is_symlink() or folder.stat().st_uid != os.getuid():
             return False
@@ -90,26 +90,26 @@ START_TIMEOUT_S = 20.0
 COMMAND_TIMEOUT_S = 5.0
 END_TIMEOUT_S = 3.0
 RESTART_DELAY_S = 2.0
-"""From the death of a far end's process to the start of another one: as long as somebody needs for a plug."""
+"""Delay from the death of a far end's process to the start of the next, as if plugged in by hand."""
 
 OptionsSource: TypeAlias = Callable[[], Sequence[str]]
-"""Returns the options of the process that is started now."""
+"""Returns the command-line options of the process to start."""
 
 
 class FarEndCables(Protocol):
-    """What a far end's process pulls on, in this process."""
+    """Receiver, in this process, of a far end's events."""
 
     def receive(self, message: Message) -> Message | None:
-        """Take an event or a question; return the question's answer."""
+        """Receive an event or a query; return the answer to a query."""
         ...
 
     def lose_power(self) -> None:
-        """Let everything go that the process held: it is gone, and with it its supply."""
+        """Reset every signal that the far end drove: its process, and with it its supply, is gone."""
         ...
 
 
 class FarEndProcess:
-    """A process that runs `python -m module`, not yet waited for: call `wait_until_ready`."""
+    """A process that runs `python -m module`; `wait_until_ready` waits for its start."""
 
     def __init__(self, module: str, name: str, cables: FarEndCables, *, options: OptionsSource) -> None:
         self._module = module
@@ -122,7 +122,7 @@ class FarEndProcess:
         self._count = 0
         self._folder = PortFolder()
         self.port = str(self._folder.path / name)
-        """The path to open, as one would open /dev/serial/by-id/…; it is gone while unplugged."""
+        """The path of the port, like /dev/serial/by-id/…; it does not exist while unplugged."""
         try:
             self._process, self._channel = self._start()
         except OSError:
@@ -135,11 +135,11 @@ class FarEndProcess:
 
     @property
     def pid(self) -> int:
-        """The far end's process id; another one after its process has died."""
+        """The process id; it changes when the process dies and is replaced."""
         return self._process.pid
 
     def wait_until_ready(self) -> None:
-        """Return once it has served its port; raise `DeviceFault`, and end it, when it does not start."""
+        """Return once it serves its port; end it and raise `DeviceFault` when it does not start."""
         with self._changed:
             self._changed.wait_for(lambda: self._ready or self._gone, START_TIMEOUT_S)
         if not self._ready:
@@ -150,7 +150,7 @@ class FarEndProcess:
             )
 
     def close(self) -> None:
-        """End the process and its thread; harmless when closed."""
+        """End the process and its thread; no effect when closed."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()
@@ -162,7 +162,7 @@ class FarEndProcess:
         self._folder.close()
 
     def send_command(self, command: str, **fields: object) -> Message:
-        """Command it; return its status once it has done so, and told every event before."""
+        """Send a command; return the status once it is executed and every earlier event is delivered."""
         with self._changed:
             self._count += 1
             number = self._count
@@ -178,7 +178,7 @@ class FarEndProcess:
             return self._answers.pop(number)
 
     def damage(self, damage: LineDamage, *, to: str) -> None:
-        """Damage bytes on their way to the "device" or the "host"."""
+        """Damage bytes sent to the "device" or the "host"."""
         fields = {"skip": damage.skip, "count": damage.count, "value": damage.value}
         self.send_command("damage", to=to, kind=str(damage.kind), **fields)
 
@@ -191,15 +191,15 @@ class FarEndProcess:
                 [*command, *self._options()],
                 pass_fds=(theirs.fileno(),),
                 stdin=subprocess.DEVNULL,
-                start_new_session=True,  # Ctrl-C is the parent's; the child follows it
+                start_new_session=True,  # Ctrl-C ends the parent, and the child with it
             )
             cleanup.pop_all()
         return process, SideChannel(ours)
 
-    # The thread -------------------------------------------------------------------------------------------
+    # The receiving thread
 
     def _receive_until_closed(self) -> None:
-        """Receive from one process after the other, until closed."""
+        """Receive from one process after the other until closed."""
         while True:
             try:
                 self._receive()
@@ -220,7 +220,7 @@ class FarEndProcess:
                     self._handle_message(message)
 
     def _handle_death(self) -> None:
-        """Reap the process that has died, and let go of what it held."""
+        """Reap the process that has died, and reset its signals."""
         self._reap()
         self._channel.close()
         logger.warning(
@@ -233,7 +233,7 @@ class FarEndProcess:
         self._cables.lose_power()
 
     def _restart(self) -> bool:
-        """Start another process after a while; tell whether there is one, which there is not once closed."""
+        """Start another process after a delay; return False when closed meanwhile."""
         while True:
             with self._changed:
                 if self._changed.wait_for(lambda: self._closing, RESTART_DELAY_S):

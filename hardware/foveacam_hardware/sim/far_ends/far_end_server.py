@@ -1,6 +1,6 @@
-"""A far end in a process of its own: a pty for the host, a socket for the world.
+"""The event loop of a far end's process: a pty for the host, a socket for the parent.
 
-What kind of far end it is, and what commands mean to it, is its module's; started by `far_end_process`.
+The kind of far end and its commands are in `controller_main` and `board_main`; `far_end_process` starts it.
 """
 
 import argparse
@@ -22,7 +22,7 @@ READ_BYTES = 4096
 
 
 class PtyPort:
-    """The far end's side of a pty."""
+    """A pty as serial port, and a stable path to it that exists while it is plugged in."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -30,11 +30,11 @@ class PtyPort:
 
     @property
     def file(self) -> int | None:
-        """The master's file number; None while unplugged."""
+        """The master's file descriptor; None while unplugged."""
         return self._files[0] if self._files else None
 
     def plug(self) -> None:
-        """Open a pty and point the path at it."""
+        """Open a pty and link the path to it."""
         if self._files is not None:
             return
         master, slave = os.openpty()
@@ -45,7 +45,7 @@ class PtyPort:
         self._files = master, slave
 
     def unplug(self) -> None:
-        """Hang up: the host's reads and writes fail, and the path is gone."""
+        """Close the pty and remove the path: the host's reads and writes fail."""
         if self._files is not None:
             self._path.unlink(missing_ok=True)
             for file in self._files:
@@ -53,11 +53,11 @@ class PtyPort:
             self._files = None
 
     def read(self) -> bytes:
-        """Return what the host has sent."""
+        """Return the bytes that the host has sent."""
         return os.read(self._files[0], READ_BYTES) if self._files else b""
 
     def write(self, data: bytes) -> None:
-        """Send to the host; what nobody reads is lost, as on a USB port that nobody has opened."""
+        """Send bytes to the host; what is not read is lost, as on a USB port that is not open."""
         if self._files is not None:
             with contextlib.suppress(BlockingIOError):
                 os.write(self._files[0], data)
@@ -67,36 +67,36 @@ ORPHAN_CHECK_S = 1.0
 
 
 class FarEnd(Protocol):
-    """A device behind a serial port as a state machine: bytes in, bytes out, in time."""
+    """A device at a serial port as a state machine: bytes in, bytes out, in time."""
 
     to_device: LineFaults
     to_host: LineFaults
 
     def feed(self, data: bytes) -> None:
-        """Take bytes from the host, now."""
+        """Receive bytes from the host, now."""
         ...
 
     def take_output(self) -> bytes:
-        """Return the bytes for the host that have come up."""
+        """Return the bytes for the host that are due."""
         ...
 
     def next_event_ns(self) -> int | None:
-        """Return when something will happen by itself."""
+        """Return the time of the next planned event; None without one."""
         ...
 
     def advance(self, t_ns: int) -> None:
-        """Do everything that was due up to `t_ns`."""
+        """Run everything due up to `t_ns`."""
         ...
 
 
 CommandHandler: TypeAlias = Callable[[Message], Message]
-"""Does what a command says and returns the device's status."""
+"""Executes a command and returns the device's status."""
 
 
 class FarEndServer:
-    """Gives a far end its bytes, its time and its commands, until the parent is gone.
+    """Passes bytes, time and commands to a far end until the parent ends.
 
-    `inbox` holds commands that arrived; the far end's cables may add to it.
+    `inbox` holds the commands received; the far end's cables may add to it.
     """
 
     def __init__(
@@ -162,13 +162,13 @@ class FarEndServer:
 
 
 def argument_parser(description: str) -> argparse.ArgumentParser:
-    """Return a parser with the options that every far end's process takes."""
+    """Return a parser of the options that every far end's process takes."""
     options = argparse.ArgumentParser(description=description)
-    options.add_argument("--socket", type=int, required=True, help="file number of the side channel")
-    options.add_argument("--port", type=Path, required=True, help="path that shall lead to the pty")
+    options.add_argument("--socket", type=int, required=True, help="file descriptor of the side channel")
+    options.add_argument("--port", type=Path, required=True, help="path to link to the pty")
     return options
 
 
 def inherited_socket(options: argparse.Namespace) -> socket.socket:
-    """Return the side channel's socket, as inherited from the parent."""
+    """Return the side channel's socket, inherited from the parent."""
     return socket.socket(fileno=options.socket)

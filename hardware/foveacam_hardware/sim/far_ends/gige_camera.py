@@ -1,7 +1,7 @@
-"""A GigE Vision camera in this process that sends pictures of ours: libaravis' own fake camera serves it.
+"""A GigE Vision camera in this process that sends images of ours, served by libaravis' fake camera.
 
-Others wrote that, so our driver is not held to our own idea of the protocol. It is not a rig's camera: it
-knows no mirror and no trigger line, and its software trigger takes 40 ms, for it polls.
+A third party implements the protocol, so that the driver is not tested against our own reading of it. It is
+no camera of a rig: it has no mirror and no trigger line, and its software trigger, polled, takes 40 ms.
 """
 
 import ctypes
@@ -17,13 +17,13 @@ from foveacam_hardware.contract import NotConnected
 
 LIBRARY = "libaravis-0.8.so.0"
 CHANNELS = {0x0108_0001: 1, 0x0108_0009: 1, 0x0218_0014: 3}
-"""Mono8, BayerRG8, RGB8 by their numbers (GenICam PFNC)."""
+"""Channels of Mono8, BayerRG8 and RGB8 by their codes (GenICam PFNC)."""
 _FILL = ctypes.CFUNCTYPE(None, c_void_p, c_void_p, c_uint32, c_uint32, c_uint32)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AcquisitionRequest:
-    """What the client set, as it arrived: `channels` is 3 for RGB."""
+    """The settings with which the client requests an image; `channels` is 3 for RGB."""
 
     width: int
     height: int
@@ -33,7 +33,7 @@ class AcquisitionRequest:
 
 
 class GigeCamera:
-    """One camera on a network interface; it serves until closed. Only one can be on an address."""
+    """One camera on a network interface, serving until closed; only one per address."""
 
     def __init__(
         self, *, interface: str, serial: str, picture: Callable[[AcquisitionRequest], NDArray[np.uint8]]
@@ -48,13 +48,13 @@ class GigeCamera:
                 " or this machine has no such interface: close that one, or give the address of an interface"
             )
         self.served: AcquisitionRequest | None = None
-        """The last picture's request."""
+        """The request of the last image sent."""
         self._fill = _FILL(self._on_fill)  # the library keeps no reference to it
         inner = self._library.arv_gv_fake_camera_get_fake_camera(self._camera)
         self._library.arv_fake_camera_set_fill_pattern(inner, self._fill, None)
 
     def close(self) -> None:
-        """Leave the network; harmless when closed."""
+        """Leave the network; no effect when closed."""
         camera, self._camera = self._camera, None
         if camera is not None:
             self._library.g_object_unref(camera)

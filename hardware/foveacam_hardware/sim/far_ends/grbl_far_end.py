@@ -1,7 +1,6 @@
-"""The pan-tilt's controller seen from its serial port: bytes in, bytes out, in its own good time.
+"""A simulated Grbl board at its serial port: bytes in, bytes out, with the delays of a microcontroller.
 
-A host (pty process or loopback) gives it time. Answers come late, as a small microcontroller's do; what
-breaks is an attribute or a method.
+A pty process or a loopback advances its time. The firmware is in `grbl_firmware`.
 """
 
 from collections import deque
@@ -16,14 +15,14 @@ from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, AxisPositions, PanTil
 from foveacam_hardware.wire.grbl import REALTIME, GrblLineReader
 
 ANSWER_NS = 1_500_000
-"""From a byte's arrival to its answer's: reading, thinking, 115 200 baud."""
+"""Delay from a byte to its answer: reading, computing, 115 200 baud."""
 
 
 class GrblFarEnd:
     """A Grbl board; its faults are attributes.
 
-    `to_device` and `to_host` damage bytes; `silent` ignores and says nothing; `unplugged` has no link to the
-    host; `slow_ns` delays every answer by so much more. `start`: where its motors stand.
+    `to_device` and `to_host` damage bytes; `silent`: ignores its input and sends nothing; `unplugged`: no
+    link to the host; `slow_ns`: additional delay of every answer. `start`: positions of its motors.
     """
 
     def __init__(
@@ -41,7 +40,7 @@ class GrblFarEnd:
         self.unplugged = False
         self.slow_ns = 0
         self.lines_received: deque[str] = deque(maxlen=4096)
-        """What the host has asked, for those who check what a driver sends."""
+        """The last lines from the host, for tests of what a driver sends."""
         self._out = PendingAnswers(clock, self.to_host)
         self._agenda = Agenda()
         self._reader = GrblLineReader()
@@ -54,11 +53,11 @@ class GrblFarEnd:
 
     @property
     def state(self) -> str:
-        """What it is doing, in its own word."""
+        """The state of the firmware, in Grbl's own term."""
         return self.firmware.state
 
     def feed(self, data: bytes) -> None:
-        """Take bytes from the host, now."""
+        """Receive bytes from the host, now."""
         t_ns = self._clock.now_ns()
         self.advance(t_ns)
         if self.silent or self.unplugged:
@@ -70,21 +69,21 @@ class GrblFarEnd:
         self._drain(t_ns)
 
     def take_output(self) -> bytes:
-        """Return the bytes for the host that have come up since the last call."""
+        """Return the bytes for the host that are due."""
         return self._out.take_output()
 
     def next_event_ns(self) -> int | None:
-        """Return when something will happen by itself; None when nothing will."""
+        """Return the time of the next planned event; None without one."""
         return self._out.next_event_ns(self._agenda.next_ns())
 
     def advance(self, t_ns: int) -> None:
-        """Do everything that was due up to `t_ns`."""
+        """Run everything due up to `t_ns`."""
         while (due_ns := self._agenda.next_ns()) is not None and due_ns <= t_ns:
             self._agenda.run_until(due_ns)
             self._drain(due_ns)
 
     def set_faults(self, **changes: Unpack[BoardFaults]) -> None:
-        """Change how it behaves; what is left out stays."""
+        """Change faults; keys left out are not changed."""
         refuse_unknown_faults(changes, {"silent", "slow_ns", "seized", "has_switches", "settings"})
         firmware = self.firmware
         self.silent = changes.get("silent", self.silent)
@@ -95,7 +94,7 @@ class GrblFarEnd:
         firmware.settings.update({int(number): value for number, value in settings.items()})
 
     def power_cycle(self) -> None:
-        """Lose the supply and come back, wherever the rig stands then."""
+        """Switch the supply off and on, wherever the axes are."""
         t_ns = self._clock.now_ns()
         self.advance(t_ns)
         self._agenda.clear()
@@ -104,19 +103,19 @@ class GrblFarEnd:
         self.firmware.boot(t_ns)
 
     def hit_a_limit(self) -> None:
-        """Let a limit switch trip, as a cable that has caught does."""
+        """Trip a limit switch, as a caught cable does."""
         t_ns = self._clock.now_ns()
         self.advance(t_ns)
         self.firmware.hit_a_limit(t_ns)
 
     def unplug(self) -> None:
-        """Pull the USB cable: the board goes out as well."""
+        """Unplug the USB cable: the board loses its supply too."""
         self.power_cycle()
         self.unplugged = True
         self._out.clear()
 
     def plug(self) -> None:
-        """Put the USB cable back."""
+        """Plug the USB cable in again."""
         self.unplugged = False
         self.power_cycle()
 

@@ -1,7 +1,7 @@
 """Grbl 1.1 on a pan-tilt, as its user's manual describes it: lines and single bytes in, lines out.
 
-Knows X (pan), Y (tilt), Z where there is a rail, jogging, homing, soft limits, alarms and settings: what a
-host of ours uses, and what goes wrong. Bytes, delays and faults of the line are `grbl_far_end`'s.
+It has X (pan), Y (tilt), Z where there is a rail, jogging, homing, soft limits, alarms and settings: what our
+drivers use, and its faults. Bytes, delays and faults of the line are in `grbl_far_end`.
 """
 
 import re
@@ -14,9 +14,9 @@ from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, AxisPositions, PanTil
 
 VERSION = "1.1h"
 SWITCHES_DEG = (72.0, 32.0)
-"""Where the reference switches trip, as the motors count from where the rig was set up."""
+"""Positions of the pan and tilt reference switches, from the set-up position."""
 SETTINGS: dict[int, float] = {
-    10: 1,  # reports tell machine positions
+    10: 1,  # reports show machine positions
     13: 0,  # millimetres (here degrees), not inches
     20: 1,  # soft limits
     21: 1,  # limit switches
@@ -24,9 +24,9 @@ SETTINGS: dict[int, float] = {
     24: 300.0,  # homing: slow approach, deg/min
     25: 1500.0,  # homing: search, deg/min
     27: 1.0,  # homing: back off, deg
-    100: 100.0,  # steps a degree
+    100: 100.0,  # steps per degree
     101: 100.0,
-    110: 1500.0,  # fastest, deg/min
+    110: 1500.0,  # top speed, deg/min
     111: 1500.0,
     120: 100.0,  # acceleration, deg/s^2
     121: 100.0,
@@ -34,32 +34,32 @@ SETTINGS: dict[int, float] = {
     131: 63.0,
 }
 RAIL_SWITCH_MM = 310.0
-"""Where the rail's reference switch trips, from its middle."""
+"""Position of the rail's reference switch, from its middle."""
 RAIL_SETTINGS: dict[int, float] = {
-    25: 6000.0,  # homing: search, units/min; each axis at most as fast as it can
-    102: 100.0,  # steps a millimetre
-    112: 6000.0,  # fastest, mm/min
+    25: 6000.0,  # homing: search, units/min; limited by the top speed of each axis
+    102: 100.0,  # steps per millimetre
+    112: 6000.0,  # top speed, mm/min
     122: 400.0,  # acceleration, mm/s^2
     132: 620.0,  # travel, mm
 }
 SWITCHES = (*SWITCHES_DEG, RAIL_SWITCH_MM)
 AXES = "XYZ"
 EEPROM_NS = 40_000_000
-"""While a setting is written, nothing is answered."""
+"""Time to write a setting, during which nothing is answered."""
 ALARM_NS = 500_000_000
-"""After an alarm in motion or in a search it hears nothing for so long, and then starts anew."""
+"""Time after an alarm in motion or homing in which it ignores its input; then it restarts."""
 SEIZED_NS = 3_600_000_000_000
-MILLIMETRES_AN_INCH = 25.4
+MM_PER_INCH = 25.4
 _WORD = re.compile(r"([A-Z])(-?\d*\.?\d+)")
 _ASSIGNMENT = re.compile(r"\$(\d+)=(-?\d+(?:\.\d*)?)")
 _JOG_WORDS = {"G20", "G21", "G53", "G90", "G91"}
 
 Send = Callable[[int, str], None]
-"""Called with a moment and a line for the host."""
+"""Called with a time and a line for the host."""
 
 
 class GrblFirmware:
-    """The state machine. `has_switches` false: their cable is off; `seized`: jogs wait for a faulty drive."""
+    """The state machine. `has_switches` false: their cable is off; `seized`: a faulty drive, no jog ends."""
 
     def __init__(
         self,
@@ -86,7 +86,7 @@ class GrblFirmware:
         self.boot(t_ns)
 
     def boot(self, t_ns: int) -> None:
-        """Start as after switching on: the place is unknown and counted as zero."""
+        """Start as after power-up: the present positions, unknown, count as zero."""
         self._halt(t_ns)
         self._offset = self.motors.positions(t_ns)
         self.state = "Alarm" if self.settings[22] else "Idle"
@@ -138,14 +138,14 @@ class GrblFirmware:
             self._send_line(t_ns, answer)
 
     def hit_a_limit(self, t_ns: int) -> None:
-        """Let a limit switch trip: everything stops, and only a reset is heard."""
+        """Trip a limit switch: everything stops, and only a reset is obeyed."""
         self._halt(t_ns)
         self.state, self._locked = "Alarm", True
         self._send_line(t_ns, "ALARM:1")
         self._send_line(t_ns, "[MSG:Reset to continue]")
 
     def machine_positions(self, t_ns: int) -> AxisPositions:
-        """Return the position that it counts."""
+        """Return the positions that the firmware counts."""
         pan, tilt, rail = (
             at - zero for at, zero in zip(self.motors.positions(t_ns), self._offset, strict=True)
         )
@@ -162,8 +162,8 @@ class GrblFirmware:
         extra = ("|WCO:0.000,0.000,0.000", "|Ov:100,100,100", "")[min(self._reports % 10, 2)]
         self._reports += 1
         feed = self.motors.speed_per_s(t_ns) * 60.0
-        place = f"{kind}:" + ",".join(f"{at:.3f}" for at in self.machine_positions(t_ns))
-        self._send_line(t_ns, f"<{self.state}|{place}|FS:{feed:.0f},0{extra}>")
+        position = f"{kind}:" + ",".join(f"{at:.3f}" for at in self.machine_positions(t_ns))
+        self._send_line(t_ns, f"<{self.state}|{position}|FS:{feed:.0f},0{extra}>")
 
     def _execute_system(self, t_ns: int, text: str) -> str:
         if text == "$H":
@@ -211,7 +211,7 @@ class GrblFirmware:
         return self._queue_jog(t_ns, modes, values)
 
     def _queue_jog(self, t_ns: int, modes: set[str], values: dict[str, float]) -> str:
-        scale = MILLIMETRES_AN_INCH if "G20" in modes else 1.0
+        scale = MM_PER_INCH if "G20" in modes else 1.0
         planned = [goal for goal, _ in self._queue]
         here = planned[-1] if planned else self._goal if self._moving else self.machine_positions(t_ns)
         start = here if "G91" in modes else (0.0, 0.0, 0.0)
@@ -221,10 +221,10 @@ class GrblFirmware:
         )
         goal = (pan, tilt, rail)
         moved = [k for k in range(len(AXES)) if AXES[k] in values]
-        way = [there - before for there, before in zip(goal, here, strict=True)]
+        displacement = [to - at for to, at in zip(goal, here, strict=True)]
         if self.settings[20] and not all(-self._travel(k) <= goal[k] <= 0.0 for k in moved):
             return "error:15"
-        self._queue.append((goal, self._limits_for(values["F"] * scale, way)))
+        self._queue.append((goal, self._limits_for(values["F"] * scale, displacement)))
         if self._moving is None:
             self._next_jog(t_ns)
         return "ok"
@@ -267,7 +267,7 @@ class GrblFirmware:
             self.send_welcome(t_ns)
 
     def _raise_alarm(self, t_ns: int, code: int) -> None:
-        """Tell an alarm and start anew, deaf meanwhile."""
+        """Send an alarm, ignore the input for a time, and restart."""
         self.state, self.ignores_input = "Alarm", True
         self._send_line(t_ns, f"ALARM:{code}")
         self._agenda.add(t_ns + ALARM_NS, self._restart)
@@ -277,7 +277,7 @@ class GrblFirmware:
         self.send_welcome(t_ns)
 
     def _halt(self, t_ns: int) -> None:
-        """Stop at once, as a reset does; steps are lost."""
+        """Stop at once, losing steps, as a reset does."""
         if self._moving is not None:
             self._moving.cancel()
             self._moving = None
@@ -292,10 +292,10 @@ class GrblFirmware:
         self.state = "Home"
         self._legs = deque(leg for axis in range(self._axes) for leg in self._homing_legs(axis))
         self._next_leg(t_ns)
-        return ""  # its ok comes when it is home
+        return ""  # its ok follows at the end of homing
 
     def _homing_legs(self, axis: int) -> list[tuple[int, float, float]]:
-        """Return an axis's way home: (axis, place from the switch, speed in deg/min) one after the other."""
+        """Return the legs of an axis's homing: (axis, position from the switch, speed in deg/min)."""
         off, fast, slow = self.settings[27], self.settings[25], self.settings[24]
         return [(axis, 0.0, fast), (axis, -off, fast), (axis, 0.0, slow), (axis, -off, slow)]
 
@@ -305,11 +305,11 @@ class GrblFirmware:
             self._finish_homing(t_ns)
             return
         axis, from_switch, feed_per_min = self._legs.popleft()
-        there = SWITCHES[axis] + from_switch
-        pan, tilt, rail = (there if k == axis else at for k, at in enumerate(self.motors.positions(t_ns)))
-        then = self._next_leg if self.has_switches else self._fail_homing
+        goal = SWITCHES[axis] + from_switch
+        pan, tilt, rail = (goal if k == axis else at for k, at in enumerate(self.motors.positions(t_ns)))
+        after = self._next_leg if self.has_switches else self._fail_homing
         limits = self._limits_for(feed_per_min, [float(k == axis) for k in range(len(AXES))])
-        self._moving = self._agenda.add(self.motors.move(t_ns, (pan, tilt, rail), limits), then)
+        self._moving = self._agenda.add(self.motors.move(t_ns, (pan, tilt, rail), limits), after)
 
     def _fail_homing(self, t_ns: int) -> None:
         self._halt(t_ns)

@@ -1,4 +1,4 @@
-"""Stepper motors under Grbl's planner: straight moves of all axes that speed up, run and slow down."""
+"""Stepper motors under Grbl's planner: straight moves of all axes with trapezoidal speed."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ from foveacam_hardware.sim.pan_tilt import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MoveLimits:
-    """How fast a straight move may be, along its displacement, in the axes' own units."""
+    """Speed and acceleration of a straight move along its displacement, in the axes' units."""
 
     speed_per_s: float
     acceleration_per_s2: float
@@ -25,7 +25,7 @@ class MoveLimits:
 def limits_along(
     displacement: Sequence[float], settings: Mapping[int, float], *, feed_per_min: float
 ) -> MoveLimits:
-    """Return how fast it goes along a displacement on which no axis exceeds its own speed and acceleration."""
+    """Return the limits of a move on which no axis exceeds its own speed and acceleration."""
     length = math.hypot(*displacement)
     share = {axis: abs(part) / length for axis, part in enumerate(displacement) if part}
     fastest = [settings.get(110 + axis, feed_per_min) / part for axis, part in share.items()]
@@ -37,7 +37,7 @@ def limits_along(
 
 
 class GrblMotors:
-    """Where the motors are and what they will do, from `start` on."""
+    """Positions and planned motion of the motors; `start`: their positions at first."""
 
     def __init__(
         self, cables: PanTiltCables, *, steps_per_unit: float, start: AxisPositions = ZERO_POSITIONS
@@ -47,18 +47,18 @@ class GrblMotors:
         self._steps_per_unit = steps_per_unit
 
     def positions(self, t_ns: int) -> AxisPositions:
-        """Return where they are."""
+        """Return the positions at a time."""
         return self._history.positions(t_ns)
 
     def speed_per_s(self, t_ns: int) -> float:
-        """Return how fast they are, along the displacement."""
+        """Return the speed along the present displacement."""
         return math.hypot(*self._speeds(t_ns))
 
     def move(self, t_ns: int, goal: AxisPositions, limits: MoveLimits) -> int:
-        """Go straight to a place, or to the step nearest to it; return when they will be there."""
+        """Move straight to the step nearest to a goal; return the time of arrival."""
         start = self.positions(t_ns)
         goal = self._nearest_step(goal)
-        displacement = [there - here for there, here in zip(goal, start, strict=True)]
+        displacement = [to - at for to, at in zip(goal, start, strict=True)]
         length = math.hypot(*displacement)
         if length == 0.0:
             return t_ns
@@ -77,7 +77,7 @@ class GrblMotors:
         return t_ns
 
     def slow_down(self, t_ns: int, acceleration_per_s2: float) -> int:
-        """Come to a stop on the displacement; return when."""
+        """Decelerate to a stop along the present displacement; return the time of the stop."""
         speed_per_s = self.speed_per_s(t_ns)
         if speed_per_s == 0.0:
             self.stop(t_ns)
@@ -89,7 +89,7 @@ class GrblMotors:
         return t_ns
 
     def stop(self, t_ns: int) -> None:
-        """Stand still at once."""
+        """Stop at once."""
         self._hold(t_ns, self._nearest_step(self.positions(t_ns)))
 
     def _speeds(self, t_ns: int) -> AxisPositions:
@@ -98,7 +98,7 @@ class GrblMotors:
     def _accelerate(
         self, t_ns: int, unit: AxisPositions, acceleration_per_s2: float, duration_s: float
     ) -> int:
-        """Accelerate evenly along the displacement for a while; return its end."""
+        """Accelerate evenly along a unit vector for a duration; return its end."""
         speed_per_s = self.speed_per_s(t_ns)
         pan_deg, tilt_deg, rail_mm = self.positions(t_ns)
         self._add_segment(

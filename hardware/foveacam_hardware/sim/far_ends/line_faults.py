@@ -1,11 +1,11 @@
-"""Damage done on purpose to the bytes of a serial line, in either direction."""
+"""Faults of a simulated serial line: lost, corrupted and inserted bytes, in one direction."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum
 
 
 class DamageKind(StrEnum):
-    """What happens to a byte."""
+    """The kind of damage to a byte."""
 
     DROP = "drop"
     CORRUPT = "corrupt"
@@ -14,10 +14,10 @@ class DamageKind(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineDamage:
-    """One fault: it hits the byte that comes after `skip` others, and `count - 1` more behind it.
+    """One fault: it damages the byte after `skip` others, and the next `count - 1`.
 
-    CORRUPT flips the bits of `value` (0 becomes something else, and never a delimiter by design of
-    the test); INSERT puts `count` bytes of `value` before the byte hit.
+    CORRUPT flips the bits of `value` (a test chooses it so that no delimiter results); INSERT puts `count`
+    bytes of `value` before the byte.
     """
 
     kind: DamageKind
@@ -28,22 +28,22 @@ class LineDamage:
 
 @dataclass(slots=True)
 class LineFaults:
-    """The faults still to come in one direction, done one after the other."""
+    """The pending faults of one direction, applied one after the other."""
 
     pending: list[LineDamage] = field(default_factory=list)
     _passed: int = 0
 
     def add(self, damage: LineDamage) -> None:
-        """Let `damage` happen, once those before it have."""
+        """Append a fault to the pending ones."""
         self.pending.append(damage)
 
     def clear(self) -> None:
-        """Heal the line."""
+        """Cancel the pending faults."""
         self.pending.clear()
         self._passed = 0
 
     def apply(self, data: bytes) -> bytes:
-        """Return what is left of `data` on the far side of the line."""
+        """Return the bytes that arrive when `data` is sent."""
         if not self.pending:
             return data
         arrived = bytearray()

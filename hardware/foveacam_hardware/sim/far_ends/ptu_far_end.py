@@ -1,6 +1,6 @@
-"""A FLIR unit seen from its serial port: bytes in, bytes out, in its own good time.
+"""A simulated FLIR pan-tilt unit at its serial port: bytes in, bytes out, with the unit's delays.
 
-A host (pty process or loopback) gives it time. What breaks is an attribute or a method.
+A pty process or a loopback advances its time. The firmware is in `ptu_firmware`.
 """
 
 import re
@@ -15,12 +15,12 @@ from foveacam_hardware.sim.far_ends.ptu_firmware import PtuFirmware
 from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, AxisPositions, PanTiltCables
 
 ANSWER_NS = 9_000_000
-"""From a word's end to its reply: a few bytes at 9600 baud, and thinking."""
+"""Delay from the end of a command to its reply: a few bytes at 9600 baud, and computing."""
 _DELIMITER = re.compile(rb"[ \r\n]")
 
 
 class PtuFarEnd:
-    """A unit; its faults are attributes, as those of `grbl_far_end.GrblFarEnd`. `start`: where it stands."""
+    """A unit; faults as of `grbl_far_end.GrblFarEnd`. `start`: its positions."""
 
     def __init__(self, clock: Clock, cables: PanTiltCables, *, start: AxisPositions = ZERO_POSITIONS) -> None:
         self._clock = clock
@@ -30,7 +30,7 @@ class PtuFarEnd:
         self.unplugged = False
         self.slow_ns = 0
         self.words_received: deque[str] = deque(maxlen=4096)
-        """What the host has asked, for those who check what a driver sends."""
+        """The last commands, for tests of what a driver sends."""
         self._out = PendingAnswers(clock, self.to_host)
         self._agenda = Agenda()
         self._partial = b""
@@ -41,11 +41,11 @@ class PtuFarEnd:
 
     @property
     def state(self) -> str:
-        """What it is doing, in its own word."""
+        """The state of the firmware: idle, await or reset."""
         return self.firmware.state
 
     def feed(self, data: bytes) -> None:
-        """Take bytes from the host, now."""
+        """Receive bytes from the host, now."""
         t_ns = self._clock.now_ns()
         self.advance(t_ns)
         if self.silent or self.unplugged:
@@ -55,21 +55,21 @@ class PtuFarEnd:
         self._drain(t_ns)
 
     def take_output(self) -> bytes:
-        """Return the bytes for the host that have come up since the last call."""
+        """Return the bytes for the host that are due."""
         return self._out.take_output()
 
     def next_event_ns(self) -> int | None:
-        """Return when something will happen by itself; None when nothing will."""
+        """Return the time of the next planned event; None without one."""
         return self._out.next_event_ns(self._agenda.next_ns())
 
     def advance(self, t_ns: int) -> None:
-        """Do everything that was due up to `t_ns`."""
+        """Run everything due up to `t_ns`."""
         while (due_ns := self._agenda.next_ns()) is not None and due_ns <= t_ns:
             self._agenda.run_until(due_ns)
             self._drain(due_ns)
 
     def set_faults(self, **changes: Unpack[BoardFaults]) -> None:
-        """Change how it behaves; what is left out stays."""
+        """Change faults; keys left out are not changed."""
         refuse_unknown_faults(changes, {"silent", "slow_ns", "seized", "steps_per_s"})
         self.silent = changes.get("silent", self.silent)
         self.slow_ns = changes.get("slow_ns", self.slow_ns)
@@ -78,7 +78,7 @@ class PtuFarEnd:
             self.firmware.set_motor_speed(changes["steps_per_s"])
 
     def power_cycle(self) -> None:
-        """Lose the supply and come back, wherever the rig stands then."""
+        """Switch the supply off and on, wherever the axes are."""
         t_ns = self._clock.now_ns()
         self.advance(t_ns)
         self._out.clear()
@@ -87,18 +87,18 @@ class PtuFarEnd:
         self.firmware.boot(t_ns)
 
     def hit_a_limit(self) -> None:
-        """Let the pan axis run into its limit, as a cable that has caught lets it."""
+        """Let the pan axis run into its limit, as a caught cable does."""
         t_ns = self._clock.now_ns()
         self.advance(t_ns)
         self.firmware.hit_a_limit(t_ns)
 
     def unplug(self) -> None:
-        """Pull the serial cable: the unit has a supply of its own, and goes on."""
+        """Unplug the serial cable; the unit has a supply of its own and goes on."""
         self.unplugged = True
         self._out.clear()
 
     def plug(self) -> None:
-        """Put the cable back."""
+        """Plug the cable in again."""
         self.unplugged = False
 
     def _drain(self, t_ns: int) -> None:

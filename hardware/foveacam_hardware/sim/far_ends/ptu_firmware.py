@@ -1,8 +1,8 @@
-"""A FLIR (Directed Perception) unit as its manual describes it: words in, replies out, limits announce unasked.
+"""A FLIR (Directed Perception) unit as its manual describes it: commands in, replies and limit events out.
 
-Knows positions, speeds, limits, echo, feedback, halt, await and reset: what a host of ours uses, and what
-goes wrong. What becomes of words that come during a reset the manual does not say; here they wait. Bytes,
-delays and faults of the line are `ptu_far_end`'s.
+It has positions, speeds, limits, echo, feedback, halt, await and reset: what our driver uses, and its faults.
+The manual does not specify commands during a reset; here they wait. Bytes, delays and faults of the line are
+in `ptu_far_end`.
 """
 
 import re
@@ -16,24 +16,24 @@ from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, AxisPositions, PanTil
 
 VERSION = "Pan-Tilt Controller v2.14.0(C14/E), (C)2006 Directed Perception, Inc., All Rights Reserved"
 BANNER = "### PAN-TILT CONTROLLER v2.14.0"
-SECONDS_A_STEP = 46.2857
-"""Of arc, in a unit of the finer kind."""
+ARC_SECONDS_PER_STEP = 46.2857
+"""Size of a step of the model with the finer resolution."""
 REACH = {"P": (-12_360, 12_360), "T": (-3_628, 2_416)}
-"""What a reset finds reachable, steps."""
+"""Limits that a reset finds, steps."""
 SPEED, FASTEST, SLOWEST = 4000, 11_608, 31
 ACCELERATION = 8000
-"""Steps a second, and each second."""
+"""Steps per second, per second."""
 RESET_SPEED = 4000
 AXES = {"P": "Pan", "T": "Tilt"}
 _COMMAND = re.compile(r"([A-Z]{1,2})(-?\d+)?")
 
 Send = Callable[[int, str], None]
-"""Called with a moment and a line for the host."""
+"""Called with a time and a line for the host."""
 
 
 @dataclass(slots=True)
 class _Axis:
-    """What one axis is announce to do. `offset`: what it counts less where it really is."""
+    """Settings and target of one axis. `offset`: counted position less true position."""
 
     motor: StepMotor
     reach: tuple[int, int]
@@ -43,7 +43,7 @@ class _Axis:
 
 
 class PtuFirmware:
-    """The state machine. `seized`: an axis does not reach its limits, so that a reset fails."""
+    """The state machine. `seized`: an axis does not reach its limits, and a reset fails."""
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class PtuFirmware:
         self.reset_speed = RESET_SPEED
         self._agenda = agenda
         self._send = send
-        self.motors = PtuMotors(cables, t_ns, seconds_a_step=SECONDS_A_STEP, start=start)
+        self.motors = PtuMotors(cables, t_ns, arc_seconds_per_step=ARC_SECONDS_PER_STEP, start=start)
         self._axes = {
             "P": _Axis(self.motors.pan, REACH["P"]),
             "T": _Axis(self.motors.tilt, REACH["T"]),
@@ -70,7 +70,7 @@ class PtuFirmware:
         self.boot(t_ns, announce=False)
 
     def boot(self, t_ns: int, *, announce: bool = True) -> None:
-        """Start as after switching on, without the reset that may follow: it counts from where it stands."""
+        """Start as after power-up, without a reset: the present positions count as zero."""
         self._stop(t_ns)
         for axis in self._axes.values():
             axis.offset, axis.target, axis.speed = -round(axis.motor.position_at(t_ns)), 0, SPEED
@@ -79,17 +79,17 @@ class PtuFirmware:
             self._send(t_ns, BANNER)
 
     def set_motor_speed(self, steps_per_s: int) -> None:
-        """Be a unit whose motors turn that fast, at once."""
+        """Set the top speed of the motors, with a matching acceleration."""
         self.fastest = self.reset_speed = steps_per_s
         self.acceleration = 20 * steps_per_s
 
     @property
     def blocked(self) -> bool:
-        """Whether words have to wait."""
+        """Whether commands have to wait."""
         return self.state in ("reset", "await")
 
     def execute(self, t_ns: int, text: str) -> None:
-        """Take a command and reply to it."""
+        """Execute a command and reply to it."""
         command = text.upper()
         echo = f"{command} " if self.echo else ""
         reply = self._execute(t_ns, command)
@@ -97,20 +97,20 @@ class PtuFirmware:
             self._send(t_ns, echo + reply)
 
     def hit_a_limit(self, t_ns: int, axis: str = "P") -> None:
-        """Let an axis run into its limit, as one does that has lost steps."""
+        """Let an axis run into its limit, as after lost steps."""
         self._stop(t_ns)
         self._axes[axis].offset += 100
         self._send(t_ns, f"!{axis}")
 
     def counted_position(self, t_ns: int, axis: str) -> int:
-        """Return the position that it counts."""
+        """Return the counted position of an axis."""
         return round(self._axes[axis].motor.position_at(t_ns)) + self._axes[axis].offset
 
     def _execute(self, t_ns: int, command: str) -> str | None:
         match command:
             case "R":
                 self._reset(t_ns)
-                return None  # its reply comes at the end
+                return None  # its reply follows at the end
             case "H" | "HP" | "HT":
                 return self._halt(t_ns, command[1:] or "PT")
             case "A":
@@ -144,7 +144,7 @@ class PtuFirmware:
             case "O":
                 return self._format_reply(f"Target {name} position is", axis.target)
             case "R":
-                return f"* {SECONDS_A_STEP:.4f}" + (
+                return f"* {ARC_SECONDS_PER_STEP:.4f}" + (
                     f" seconds arc per {name} position" if self.verbose else ""
                 )
             case "N":
@@ -192,7 +192,7 @@ class PtuFirmware:
         return "*"
 
     def _report_motion(self, t_ns: int) -> None:
-        """Tell the rig, and plan the moment at which both rest."""
+        """Report the motion, and plan the time at which both axes rest."""
         self.motors.report_motion(t_ns)
         if self._rest_action is not None:
             self._rest_action.cancel()
@@ -214,18 +214,18 @@ class PtuFirmware:
         return None
 
     def _reset(self, t_ns: int) -> None:
-        """Go from limit to limit to the middle, one axis after the other; the reply comes at the end."""
+        """Move each axis in turn to both limits and to the middle; the reply follows at the end."""
         self._stop(t_ns)
         self.state = "reset"
         self._legs = deque(
-            (axis, place) for axis in self._axes.values() for place in (axis.reach[1], axis.reach[0], 0)
+            (axis, position) for axis in self._axes.values() for position in (axis.reach[1], axis.reach[0], 0)
         )
         self._next_leg(t_ns)
 
     def _next_leg(self, t_ns: int) -> None:
         if self._legs and not self.seized:
-            axis, place = self._legs.popleft()
-            axis.motor.move_to(t_ns, place, speed=self.reset_speed, acceleration=self.acceleration)
+            axis, position = self._legs.popleft()
+            axis.motor.move_to(t_ns, position, speed=self.reset_speed, acceleration=self.acceleration)
             self._report_motion(t_ns)
             return
         self.state = "idle"
@@ -237,7 +237,7 @@ class PtuFirmware:
         self._send(t_ns, "*")
 
     def _stop(self, t_ns: int) -> None:
-        """Stop at once; steps are lost."""
+        """Stop at once, losing steps."""
         if self._rest_action is not None:
             self._rest_action.cancel()
             self._rest_action = None

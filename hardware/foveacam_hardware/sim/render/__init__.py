@@ -1,4 +1,4 @@
-"""The tile rasteriser: radiance, depth and identity of what a camera sees, and the sensor behind the lens."""
+"""The tile rasteriser: radiance, depth and object numbers in a camera's image, and the image sensor."""
 
 from foveacam_hardware.sim.render.materials import (
     BitmapSurface,

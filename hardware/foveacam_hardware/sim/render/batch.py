@@ -1,6 +1,7 @@
-"""Runs of pixels that see the same face, gathered from a tile or from its edge samples, to be shaded at once.
+"""Batches of pixel runs: each run shows one face, and a batch is shaded in one pass.
 
-Kernels that are called for every run cost more than they compute; these are called for every tile.
+They are gathered from a tile or from its edge samples. A kernel call per run would cost more than the
+computation; these kernels are called once per tile.
 """
 
 from typing import NamedTuple
@@ -19,10 +20,10 @@ CAPACITY = TILE_W * TILE_H
 
 
 class PixelBatch(NamedTuple):
-    """Working memory: pixels 0..first[runs], of which run k is first[k]..first[k + 1] and sees face[k]."""
+    """Working memory: pixels 0..first[runs]; run k is first[k]..first[k + 1] and shows face[k]."""
 
     first: I32  # (CAPACITY + 1,)
-    face: I32  # (CAPACITY,) row in Prims, −1 = sky
+    face: I32  # (CAPACITY,) row in VisibleFaces, −1 = sky
     x: F64  # (CAPACITY,) undistorted pixel
     y: F64
     t: F64  # ray parameter
@@ -49,7 +50,7 @@ def new_batch() -> PixelBatch:
 
 @inlined
 def gather(x: F64, y: F64, face: I32, width: int, height: int, batch: PixelBatch) -> int:
-    """Fill the batch row by row from a tile (its border left out); return the number of runs."""
+    """Fill the batch row by row from a tile without its border; return the number of runs."""
     first, faces, to_x, to_y = batch.first, batch.face, batch.x, batch.y
     runs, n = 0, np.uintp(0)
     for r in range(1, height + 1):
@@ -70,7 +71,7 @@ def gather(x: F64, y: F64, face: I32, width: int, height: int, batch: PixelBatch
 
 @inlined
 def interpolate(batch: PixelBatch, runs: int, q: F64, light: F64) -> None:
-    """Fill the ray parameters and the light of all runs that see a face."""
+    """Fill the ray parameters and the light of all runs that show a face."""
     face, first, x, y, t, lit = batch.face, batch.first, batch.x, batch.y, batch.t, batch.light
     for k in range(runs):
         f = face[k]
@@ -86,7 +87,7 @@ def interpolate(batch: PixelBatch, runs: int, q: F64, light: F64) -> None:
 
 @inlined
 def shade_sky(batch: PixelBatch, runs: int, Minv: F64) -> None:
-    """Fill the shade of all runs that see no face: 0 at the horizon, 1 from 40° up."""
+    """Fill the shade of all runs that show no face: 0 at the horizon, 1 from 40° up."""
     face, first, x, y, shade = batch.face, batch.first, batch.x, batch.y, batch.shade
     for k in range(runs):
         if face[k] >= 0:

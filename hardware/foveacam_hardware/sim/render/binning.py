@@ -1,4 +1,4 @@
-"""Which faces each tile of a picture has to look at."""
+"""Assignment of faces to the tiles of an image that they may cover."""
 
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ class TileBins(NamedTuple):
 
 @kernel
 def _outside(edges: F64, x0: float, x1: float, y0: float, y1: float) -> bool:
-    """Whether a rectangle lies wholly outside one of four edges."""
+    """Return whether a rectangle lies wholly outside one of four edges."""
     for i in range(4):
         a, b, c = edges[i, 0], edges[i, 1], edges[i, 2]
         if max(a * x0, a * x1) + max(b * y0, b * y1) + c < 0.0:
@@ -34,7 +34,7 @@ def _outside(edges: F64, x0: float, x1: float, y0: float, y1: float) -> bool:
 def _visit(
     prims: VisibleFaces, count: int, view: KernelView, bins: TileBins, footprint: NDArray[np.bool_]
 ) -> None:
-    """Count the faces of each tile into start[tile + 1] or, given room, file them at start[tile]."""
+    """Count the faces of each tile into start[tile + 1] or, if items has room, store them at start[tile]."""
     fill = bins.items.shape[0] > 0
     columns = (view.width + TILE_W - 1) // TILE_W
     rows = (view.height + TILE_H - 1) // TILE_H
@@ -68,7 +68,7 @@ def _visit(
 def sort_into_tiles(
     prims: VisibleFaces, count: int, view: KernelView, footprint: NDArray[np.bool_]
 ) -> TileBins:
-    """Return the faces of each tile; fill footprint (objects, tiles) with where each object may be seen."""
+    """Return the faces of each tile; fill footprint (objects, tiles): whether a tile may show an object."""
     tiles = footprint.shape[1]
     start = np.zeros(tiles + 1, np.int64)
     empty = TileBins(start, np.empty(0, np.int32))
@@ -87,7 +87,7 @@ def sort_into_tiles(
 def tile_shifts(shift: F32, width: int, height: int) -> F64:
     """Return least and greatest shift in x, then y, of each tile and a pixel around it, (tiles + 1, 4).
 
-    The last row is that of the whole picture.
+    The last row is that of the whole image.
     """
     columns = (width + TILE_W - 1) // TILE_W
     rows = (height + TILE_H - 1) // TILE_H

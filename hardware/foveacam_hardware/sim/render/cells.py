@@ -13,12 +13,12 @@ F64 = NDArray[np.float64]
 Four = tuple[float, float, float, float]
 
 PARTS = 4
-"""A turned footprint is covered by this many boxes along each of its sides."""
+"""A rotated footprint is covered by this many boxes along each of its sides."""
 
 
 @kernel
 def _integral(x: float, y: float, columns: int, rows: int, sums: F64) -> float:
-    """Integrate the cells over 0..x, 0..y (cells); nothing lies outside the bitmap."""
+    """Integrate the cells over 0..x, 0..y (cells); the outside of the bitmap counts as 0."""
     x, y = min(max(x, 0.0), float(columns)), min(max(y, 0.0), float(rows))
     j, i = min(int(x), columns - 1), min(int(y), rows - 1)
     fx, fy = x - j, y - i
@@ -62,7 +62,7 @@ def _turned_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: 
 
 @kernel
 def _cell_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: float, table: F64) -> float:
-    """Return the mean over a footprint about (x, y): one cell, one box, or a sheared one."""
+    """Return the mean over a footprint about (x, y): one cell, one box, or a parallelogram."""
     wide, high = abs(J[0]) + abs(J[1]), abs(J[2]) + abs(J[3])
     column, row = np.floor(x - 0.5 * wide), np.floor(y - 0.5 * high)
     if column == np.floor(x + 0.5 * wide) and row == np.floor(y + 0.5 * high):
@@ -78,7 +78,7 @@ def _cell_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: fl
 
 @kernel
 def _footprint(t: float, u: float, v: float, rows: tuple[float, ...], plane: tuple[float, float]) -> Four:
-    """Return cells of u per pixel along x and y, then of v, where (u, v) is counted from the camera on."""
+    """Return cells of u per pixel along x and y, then of v; (u, v) is relative to the camera."""
     return (
         t * (rows[0] - plane[0] * u),
         t * (rows[1] - plane[1] * u),

@@ -12,11 +12,11 @@ F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
 LONG = 16
-"""Spans from this length on are fetched in two passes, the first of which the compiler vectorises."""
+"""Spans of at least this length are fetched in two passes, of which the compiler vectorises the first."""
 
 
 class TexelSpan(NamedTuple):
-    """Where a span lies in one level of the tile: texel (u, v) plus a 2x2 matrix times (du, dv)."""
+    """Position of a span in one level of the tile: texel (u, v) plus a 2x2 matrix times (du, dv)."""
 
     u: np.float32
     v: np.float32
@@ -31,7 +31,7 @@ class TexelSpan(NamedTuple):
 
 @kernel
 def lookup(u: float, v: float, grid: tuple[float, float, float, float], level: int) -> TexelSpan:
-    """Return the lookup at texel (u, v) of level 0, `grid` texels of it per metre, in another level."""
+    """Return the span at texel (u, v) of level 0, with `grid` texels of it per metre, in another level."""
     size, scale = float(TILE), 1.0 / (1 << level)
     first = (4 * TILE * TILE - ((4 * TILE * TILE) >> (2 * level))) // 3
     return TexelSpan(
@@ -51,7 +51,7 @@ def lookup(u: float, v: float, grid: tuple[float, float, float, float], level: i
 def fetch_short(
     at: TexelSpan, u: float, v: float, w: float, du: F32, dv: F32, a: int, b: int, noise: F32, out: F32
 ) -> None:
-    """Add w times the noise of pixels a..b, moved by texels (u, v) of level 0."""
+    """Add w times the noise of pixels a..b, offset by texels (u, v) of level 0."""
     u0, v0, u_du, u_dv, v_du, v_dv, scale, base, bits = at
     u0, v0, weight = u0 + np.float32(u * scale), v0 + np.float32(v * scale), np.float32(w)
     one = np.int32(1)
@@ -86,7 +86,7 @@ def fetch_long(
     part_x: F32,
     part_y: F32,
 ) -> None:
-    """Do the same to the bit, by way of three arrays as long as `du`."""
+    """Compute the same bits as `fetch_short` by way of three arrays as long as `du`."""
     u0, v0, u_du, u_dv, v_du, v_dv, scale, base, bits = at
     u0, v0, weight = u0 + np.float32(u * scale), v0 + np.float32(v * scale), np.float32(w)
     one = np.int32(1)

@@ -1,8 +1,8 @@
-"""What of a batch has to be looked up in a material: spans of pixels, their place on the face, and footprint.
+"""The material lookups of a batch: spans of pixels with their position on the face and their footprint.
 
 A run on a mesh may need two or three items, one for each axis along which its material is mapped; small
-faces that continue each other share one. All arrays are taken out of their tuples before the loops: taking
-them out costs more than a pixel does.
+faces that continue each other share one. Arrays are unpacked from their tuples before the loops, as
+unpacking costs more than a pixel does.
 """
 
 from typing import NamedTuple
@@ -25,16 +25,16 @@ ALIKE = 0.08
 
 
 class LookupItems(NamedTuple):
-    """Working memory: item m covers begin[m]..end[m]; pixel i of the batch stands at axis · CAPACITY + i."""
+    """Working memory: item m covers begin[m]..end[m]; pixel i of the batch is at axis · CAPACITY + i."""
 
     begin: I32  # (3 · CAPACITY,)
     end: I32
     obj: I32
     side: I32
-    face: I32  # of the first run; cells and pictures do not share items between faces
-    where: F64  # (3 · CAPACITY, 8) u, v; metres of u per pixel along x, y; of v; u, v from the camera on
+    face: I32  # of the first run; cells and bitmaps do not share items between faces
+    where: F64  # (3 · CAPACITY, 8) u, v; metres of u per pixel along x, y; of v; u, v relative to the camera
     newest: I32  # (3,) newest item of each axis, −1 at first
-    du: F32  # (3 · CAPACITY,) from the item's (u, v) on, metres (as the material stretches them)
+    du: F32  # (3 · CAPACITY,) relative to the item's (u, v), metres (stretched as the material is)
     dv: F32
     value: F32  # (3, 3 · CAPACITY) noise of mean 0, or mean of cells, or red, green, blue
     texel: I32  # (3 · CAPACITY,) for fetch_long
@@ -78,7 +78,7 @@ def find_items(
     tables: MaterialTables,
     items: LookupItems,
 ) -> int:
-    """List the items of all runs that see a textured face; return how many."""
+    """List the items of all runs that show a textured face; return their number."""
     face, start, x, y, t = batch.face, batch.first, batch.x, batch.y, batch.t
     obj, sides, blends, weights, q = prims.obj, prims.side, prims.blend, prims.weights, prims.q
     A, o, kind, stretch = objects.A, objects.o, tables.kind, tables.stretch
@@ -141,10 +141,10 @@ def find_items(
 def add_up(
     batch: PixelBatch, runs: int, prims: VisibleFaces, tables: MaterialTables, items: LookupItems
 ) -> None:
-    """Fill each run's shade from its items: their mean by how far the face looks along their axes.
+    """Fill each run's shade with the mean of its items, weighted by the face's normal along their axes.
 
-    Noise keeps its contrast, for its axes are independent; it is brought from mean 0 to 0..1 by a smooth
-    curve that leaves some contrast at both ends.
+    Noise keeps its contrast, as its axes are independent; a smooth curve maps it from mean 0 to 0..1 and
+    leaves some contrast at both ends.
     """
     face, start, x, y, t = batch.face, batch.first, batch.x, batch.y, batch.t
     shade, sums, value = batch.shade, batch.weight, items.value

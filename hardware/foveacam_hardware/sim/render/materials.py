@@ -1,7 +1,7 @@
-"""Materials: procedural noise, plain paint, bitmaps of cells (boards, markers), pictures; linear, 0..1.
+"""Materials: procedural noise, one colour, cells (boards, markers), bitmaps; linear, 0..1.
 
-`pack` turns them into the flat tables that the kernels read. Coordinates (u, v) are metres in the plane of
-the face, (x, y) on a quad; meshes are mapped along the axis that their normal is nearest to.
+`pack` converts them into the flat tables that the kernels read. Coordinates (u, v) are metres in the plane of
+the face, (x, y) on a quad; meshes are mapped along the axis nearest to their normal.
 """
 
 from dataclasses import dataclass
@@ -32,13 +32,13 @@ def _color(name: str, color: Color) -> None:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class NoiseSurface:
-    """Many octaves of noise between two colours: texture at every scale, for any amount of surface.
+    """Many octaves of noise between two colours: texture at every scale on a surface of any size.
 
     Attributes:
         contrast: 1 = a standard deviation of 0.06 of the way from a to b in each octave.
         scale_m: longest wavelength.
         grain_m: shortest wavelength.
-        stretch: draws the pattern out (wood, brushed metal), above 1 along u, below 1 along v by 1/stretch.
+        stretch: stretch of the pattern (wood, brushed metal), above 1 along u, below 1 along v by 1/stretch.
     """
 
     seed: int = 0
@@ -62,7 +62,7 @@ class NoiseSurface:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PlainSurface:
-    """One colour without any texture: what a stereo matcher must refuse."""
+    """One colour without texture, which a stereo matcher must refuse."""
 
     color: Color = (0.7, 0.7, 0.7)
 
@@ -101,7 +101,7 @@ class CellSurface:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BitmapSurface:
-    """A picture about the face's centre, `width_m` wide, as high as its proportions say; its edge repeats."""
+    """A bitmap about the face's centre, `width_m` wide, as high as its proportions say; its edges repeat."""
 
     rgb: NDArray[np.uint8]
     width_m: float
@@ -127,16 +127,16 @@ class MaterialTables(NamedTuple):
         F64  # (n, MAX_LAYERS, 7): texel_m, four of the matrix texels_from_uv, seed of the offset, amplitude
     )
     cells: F64  # (n, 5): cell_m or texel_m, columns, rows, first entry in sums or texels, value outside
-    sums: F64  # summed-area tables of all Cells, one after another
-    texels: F32  # mip levels of all Bitmaps, one after another, (h, w, 3) each
+    sums: F64  # summed-area tables of all cell materials, one after another
+    texels: F32  # mip levels of all bitmaps, one after another, (h, w, 3) each
     noise: F32  # the noise tile's levels
 
 
 def _noise_layers(material: NoiseSurface) -> F64:
-    """Return (MAX_LAYERS, 7): from the longest wavelengths down to the grain, each layer turned further."""
+    """Return (MAX_LAYERS, 7): from the longest wavelengths to the grain, each layer rotated further."""
     layers: F64 = np.zeros((MAX_LAYERS, 7))
     rng = np.random.default_rng([material.seed & 0xFFFFFFFF, 0x0F0E])
-    # An irrational slope keeps repeats of the tile off the rows and columns that a matcher searches.
+    # With an irrational slope the tile does not repeat along the rows and columns that a matcher searches.
     turn = np.arctan((np.sqrt(5) - 1) / 2) + rng.uniform(-0.15, 0.15)
     texel_m = material.scale_m / LONGEST
     for layer in range(MAX_LAYERS):

@@ -1,4 +1,4 @@
-"""The tile of band-limited noise that every Noise material is built from, with its mip levels.
+"""The tile of band-limited noise of which all noise materials consist, with its mip levels.
 
 One periodic tile holds the wavelengths from 5 to 80 texels, equal power in every octave (1/f). Layers of
 it, each 16 times finer than the last, rotated and offset, add up to 1/f over any range of scales.
@@ -15,9 +15,9 @@ TILE_BITS = 10
 TILE = 1 << TILE_BITS
 """Texels along a side of level 0."""
 LEVELS = 4
-"""Mip levels that hold anything: the next would begin at the tile's longest wavelength."""
+"""Mip levels with content: the next would begin at the tile's longest wavelength."""
 SHORTEST = 5.0
-"""Shortest wavelength of a level, in its own texels: long enough for bilinear fetches not to show texels."""
+"""Shortest wavelength of a level, in its own texels, so long that bilinear fetches do not show texels."""
 RATIO = 16.0
 """Longest over shortest wavelength of the tile, and the step in scale from a layer to the next."""
 LONGEST = SHORTEST * RATIO

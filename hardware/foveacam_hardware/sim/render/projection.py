@@ -1,7 +1,8 @@
-"""What a camera is to the renderer: any 3x3 projection, a centre, and an optional table of lens distortion.
+"""Camera projections for the renderer (any 3x3 matrix, a centre, a distortion table), and their disparity.
 
 Depth is measured from the projection's centre along `axis`, a unit vector of the scene's frame, by default
-its +z. The third row of M would not do: behind a mirror and a measured homography it is no optical axis.
+its +z. The third row of M would not serve: behind a mirror or with a measured homography it is no optical
+axis.
 """
 
 import hashlib
@@ -31,13 +32,13 @@ def _array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> F64:
 
 
 class RayTable:
-    """Where each pixel of a distorted image lies in the undistorted one.
+    """The position in the undistorted image of each pixel of a distorted one.
 
-    Built once per lens and shared by its projections; the renderer knows tables by content.
+    It is built once per lens and shared by its projections; the renderer identifies tables by content.
     """
 
     def __init__(self, undistorted_px: ArrayLike) -> None:
-        """Take the table; undistorted_px: (h, w, 2), undistorted (x, y) of each pixel centre."""
+        """Store the table; undistorted_px: (h, w, 2), undistorted (x, y) of each pixel centre."""
         table = np.asarray(undistorted_px, dtype=np.float64)
         if table.ndim != 3 or table.shape[2] != 2 or min(table.shape[:2]) < 2:
             raise InvalidInput(
@@ -50,7 +51,7 @@ class RayTable:
         height, width = table.shape[:2]
         x, y = np.meshgrid(np.arange(width), np.arange(height))
         shift = table - np.stack([x, y], axis=-1)
-        # The shift is small where the coordinate is large: float32 holds it to 1e-6 px.
+        # The shift is small where the coordinate is large: float32 keeps it to 1e-6 px.
         self.shift_px: F32 = np.ascontiguousarray(shift, dtype=np.float32)
         self.shift_px.flags.writeable = False
         self.width, self.height = width, height
@@ -67,7 +68,7 @@ class RayTable:
 class Projection:
     """pixel ~ M (X − C), X in the scene's frame, metres; det M < 0 for a camera behind a mirror.
 
-    With `rays`, M projects to the undistorted image, and the table says where each pixel lies in it.
+    With `rays`, M projects to the undistorted image, and the table maps each pixel to it.
     """
 
     M: F64
@@ -101,7 +102,7 @@ class Projection:
 
     @property
     def key(self) -> bytes:
-        """Identify what is projected where: equal keys render equal images."""
+        """A key of the projection's content: equal keys render equal images."""
         rays = b"" if self.rays is None else self.rays.digest
         size = f"{self.width}x{self.height}".encode()
         return self.M.tobytes() + self.C.tobytes() + self.axis.tobytes() + size + rays
@@ -150,14 +151,16 @@ class Projection:
 
 I32 = NDArray[np.int32]
 
-SAME = 2e-3
+SAME_SURFACE = 2e-3
 """Two depths within this part of each other are the same surface."""
 
 
-def _seen(xy: F64, depth_m: F64, object_ids: I32, right_depth_m: F32, right_ids: I32) -> NDArray[np.bool_]:
-    """Whether one of the four pixels about xy (n, 2) of the right image shows the same object as deep."""
+def _visible_in_right(
+    xy: F64, depth_m: F64, object_ids: I32, right_depth_m: F32, right_ids: I32
+) -> NDArray[np.bool_]:
+    """Return whether one of the four right pixels about xy (n, 2) shows the same object at the same depth."""
     height, width = right_ids.shape
-    seen = np.zeros(len(xy), bool)
+    visible = np.zeros(len(xy), bool)
     finite: NDArray[np.bool_] = np.isfinite(xy[:, 0]) & np.isfinite(xy[:, 1])
     corner = np.floor(np.where(finite[:, None], xy, -9.0)).astype(np.int64)
     for dx in (0, 1):
@@ -165,15 +168,15 @@ def _seen(xy: F64, depth_m: F64, object_ids: I32, right_depth_m: F32, right_ids:
             j, i = corner[:, 0] + dx, corner[:, 1] + dy
             inside = finite & (j >= 0) & (i >= 0) & (j < width) & (i < height)
             j, i = np.where(inside, j, 0), np.where(inside, i, 0)
-            close = np.abs(right_depth_m[i, j] - depth_m) < SAME * depth_m
-            seen |= inside & close & (right_ids[i, j] == object_ids)
-    return seen
+            close = np.abs(right_depth_m[i, j] - depth_m) < SAME_SURFACE * depth_m
+            visible |= inside & close & (right_ids[i, j] == object_ids)
+    return visible
 
 
 def disparity_of(
     left: Projection, left_depth_m: F32, left_ids: I32, right: Projection, right_depth_m: F32, right_ids: I32
 ) -> tuple[F32, NDArray[np.bool_]]:
-    """Return x_left − x_right (h, w), NaN where nothing is hit, and the mask of points seen by both."""
+    """Return x_left − x_right (h, w), NaN where nothing is hit, and the mask of points visible in both."""
     if right.rays is not None:
         raise InvalidInput(
             "disparity: the right projection has a ray table; pass one without lens distortion"
@@ -187,6 +190,6 @@ def disparity_of(
     disparity[hit] = pixels[:, 0] - xy[:, 0]
     mask = np.zeros(left.height * left.width, bool)
     depth = (points - right.C) @ right.axis
-    mask[hit] = _seen(xy, depth, left_ids.ravel()[hit], right_depth_m, right_ids)
+    mask[hit] = _visible_in_right(xy, depth, left_ids.ravel()[hit], right_depth_m, right_ids)
     shape = (left.height, left.width)
     return disparity.reshape(shape), mask.reshape(shape)

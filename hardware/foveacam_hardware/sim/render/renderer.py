@@ -1,8 +1,8 @@
-"""The renderer: what a projection sees of a scene, kept until something in view moves.
+"""The renderer: images of a scene by projection, cached until something in view moves.
 
-Frames are rendered by whole tiles at absolute places, each a pure function of scene and projection, so the
-bits do not depend on threads, on the region asked for, or on what was rendered before. Work runs on a pool
-of our own; kernels never submit to it.
+Frames consist of tiles at absolute positions, each a pure function of scene and projection; so the bits do
+not depend on threads, on the region requested, or on earlier frames. Tiles run on a thread pool of the
+renderer; kernels never submit to it.
 """
 
 import threading
@@ -48,7 +48,7 @@ CACHED_LENSES = 4
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Radiance:
-    """What a camera's pixels receive, noiseless and sharp; arrays are read-only.
+    """Radiance, depth and object numbers of an image, noiseless and sharp; arrays are read-only.
 
     Attributes:
         radiance: (h, w) or (h, w, 3) float32, linear, 0..1.
@@ -63,28 +63,28 @@ class Radiance:
 
 
 class _CachedFrame:
-    """A cached frame: which of its tiles are good, and where each object was when they were drawn."""
+    """A cached frame: which of its tiles are valid, and the tiles that each object covered."""
 
     def __init__(self, projection: Projection, channels: int, tiles: int) -> None:
         shape = (projection.height, projection.width)
         self.target = TileOutputs(
             np.zeros((*shape, channels), np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.int32)
         )
-        self.good: Bool = np.zeros(tiles, bool)
+        self.valid: Bool = np.zeros(tiles, bool)
         self.footprint: Bool = np.zeros((0, tiles), bool)
         self.revision = -1
         self.lent = False
         self.stage: TileInputs | None = None
 
-    def forget(self, snapshot: SceneSnapshot, footprint: Bool) -> None:
-        """Spoil the tiles that any object that moved since touched, or touches now."""
+    def invalidate(self, snapshot: SceneSnapshot, footprint: Bool) -> None:
+        """Invalidate the tiles that any object moved since then covered, or covers now."""
         moved = np.flatnonzero(snapshot.moved > self.revision)
         before = moved[moved < len(self.footprint)]
-        self.good &= ~footprint[moved].any(axis=0) & ~self.footprint[before].any(axis=0)
+        self.valid &= ~footprint[moved].any(axis=0) & ~self.footprint[before].any(axis=0)
         self.footprint, self.revision = footprint, snapshot.revision
 
-    def unlend(self) -> None:
-        """Go on with copies of arrays that a caller may still hold."""
+    def copy_lent(self) -> None:
+        """Replace arrays that a caller may still hold by copies."""
         if self.lent:
             radiance, depth, ids = self.target
             self.target = TileOutputs(radiance.copy(), depth.copy(), ids.copy())
@@ -104,14 +104,14 @@ def _objects(snapshot: SceneSnapshot, projection: Projection, Minv: F64) -> Obje
 
 
 def _in_channels(snapshot: SceneSnapshot, channels: int) -> tuple[F64, F64]:
-    """Return the colours (n, 2, c) and the sky (2, c) as the frame's channels see them."""
+    """Return the colours (n, 2, c) and the sky (2, c) in the frame's channels."""
     if channels == 3:
         return snapshot.tables.colors, snapshot.sky
     return (snapshot.tables.colors @ LUMA)[..., None], (snapshot.sky @ LUMA)[..., None]
 
 
 class Renderer:
-    """Renders projections of one scene; any thread may ask, one frame is rendered at a time."""
+    """Renders projections of one scene; any thread may call it, one frame is rendered at a time."""
 
     def __init__(self, scene: Scene, threads: int = 2, *, cached_frames: int = CACHED_FRAMES) -> None:
         if threads < 1 or cached_frames < 1:
@@ -135,7 +135,7 @@ class Renderer:
         self.close()
 
     def close(self) -> None:
-        """End the pool's threads and drop every cached frame; harmless when closed."""
+        """End the pool's threads and drop every cached frame; no effect when closed."""
         with self._lock:
             self._frames.clear()
             pool, self._pool, self._threads = self._pool, None, 1
@@ -145,7 +145,7 @@ class Renderer:
     def radiance(
         self, projection: Projection, roi: tuple[int, int, int, int] | None = None, channels: int = 1
     ) -> Radiance:
-        """Render what a camera sees, or the part roi = (x, y, width, height); channels 1 = grey, 3 = RGB."""
+        """Render an image, or its part roi = (x, y, width, height); channels 1 = grey, 3 = RGB."""
         if channels not in (1, 3):
             raise InvalidInput(f"channels = {channels}; pass 1 (grey) or 3 (RGB)")
         x, y, w, h = _checked_roi(roi, projection)
@@ -167,12 +167,12 @@ class Renderer:
         return Radiance(radiance=radiance[..., 0] if channels == 1 else radiance, depth_m=depth, ids=ids)
 
     def disparity(self, left: Projection, right: Projection) -> tuple[F32, Bool]:
-        """Return x_left − x_right, (h, w) pixels of the left image, and where the point is seen by both."""
+        """Return x_left − x_right, (h, w) px of the left image, and the mask of points visible in both."""
         a, b = self.radiance(left), self.radiance(right)
         return disparity_of(left, a.depth_m, a.ids, right, b.depth_m, b.ids)
 
     def _entry(self, projection: Projection, channels: int) -> _CachedFrame:
-        """Return the cached frame, its spoiled tiles marked."""
+        """Return the cached frame of a projection, its outdated tiles invalidated."""
         key = (projection.key, channels)
         entry = self._frames.pop(key, None)
         snapshot = self.scene.snapshot()
@@ -184,17 +184,17 @@ class Renderer:
             self._frames.popitem(last=False)
         if entry.revision != snapshot.revision:
             entry.stage, footprint = self._stage(snapshot, projection, channels)
-            entry.forget(snapshot, footprint)
+            entry.invalidate(snapshot, footprint)
         return entry
 
-    def _complete(self, entry: _CachedFrame, wanted: NDArray[np.int64], channels: int) -> None:
-        """Render those of the wanted tiles that are not good."""
-        tiles = wanted[~entry.good[wanted]]
+    def _complete(self, entry: _CachedFrame, requested: NDArray[np.int64], channels: int) -> None:
+        """Render those of the requested tiles that are not valid."""
+        tiles = requested[~entry.valid[requested]]
         if len(tiles) == 0 or entry.stage is None:
             return
-        entry.unlend()
+        entry.copy_lent()
         self._render(tiles, entry.stage, entry.target)
-        entry.good[tiles] = True
+        entry.valid[tiles] = True
 
     def _render(self, tiles: NDArray[np.int64], stage: TileInputs, target: TileOutputs) -> None:
         if self._pool is None or len(tiles) < 8:
@@ -207,7 +207,7 @@ class Renderer:
     def _stage(
         self, snapshot: SceneSnapshot, projection: Projection, channels: int
     ) -> tuple[TileInputs, Bool]:
-        """Set a frame up; return also where each object may be seen, (objects, tiles)."""
+        """Set a frame up; return also which tiles may show each object, (objects, tiles)."""
         view = self._view(projection)
         objects = _objects(snapshot, projection, view.Minv)
         prims = empty_prims(len(snapshot.geometry.faces))
@@ -267,7 +267,7 @@ def _tiles_of(x: int, y: int, w: int, h: int, width: int) -> NDArray[np.int64]:
 
 
 Progress = Callable[[int, int, str], None]
-"""Called with steps done, steps in all, and what comes next."""
+"""Called with the steps done, their total, and the name of the next step."""
 
 
 def _report_nothing(done: int, total: int, name: str) -> None:
@@ -288,7 +288,7 @@ def _warm_sensor() -> None:
 
 
 def warm_up(progress: Progress = _report_nothing) -> None:
-    """Compile or load all kernels and tables."""
+    """Compile every kernel, or load it from the cache on disk, before the first frame is requested."""
     steps: list[tuple[str, Callable[[], object]]] = [
         ("noise tile", noise_levels),
         ("renderer", _warm_renderer),

@@ -1,6 +1,6 @@
-"""The scene: shapes with materials and poses, a sky and a lamp; flattened into arrays for the kernels.
+"""The scene: shapes with materials and poses, a sky and a lamp, flattened into arrays for the kernels.
 
-Poses may change at any time and from any thread; a snapshot is what a frame is rendered from.
+Poses may change at any time and from any thread; a frame is rendered from a snapshot.
 """
 
 import threading
@@ -24,7 +24,7 @@ class Lighting:
 
     Attributes:
         lamp: direction towards the lamp (any length).
-        ambient: light that reaches a face turned away from the lamp, 0..1.
+        ambient: light on a face turned away from the lamp, 0..1.
         horizon: colour of the background level with the camera.
         zenith: colour of the background straight up (−y).
     """
@@ -42,7 +42,7 @@ class Lighting:
 
 
 class SceneGeometry(NamedTuple):
-    """All shapes in their own coordinates, flat, one object after another."""
+    """All shapes in their own coordinates, as flat arrays, one object after another."""
 
     vertices: F64  # (v, 3)
     normals: F64  # (v, 3) unit, zero where faces are flat
@@ -53,11 +53,11 @@ class SceneGeometry(NamedTuple):
     first_face: I32  # (n + 1,)
     closed: I32  # (n,) 1 = faces seen from behind are hidden by others
     bounds: F64  # (n, 8, 3) corners of each object's box
-    smooth: I32  # (n,) 1 = light and texture run on from face to face
+    smooth: I32  # (n,) 1 = light and texture are continuous across faces
 
 
 class SceneSnapshot(NamedTuple):
-    """A consistent state of the scene: what one frame shows."""
+    """A consistent state of the scene, from which a frame is rendered."""
 
     revision: int
     geometry: SceneGeometry
@@ -155,7 +155,7 @@ def _pose(pose: ArrayLike, name: str) -> F64:
 
 
 class Scene:
-    """Objects by number, in the order in which they were added; every change raises `revision`."""
+    """Objects by number, in the order of addition; every change increments `revision`."""
 
     def __init__(self, lighting: Lighting | None = None) -> None:
         self._lighting = lighting or Lighting()
@@ -170,7 +170,7 @@ class Scene:
 
     @property
     def revision(self) -> int:
-        """Return a number that grows with every change."""
+        """A number that grows with every change."""
         return self._revision
 
     @property
@@ -215,7 +215,7 @@ class Scene:
         return self._materials[obj_id]
 
     def snapshot(self) -> SceneSnapshot:
-        """Return the present state; later changes do not reach it."""
+        """Return the present state, which later changes do not affect."""
         with self._lock:
             if self._flat is None:
                 self._flat = (_flatten(self._parts), pack(self._materials))

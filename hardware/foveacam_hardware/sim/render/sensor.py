@@ -1,7 +1,7 @@
-"""From radiance to counts: diffraction blur, exposure, shot and read noise, full well, quantisation.
+"""Conversion of radiance to counts: diffraction blur, exposure, shot and read noise, full well, quantisation.
 
-The noise comes from a table of unit normals entered at a hashed place for every row, so that it depends on
-(seed, camera, frame number, row) alone, and costs no more than reading it.
+The noise comes from a table of unit normals, read from a hashed position for every row: it depends on
+(seed, camera, frame number, row) alone, and costs only the read.
 """
 
 from dataclasses import dataclass
@@ -17,17 +17,17 @@ F32 = NDArray[np.float32]
 
 TABLE_BITS = 20
 MAX_ROW = 1 << 16
-"""Longest row, in values: the table carries as many again behind its end."""
+"""Longest row, in values: the table repeats as many at its end."""
 MAX_RADIUS = 16
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SensorExposure:
-    """How a sensor turns radiance into counts.
+    """Parameters of the conversion of radiance into counts.
 
     Attributes:
-        exposure_s: how long it is open.
-        reference_s: exposure in which radiance 1 fills the well.
+        exposure_s: exposure time.
+        reference_s: exposure time in which radiance 1 fills the well.
         gain: amplification before the converter, 1 = a full well is full scale.
         full_well_e, read_noise_e: electrons (IMX273: 10 700 and 2.5).
         bits: 8, 10 or 12.
@@ -123,7 +123,7 @@ def _blur_along(padded: F32, channels: int, taps: F32, row: F32) -> None:
 def _count(
     row: F32, normals: F32, gains: tuple[float, float, float, float], top: int, out: NDArray[np.uint16]
 ) -> None:
-    """Fill out with counts: electrons with their noise, limited by the well and the converter.
+    """Fill out with counts: electrons with noise, limited by the well and the converter.
 
     gains: electrons of a full well, per radiance 1, of read noise; counts per electron.
     """

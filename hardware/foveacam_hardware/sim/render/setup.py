@@ -1,4 +1,4 @@
-"""Once a frame: project the scene and keep the faces that may be seen.
+"""Set-up of a frame: project the scene and collect the faces that may be visible.
 
 A face is a convex polygon of 3 or 4 edges kept in homogeneous pixel coordinates p = (x, y, 1): inside where
 all four edge functions E·p are not negative, 1/t = q·p where t scales the ray M⁻¹p. Nothing is clipped.
@@ -17,13 +17,13 @@ F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
 TILE_W, TILE_H = 64, 32
-"""Pixels of a tile; tiles lie at absolute multiples of these, whatever part of an image is asked for."""
+"""Size of a tile, px; tiles lie at absolute multiples of it, whatever region is requested."""
 BLEND_FROM = 0.8
 """A mesh is mapped along every axis whose normal component exceeds this part of the greatest."""
 
 
 class KernelView(NamedTuple):
-    """A projection as the kernels see it."""
+    """A projection in the form that the kernels use."""
 
     M: F64  # (3, 3)
     Minv: F64  # (3, 3)
@@ -39,7 +39,7 @@ class KernelView(NamedTuple):
 
 
 class ObjectTable(NamedTuple):
-    """What every face of an object shares."""
+    """Transforms per object, shared by its faces."""
 
     A: F64  # (n, 3, 3) ray directions in object coordinates: A p
     o: F64  # (n, 3) camera centre in object coordinates
@@ -58,12 +58,12 @@ class VisibleFaces(NamedTuple):
     blend: I32  # (f,) 0, or 8 + a bit for each axis whose normal component is positive
     side: I32  # (f,)
     obj: I32  # (f,)
-    face: I32  # (f,) row in Geometry
+    face: I32  # (f,) row in SceneGeometry
     box: F64  # (f, 4) least and greatest undistorted x, then y
 
 
 def empty_prims(faces: int) -> VisibleFaces:
-    """Return room for `faces` faces."""
+    """Allocate arrays for `faces` faces."""
     n = max(faces, 1)
     return VisibleFaces(
         np.empty((n, 4, 3)),
@@ -79,7 +79,7 @@ def empty_prims(faces: int) -> VisibleFaces:
 
 
 class ProjectedVertices(NamedTuple):
-    """What every vertex of the scene becomes in a view."""
+    """The vertices of the scene in a view."""
 
     p: F64  # (v, 3) homogeneous pixel
     light: F64  # (v,)
@@ -87,13 +87,13 @@ class ProjectedVertices(NamedTuple):
 
 
 def empty_corners(vertices: int) -> ProjectedVertices:
-    """Return room for `vertices` vertices."""
+    """Allocate arrays for `vertices` vertices."""
     return ProjectedVertices(np.empty((vertices, 3)), np.empty(vertices), np.empty((vertices, 3)))
 
 
 @kernel
 def _in_view(corners: F64, P: F64, b: F64, view: KernelView) -> bool:
-    """Whether any part of a box, given by its corners (8, 3) in object coordinates, may be in the picture."""
+    """Return whether a box, given by its corners (8, 3) in object coordinates, may be in the image."""
     span = view.tile_shift[-1]
     x0, x1 = span[0] - 1.0, view.width + span[1]
     y0, y1 = span[2] - 1.0, view.height + span[3]
@@ -117,7 +117,7 @@ def _transform(
     view: KernelView,
     corners: ProjectedVertices,
 ) -> NDArray[np.bool_]:
-    """Fill the corners of all objects that may be in view; return which these are."""
+    """Fill the corners of all objects that may be in view; return a mask of these objects."""
     vertices, normals, first, smooth = (
         geometry.vertices,
         geometry.normals,
@@ -148,7 +148,7 @@ def _transform(
 
 @kernel
 def _bounds(p: F64, faces: I32, f: int, w_near: float) -> tuple[float, float, float, float]:
-    """Return least and greatest x, then y, of what of a face is beyond the near plane; empty when none is."""
+    """Return least and greatest x, then y, of a face beyond the near plane; an empty range when none is."""
     x0 = y0 = 1e18
     x1 = y1 = -1e18
     count = 4 if faces[f, 3] >= 0 else 3
@@ -195,7 +195,7 @@ def _place(
     prims: VisibleFaces,
     dets: F64,
 ) -> int:
-    """Fill box, plane and edges of the faces that may be seen; return how many."""
+    """Fill box, plane and edges of the faces that may be visible; return their number."""
     vertices, faces, normals, sides = geometry.vertices, geometry.faces, geometry.face_normals, geometry.side
     first, closed, A, o = geometry.first_face, geometry.closed, objects.A, objects.o
     box, q, edges, face, obj, side = prims.box, prims.q, prims.edges, prims.face, prims.obj, prims.side
@@ -231,7 +231,7 @@ def _place(
 def _light_smooth(
     n: int, det: float, geometry: SceneGeometry, corners: ProjectedVertices, prims: VisibleFaces
 ) -> None:
-    """Interpolate a triangle's light and, where it needs them, its mapping weights between its corners."""
+    """Interpolate a triangle's light and, where needed, its mapping weights between its corners."""
     f = prims.face[n]
     a, b, c = geometry.faces[f, 0], geometry.faces[f, 1], geometry.faces[f, 2]
     light, weights, e = corners.light, corners.weights, prims.edges
@@ -253,7 +253,7 @@ def _light_smooth(
 def _light_flat(
     n: int, normal: F64, o: F64, vertex: F64, lamp: F64, ambient: float, prims: VisibleFaces
 ) -> None:
-    """Give a flat face one light; a face seen from behind is lit from there."""
+    """Set the uniform light of a flat face; a face seen from behind is lit from behind."""
     above = normal[0] * (o[0] - vertex[0]) + normal[1] * (o[1] - vertex[1]) + normal[2] * (o[2] - vertex[2])
     towards = normal[0] * lamp[0] + normal[1] * lamp[1] + normal[2] * lamp[2]
     light = ambient + (1.0 - ambient) * max(0.0, towards if above >= 0.0 else -towards)
@@ -271,7 +271,7 @@ def set_up(
     corners: ProjectedVertices,
     prims: VisibleFaces,
 ) -> int:
-    """Fill prims for a view; return how many faces may be seen."""
+    """Fill prims for a view; return the number of faces that may be visible."""
     in_view = _transform(geometry, objects, ambient, view, corners)
     dets = np.empty(geometry.faces.shape[0])
     count = _place(geometry, objects, in_view, view, corners.p, prims, dets)

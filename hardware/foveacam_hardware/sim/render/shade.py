@@ -1,7 +1,7 @@
-"""The noise of a batch's items, and the colour of its runs.
+"""Noise and bitmap materials averaged over the footprint of a pixel, and the colour of a batch's runs.
 
-Noise is filtered by choosing mip levels of its layers by the footprint of a pixel on the face, with several
-fetches along a stretched one.
+A footprint selects the mip levels of a noise layer or bitmap; a stretched one takes several fetches along it.
+Cell materials are in `cells`.
 """
 
 import numpy as np
@@ -15,23 +15,23 @@ from foveacam_hardware.sim.render.materials import BITMAP, MAX_LAYERS, NOISE, Ma
 from foveacam_hardware.sim.render.noise import LEVELS, SHORTEST, TILE
 
 MAX_TAPS, MESH_TAPS = 8, 4
-"""Most taps on a flat face, and on a smooth mesh, whose footprints are stretched at its outline only."""
+"""Most taps on a flat face, and on a smooth mesh, whose footprints are stretched only at its outline."""
 TAP_SPREAD = 2.2
-"""Base of the triangle of weights over the taps, in pixels."""
+"""Base of the triangular weights over the taps, in pixels."""
 TAP_STEP = 1.5
-"""Distance of the taps, in widths of a tap: half the wavelength that a tap lets through (CUT_PX)."""
+"""Distance of the taps, in widths of a tap: half the shortest wavelength that a tap passes (CUT_PX)."""
 ROUND = 1.15
-"""A footprint this much longer than wide is taken as round."""
+"""Up to this ratio of length to width a footprint counts as round."""
 
 
 @kernel
 def footprint_filter(
     ux: float, uy: float, vx: float, vy: float, most: int
 ) -> tuple[float, float, int, float, float]:
-    """Return how to average over the footprint of a pixel, metres.
+    """Return the filter over the footprint of a pixel, metres.
 
-    Its long axis (u, v); the number of taps along it, `most` at most; the widths that one tap, and all
-    together, leave.
+    Its long axis (u, v); the number of taps along it, `most` at most; the width of one tap, and of all
+    together.
     """
     p, r, s = ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy
     d = 0.5 * (p - r)
@@ -49,7 +49,7 @@ def footprint_filter(
 
 @kernel
 def tap(k: int, taps: int) -> tuple[float, float]:
-    """Return where tap k lies along the long axis, in pixels, and its weight, of a triangle with sum 1."""
+    """Return the position of tap k along the long axis, in pixels, and its triangular weight (sum 1)."""
     at = (k + 0.5) / taps - 0.5
     total = 0.5 * taps if taps % 2 == 0 else 0.5 * (taps * taps + 1) / taps
     return at * TAP_SPREAD, (1.0 - 2.0 * abs(at)) / total
@@ -60,12 +60,12 @@ F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
 CUT_PX = 2.6
-"""Shortest wavelength let through, in pixels: what is shorter would alias."""
+"""Shortest wavelength passed, in pixels; shorter ones would alias."""
 
 
 @inlined
 def shade_noise(items: LookupItems, count: int, smooth: I32, tables: MaterialTables) -> None:
-    """Fill the values of all items of noise with the sum of the layers that the footprint lets through."""
+    """Fill the values of all noise items with the sum of the layers that the footprint passes."""
     begin, end, obj, sides, where = items.begin, items.end, items.obj, items.side, items.where
     du, dv, out, texel, part_x, part_y = (
         items.du,
@@ -92,7 +92,7 @@ def shade_noise(items: LookupItems, count: int, smooth: I32, tables: MaterialTab
             if layers[j, layer, 0] == 0.0 or fine >= LEVELS:
                 break
             grid = (layers[j, layer, 1], layers[j, layer, 2], layers[j, layer, 3], layers[j, layer, 4])
-            # Opposite and neighbouring faces show other parts of the tile.
+            # Opposite and neighbouring faces show different parts of the tile.
             u = (
                 grid[0] * where[m, U]
                 + grid[1] * where[m, V]
@@ -125,7 +125,7 @@ def shade_noise(items: LookupItems, count: int, smooth: I32, tables: MaterialTab
 def paint(
     batch: PixelBatch, runs: int, objs: I32, tables: MaterialTables, sky: F64, luma: F64, out: F32
 ) -> None:
-    """Turn light and shade into radiance; out: (CAPACITY, channels)."""
+    """Convert light and shade into radiance; out: (CAPACITY, channels)."""
     face, start, shade, light = batch.face, batch.first, batch.shade, batch.light
     kind, colors = tables.kind, tables.colors
     r, g, w = np.float32(luma[0]), np.float32(luma[1]), np.float32(luma[2])
@@ -171,7 +171,7 @@ def _add(x: float, y: float, level: int, weight: float, bitmap: F64, texels: F32
 
 @inlined
 def shade_bitmap(items: LookupItems, count: int, tables: MaterialTables) -> None:
-    """Fill the values of all items of pictures with their colours, averaged over each footprint."""
+    """Fill the values of all bitmap items with their colours, averaged over each footprint."""
     begin, end, obj, where = items.begin, items.end, items.obj, items.where
     du, dv, value = items.du, items.dv, items.value
     kind, bitmaps, texels = tables.kind, tables.cells, tables.texels

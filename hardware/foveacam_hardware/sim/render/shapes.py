@@ -1,7 +1,7 @@
-"""Shapes of the scene in their own coordinates (metres): quads, boxes, triangle meshes and their generators.
+"""Shapes in their own coordinates (metres): quads, boxes, triangle meshes and generators of meshes.
 
-A material is evaluated at the hit point in these coordinates. A quad lies in z = 0, seen from both sides,
-its x to the right and y down as seen from −z; boxes and meshes are closed, their faces look outwards.
+A material is evaluated at the hit point in these coordinates. A quad lies in z = 0, visible from both sides,
+its x to the right and y down as seen from −z; boxes and meshes are closed, with faces outwards.
 """
 
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class Box:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mesh:
-    """A closed triangle mesh, shaded smoothly, or by facets where edges are meant.
+    """A closed triangle mesh, shaded smoothly or, for visible edges, by facet.
 
     Attributes:
         vertices_m: (n, 3) float64.
@@ -88,7 +88,7 @@ Shape = Quad | Box | Mesh
 
 
 def ground(*, width_m: float, length_m: float) -> Quad:
-    """Return a floor; lay it with `flat(y_m)`."""
+    """Return a floor, to be posed with `flat`."""
     return Quad(width_m=width_m, height_m=length_m)
 
 
@@ -112,12 +112,12 @@ def place(
 
 
 def flat(position_m: ArrayLike) -> F64:
-    """Return the pose of a quad that lies face up: its x to the right, its y towards the viewer (−z)."""
+    """Return the pose of a quad that faces up: its x to the right, its y towards the viewer (−z)."""
     return place(position_m, pitch_rad=-np.pi / 2)
 
 
 def _grid_faces(rows: int, columns: int) -> I32:
-    """Triangulate a grid of `rows` x `columns` vertices whose columns close on themselves."""
+    """Return the triangles of a grid of `rows` x `columns` vertices, cyclic in its columns."""
     i, j = np.meshgrid(np.arange(rows - 1), np.arange(columns), indexing="ij")
     a, b = i * columns + j, i * columns + (j + 1) % columns
     c, d = a + columns, b + columns
@@ -128,7 +128,7 @@ def _grid_faces(rows: int, columns: int) -> I32:
 
 
 def _without_slivers(vertices: F64, faces: I32) -> Mesh:
-    """Drop triangles of no area (those at the poles) and turn the rest outwards from the origin."""
+    """Return the mesh without triangles of zero area (at the poles), faces outwards from the origin."""
     corners = vertices[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     outwards = np.einsum("ij,ij->i", normal, corners.mean(axis=1)) >= 0
@@ -195,7 +195,7 @@ OUTLINE = np.array(
 
 
 def figurine(*, height_m: float, triangles: int) -> Mesh:
-    """Return a draped figure of about `triangles` triangles, folds and all, standing on the origin."""
+    """Return a draped figure with folds, of about `triangles` triangles, its base at the origin, up is −y."""
     rings = max(10, round(np.sqrt(triangles / 4.0)))
     sides = 2 * rings
     along = np.linspace(0.0, 1.0, rings + 1)
@@ -217,8 +217,8 @@ def figurine(*, height_m: float, triangles: int) -> Mesh:
     return _revolved_mesh(vertices * height_m)
 
 
-def cone_stump(*, radius_m: float, top_radius_m: float, height_m: float, sides: int) -> Mesh:
-    """Return an upright stump of a cone about its middle, with lids."""
+def truncated_cone(*, radius_m: float, top_radius_m: float, height_m: float, sides: int) -> Mesh:
+    """Return an upright truncated cone about its middle, with lids."""
     radius = np.array([0.0, radius_m, radius_m, top_radius_m, top_radius_m, 0.0])
     height = np.array([0.5, 0.5, 0.5, -0.5, -0.5, -0.5]) * height_m
     turn = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
@@ -234,7 +234,7 @@ def cone_stump(*, radius_m: float, top_radius_m: float, height_m: float, sides: 
 
 
 def _revolved_mesh(grid_m: NDArray[np.float64]) -> Mesh:
-    """Return the closed mesh of rings (r, s, 3) that run from the foot (+y) to the top (-y)."""
+    """Return the closed mesh of rings (r, s, 3) ordered from the base (+y) to the top (-y)."""
     rings, sides = grid_m.shape[:2]
     faces = _grid_faces(rings, sides)
     vertices = grid_m.reshape(-1, 3)

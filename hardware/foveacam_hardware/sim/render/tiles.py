@@ -1,4 +1,4 @@
-"""Render whole tiles: visibility, radiance, depth and identity, edges smoothed; one call a band of tiles."""
+"""Renders whole tiles: visibility, radiance, depth, object numbers and smoothed edges, a band per call."""
 
 from typing import NamedTuple
 
@@ -31,20 +31,20 @@ I32 = NDArray[np.int32]
 
 
 class TileInputs(NamedTuple):
-    """Everything that the tiles of one frame are rendered from."""
+    """The inputs of all tiles of one frame."""
 
     camera: KernelView
     objects: ObjectTable
     prims: VisibleFaces
     bins: TileBins
-    tables: MaterialTables  # colours already in the frame's channels
+    tables: MaterialTables  # colours in the frame's channels
     smooth: I32
     sky: F64  # (2, channels)
     luma: F64  # (3,)
 
 
 class TileOutputs(NamedTuple):
-    """Where the frame is written."""
+    """The output arrays of a frame."""
 
     radiance: F32  # (h, w, channels)
     depth: F32  # (h, w) metres, infinite where nothing is hit
@@ -112,10 +112,10 @@ def _gather_marks(
     weight: F32,
     start: I32,
 ) -> tuple[int, int]:
-    """Fill the batch from as many marks as fit, from `mark` on; return the runs and the mark after.
+    """Fill the batch from as many marks as fit, from `mark` on; return the runs and the next mark.
 
-    Every face that the samples of a mark see becomes a run of one pixel, at the centroid of those samples;
-    faces of a smooth object that run on into each other become one.
+    Every face that the samples of a mark show becomes a run of one pixel, at the centroid of those samples;
+    continuous faces of a smooth object become one.
     """
     faces, columns, rows, tx, ty = tile.sample_face, tile.mark, tile.mark_row, tile.x, tile.y
     sample_q, q, obj, centre = tile.sample_q, prims.q, prims.obj, tile.face
@@ -146,7 +146,7 @@ def _gather_marks(
                     sy += dy
                     faces[mark, other] = COUNTED
             if count == SAMPLES and (f == centre[r, c] or merge):
-                break  # one surface after all: the pixel stays as it is
+                break  # one surface only: the pixel stays unchanged
             sx, sy = sx / count, sy / count
             first[runs], face[runs], weight[runs] = runs, f, np.float32(count / SAMPLES)
             x[runs], y[runs] = tx[r, c] + sx * xx + sy * xy, ty[r, c] + sx * yx + sy * yy
@@ -182,7 +182,7 @@ def _resolve(
 
 @kernel
 def render_tiles(tiles: NDArray[np.int64], stage: TileInputs, target: TileOutputs) -> None:
-    """Render the tiles of these numbers (row by row from the top left): first all pixels, then the edges."""
+    """Render the tiles of the given numbers (row by row from the top left): all pixels, then the edges."""
     camera, prims, bins, smooth, radiance = (
         stage.camera,
         stage.prims,

@@ -1,7 +1,7 @@
-"""What is seen at each pixel of a tile: z-buffer at its centre, and 4x4 samples where an edge runs through.
+"""Visibility in a tile: a z-buffer at the pixel centres, and 4x4 samples in pixels on an edge.
 
-The tile carries a border of one pixel, so that edges are found without looking at its neighbours, and
-everything in it depends on the scene and the projection alone.
+The tile has a border of one pixel, so that edges are found without its neighbours, and its content depends
+on the scene and the projection alone.
 """
 
 from typing import NamedTuple
@@ -20,10 +20,10 @@ Step = tuple[float, float, float, float]
 
 ROWS, COLUMNS = TILE_H + 2, TILE_W + 2
 CREASE = 1e-3
-"""Faces of a smooth mesh that meet within this part of their distance run on into each other."""
+"""Faces of a smooth mesh that meet within this part of their distance are continuous."""
 SAMPLES = 16
 COUNTED = -2
-"""Stands in place of a face once it has been gathered."""
+"""Replaces the face of a sample that has been gathered."""
 
 
 class TileMemory(NamedTuple):
@@ -32,7 +32,7 @@ class TileMemory(NamedTuple):
     x: F64  # (ROWS, COLUMNS) undistorted pixel
     y: F64
     q: F64  # (ROWS, COLUMNS) greatest 1/t, 0 where nothing is hit
-    face: I32  # (ROWS, COLUMNS) row in Prims, −1 where nothing is hit
+    face: I32  # (ROWS, COLUMNS) row in VisibleFaces, −1 where nothing is hit
     mark: I32  # (TILE_H · TILE_W,) column of each edge pixel, row after row
     mark_row: I32  # (TILE_H · TILE_W,) and its row
     mark_start: I32  # (ROWS + 1,) first mark of each row
@@ -90,7 +90,7 @@ def _pixel_range(
 def fill(
     tile: TileMemory, index: int, x0: int, y0: int, view: KernelView, prims: VisibleFaces, bins: TileBins
 ) -> None:
-    """Find the nearest face at every pixel centre of the tile and its border; of equals, the first."""
+    """Find the nearest face at every pixel centre of the tile and its border; the first of equals."""
     xs, ys, q, face = tile.x, tile.y, tile.q, tile.face
     items, box, e, plane, q_max = bins.items, prims.box, prims.edges, prims.q, view.q_max
     s0, s1 = view.tile_shift[index, 0], view.tile_shift[index, 1]
@@ -122,7 +122,7 @@ def fill(
 
 @inlined
 def mark_edges(tile: TileMemory, height: int, width: int, prims: VisibleFaces, smooth: I32) -> int:
-    """List the pixels that do not run on into one of their four neighbours, row by row; return how many."""
+    """List the pixels that are not continuous with all four neighbours, row by row; return their number."""
     face, x, y, q, mark, mark_row, start = (
         tile.face,
         tile.x,

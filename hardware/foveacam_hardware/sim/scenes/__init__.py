@@ -1,1 +1,1 @@
-"""Scenes as files, and the reader of their format."""
+"""Scene files, their format, and their conversion for the renderer."""

@@ -1,4 +1,4 @@
-"""Makes what the renderer draws of what a scene file says."""
+"""Converts a scene file into the renderer's scene: shapes, materials and prints."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_hardware.sim.render.materials import BitmapSurface, CellSurface, NoiseSurface, PlainSurface
 from foveacam_hardware.sim.render.materials import Material as RenderMaterial
 from foveacam_hardware.sim.render.scene import Lighting, Scene
-from foveacam_hardware.sim.render.shapes import Box, Quad, Shape, column, cone_stump, figurine, sphere
+from foveacam_hardware.sim.render.shapes import Box, Quad, Shape, column, figurine, sphere, truncated_cone
 from foveacam_hardware.sim.scenes.format import (
     BoxObject,
     ColumnObject,
@@ -38,34 +38,34 @@ DICTIONARY = cv2.aruco.DICT_4X4_50
 
 
 def build_scene(file: SceneFile, *, folder: Path) -> Scene:
-    """Return the renderable scene with every object where it is at the beginning."""
+    """Return the renderer's scene with every object at its pose at time 0."""
     light = file.light
     scene = Scene(
         Lighting(lamp=light.towards, ambient=light.ambient, horizon=light.horizon, zenith=light.zenith)
     )
     materials = {name: _material(name, given, folder) for name, given in file.materials.items()}
-    for thing in file.objects:
-        scene.add(_shape(thing), materials[thing.material], pose(thing, 0.0), thing.name)
+    for entry in file.objects:
+        scene.add(_shape(entry), materials[entry.material], pose(entry, 0.0), entry.name)
     return scene
 
 
-def _shape(thing: Object) -> Shape:
-    if isinstance(thing, QuadObject):
-        return Quad(width_m=thing.size_m[0], height_m=thing.size_m[1])
-    if isinstance(thing, BoxObject):
-        return Box(width_m=thing.size_m[0], height_m=thing.size_m[1], depth_m=thing.size_m[2])
-    if isinstance(thing, SphereObject):
-        return sphere(radius_m=thing.radius_m, rings=thing.facets)
-    if isinstance(thing, ColumnObject):
-        if thing.top_radius_m is None:
-            return column(radius_m=thing.radius_m, height_m=thing.height_m, sides=thing.sides, bands=1)
-        return cone_stump(
-            radius_m=thing.radius_m,
-            top_radius_m=thing.top_radius_m,
-            height_m=thing.height_m,
-            sides=thing.sides,
+def _shape(entry: Object) -> Shape:
+    if isinstance(entry, QuadObject):
+        return Quad(width_m=entry.size_m[0], height_m=entry.size_m[1])
+    if isinstance(entry, BoxObject):
+        return Box(width_m=entry.size_m[0], height_m=entry.size_m[1], depth_m=entry.size_m[2])
+    if isinstance(entry, SphereObject):
+        return sphere(radius_m=entry.radius_m, rings=entry.facets)
+    if isinstance(entry, ColumnObject):
+        if entry.top_radius_m is None:
+            return column(radius_m=entry.radius_m, height_m=entry.height_m, sides=entry.sides, bands=1)
+        return truncated_cone(
+            radius_m=entry.radius_m,
+            top_radius_m=entry.top_radius_m,
+            height_m=entry.height_m,
+            sides=entry.sides,
         )
-    return figurine(height_m=thing.height_m, triangles=thing.triangles)
+    return figurine(height_m=entry.height_m, triangles=entry.triangles)
 
 
 def _material(name: str, given: Material, folder: Path) -> RenderMaterial:
@@ -108,7 +108,7 @@ def _marker(number: int) -> NDArray[np.bool_]:
 
 
 def _charuco(given: CharucoMaterial) -> NDArray[np.bool_]:
-    """Return the cells of a ChArUco board, eight along a square, true = white; its first square is dark."""
+    """Return the cells of a ChArUco board, 8 per side of a square, true = white; the first square is dark."""
     cells = np.zeros((given.rows * MARKER_CELLS, given.columns * MARKER_CELLS), bool)
     light = np.argwhere(np.indices((given.rows, given.columns)).sum(axis=0) % 2 == 1) * MARKER_CELLS
     for number, (down, across) in enumerate(light):
@@ -117,7 +117,7 @@ def _charuco(given: CharucoMaterial) -> NDArray[np.bool_]:
 
 
 def _print(given: PrintMaterial) -> NDArray[np.uint8]:
-    """Draw lines of text as large as they fit, (h, w, 3) RGB."""
+    """Return lines of text, drawn as large as they fit, (h, w, 3) RGB."""
     across_m, down_m = given.width_m, given.height_m
     if given.upright:
         across_m, down_m = down_m, across_m
@@ -135,7 +135,7 @@ def _print(given: PrintMaterial) -> NDArray[np.uint8]:
 
 
 def _grained(sheet: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Give a print the grain of paper: without it, its flat areas would have no texture at all."""
+    """Return a print with the grain of paper, without which its flat areas would have no texture."""
     rng = np.random.default_rng(sheet.shape[:2])
     grain = np.zeros(sheet.shape[:2], np.float32)
     for blur_px in (0.0, 2.0, 8.0):
@@ -154,8 +154,8 @@ def _write(sheet: NDArray[np.uint8], line: str, ink: tuple[int, int, int], *, ro
     size = min(0.8 * width / max(wide, 1), 0.6 * height / rows / max(high, 1)) * 10.0
     thick = max(1, round(2.2 * size))
     (wide, high), _ = cv2.getTextSize(line, font, size, thick)
-    place = (round((width - wide) / 2), round(row * (0.86 * height) + 0.07 * height + high / 2))
-    cv2.putText(sheet, line, place, font, size, ink, thick, cv2.LINE_AA)
+    origin = (round((width - wide) / 2), round(row * (0.86 * height) + 0.07 * height + high / 2))
+    cv2.putText(sheet, line, origin, font, size, ink, thick, cv2.LINE_AA)
 
 
 def _bytes(color: tuple[float, ...]) -> tuple[int, int, int]:

@@ -1,7 +1,7 @@
-"""The scene file format, version 1: what a TOML file may say. Described in `hardware/README.md`.
+"""The scene file format, version 1, described in `hardware/README.md`.
 
-Axes are the rig's: +x right, +y down, +z forward, metres; the wide camera is the origin.
-Materials are in `paint`, reading files and their errors in `loader`, making renderable objects in `build`.
+Axes are the rig's: +x right, +y down, +z forward, metres; the wide camera is the origin. Materials are in
+`materials`, reading files in `loader`, conversion for the renderer in `build`.
 """
 
 from typing import Annotated, Literal, TypeAlias
@@ -13,15 +13,15 @@ from foveacam_hardware.stations import StationTable, check_station_names
 
 
 class PathMotion(StrictTable):
-    """Walk along a line of points at a constant speed, there and back or around."""
+    """Walk along a line of points at a constant speed, there and back or in circles."""
 
     kind: Literal["path"]
     points_m: Annotated[list[Position], Field(min_length=2)]
     speed_m_per_s: Annotated[float, Strict(), Field(gt=0.0, le=60.0)]
     closed: bool = False
-    """Around and around; else there and back."""
+    """In circles; else there and back."""
     start_s: Real = 0.0
-    """How far into the walk it is at the beginning."""
+    """Time already walked at scene time 0."""
 
 
 class SwayMotion(StrictTable):
@@ -42,7 +42,7 @@ class SpinMotion(StrictTable):
 
 
 class ShownPose(StrictTable):
-    """How somebody holds the thing for a while, seen from the object's own place."""
+    """A pose in which the object is held, relative to its own position and rotation."""
 
     at_m: Position
     turn_deg: Position = (0.0, 0.0, 0.0)
@@ -50,9 +50,9 @@ class ShownPose(StrictTable):
 
 
 class ShowMotion(StrictTable):
-    """Hold the thing in one pose after the other, around and around, as one shows a board to a camera.
+    """Hold the object in a cycle of poses, as one shows a board to a camera.
 
-    The poses are counted from the object's position and rotation: that is where the camera stands.
+    The poses are relative to the object's position and rotation, which should be those of the camera.
     """
 
     kind: Literal["show"]
@@ -66,7 +66,7 @@ Motion: TypeAlias = Annotated[PathMotion | SwayMotion | SpinMotion | ShowMotion,
 
 
 class SceneObject(StrictTable):
-    """What all objects have in common; `rotation_deg` turns about x, then y, then z."""
+    """The keys of every object; `rotation_deg` rotates about x, then y, then z."""
 
     name: str = Field(min_length=1, max_length=60)
     material: str
@@ -76,7 +76,7 @@ class SceneObject(StrictTable):
 
 
 class QuadObject(SceneObject):
-    """A flat rectangle; unturned, it faces the rig."""
+    """A flat rectangle; without rotation it faces the rig."""
 
     shape: Literal["quad"]
     size_m: tuple[Metres, Metres]
@@ -90,7 +90,7 @@ class BoxObject(SceneObject):
 
 
 class SphereObject(SceneObject):
-    """A ball of `facets` flats from pole to pole; more are rounder and take longer to draw."""
+    """A sphere of `facets` bands from pole to pole; more are rounder and slower to render."""
 
     shape: Literal["sphere"]
     radius_m: Metres
@@ -98,7 +98,7 @@ class SphereObject(SceneObject):
 
 
 class ColumnObject(SceneObject):
-    """An upright cylinder or, with two radii, a cone's stump; its position is its middle."""
+    """An upright cylinder or, with two radii, a truncated cone; its position is its middle."""
 
     shape: Literal["column"]
     radius_m: Metres
@@ -108,7 +108,7 @@ class ColumnObject(SceneObject):
 
 
 class StatueObject(SceneObject):
-    """A figurine of about `triangles` triangles; its position is the middle of its foot."""
+    """A figurine of about `triangles` triangles; its position is the middle of its base."""
 
     shape: Literal["statue"]
     height_m: Metres
@@ -121,12 +121,12 @@ Object: TypeAlias = Annotated[
 
 
 class LightTable(StrictTable):
-    """A distant lamp and the background where nothing stands; both belong to the scene, not to the rig."""
+    """A distant lamp and the background; both are fixed in the scene, not to the rig."""
 
     towards: Position = (-0.45, -0.8, -0.55)
     """Direction from the scene towards the lamp."""
     ambient: Unit = 0.45
-    """Light that reaches a face turned away from the lamp."""
+    """Light on a face turned away from the lamp."""
     horizon: Color = (0.62, 0.66, 0.7)
     zenith: Color = (0.28, 0.42, 0.62)
 
@@ -141,19 +141,19 @@ class SceneFile(StrictTable):
     materials: dict[str, Material]
     objects: Annotated[list[Object], Field(min_length=1)]
     stations: tuple[StationTable, ...] = ()
-    """Where the pan-tilt must point to calibrate here; scenes to look at have none."""
+    """Pan-tilt poses for calibration; other scenes have none."""
 
     @model_validator(mode="after")
-    def _refer_to_what_is_there(self) -> "SceneFile":
+    def _check_references(self) -> "SceneFile":
         seen: set[str] = set()
-        for thing in self.objects:
-            if thing.material not in self.materials:
+        for entry in self.objects:
+            if entry.material not in self.materials:
                 known = ", ".join(sorted(self.materials))
                 raise ValueError(
-                    f"object {thing.name!r}: material {thing.material!r} is not defined; defined are: {known}"
+                    f"object {entry.name!r}: material {entry.material!r} is not defined; defined are: {known}"
                 )
-            if thing.name in seen:
-                raise ValueError(f"object {thing.name!r} appears twice; give every object a name of its own")
-            seen.add(thing.name)
+            if entry.name in seen:
+                raise ValueError(f"object {entry.name!r} appears twice; give every object a name of its own")
+            seen.add(entry.name)
         check_station_names(self.stations)
         return self

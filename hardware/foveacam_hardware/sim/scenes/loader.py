@@ -1,4 +1,4 @@
-"""Finds and reads scene files; every error names the file, the object, the key and what is allowed."""
+"""Finds and reads scene files; errors name the file, the object, the key and the allowed values."""
 
 import tomllib
 from pathlib import Path
@@ -18,7 +18,7 @@ def scene_names() -> list[str]:
 
 
 def scene_path(name_or_file: str | Path) -> Path:
-    """Return the file of a shipped scene by name, or the user's own file by path."""
+    """Return the path of a shipped scene by name, or of a user's own file."""
     text = str(name_or_file)
     if text in scene_names():
         return SCENES_FOLDER / f"{text}.toml"
@@ -32,7 +32,7 @@ def scene_path(name_or_file: str | Path) -> Path:
 
 
 def load_scene(name_or_file: str | Path) -> SceneFile:
-    """Read and check a scene file."""
+    """Read and validate a scene file; raise `InvalidInput` with the offending entry."""
     path = scene_path(name_or_file)
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""The materials that a scene file may name, and the values that all its tables are made of."""
+"""The materials of a scene file, and the value types of all its tables."""
 
 import re
 from typing import Annotated, Literal, TypeAlias
@@ -9,7 +9,7 @@ HEX_COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 
 
 def _color(value: object) -> object:
-    """Turn "#rrggbb" into three numbers, and leave anything else to the field's own check."""
+    """Convert "#rrggbb" into three numbers; leave anything else to the field's own validation."""
     if isinstance(value, str):
         if not HEX_COLOR.fullmatch(value):
             raise ValueError(f'colour {value!r} is not "#rrggbb"; write six hexadecimal digits')
@@ -22,12 +22,12 @@ Color: TypeAlias = Annotated[tuple[Unit, Unit, Unit], BeforeValidator(_color)]
 """RGB, 0..1, written "#rrggbb" or as three numbers."""
 Metres: TypeAlias = Annotated[float, Strict(), Field(gt=0.0, le=1000.0)]
 Real: TypeAlias = Annotated[float, Strict()]
-"""A number written as one: "1" is none."""
+"""A number, not a string that looks like one."""
 Position: TypeAlias = tuple[Real, Real, Real]
 
 
 class StrictTable(BaseModel):
-    """A TOML table: unknown keys are refused, infinities and NaN too."""
+    """A TOML table; unknown keys, infinities and NaN are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -44,18 +44,18 @@ class NoiseMaterial(StrictTable):
     """Size of the largest blotches."""
     finest_m: Metres = 0.0001
     stretch: Annotated[float, Strict(), Field(ge=1.0, le=50.0)] = 1.0
-    """Draws the pattern out sideways, as in wood."""
+    """Stretch of the pattern sideways, as in wood."""
     seed: int = Field(strict=True, default=0, ge=0)
 
     @model_validator(mode="after")
-    def _leave_room_between(self) -> "NoiseMaterial":
+    def _check_sizes(self) -> "NoiseMaterial":
         if self.finest_m >= self.coarsest_m:
             raise ValueError(f"finest_m {self.finest_m} must be below coarsest_m {self.coarsest_m}")
         return self
 
 
 class PlainMaterial(StrictTable):
-    """One colour and no texture at all: nothing to verge on."""
+    """One colour without texture: no vergence is possible on it."""
 
     kind: Literal["plain"]
     color: Color
@@ -85,7 +85,7 @@ class CharucoMaterial(StrictTable):
     accent: Color = (0.06, 0.06, 0.07)
 
     @model_validator(mode="after")
-    def _have_markers_for_it(self) -> "CharucoMaterial":
+    def _check_marker_count(self) -> "CharucoMaterial":
         if self.columns * self.rows // 2 > 50:
             raise ValueError(
                 f"{self.columns} x {self.rows} squares take more than the dictionary's 50 markers;"
@@ -106,7 +106,7 @@ class MarkerMaterial(StrictTable):
 
 
 class PrintMaterial(StrictTable):
-    """Lines of text on coloured stock, stretched over the face: signs, book spines, posters."""
+    """Lines of text on coloured paper, stretched over the face: signs, book spines, posters."""
 
     kind: Literal["print"]
     text: str = Field(max_length=120)
@@ -116,7 +116,7 @@ class PrintMaterial(StrictTable):
     color: Color
     accent: Color
     upright: bool = False
-    """Write from top to bottom, as on a book's spine."""
+    """Text runs from top to bottom, as on a book's spine."""
 
 
 class PictureMaterial(StrictTable):

@@ -1,4 +1,4 @@
-"""Where moving objects are: poses as pure functions of the scene's time."""
+"""Poses of moving objects as pure functions of the scene time."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,31 +6,31 @@ from numpy.typing import NDArray
 from foveacam_hardware.sim.scenes.format import Motion, PathMotion, SceneObject, ShowMotion, SwayMotion
 
 
-def pose(thing: SceneObject, t_s: float) -> NDArray[np.float64]:
-    """Return world_from_object (4, 4) float64 of an object `t_s` after the scene began."""
-    turned = _rotation(thing.rotation_deg)
-    place = np.array(thing.position_m)
-    motion = thing.motion
+def pose(entry: SceneObject, t_s: float) -> NDArray[np.float64]:
+    """Return world_from_object (4, 4) float64 of an object at scene time `t_s`."""
+    rotation = _rotation(entry.rotation_deg)
+    position = np.array(entry.position_m)
+    motion = entry.motion
     if motion is not None:
-        place, turned = _moved(motion, place, turned, t_s + motion.start_s)
+        position, rotation = _moved(motion, position, rotation, t_s + motion.start_s)
     world_from_object = np.eye(4)
-    world_from_object[:3, :3] = turned
-    world_from_object[:3, 3] = place
+    world_from_object[:3, :3] = rotation
+    world_from_object[:3, 3] = position
     return world_from_object
 
 
 def _moved(
-    motion: Motion, place: NDArray[np.float64], turned: NDArray[np.float64], t_s: float
+    motion: Motion, position: NDArray[np.float64], rotation: NDArray[np.float64], t_s: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     if isinstance(motion, PathMotion):
-        return _along(motion, t_s), turned
+        return _along(motion, t_s), rotation
     if isinstance(motion, SwayMotion):
         swing = np.sin(2.0 * np.pi * t_s / motion.period_s)
-        return place + swing * np.array(motion.amplitude_m), turned
+        return position + swing * np.array(motion.amplitude_m), rotation
     if isinstance(motion, ShowMotion):
         at_m, turn = _shown(motion, t_s)
-        return place + turned @ at_m, turned @ turn
-    return place, _about_y(360.0 * t_s / motion.period_s) @ turned
+        return position + rotation @ at_m, rotation @ turn
+    return position, _about_y(360.0 * t_s / motion.period_s) @ rotation
 
 
 def _along(motion: PathMotion, t_s: float) -> NDArray[np.float64]:
@@ -51,7 +51,7 @@ def _along(motion: PathMotion, t_s: float) -> NDArray[np.float64]:
 
 
 def _shown(motion: ShowMotion, t_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return position (3,) and rotation (3, 3) in the object's place; exactly still while it is held."""
+    """Return position (3,) and rotation (3, 3) relative to the object's own pose; constant while held."""
     each_s = motion.hold_s + motion.move_s
     number, spent_s = divmod(t_s, each_s)
     now = motion.poses[int(number) % len(motion.poses)]
@@ -59,7 +59,7 @@ def _shown(motion: ShowMotion, t_s: float) -> tuple[NDArray[np.float64], NDArray
     if spent_s <= motion.hold_s:
         return np.array(now.at_m), _rotation(now.turn_deg)
     share = (spent_s - motion.hold_s) / motion.move_s
-    share *= share * (3.0 - 2.0 * share)  # starts and stops gently
+    share *= share * (3.0 - 2.0 * share)  # smooth start and stop
     at_m = (1.0 - share) * np.array(now.at_m) + share * np.array(following.at_m)
     x, y, z = ((1.0 - share) * np.array(now.turn_deg) + share * np.array(following.turn_deg)).tolist()
     return at_m, _rotation((x, y, z))
