@@ -30,7 +30,7 @@ Roi: TypeAlias = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Mover:
+class _MovingObject:
     """A moving object, and the corners (8, 3) of its bounding box in object coordinates."""
 
     number: int
@@ -51,8 +51,8 @@ class AnimatedScene:
         self.scene = build_scene(self.file, folder=path.parent)
         self._renderer = Renderer(self.scene, threads=threads, cached_frames=CACHED_FRAMES)
         self._probe_renderer = Renderer(self.scene, threads=1, cached_frames=2)
-        self._movers = [
-            _Mover(number, entry, _corners_m(self.scene, number))
+        self._moving = [
+            _MovingObject(number, entry, _corners_m(self.scene, number))
             for number, entry in enumerate(self.file.objects)
             if entry.motion is not None
         ]
@@ -62,7 +62,7 @@ class AnimatedScene:
     @property
     def moves(self) -> bool:
         """Whether any object of the scene moves."""
-        return bool(self._movers)
+        return bool(self._moving)
 
     def radiance(self, projection: Projection, t_s: float, *, channels: int) -> NDArray[np.float32]:
         """Return the radiance (h, w) or (h, w, 3) float32, 0..1, in a camera at scene time `t_s`."""
@@ -87,9 +87,9 @@ class AnimatedScene:
         before, after = self.rig_pose(from_s), self.rig_pose(to_s)
         fastest_px = image_motion_px(projection, before, after)
         in_world = project_in_world(projection, before)
-        for mover in self._movers:
-            ends = np.stack([pose(mover.entry, from_s), pose(mover.entry, to_s)])
-            fastest_px = max(fastest_px, _moved_px(in_world, ends, mover.corners_m))
+        for moving in self._moving:
+            ends = np.stack([pose(moving.entry, from_s), pose(moving.entry, to_s)])
+            fastest_px = max(fastest_px, _moved_px(in_world, ends, moving.corners_m))
         return fastest_px
 
     def textured(self, number: int) -> bool:
@@ -97,8 +97,8 @@ class AnimatedScene:
         return number >= 0 and not isinstance(self.scene.material(number), PlainSurface)
 
     def _set_poses(self, t_s: float) -> None:
-        for mover in self._movers:
-            self.scene.set_pose(mover.number, pose(mover.entry, t_s))
+        for moving in self._moving:
+            self.scene.set_pose(moving.number, pose(moving.entry, t_s))
 
 
 def _moved_px(projection: Projection, ends: NDArray[np.float64], corners_m: NDArray[np.float64]) -> float:

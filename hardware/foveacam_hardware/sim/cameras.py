@@ -137,12 +137,12 @@ class SimCamera:
     def configure(self, settings: CameraSettings) -> CameraSettings:
         """Apply settings from the next exposure on; return the settings in force."""
         self._require_connected("configure")
-        taken = supported_settings(self._role, settings)
+        supported = supported_settings(self._role, settings)
         with self._lock:
-            self._settings = taken
+            self._settings = supported
             if self._schedule is not None:
-                self._begin()
-        return taken
+                self._start_schedule()
+        return supported
 
     def start(self) -> None:
         """Start to expose, and reset the counters."""
@@ -150,7 +150,7 @@ class SimCamera:
         with self._lock:
             if self._schedule is None:
                 self._delivered = self._skipped = self._missed = 0
-                self._begin()
+                self._start_schedule()
 
     def stop(self) -> None:
         """Stop exposing, and discard the frames not read."""
@@ -218,7 +218,7 @@ class SimCamera:
     def _waits_for_line(self) -> bool:
         return self._connected and self._settings.trigger_source is TriggerSource.HARDWARE
 
-    def _begin(self) -> None:
+    def _start_schedule(self) -> None:
         seq = self._seq if self._schedule is None else self._schedule.next_seq
         self._missed += 0 if self._schedule is None else self._schedule.missed
         if self._settings.triggered:
@@ -257,17 +257,17 @@ class SimCamera:
         return frame
 
     def _adjust_exposure(self, frame: Frame, schedule: ExposureSchedule) -> None:
-        """Set the exposure of the next frame that has not begun, from the brightness of a delivered frame."""
+        """Set the exposure of the next frame not begun, from the brightness of a delivered frame."""
         now = self._settings
-        stops = overexposure_log2(frame.image, bits=frame.bits, black_level=now.black_level)
-        found = next_exposure(now.exposure_ns, stops, longest_ns=longest_exposure_ns(now))
+        overexposure = overexposure_log2(frame.image, bits=frame.bits, black_level=now.black_level)
+        found = next_exposure(now.exposure_ns, overexposure, longest_ns=longest_exposure_ns(now))
         once_is_over = found.settled and now.exposure_auto is AutoMode.ONCE
         mode = AutoMode.OFF if once_is_over else now.exposure_auto
-        asked = replace(now, exposure_ns=found.exposure_ns, exposure_auto=mode)
-        taken = supported_settings(self._role, asked)
-        if taken != now:
-            self._settings = taken
-            schedule.adjust(taken, now_ns=self._clock.now_ns())
+        requested = replace(now, exposure_ns=found.exposure_ns, exposure_auto=mode)
+        supported = supported_settings(self._role, requested)
+        if supported != now:
+            self._settings = supported
+            schedule.adjust(supported, now_ns=self._clock.now_ns())
 
     def _image(self, exposure: CameraExposure) -> Image:
         if self._role in self._world.faults.frozen and self._last is not None:

@@ -83,7 +83,7 @@ def reflection(normal: Vector) -> Matrix:
 
 
 def nominal_assembly(role: Role) -> EyeAssembly:
-    """Return the eye as drawn, without any error."""
+    """Return the eye of the nominal design, without assembly errors."""
     return EyeAssembly(role=role, pivot_m=(_side(role) * HALF_BASELINE_M, 0.0, 0.0))
 
 

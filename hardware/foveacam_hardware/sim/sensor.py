@@ -52,47 +52,47 @@ def longest_exposure_ns(settings: CameraSettings) -> int:
     return round(1e9 / settings.frame_rate_hz - LINE_12_BIT_NS)
 
 
-def supported_settings(role: Role, asked: CameraSettings) -> CameraSettings:
+def supported_settings(role: Role, requested: CameraSettings) -> CameraSettings:
     """Return the settings as the sensor supports them: whole lines, tenths of a decibel, a feasible rate.
 
     Raise `OutOfRange` for what it does not support.
     """
-    _require(role, "exposure", asked.exposure_ns / 1e6, EXPOSURE_NS[0] / 1e6, EXPOSURE_NS[1] / 1e6, "ms")
-    _require(role, "gain", asked.gain_db, *GAIN_DB, "dB")
-    if not asked.frame_rate_auto:
-        _require(role, "frame rate", asked.frame_rate_hz, *FRAME_RATE_HZ, "Hz")
-    _require(role, "black level", asked.black_level, *BLACK_LEVEL, "grey levels")
-    if asked.pixel_format not in PIXEL_FORMATS:
+    _require(role, "exposure", requested.exposure_ns / 1e6, EXPOSURE_NS[0] / 1e6, EXPOSURE_NS[1] / 1e6, "ms")
+    _require(role, "gain", requested.gain_db, *GAIN_DB, "dB")
+    if not requested.frame_rate_auto:
+        _require(role, "frame rate", requested.frame_rate_hz, *FRAME_RATE_HZ, "Hz")
+    _require(role, "black level", requested.black_level, *BLACK_LEVEL, "grey levels")
+    if requested.pixel_format not in PIXEL_FORMATS:
         allowed = ", ".join(PIXEL_FORMATS)
         raise OutOfRange(
-            f"camera {role}: pixel format {asked.pixel_format} is not one of its own; use {allowed}"
+            f"camera {role}: pixel format {requested.pixel_format} is not one of its own; use {allowed}"
         )
-    if asked.triggered and asked.trigger_source is TriggerSource.HARDWARE and role is Role.WIDE:
+    if requested.triggered and requested.trigger_source is TriggerSource.HARDWARE and role is Role.WIDE:
         raise OutOfRange(
             "camera wide: asked to be triggered, but no trigger cable leads to it; only the foveae have one"
         )
-    line_ns = LINE_12_BIT_NS if asked.pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
-    exposure_ns = round(max(1, round(asked.exposure_ns / line_ns)) * line_ns)
+    line_ns = LINE_12_BIT_NS if requested.pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
+    exposure_ns = round(max(1, round(requested.exposure_ns / line_ns)) * line_ns)
     # The next exposure may overlap the readout, but not end before it.
-    shortest_ns = max(exposure_ns, readout_ns(asked.pixel_format))
-    wanted_hz = FRAME_RATE_HZ[1] if asked.frame_rate_auto else asked.frame_rate_hz
+    shortest_ns = max(exposure_ns, readout_ns(requested.pixel_format))
+    wanted_hz = FRAME_RATE_HZ[1] if requested.frame_rate_auto else requested.frame_rate_hz
     return CameraSettings(
         exposure_ns=exposure_ns,
-        exposure_auto=asked.exposure_auto,
-        gain_db=round(asked.gain_db / GAIN_STEP_DB) * GAIN_STEP_DB,
+        exposure_auto=requested.exposure_auto,
+        gain_db=round(requested.gain_db / GAIN_STEP_DB) * GAIN_STEP_DB,
         frame_rate_hz=min(wanted_hz, 1e9 / shortest_ns),
-        frame_rate_auto=asked.frame_rate_auto,
-        pixel_format=asked.pixel_format,
-        triggered=asked.triggered,
-        trigger_source=asked.trigger_source,
-        black_level=float(round(asked.black_level)),
+        frame_rate_auto=requested.frame_rate_auto,
+        pixel_format=requested.pixel_format,
+        triggered=requested.triggered,
+        trigger_source=requested.trigger_source,
+        black_level=float(round(requested.black_level)),
     )
 
 
-def _require(role: Role, what: str, asked: float, low: float, high: float, unit: str) -> None:
-    if not (math.isfinite(asked) and low <= asked <= high):
+def _require(role: Role, name: str, value: float, low: float, high: float, unit: str) -> None:
+    if not (math.isfinite(value) and low <= value <= high):
         raise OutOfRange(
-            f"camera {role}: {what} {asked:g} {unit} is outside {low:g} to {high:g} {unit}; choose one inside"
+            f"camera {role}: {name} {value:g} {unit} is outside {low:g} to {high:g} {unit}; choose one inside"
         )
 
 

@@ -97,13 +97,13 @@ class GrblFirmware:
         self.send_welcome(t_ns)
 
     def send_welcome(self, t_ns: int) -> None:
-        """Say who it is."""
+        """Send the start-up message."""
         self._send_line(t_ns, f"Grbl {VERSION} ['$' for help]")
         if self.state == "Alarm":
             self._send_line(t_ns, "[MSG:'$H'|'$X' to unlock]")
 
     def add_rail(self) -> None:
-        """Be a board with a rail on its third axis."""
+        """Add a third axis, the rail."""
         self._axes = 3
         self.settings.update(RAIL_SETTINGS)
 
@@ -113,7 +113,7 @@ class GrblFirmware:
         return self.state == "Home" or self._locked or self.ignores_input
 
     def execute_realtime(self, t_ns: int, byte: bytes) -> None:
-        """Take a byte that jumps the queue."""
+        """Execute a single byte at once, ahead of the queued lines."""
         match byte:
             case b"?":
                 self._report_requested = True
@@ -124,7 +124,7 @@ class GrblFirmware:
                 self._reset(t_ns)
 
     def execute_line(self, t_ns: int, text: str) -> None:
-        """Take a line and answer it."""
+        """Execute a line and answer it."""
         text = text.replace(" ", "").upper()
         if text == "":
             answer = "ok"

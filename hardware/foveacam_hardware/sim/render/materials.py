@@ -172,6 +172,8 @@ def _mips(rgb: NDArray[np.uint8]) -> F32:
 
 
 class _Packer:
+    """Fills the tables row by row."""
+
     def __init__(self, count: int) -> None:
         self.kind: I32 = np.zeros(count, np.int32)
         self.colors: F64 = np.zeros((count, 2, 3))
@@ -182,7 +184,7 @@ class _Packer:
         self.texels: list[F32] = []
         self._summed, self._texels = 0, 0
 
-    def put(self, i: int, material: Material) -> None:
+    def set_row(self, i: int, material: Material) -> None:
         if isinstance(material, PlainSurface):
             self.kind[i], self.colors[i] = PLAIN, material.color
         elif isinstance(material, NoiseSurface):
@@ -209,7 +211,7 @@ def pack(materials: list[Material]) -> MaterialTables:
     """Return the tables of all materials, row i for material i."""
     packer = _Packer(max(len(materials), 1))
     for i, material in enumerate(materials):
-        packer.put(i, material)
+        packer.set_row(i, material)
     return MaterialTables(
         packer.kind,
         packer.colors,
