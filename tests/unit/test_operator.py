@@ -8,7 +8,7 @@ import pytest
 from foveacam_hardware.contract import PanTiltPose, VirtualClock
 from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
 from foveacam_hardware.operator_config import OperatorConfig
-from foveacam_hardware.sim.pan_tilt import REACTION_S, Operator, TurningHistory
+from foveacam_hardware.sim.pan_tilt import OPERATOR_REACTION_S, Operator, TurningHistory
 
 CONFIG = OperatorConfig(delay_s=0.5, speed_deg_s=10.0, error_deg=0.2)
 NS_PER_S = 1_000_000_000
@@ -58,7 +58,7 @@ def test_operator_lets_go_when_nothing_is_wanted_any_more(turned: Turned) -> Non
     turned.clock.sleep_until_ns(BEGIN_NS + NS_PER_S)
     turned.pan_tilt.hold()
     assert turned.pan_tilt.state.wanted is None
-    held = turned.after(1.0 + REACTION_S)
+    held = turned.after(1.0 + OPERATOR_REACTION_S)
     assert turned.after(20.0).tolist() == held.tolist()
     assert np.linalg.norm(held) < 15.0
 

@@ -16,6 +16,23 @@ import numpy as np
 from foveacam_hardware.contract import CameraSettings, Image
 from foveacam_hardware.sim.sensor import readout_ns
 
+QUEUE_FRAMES = 8
+TARGET_MEAN = 0.5
+"""Target for the mean of an image, as a share of full scale."""
+HIGHLIGHT_LIMIT, HIGHLIGHT_PERCENT = 0.92, 98.0
+"""Limit (share of full scale) for this percentile of the values; it overrides the target mean."""
+CLIPPED_SHARE = 0.995
+CLIPPED_STEP_LOG2 = -0.5
+"""Least step for a clipped image, whose true brightness is unknown: half a stop down."""
+STEP_LIMITS_LOG2 = (-2.0, 1.0)
+"""Limits of the step after one image, stops."""
+TOLERANCE_LOG2 = 0.07
+"""Tolerance (5 %): a smaller error is not corrected, as noise would move the exposure for ever."""
+SAMPLE_STRIDE = 8
+"""Every how many pixels, in every how many rows, are measured."""
+AUTO_LIMITS_NS = (30_000, 100_000_000)
+"""Limits of the automatic exposure; longer ones would blur moving objects."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExposureInterval:
@@ -37,9 +54,6 @@ class ExposureInterval:
     def middles_ns(self, parts: int) -> list[int]:
         """Return the middles of `parts` equal parts."""
         return [self.start_ns + self.length_ns * (2 * k + 1) // (2 * parts) for k in range(parts)]
-
-
-QUEUE_FRAMES = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -222,23 +236,6 @@ class TriggeredSchedule:
             while self._queue and self._queue[0].seq <= exposure.seq:
                 lost += self._queue.popleft().seq != exposure.seq
             return lost
-
-
-TARGET_MEAN = 0.5
-"""Target for the mean of an image, as a share of full scale."""
-HIGHLIGHT_LIMIT, HIGHLIGHT_PERCENT = 0.92, 98.0
-"""Limit (share of full scale) for this percentile of the values; it overrides the target mean."""
-CLIPPED_SHARE = 0.995
-CLIPPED_STEP_LOG2 = -0.5
-"""Least step for a clipped image, whose true brightness is unknown: half a stop down."""
-STEP_LIMITS_LOG2 = (-2.0, 1.0)
-"""Limits of the step after one image, stops."""
-TOLERANCE_LOG2 = 0.07
-"""Tolerance (5 %): a smaller error is not corrected, as noise would move the exposure for ever."""
-SAMPLE_STRIDE = 8
-"""Every how many pixels, in every how many rows, are measured."""
-AUTO_LIMITS_NS = (30_000, 100_000_000)
-"""Limits of the automatic exposure; longer ones would blur moving objects."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

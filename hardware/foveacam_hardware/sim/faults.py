@@ -16,6 +16,9 @@ from foveacam_hardware.simulated_faults import (
     SimulatedFaults,
 )
 
+DRIFT_PERIODS_S = (1380.0, 421.0)  # deduced: the heating cycle of a room, and that of the electronics
+DRIFT_SHARES = (0.7, 0.3)
+
 
 @dataclass(slots=True)
 class WorldFaults:
@@ -78,20 +81,16 @@ def _deg(angle_rad: float) -> float:
     return round(math.degrees(angle_rad), 9) + 0.0  # no minus before a zero
 
 
-PERIODS_S = (1380.0, 421.0)  # deduced: the heating cycle of a room, and that of the electronics
-SHARES = (0.7, 0.3)
-
-
 class ThermalMountDrift:
     """Rotation of each eye's mount about the rig's x and y as a slow function of time; zero at time 0."""
 
     def __init__(self, *, seed: int, amplitude_rad: float = float(np.deg2rad(0.002))) -> None:
         self.amplitude_rad = amplitude_rad
-        phases = np.random.default_rng([seed, 0xD21F]).uniform(0.0, 2.0 * np.pi, (2, 2, len(PERIODS_S)))
+        phases = np.random.default_rng([seed, 0xD21F]).uniform(0.0, 2.0 * np.pi, (2, 2, len(DRIFT_PERIODS_S)))
         self._phases = {Role.LEFT: phases[0], Role.RIGHT: phases[1]}
 
     def turn_rad(self, role: Role, t_s: float) -> NDArray[np.float64]:
         """Return the rotation (2,) about x and y, radians, at time `t_s`."""
         phases = self._phases[role]
-        swing = np.sin(2.0 * np.pi * t_s / np.array(PERIODS_S) + phases) - np.sin(phases)
-        return np.asarray(self.amplitude_rad * (swing @ np.array(SHARES)), dtype=np.float64)
+        swing = np.sin(2.0 * np.pi * t_s / np.array(DRIFT_PERIODS_S) + phases) - np.sin(phases)
+        return np.asarray(self.amplitude_rad * (swing @ np.array(DRIFT_SHARES)), dtype=np.float64)

@@ -18,16 +18,17 @@ Vector: TypeAlias = NDArray[np.float64]
 """(3,) float64, rig frame."""
 Matrix: TypeAlias = NDArray[np.float64]
 """(3, 3) float64."""
-
 FOVEA_WIDTH = 1440
 FOVEA_HEIGHT = 1080
 FOVEA_FOCAL_PX = 28_760.0  # Table 2: 2.86 deg over 1440 px, a 100 mm lens on 3.45 um pixels
 PUPIL_BEFORE_MIRROR_M = 0.040  # deduced: the paper's pupil lies a few centimetres behind the mirror
 HALF_BASELINE_M = 0.1  # Table 2: the mirrors are 0.2 m apart
-
 FORWARD: Vector = np.array([0.0, 0.0, 1.0])
 READOUT_FLIP: Matrix = np.diag([-1.0, 1.0, 1.0])
 """The sensor is read out from right to left, which cancels the mirror's reversal of the image."""
+WIDE_WIDTH = 1440
+WIDE_HEIGHT = 1080
+WIDE_FOCAL_PX = 3155.0  # Table 2: 25.6 x 19.4 deg over 1440 x 1080 px
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,11 +163,6 @@ def _side(role: Role) -> int:
     if role is Role.WIDE:
         raise ValueError("the wide camera has no mirror; asked for the assembly of an eye")
     return -1 if role is Role.LEFT else 1
-
-
-WIDE_WIDTH = 1440
-WIDE_HEIGHT = 1080
-WIDE_FOCAL_PX = 3155.0  # Table 2: 25.6 x 19.4 deg over 1440 x 1080 px
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,6 +24,10 @@ ZERO_POSITIONS: AxisPositions = (0.0, 0.0, 0.0)
 HISTORY_NS = 30_000_000_000
 """Age up to which positions can be requested."""
 NS_PER_S = 1e9
+OPERATOR_RAMP_S = 0.3
+"""Time to accelerate, and to stop."""
+OPERATOR_REACTION_S = 0.2
+MAX_ERROR_SIGMAS = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,12 +127,6 @@ def _t_ns(segment: TurnSegment) -> int:
     return segment.t_ns
 
 
-RAMP_S = 0.3
-"""Time to accelerate, and to stop."""
-REACTION_S = 0.2
-MAX_ERROR_SIGMAS = 2.0
-
-
 class Operator:
     """A simulated person who turns the rig by hand; `motion` receives the turns."""
 
@@ -139,10 +137,10 @@ class Operator:
         self._rng = np.random.default_rng([seed, 0x0BE7])
 
     def turn_to(self, wanted: PanTiltPose | None) -> None:
-        """Turn to a pose after the operator's delay, with his error; None stops the turn where it is."""
+        """Turn to a pose after the operator's delay, with an error; None stops the turn where it is."""
         now_ns = self._clock.now_ns()
         if wanted is None:
-            self._add_rest(now_ns + round(REACTION_S * NS_PER_S))
+            self._add_rest(now_ns + round(OPERATOR_REACTION_S * NS_PER_S))
             return
         begin_ns = now_ns + round(self._config.delay_s * NS_PER_S)
         self._add_rest(begin_ns)  # ends the turn in progress
@@ -158,14 +156,14 @@ class Operator:
         length_deg = float(np.linalg.norm(displacement_deg))
         if length_deg == 0.0:
             return
-        speed_deg_s = min(self._config.speed_deg_s, length_deg / RAMP_S)
-        steady_s = length_deg / speed_deg_s - RAMP_S
-        acceleration_deg_s2 = speed_deg_s / RAMP_S
+        speed_deg_s = min(self._config.speed_deg_s, length_deg / OPERATOR_RAMP_S)
+        steady_s = length_deg / speed_deg_s - OPERATOR_RAMP_S
+        acceleration_deg_s2 = speed_deg_s / OPERATOR_RAMP_S
         pan, tilt = (displacement_deg / length_deg).tolist()
         for along_deg_s2, duration_s in (
-            (acceleration_deg_s2, RAMP_S),
+            (acceleration_deg_s2, OPERATOR_RAMP_S),
             (0.0, steady_s),
-            (-acceleration_deg_s2, RAMP_S),
+            (-acceleration_deg_s2, OPERATOR_RAMP_S),
         ):
             speed = math.hypot(*self._motion.speed_deg_s(t_ns))
             segment = TurnSegment(

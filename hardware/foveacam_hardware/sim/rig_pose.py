@@ -17,8 +17,12 @@ from foveacam_hardware.sim.render.projection import Projection
 
 Matrix: TypeAlias = NDArray[np.float64]
 """(4, 4) float64, a rigid motion, metres."""
-
 PIVOT_M = (0.0, 0.055, -0.035)  # deduced: the rig's plate on a motorised head
+RigPoseAtTime: TypeAlias = Callable[[float], NDArray[np.float64] | None]
+"""Returns rig_from_world (4, 4) at a scene time, seconds; None while every axis is at zero."""
+GRID = 4
+NEAREST_SURFACE_M = 1.0
+"""Assumed distance of the nearest surface when the rig moves on its rail."""
 
 
 class Pedestal:
@@ -57,14 +61,6 @@ def _rotation_about(axis: NDArray[np.float64], through_m: NDArray[np.float64], a
     rotated[:3, :3] = rotation(axis * angle_rad)
     rotated[:3, 3] = through_m - rotated[:3, :3] @ through_m
     return rotated
-
-
-RigPoseAtTime: TypeAlias = Callable[[float], NDArray[np.float64] | None]
-"""Returns rig_from_world (4, 4) at a scene time, seconds; None while every axis is at zero."""
-
-GRID = 4
-NEAREST_SURFACE_M = 1.0
-"""Assumed distance of the nearest surface when the rig moves on its rail."""
 
 
 def unmoved_rig(t_s: float) -> None:

@@ -21,7 +21,6 @@ from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 LINE_10_BIT_NS = 290 / 74.25e6 * 1e9
 LINE_12_BIT_NS = 396 / 74.25e6 * 1e9
 LINES = 1080 + 42  # IMX273: the image and its vertical blanking
-
 EXPOSURE_NS = (30_000, 1_000_000_000)
 GAIN_DB = (0.0, 24.0)
 GAIN_STEP_DB = 0.1
@@ -37,6 +36,10 @@ RANGES = CameraRanges(
     exposure_autos=tuple(AutoMode),
     frame_rate_auto=True,
 )
+REFERENCE_S = 0.0076
+"""Exposure in which white fills the well: lighting and apertures suit 8 ms, one period of mains flicker."""
+PSF_SIGMA_PX = {Role.WIDE: 0.6, Role.LEFT: 1.4, Role.RIGHT: 1.4}
+"""At f/21.5 the foveae are limited by diffraction: 0.29 cycles/px, a Gaussian of 1.4 px (deduced)."""
 
 
 def readout_ns(pixel_format: PixelFormat) -> int:
@@ -94,12 +97,6 @@ def _require(role: Role, name: str, value: float, low: float, high: float, unit:
         raise OutOfRange(
             f"camera {role}: {name} {value:g} {unit} is outside {low:g} to {high:g} {unit}; choose one inside"
         )
-
-
-REFERENCE_S = 0.0076
-"""Exposure in which white fills the well: lighting and apertures suit 8 ms, one period of mains flicker."""
-PSF_SIGMA_PX = {Role.WIDE: 0.6, Role.LEFT: 1.4, Role.RIGHT: 1.4}
-"""At f/21.5 the foveae are limited by diffraction: 0.29 cycles/px, a Gaussian of 1.4 px (deduced)."""
 
 
 def image_from_radiance(

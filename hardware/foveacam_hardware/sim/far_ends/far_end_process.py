@@ -25,6 +25,14 @@ from foveacam_hardware.sim.far_ends.side_channel import ChannelClosed, Message, 
 FOLDER_PREFIX = "foveacam-port-"
 LOCK_FILE = "owner"
 """A file in the folder that the owner keeps locked; the system drops the lock when the process ends."""
+logger = logging.getLogger(__name__)
+START_TIMEOUT_S = 20.0
+COMMAND_TIMEOUT_S = 5.0
+END_TIMEOUT_S = 3.0
+RESTART_DELAY_S = 2.0
+"""Delay from the death of a far end's process to the start of the next, as if plugged in by hand."""
+OptionsSource: TypeAlias = Callable[[], Sequence[str]]
+"""Returns the command-line options of the process to start."""
 
 
 class PortFolder:
@@ -82,18 +90,6 @@ def _remove_folder(folder: Path) -> bool:
     with contextlib.suppress(OSError):
         shutil.rmtree(folder)
     return not folder.exists()
-
-
-logger = logging.getLogger(__name__)
-
-START_TIMEOUT_S = 20.0
-COMMAND_TIMEOUT_S = 5.0
-END_TIMEOUT_S = 3.0
-RESTART_DELAY_S = 2.0
-"""Delay from the death of a far end's process to the start of the next, as if plugged in by hand."""
-
-OptionsSource: TypeAlias = Callable[[], Sequence[str]]
-"""Returns the command-line options of the process to start."""
 
 
 class FarEndCables(Protocol):

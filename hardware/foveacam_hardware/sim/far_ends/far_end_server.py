@@ -19,6 +19,9 @@ from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage, L
 from foveacam_hardware.sim.far_ends.side_channel import ChannelClosed, Message, SideChannel
 
 READ_BYTES = 4096
+ORPHAN_CHECK_S = 1.0
+CommandHandler: TypeAlias = Callable[[Message], Message]
+"""Executes a command and returns the device's status."""
 
 
 class PtyPort:
@@ -63,9 +66,6 @@ class PtyPort:
                 os.write(self._files[0], data)
 
 
-ORPHAN_CHECK_S = 1.0
-
-
 class FarEnd(Protocol):
     """A device at a serial port as a state machine: bytes in, bytes out, in time."""
 
@@ -87,10 +87,6 @@ class FarEnd(Protocol):
     def advance(self, t_ns: int) -> None:
         """Run everything due up to `t_ns`."""
         ...
-
-
-CommandHandler: TypeAlias = Callable[[Message], Message]
-"""Executes a command and returns the device's status."""
 
 
 class FarEndServer:

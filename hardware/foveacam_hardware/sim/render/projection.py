@@ -15,6 +15,9 @@ from foveacam_hardware.contract.errors import InvalidInput
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+SAME_SURFACE = 2e-3
+"""Two depths within this part of each other are the same surface."""
 
 
 def _array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> F64:
@@ -147,12 +150,6 @@ class Projection:
         w = np.where(p[:, 2] > 0, p[:, 2], np.nan)
         pixels: F64 = p[:, :2] / w[:, None]
         return pixels
-
-
-I32 = NDArray[np.int32]
-
-SAME_SURFACE = 2e-3
-"""Two depths within this part of each other are the same surface."""
 
 
 def _visible_in_right(

@@ -39,11 +39,12 @@ F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 Bool = NDArray[np.bool_]
-
 NEAR_M = 0.02
 """Nothing nearer to the projection centre is drawn."""
 CACHED_FRAMES = 8
 CACHED_LENSES = 4
+Progress = Callable[[int, int, str], None]
+"""Called with the steps done, their total, and the name of the next step."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -264,10 +265,6 @@ def _tiles_of(x: int, y: int, w: int, h: int, width: int) -> NDArray[np.int64]:
     rows = np.arange(y // TILE_H, (y + h - 1) // TILE_H + 1)
     tiles: NDArray[np.int64] = (rows[:, None] * -(-width // TILE_W) + columns).ravel().astype(np.int64)
     return tiles
-
-
-Progress = Callable[[int, int, str], None]
-"""Called with the steps done, their total, and the name of the next step."""
 
 
 def _report_nothing(done: int, total: int, name: str) -> None:

@@ -22,6 +22,11 @@ TAP_STEP = 1.5
 """Distance of the taps, in widths of a tap: half the shortest wavelength that a tap passes (CUT_PX)."""
 ROUND = 1.15
 """Up to this ratio of length to width a footprint counts as round."""
+F64 = NDArray[np.float64]
+F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+CUT_PX = 2.6
+"""Shortest wavelength passed, in pixels; shorter ones would alias."""
 
 
 @kernel
@@ -53,14 +58,6 @@ def tap(k: int, taps: int) -> tuple[float, float]:
     at = (k + 0.5) / taps - 0.5
     total = 0.5 * taps if taps % 2 == 0 else 0.5 * (taps * taps + 1) / taps
     return at * TAP_SPREAD, (1.0 - 2.0 * abs(at)) / total
-
-
-F64 = NDArray[np.float64]
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
-
-CUT_PX = 2.6
-"""Shortest wavelength passed, in pixels; shorter ones would alias."""
 
 
 @inlined
