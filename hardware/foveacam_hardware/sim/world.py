@@ -96,7 +96,7 @@ class World:
             self.mirrors.set_low_pass(t_ns, cutoff_hz)
 
     def trigger(self, t_ns: int, *, pulse_us: int, cameras: int) -> None:
-        """Pass a rising edge to every camera in the mask; the length of the pulse has no effect."""
+        """Pass a rising edge to every camera in the mask, for a pulse of any length above 0."""
         for bit, role in CAMERA_ROLES.items():
             shutter = self._shutters.get(role)
             if cameras & bit and pulse_us > 0 and shutter and role not in self.faults.no_trigger:
