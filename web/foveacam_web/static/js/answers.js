@@ -1,4 +1,5 @@
-// How a distance is known, in the words that people read: one place for the card, the list, marks and messages.
+// Words a fixation's answer: its basis, its distance or limits. The card, the list, the marks and the messages use
+// these texts.
 
 import { distanceText, ENDS, MISSING, number } from "./format.js";
 
@@ -34,7 +35,8 @@ const BASES = Object.freeze({
 });
 
 /**
- * The basis of a fixation; those kept by an earlier version have none, and were measured by both foveae when verged.
+ * Return the basis of a fixation. Fixations stored by an earlier version have none; those that verged were measured by
+ * both foveae.
  * @param {FixationDocument} fixation
  * @returns {Basis | null}
  */
@@ -45,7 +47,7 @@ export function basisOf(fixation) {
 }
 
 /**
- * The alternative that the operator chose, if any.
+ * Return the alternative that the operator chose, if any.
  * @param {FixationDocument} fixation
  * @returns {AlternativeDocument | null}
  */
@@ -54,7 +56,7 @@ export function chosenOf({ alternatives, chosen_alternative }) {
 }
 
 /**
- * What the fixation says of the distance: what was measured, or what the operator chose of it.
+ * Return the distance of a fixation: the alternative that the operator chose, else the measured one.
  * @param {FixationDocument} fixation
  * @returns {Answer}
  */
@@ -63,7 +65,7 @@ export function answerOf(fixation) {
 }
 
 /**
- * How a distance is known, in a few words.
+ * Name the basis of a distance in a few words.
  * @param {Basis | null | undefined} basis
  * @param {Views} [views] which eye saw it
  */
@@ -79,7 +81,7 @@ export function basisMeaning(basis) {
 }
 
 /**
- * What stands over the distance, and which kind of news it is.
+ * Return the title over the distance, its tone, and a hint when nothing was measured.
  * @param {FixationDocument} fixation
  * @returns {{title: string, tone: "good" | "plain" | "warn" | "bad", hint: string}}
  */
@@ -92,7 +94,7 @@ export function heading(fixation) {
 }
 
 /**
- * The limits of a distance as a sentence without its full stop.
+ * Word the limits of a distance as a sentence without its full stop.
  * @param {BoundDocument} bound
  */
 export function boundText({ nearest_m, farthest_m }) {
@@ -101,7 +103,7 @@ export function boundText({ nearest_m, farthest_m }) {
 }
 
 /**
- * The same where there is little room.
+ * Word the limits of a distance for a narrow place.
  * @param {BoundDocument} bound
  */
 export function boundShort({ nearest_m, farthest_m }) {
@@ -109,7 +111,7 @@ export function boundShort({ nearest_m, farthest_m }) {
 }
 
 /**
- * Distance and error, or limits, in one short line.
+ * Word the distance and its error, or the limits, in one short line.
  * @param {Answer} answer
  */
 export function answerText(answer) {
@@ -118,7 +120,7 @@ export function answerText(answer) {
 }
 
 /**
- * The end of a fixation for who cannot see it.
+ * Word the result of a fixation for a screen reader.
  * @param {FixationDocument} fixation
  */
 export function spoken(fixation) {

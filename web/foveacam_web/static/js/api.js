@@ -1,11 +1,12 @@
-// Talks REST: one function a request, and every failure is a RequestError that says what was asked, found and to be done.
+// Sends REST requests. Every failure is a RequestError that carries the server's problem document: asked, found,
+// remedy.
 
 /** @typedef {import("#api").Problem} Problem */
 
 const ROOT = "/api/v1";
 const PATIENCE_MS = 15_000;
 
-/** What went wrong with a request, in the server's words when it had any. */
+/** A request that failed; `document` is the server's problem, or one made here when the server did not answer. */
 export class RequestError extends Error {
   /** @param {Problem} document */
   constructor(document) {
@@ -23,7 +24,7 @@ export class RequestError extends Error {
  */
 
 /**
- * Ask the server. The path is below /api/v1; the answer is parsed JSON, or null where there is no body.
+ * Send a request and return the parsed JSON, or null where the response has no body. The path is below /api/v1.
  * @template T
  * @param {"GET" | "POST" | "PUT" | "PATCH" | "DELETE"} method
  * @param {string} path
@@ -37,7 +38,7 @@ export async function request(method, path, options = {}) {
 }
 
 /**
- * A file as the server has it, and what it is called.
+ * Download a file of the server with its name.
  * @param {string} path below /api/v1
  * @returns {Promise<{content: Blob, name: string}>}
  */
@@ -61,7 +62,8 @@ async function answerTo(method, path, options) {
       headers: body === undefined ? headers : { "Content-Type": "application/json", ...headers },
       body: body === undefined ? null : JSON.stringify(body),
       cache: "no-store",
-      priority: method === "GET" ? "low" : "high", // an order, STOP above all, waits for no reading of other tabs
+      // a command, STOP above all, does not wait for the reads of other tabs
+      priority: method === "GET" ? "low" : "high",
       keepalive,
       signal: AbortSignal.timeout(patience_ms),
     });

@@ -1,4 +1,5 @@
-// What the operator can order. Clicks keep their order, steering keeps only its newest, the stop waits for nothing.
+// Sends the operator's commands. Clicks are sent in their order, of steering only the newest, and the stop waits for
+// nothing.
 
 import { RequestError, request } from "./api.js";
 
@@ -19,7 +20,7 @@ import { RequestError, request } from "./api.js";
 const STEER_INTERVAL_MS = 50; // 20 a second at most
 const UNDO_MS = 6000;
 
-/** The orders of one page. */
+/** The commands of one page. */
 export class Commands {
   #store;
   #toasts;
@@ -41,7 +42,7 @@ export class Commands {
   }
 
   /**
-   * Run something, and show its problem should it have one.
+   * Run an action; show its problem and return null when it fails.
    * @template T
    * @param {() => Promise<T>} act
    * @returns {Promise<T | null>}
@@ -62,7 +63,7 @@ export class Commands {
   }
 
   /**
-   * What the operator can do here about a refusal; null when it is nothing that one button does.
+   * Return the button that resolves a refusal, or null when no single button does.
    * @param {RequestError} error
    */
   #wayOut(error) {
@@ -78,7 +79,7 @@ export class Commands {
   }
 
   /**
-   * Look at a pixel, a rectangle or a direction. Orders reach the server one after the other.
+   * Fixate a pixel, a rectangle or a direction. Requests reach the server one after the other.
    * @param {FixationRequest} body
    */
   fixate(body) {
@@ -88,7 +89,7 @@ export class Commands {
   }
 
   /**
-   * Look again at the same target, only nearer or farther than its answer.
+   * Fixate the same target again, nearer or farther than its answer.
    * @param {FixationDocument} fixation
    * @param {"nearer" | "farther"} direction
    */
@@ -101,7 +102,7 @@ export class Commands {
   }
 
   /**
-   * Make one of the possible distances the answer, and point both eyes there.
+   * Choose one of the alternatives as the answer, and point both eyes there.
    * @param {FixationDocument} fixation
    * @param {number} alternative
    */
@@ -143,7 +144,7 @@ export class Commands {
     }
   }
 
-  /** Cancel the fixation that runs. */
+  /** Cancel the running fixation. */
   cancel() {
     const current = this.#store.state.current;
     if (!current?.job_id || !this.#fixations.running) return Promise.resolve(null);
@@ -151,7 +152,7 @@ export class Commands {
   }
 
   /**
-   * Point both eyes open loop. Called as often as the pointer moves; only the newest direction is sent.
+   * Point both eyes open loop. Called at every move of the pointer; only the newest direction is sent.
    * @param {Direction} direction
    */
   steer(direction) {
@@ -166,13 +167,13 @@ export class Commands {
       this.#steer_next = null;
       const pause = new Promise((resolve) => setTimeout(resolve, STEER_INTERVAL_MS));
       const answer = await this.attempt(() => request("POST", "/mirrors/steer", { body, headers: this.leaseHeader() }));
-      if (answer === null) this.#steer_next = null; // one message for a refused drag, not twenty a second
+      if (answer === null) this.#steer_next = null; // a refused drag shows one message, not twenty a second
       await pause;
     }
     this.#steering = false;
   }
 
-  /** Park the mirrors now: no queue, no lease. */
+  /** Park the mirrors at once, without queue or lease. */
   async stop() {
     this.#steer_next = null;
     const answer = await this.attempt(
@@ -199,7 +200,7 @@ export class Commands {
   }
 
   /**
-   * How far the newest depth says this wide pixel is, or why there is none.
+   * Return the newest depth at a wide pixel, or the reason why there is none.
    * @param {Point} pixel
    * @returns {Promise<DepthDocument | string>}
    */
@@ -221,7 +222,7 @@ export class Commands {
   }
 
   /**
-   * Take a target off the list; it is deleted when the time to undo is over.
+   * Hide a target; it is deleted when the time to undo is over.
    * @param {string} id
    * @param {string} label
    */
@@ -278,7 +279,7 @@ export class Commands {
     this.#keepToken(null, { holder: null, expires_in_s: null });
   }
 
-  /** Say that the holder is still there; the lease is lost when the server says so. */
+  /** Renew the lease; drop it when the server says that it is lost. */
   async renewLease() {
     if (!this.#store.state.lease_token) return;
     try {
@@ -309,7 +310,7 @@ export class Commands {
   }
 
   /**
-   * What an order that moves something carries.
+   * Return the header that a command needs to move anything.
    * @returns {Record<string, string>}
    */
   leaseHeader() {

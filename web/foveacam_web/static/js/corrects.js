@@ -1,4 +1,4 @@
-// Whether a click or a rectangle corrects a target that is there already: it then takes the new answer.
+// Decides whether a click or a rectangle corrects an existing target, which then takes the new answer.
 
 /**
  * @typedef {import("#page").ConsoleState} ConsoleState
@@ -6,13 +6,13 @@
  * @typedef {import("#api").TargetDocument} TargetDocument
  */
 
-export const NEAR_CSS_PX = 12; // as far as the diamond of a mark reaches, and half as much again for a finger
+export const NEAR_CSS_PX = 12; // the half diagonal of a mark's diamond, and half as much again for a finger
 
 /**
- * The request as it is to be sent: with the fixation that it corrects, if it does.
+ * Return the request with the id of the fixation that it corrects, if it corrects one.
  * @param {FixationRequest} request
  * @param {Pick<ConsoleState, "targets" | "hidden_targets">} state
- * @param {number} near_px how near to a target a click corrects it, sensor px
+ * @param {number} near_px the distance from a target within which a click corrects it, sensor px
  * @returns {FixationRequest}
  */
 export function withCorrected(request, { targets, hidden_targets }, near_px) {
@@ -38,7 +38,7 @@ function nearest(targets, { x_px, y_px }, near_px) {
 }
 
 /**
- * The target inside a rectangle; none where there are several, for nobody knows which is meant.
+ * Return the target inside a rectangle; null where there are none or several, because the meant one is unknown.
  * @param {TargetDocument[]} targets
  * @param {{x_px: number, y_px: number, width_px: number, height_px: number}} box
  */

@@ -1,4 +1,4 @@
-// The page at /docs: Swagger UI, which its own script has put into the window, shows the server's document.
+// Starts Swagger UI on the page at /docs with the server's OpenAPI document. Its own script defines it on `window`.
 
 /** @type {(options: Record<string, unknown>) => void} */
 const showInterface = /** @type {any} */ (window).SwaggerUIBundle;
@@ -8,5 +8,5 @@ showInterface({
   dom_id: "#interface",
   deepLinking: true,
   filter: true,
-  validatorUrl: null, // nothing is asked of other servers
+  validatorUrl: null, // no request goes to another server
 });

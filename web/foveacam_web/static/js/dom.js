@@ -1,4 +1,4 @@
-// Builds elements. The page has no framework: this is all the templating there is.
+// Builds and updates elements. The page has no framework; every module uses these functions.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -76,7 +76,7 @@ function asNode(child) {
 }
 
 /**
- * Put these children in place of the old ones.
+ * Replace the children of an element.
  * @param {Element} element
  * @param {...(Child | Child[])} children
  */
@@ -85,8 +85,8 @@ export function fill(element, ...children) {
 }
 
 /**
- * Show values in an element, which is rebuilt only when the value differs from the last one: focus, scrolling and
- * pictures are left alone. What had the focus has it again afterwards, by its `data-keep`.
+ * Return a function that shows a value in an element and rebuilds it only when the value has changed, so that focus,
+ * scrolling and pictures stay. The focused child gets the focus again by its `data-keep`.
  * @template T
  * @param {HTMLElement} element
  * @param {(value: T) => Child[]} build
@@ -110,7 +110,7 @@ export function changing(element, build) {
 }
 
 /**
- * Give the focus to an element that takes none by itself, so that the keyboard goes on from there.
+ * Focus an element that is not focusable by itself, so that the keyboard continues from there.
  * @param {HTMLElement} element
  */
 export function focusOn(element) {
@@ -119,7 +119,7 @@ export function focusOn(element) {
 }
 
 /**
- * Write text only when it differs, so that screen readers and layout are left alone.
+ * Set an element's text only when it differs: a screen reader does not repeat it and the layout stays.
  * @param {Element} element
  * @param {string} text
  */
@@ -128,7 +128,7 @@ export function say(element, text) {
 }
 
 /**
- * The element of this id, which the page's HTML promises.
+ * Return the element of this id, which the page's HTML contains.
  * @param {string} id
  * @returns {HTMLElement}
  */

@@ -1,11 +1,12 @@
-// How a page comes by the events: through the worker that all tabs share, or alone where there is none.
+// Connects the page to the event stream: by the SharedWorker of all tabs, or by a stream of its own where there is
+// none.
 
 import { keepEvents } from "./eventsource.js";
 
 /** @typedef {import("./eventsource.js").EventNews} EventNews */
 
 /**
- * Listen for as long as this page lives.
+ * Listen to the events for as long as the page lives.
  * @param {(news: EventNews) => void} tell
  */
 export function listenToEvents(tell) {

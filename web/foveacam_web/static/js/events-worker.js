@@ -1,5 +1,5 @@
-// One event stream for all of this browser's tabs. A browser opens about six connections to a server: an event stream
-// in every tab would use them up, and the stop button would wait for one.
+// Holds one event stream for all tabs of the browser. A browser opens about six connections to a server: an event
+// stream in every tab would use them up, and the stop button would wait for one.
 
 import { keepEvents } from "./eventsource.js";
 
@@ -21,7 +21,7 @@ function welcome(event) {
   const port = event.ports[0];
   if (!port) return;
   ports.add(port);
-  port.onmessage = () => ports.delete(port); // a page says one thing only: that it goes
+  port.onmessage = () => ports.delete(port); // the only message of a page says that it closes
   port.postMessage(link);
 }
 

@@ -1,4 +1,4 @@
-// The server's events, through whatever happens to the line: reconnects in at most two seconds, and says when it did.
+// Receives the server's events (SSE), reconnects within two seconds, and reports when the connection opens or breaks.
 
 /**
  * @typedef {import("#api").EventDocument} EventDocument
@@ -77,7 +77,7 @@ const KINDS = [
 ];
 
 /**
- * Listen for as long as this page or worker lives.
+ * Listen to the events for as long as the page or worker lives.
  * @param {(news: EventNews) => void} tell
  */
 export function keepEvents(tell) {

@@ -1,4 +1,4 @@
-// Follows the fixation in progress, whoever ordered it: steps as they come, the result at the end.
+// Follows the running fixation, whoever requested it: its steps by events, its result at the end.
 
 import { RequestError, request } from "./api.js";
 
@@ -13,15 +13,15 @@ import { RequestError, request } from "./api.js";
  * @typedef {import("#api").StepDocument} StepDocument
  */
 
-const LOOK_MS = 700; // events are quicker; this is for when they do not come
+const LOOK_MS = 700; // interval of reading the job, in case its events do not arrive
 const OVER = new Set(["cancelled", "failed", "succeeded"]);
 
-/** The tracker of one page. */
+/** The fixation tracker of one page. */
 export class Fixations {
   #store;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #look;
-  /** @type {CurrentFixation | null} what stood there before the order that is on its way */
+  /** @type {CurrentFixation | null} what was shown before the request that is being sent */
   #before = null;
 
   /** @param {Store} store */
@@ -36,7 +36,7 @@ export class Fixations {
 
   /** @param {FixationRequest | null} request_body */
   sending(request_body) {
-    if (this.running) return; // it queues behind the one that runs, which stays on show
+    if (this.running) return; // it queues behind the running one, which stays visible
     this.#before = this.#store.state.current;
     this.#set({ ...fresh(null, request_body, true), state: "sending" });
   }
@@ -48,12 +48,13 @@ export class Fixations {
    */
   follow(job, request_body, mine) {
     const current = this.#store.state.current;
-    const known = current?.job_id === job.id ? current : fresh(job.id, null, mine); // its events may have come before its answer
+    // its events may have arrived before the response
+    const known = current?.job_id === job.id ? current : fresh(job.id, null, mine);
     this.#set({ ...known, request: request_body, mine });
     this.#take(job);
   }
 
-  /** The order was refused: what was there before stands again. */
+  /** Show the previous fixation again: the request was refused. */
   refused() {
     if (this.#store.state.current?.state === "sending") this.#store.set({ current: this.#before });
   }
@@ -63,7 +64,7 @@ export class Fixations {
     const data = event.data ?? {};
     if (event.kind === "fixation.step") this.#step(data);
     else if (event.kind === "fixation.done")
-      this.#ended(/** @type {FixationDocument} */ (data)); // it tells all of it
+      this.#ended(/** @type {FixationDocument} */ (data)); // the event carries the whole fixation
     else if (event.kind === "fixation.updated")
       this.changed(/** @type {FixationDocument} */ (/** @type {unknown} */ (data)));
     else if (event.kind === "job.updated") this.#job(data);
@@ -72,7 +73,7 @@ export class Fixations {
       void this.recall(data["fixation_id"]);
   }
 
-  /** Look up what runs now: after the page opened or the server came back. */
+  /** Read which fixation runs, after the page has opened or the server has come back. */
   async resume() {
     const current = this.#store.state.current;
     if (current?.job_id && this.running) await this.#lookUp(current.job_id);
@@ -84,7 +85,7 @@ export class Fixations {
   }
 
   /**
-   * Show a fixation of the past; one that was deleted meanwhile, or one that runs, leaves things as they are.
+   * Show an earlier fixation, unless it was deleted meanwhile or another one runs.
    * @param {string} fixation_id
    */
   async recall(fixation_id) {
@@ -101,7 +102,7 @@ export class Fixations {
   }
 
   /**
-   * A fixation has another answer than before: the operator chose it.
+   * Show the new answer of a fixation after the operator has chosen one.
    * @param {FixationDocument} fixation
    */
   changed(fixation) {
@@ -126,7 +127,7 @@ export class Fixations {
   }
 
   /**
-   * The shape follows its fixation a moment later.
+   * Add the cloud to the shown fixation; it arrives a moment later.
    * @param {Record<string, unknown>} data
    */
   #cloud(data) {
@@ -172,7 +173,7 @@ export class Fixations {
       this.#take(await request("GET", `/jobs/${job_id}`));
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
-      if (error.slug === "offline") return this.#watch(); // it comes back, or the banner says that it does not
+      if (error.slug === "offline") return this.#watch(); // the server comes back, or the banner says that it is away
       this.#fail(error.document);
     }
   }
@@ -196,7 +197,7 @@ export class Fixations {
   /** @param {FixationDocument} fixation */
   #ended(fixation) {
     const current = this.#store.state.current ?? fresh(fixation.job_id, fixation.request, false);
-    if (current.job_id !== fixation.job_id) return; // another one has begun meanwhile
+    if (current.job_id !== fixation.job_id) return; // another fixation has begun meanwhile
     clearTimeout(this.#look);
     this.#set({ ...current, state: "succeeded", steps: fixation.steps, fixation, problem: null });
   }

@@ -1,4 +1,4 @@
-// Numbers, ages and states in the words that the operator reads. Nothing here touches the page.
+// Formats numbers, ages and states for the operator. Pure functions.
 
 /** @typedef {import("#page").FixationState} FixationState */
 
@@ -6,7 +6,7 @@ export const MISSING = "–";
 const MINUS = "−";
 
 /**
- * A number with this many decimals and a real minus sign.
+ * Format a number with this many decimals and a real minus sign.
  * @param {number | null | undefined} value
  * @param {number} decimals
  */
@@ -17,7 +17,7 @@ export function number(value, decimals) {
 }
 
 /**
- * A value and its standard error, both cut where the error's second digit is.
+ * Format a value and its standard error, both rounded to the second digit of the error.
  * @param {number | null | undefined} value_m
  * @param {number | null | undefined} sigma_m
  * @returns {{value: string, sigma: string, unit: string}}
@@ -39,7 +39,7 @@ export function distanceText(value_m, sigma_m) {
 }
 
 /**
- * An angle in degrees with its sign always written, so that columns line up.
+ * Format an angle in degrees, always with its sign, so that columns line up.
  * @param {number | null | undefined} value_deg
  * @param {number} [decimals]
  */
@@ -50,7 +50,7 @@ export function angle(value_deg, decimals = 2) {
 }
 
 /**
- * How long, in the largest unit that still says something.
+ * Format a duration in the largest suitable unit.
  * @param {number | null | undefined} seconds
  */
 export function span(seconds) {
@@ -63,7 +63,7 @@ export function span(seconds) {
 }
 
 /**
- * Milliseconds without a tail of digits.
+ * Format milliseconds with about two significant digits.
  * @param {number | null | undefined} milliseconds
  */
 export function millis(milliseconds) {
@@ -74,7 +74,7 @@ export function millis(milliseconds) {
 }
 
 /**
- * An error in pixels, with as many decimals as two digits of it need.
+ * Format an error in pixels with two significant digits.
  * @param {number | null | undefined} value_px
  */
 export function pixels(value_px) {
@@ -100,7 +100,7 @@ export function count(count) {
   return count === null || count === undefined ? MISSING : count.toLocaleString("en").replaceAll(",", "\u202f");
 }
 
-/** What each end of a fixation is called, and what kind of news it is. */
+/** Title, tone and hint for each final state of a fixation. */
 export const ENDS = Object.freeze(
   /** @type {Record<FixationState, {title: string, tone: "good" | "warn" | "bad", hint: string}>} */ ({
     verged: { title: "Verged", tone: "good", hint: "" },
@@ -128,7 +128,7 @@ export const ENDS = Object.freeze(
 );
 
 /**
- * What to do about a problem, as a sentence; empty when its detail has said it.
+ * Return the remedy of a problem as a sentence; empty when its detail already contains it.
  * @param {{detail?: string | null, remedy?: string | null} | null | undefined} problem
  */
 export function remedyOf(problem) {
@@ -137,7 +137,7 @@ export function remedyOf(problem) {
 }
 
 /**
- * The server's words as a sentence: a capital in front, a full stop behind.
+ * Turn a text of the server into a sentence: a capital first, a full stop last.
  * @param {string | null | undefined} text
  */
 export function sentence(text) {

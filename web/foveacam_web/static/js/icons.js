@@ -1,4 +1,4 @@
-// The page's icons, drawn here as strokes on a 16 px grid: nothing is fetched for them.
+// Defines the page's icons as strokes on a 16 px grid, so that no file is fetched for them.
 
 import { s } from "./dom.js";
 
@@ -47,7 +47,7 @@ const PATHS = Object.freeze({
 /** @typedef {keyof typeof PATHS} IconName */
 
 /**
- * Draw an icon; it says nothing to screen readers, its button does.
+ * Draw an icon. Screen readers skip it and read its button.
  * @param {IconName} name
  */
 export function icon(name) {

@@ -1,12 +1,12 @@
-// The page's keyboard: Space stops, Escape cancels or closes, single letters switch things. The 3D frame is another
-// document that may have the focus: its keys count as well, above all the one that stops.
+// Handles the page's keys: Space stops, Escape cancels or closes, single letters switch things. The 3D frame is another
+// document that may have the focus, so its keys are handled as well, above all the stop.
 
 /**
  * @typedef {{keys: Record<string, () => void>, stop: () => void, escape: () => void, letters: () => boolean}} Actions
  *   `keys`: what each key does, by its `event.key` in lower case; `letters`: whether single keys are wanted
  */
 
-/** The keyboard of one page. */
+/** The key handler of one page. */
 export class Keyboard {
   #actions;
 
@@ -19,7 +19,7 @@ export class Keyboard {
   /** @param {Document} of the page's own, or that of a frame of the same origin */
   listenTo(of) {
     of.addEventListener("keydown", (event) => this.#down(event), { capture: of !== document });
-    // A focused button acts when Space is released; it must not act as well as stop.
+    // A focused button acts when Space is released; Space must only stop.
     of.addEventListener("keyup", (event) => event.key === " " && !takesSpace(event.target) && event.preventDefault());
   }
 
@@ -46,7 +46,7 @@ export class Keyboard {
 }
 
 /**
- * Whether the key goes into a control that needs it itself. Elements of a frame are of another realm: no instanceof.
+ * Return whether the focused control needs the key itself. Elements of a frame are of another realm: no instanceof.
  * @param {EventTarget | null} target
  */
 function typing(target) {
@@ -55,7 +55,7 @@ function typing(target) {
 }
 
 /**
- * Whether a space goes into the control; sliders need none, so that it stops the mirrors from there, too.
+ * Return whether the control needs the space. Sliders do not, so that it stops the mirrors from there as well.
  * @param {EventTarget | null} target
  */
 function takesSpace(target) {

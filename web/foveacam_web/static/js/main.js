@@ -1,4 +1,4 @@
-// The console: builds every part and joins them.
+// Starts the console: builds every part and connects them.
 
 import { CalibrationOrders } from "./calibration/orders.js";
 import { mountWizard } from "./calibration/page.js";
@@ -148,19 +148,19 @@ function choose(target) {
 }
 
 function escape() {
-  if (views.shrinkAll() || elsewhere() || measure.end()) return; // a sweep is not thrown away by a key
+  if (views.shrinkAll() || elsewhere() || measure.end()) return; // a key does not cancel a sweep
   views.wide.abandon();
   void commands.cancel();
 }
 
-/** Whether another page is over the console. */
+/** Return whether another page covers the console. */
 function elsewhere() {
   const { wizard, rig_page, capture_page, gallery, planner_page } = store.state;
   return Boolean(wizard || rig_page || capture_page || gallery || planner_page);
 }
 
 /**
- * A key that is for the wide view of the console alone.
+ * Limit a key's action to the time when no other page covers the console.
  * @param {() => void} act
  */
 function onWide(act) {
@@ -206,7 +206,7 @@ function flipTheme() {
   changeSettings(store, { theme: dark ? "light" : "dark" });
 }
 
-/** The tabs between the rig's status and the event log. */
+/** Build the tabs for the rig's status and the event log. */
 function mountTabs() {
   const tabs = [need("tab-rig"), need("tab-events")];
   const panels = [need("rig"), need("events")];
@@ -216,7 +216,7 @@ function mountTabs() {
       tab.tabIndex = index === chosen ? 0 : -1;
     });
     panels.forEach((panel, index) => (panel.hidden = index !== chosen));
-    store.set({ rig: store.state.rig }); // the panel that appears draws itself
+    store.set({ rig: store.state.rig }); // makes the panel that appears draw itself
     log.show();
   };
   tabs.forEach((tab, index) => {

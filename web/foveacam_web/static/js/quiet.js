@@ -1,13 +1,13 @@
-// Reads something from the server once at a time; asked for again meanwhile, once more after.
+// Serialises reads from the server: one at a time by name; a read requested meanwhile runs once more afterwards.
 
 import { RequestError } from "./api.js";
 
-/** The reads of one page, by name. */
+/** The reads of one page by name. */
 export class QuietReads {
   #busy = new Set();
 
   /**
-   * Read; a failure is left to the next try: the banner says that the server is away, each panel says what it lacks.
+   * Run a read. A failed request is ignored until the next read: the banner and the panels show what is missing.
    * @param {string} what
    * @param {() => Promise<void>} read
    */

@@ -1,4 +1,5 @@
-// The page's one state: who changes it says so, who shows it is told, once a turn however many changes there were.
+// Holds the page's state and notifies listeners by key, once a turn however many changes there were. Keeps the
+// settings.
 
 /** @typedef {import("#page").ConsoleState} ConsoleState */
 /** @typedef {import("#page").Settings} Settings */
@@ -45,7 +46,7 @@ export class Store {
   }
 
   /**
-   * Call the listener now and whenever one of the keys changes, until the signal, if there is one.
+   * Call the listener now and whenever one of the keys changes, until the signal is aborted, if there is one.
    * @param {(keyof ConsoleState)[]} keys
    * @param {(state: ConsoleState) => void} listener
    * @param {AbortSignal} [signal]
@@ -79,14 +80,14 @@ export class Store {
     const changed = this.#changed;
     this.#changed = new Set();
     for (const entry of [...this.#listeners]) {
-      const listens = this.#listeners.includes(entry); // the one before may have ended it
+      const listens = this.#listeners.includes(entry); // an earlier listener may have removed it
       if (listens && [...entry.keys].some((key) => changed.has(key))) entry.listener(this.#state);
     }
   }
 }
 
 /**
- * A store as it is before the server has said anything.
+ * Return a store with the state before the first answer of the server.
  * @returns {Store}
  */
 export function createStore() {
@@ -146,7 +147,7 @@ function loadSettings() {
     const kept = JSON.parse(localStorage.getItem(SETTINGS_KEY) ?? "{}");
     return { ...DEFAULT_SETTINGS, ...kept };
   } catch {
-    return { ...DEFAULT_SETTINGS }; // private mode or a damaged entry: the defaults are always good
+    return { ...DEFAULT_SETTINGS }; // private mode or a damaged entry: use the defaults
   }
 }
 
@@ -161,6 +162,6 @@ export function changeSettings(store, part) {
   try {
     localStorage.setItem(SETTINGS_KEY, JSON.stringify(settings));
   } catch {
-    // private mode: the change holds until the page closes
+    // private mode: the change lasts until the page closes
   }
 }

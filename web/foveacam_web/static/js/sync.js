@@ -1,4 +1,4 @@
-// Keeps the page's state equal to the server's: everything once at each (re)connection, then by events.
+// Keeps the page's state equal to the server's: reads everything at each (re)connection, then follows the events.
 
 import { request } from "./api.js";
 import { listenToEvents } from "./eventlink.js";
@@ -35,7 +35,7 @@ export class Sync {
     setInterval(() => document.hidden || store.state.stream !== "open" || void this.readRig(), RIG_EVERY_MS);
   }
 
-  /** Read what a page with panels shows, and follow it. */
+  /** Read everything that a page with panels shows, and follow its changes. */
   followAll() {
     listenToEvents((news) => {
       if (news.type === "event") this.#hear(news.event);
@@ -86,7 +86,7 @@ export class Sync {
     return this.#reads.read("stop", async () => {
       const told = this.#stops_told;
       const stop = /** @type {StopDocument} */ (await request("GET", "/stop"));
-      if (told === this.#stops_told) this.#store.set({ stop }); // else an event has told what is newer
+      if (told === this.#stops_told) this.#store.set({ stop }); // else an event has brought a newer state
     });
   }
 
@@ -106,8 +106,8 @@ export class Sync {
   }
 
   /**
-   * Its event tells all of it, and one of the rig's state follows: were every page to ask, a dozen of them would keep
-   * the next order waiting.
+   * The event carries the whole state, and an event of the rig's state follows. If every page read it, a dozen of them
+   * would delay the next command.
    * @param {EventDocument} event
    */
   #hearStop({ data }) {

@@ -1,4 +1,5 @@
-// What the browser tests and the bench read from the page; web/README.md lists it. The page itself never reads it.
+// Defines `window.foveacam`, which the browser tests and the bench read; web/README.md lists it. The page never reads
+// it.
 
 /**
  * @typedef {import("./store.js").Store} Store
@@ -12,11 +13,11 @@ export function exposeHooks({ store, views }) {
     foveacam: Object.freeze({
       /** Frames drawn so far, by view. */
       frames: () => Object.fromEntries(Object.entries(store.state.shown).map(([name, view]) => [name, view.count])),
-      /** Frames per second drawn of late, by view. */
+      /** Recent rate of drawn frames in Hz, by view. */
       rates: () => Object.fromEntries(Object.entries(store.state.shown).map(([name, view]) => [name, view.fps])),
       /** The wide pixel of the last click. */
       lastClick: () => views.wide.last_click,
-      /** Where on the page the centre of a wide pixel is now, CSS px. */
+      /** Position of the centre of a wide pixel on the page, CSS px. */
       pageOf: (/** @type {number} */ x, /** @type {number} */ y) => {
         const { viewport, surface } = views.pane("wide");
         const box = surface.getBoundingClientRect();

@@ -1,4 +1,4 @@
-// Short messages at the corner: what happened, why, and what to do. Equal ones are counted, not piled up.
+// Shows short messages in a corner: what happened, why, and what to do. Equal messages are counted, not stacked.
 
 import { fill, h } from "./dom.js";
 import { remedyOf, sentence } from "./format.js";
@@ -16,7 +16,7 @@ import { icon } from "./icons.js";
 const STAY_MS = 9000;
 const MOST = 4;
 
-/** The stack of toasts. */
+/** The messages of one page. */
 export class Toasts {
   /** @type {Map<string, {element: HTMLElement, times: number, counter: HTMLElement, timer: ReturnType<typeof setTimeout>}>} */
   #shown = new Map();

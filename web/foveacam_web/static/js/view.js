@@ -1,4 +1,4 @@
-// The views alone, for a panel of another page: the same modules without the panels around them.
+// Starts the page that holds the views alone, for viser's panel: the console's modules without its panels.
 
 import { Commands } from "./commands.js";
 import { need } from "./dom.js";

@@ -1,4 +1,5 @@
-// Step 4: the proof, at poses that the fit has not seen. The fovea laid over the wide picture, and the rows of both eyes.
+// Step 4, the check at poses that the fit has not used: pointing error over the wide picture, row error between the
+// eyes.
 
 import { changing, h } from "../dom.js";
 import { pixels } from "../format.js";
@@ -91,7 +92,7 @@ function against({ session }) {
 }
 
 /**
- * Whether the check was made of another calibration than the measurement's newest.
+ * Return whether the check was made with another calibration than the session's newest.
  * @param {ConsoleState["session"]} session
  */
 function isOld(session) {

@@ -1,4 +1,4 @@
-// Where in the picture the board has been, and how it was tilted.
+// Shows where in the picture the board was seen, and at which tilts.
 
 import { h, s } from "../dom.js";
 import { number, pixels } from "../format.js";
@@ -6,14 +6,14 @@ import { number, pixels } from "../format.js";
 /** @typedef {import("#api").WideSampleDocument} WideSampleDocument */
 
 const TILTS_DEG = [0, 10, 20, 30];
-const WAYS = 5; // frontal, and each of the four sides nearer
+const WAYS = 5; // frontal, and tilted towards each of the four sides
 const COLUMNS = 12;
 const ROWS = 9;
 
 /**
- * The picture as a map: a dot for each view, the parts that a board has covered filled.
+ * Draw the picture as a map: a dot for each view, covered cells filled.
  * @param {WideSampleDocument[]} samples
- * @param {{width: number, height: number, cells: number[][] | null}} picture its size, px, and how often each part was covered
+ * @param {{width: number, height: number, cells: number[][] | null}} picture its size in px, and how often each cell was covered
  */
 export function drawCoverage(samples, { width, height, cells: counts }) {
   const cell = { width: width / COLUMNS, height: height / ROWS };
@@ -62,9 +62,9 @@ function coveredOf(counts) {
 }
 
 /**
- * How many views there are of each tilt.
+ * Show the number of views at each tilt.
  * @param {WideSampleDocument[]} samples
- * @param {number | null} covered how many of the ways to tilt it were shown
+ * @param {number | null} covered number of tilts that were covered
  */
 export function drawTilts(samples, covered) {
   const counts = TILTS_DEG.map(

@@ -1,4 +1,4 @@
-// The one-shot check of Sec. 3.3: how far both eyes have drifted, whether that is more than its own error, and since when.
+// Shows the drift checks (Sec. 3.3): each eye's drift, whether it exceeds its error, and its history.
 
 import { changing, h } from "../dom.js";
 import { angle, MISSING, number, sentence } from "../format.js";

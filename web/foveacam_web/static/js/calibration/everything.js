@@ -1,4 +1,4 @@
-// The sheet that starts the whole calibration: what will happen, what it is called, and whether it goes into use.
+// The dialog that starts a complete calibration: its steps, its label, and whether the result is put in use.
 
 import { h, say } from "../dom.js";
 import { sheet } from "../panels/dialogs.js";
@@ -12,7 +12,7 @@ import { starter, tickField } from "./parts.js";
 
 /**
  * @param {WizardContext} context
- * @returns {() => void} opens it
+ * @returns {() => void} opens the dialog
  */
 export function makeEverything({ store, orders }) {
   const label = h("input", {
@@ -65,7 +65,7 @@ export function makeEverything({ store, orders }) {
     offered = session?.id ?? null;
     start.offer(session);
   };
-  // It may be opened before the page knows what was measured
+  // the dialog may open before the sessions have been read
   store.on(["session"], ({ session }) => dialog.open && (session?.id ?? null) !== offered && offer(session));
   return () => {
     offer(store.state.session);
@@ -91,7 +91,7 @@ function plan() {
 }
 
 /**
- * Whether to go on in the open session or to begin another; what is unfinished is gone on with, unless told otherwise.
+ * Build the choice between the open session and a new one; an unfinished session is continued by default.
  * @param {() => void} changed
  */
 function choiceOfStart(changed) {

@@ -1,8 +1,8 @@
-// Reads figures whose names carry their units as rows of words and values. For documents of which the page knows only the style.
+// Converts figures whose names end in units to rows of text, for documents without a fixed schema. Pure functions.
 
 import { MISSING, number } from "../format.js";
 
-/** @type {[string, string, number][]} ending of the name, unit to write, decimals */
+/** @type {[string, string, number][]} suffix of the name, unit, decimals */
 const UNITS = [
   ["_deg", "°", 4],
   ["_px", " px", 3],
@@ -17,7 +17,7 @@ const UNITS = [
   ["_lsb", " DAC steps", 2],
 ];
 
-const SMALL_M = 0.02; // what is smaller is read in millimetres
+const SMALL_M = 0.02; // shorter lengths are given in millimetres
 
 /**
  * @param {Record<string, unknown>} document
@@ -33,7 +33,7 @@ export function facts(document, without = []) {
 }
 
 /**
- * The sentences that a document holds.
+ * Return the sentences among a document's values.
  * @param {Record<string, unknown>} document
  */
 export function sentences(document) {
@@ -43,7 +43,7 @@ export function sentences(document) {
 }
 
 /**
- * The names of those sentences, which need no row of their own.
+ * Return the names of those sentences, which need no row of their own.
  * @param {Record<string, unknown>} document
  */
 export function sentenceNames(document) {
@@ -104,7 +104,7 @@ function valueText(value, name) {
 }
 
 /**
- * The parts of a document that are documents themselves, such as one for each station.
+ * Return the nested documents, such as one for each station.
  * @param {Record<string, unknown>} document
  * @returns {[string, Record<string, unknown>][]}
  */

@@ -1,4 +1,4 @@
-// Step 3: the models. Volts to angle and the rectification, chosen by cross-validation and shown beside the paper's.
+// Step 3, the fit: mirror and rectification models chosen by cross-validation, shown beside the paper's.
 
 import { changing, h } from "../dom.js";
 import { number, pixels, sentence } from "../format.js";

@@ -1,4 +1,4 @@
-// The tables of a fit: every model's error on poses left out, ours and the paper's, and what each addition brings.
+// Tables of a fit: each model's error at left-out poses, ours and the paper's, and the effect of each addition.
 
 import { h } from "../dom.js";
 import { MISSING, number, pixels } from "../format.js";
@@ -14,7 +14,7 @@ import { badge, figures, nothing } from "./parts.js";
 const EYES = /** @type {const} */ (["left", "right"]);
 
 /**
- * The models of the mirrors: volts to angle.
+ * Build the table of the mirror models (volts to angle).
  * @param {FitDocument | null} fit
  */
 export function mirrorTable(fit) {
@@ -33,7 +33,7 @@ export function mirrorTable(fit) {
 }
 
 /**
- * The models of the rectification over the field.
+ * Build the table of the rectification models over the field.
  * @param {FitDocument | null} fit
  */
 export function fieldTable(fit) {
@@ -45,7 +45,7 @@ export function fieldTable(fit) {
 /**
  * @param {string} title
  * @param {Score[]} scores
- * @param {string} what stands in the columns of the eyes
+ * @param {string} what title of the eyes' columns
  */
 function table(title, scores, what) {
   const most = Math.max(...scores.map(({ size }) => size));
@@ -94,7 +94,7 @@ function kindOf({ name, order }) {
 
 /**
  * @param {Score | undefined} score
- * @param {{least: number, most: number}} errors the smallest and the largest of all: the bars are logarithmic, or the good ones would all look alike
+ * @param {{least: number, most: number}} errors the smallest and the largest of all; the bars are logarithmic, so that small errors differ visibly
  */
 function cell(score, { least, most }) {
   if (!score) return h("td", { text: MISSING });
@@ -119,7 +119,7 @@ function shareOf(size, { least, most }) {
 }
 
 /**
- * The paper's plain model of the same data beside ours, and what each of our additions brings.
+ * Compare the paper's plain model of the same data with ours, and list the effect of each addition.
  * @param {FitDocument | null} fit
  */
 export function paperTable(fit) {

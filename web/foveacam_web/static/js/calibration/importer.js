@@ -1,4 +1,4 @@
-// Takes a calibration from a file. The authors' files do not say how far away the markers stood: that is asked for.
+// Imports a calibration from a file. The authors' files lack the distance of the markers, so a dialog asks for it.
 
 import { h, say } from "../dom.js";
 import { icon } from "../icons.js";
@@ -70,7 +70,7 @@ function objectOf(text) {
 }
 
 /**
- * The sheet that asks how far away the markers stood.
+ * Build the dialog that asks for the distance of the markers.
  * @param {(document: object, distance_m: number | null) => Promise<void>} take
  */
 function makeQuestion(take) {

@@ -1,4 +1,4 @@
-// The calibration that is in use: name, age, how far to trust it, and its health with the reason.
+// Shows the calibration in use: name, age, standard errors, and its health with the reason.
 
 import { changing, h } from "../dom.js";
 import { baseline, MISSING, number, sentence, span } from "../format.js";

@@ -1,4 +1,4 @@
-// What runs now: which step, how far, how long still, cancel. When it has ended: how, why, and what to do.
+// Shows the running procedure: step, progress, time left, cancel; after its end the result, the reason and the remedy.
 
 import { fill, h, say } from "../dom.js";
 import { pixels, remedyOf, sentence } from "../format.js";
@@ -87,7 +87,7 @@ function nameOf({ step, stage }) {
 }
 
 /**
- * How far it is; null while nothing of it is done, when nobody can tell.
+ * Return the finished share; null while it is unknown.
  * @param {Work} work
  */
 function shareOf({ done, total }) {
@@ -101,7 +101,7 @@ function far({ done, total, eta_s }) {
 }
 
 /**
- * The time left of the step, no finer than it can be known.
+ * Word the time left of the step, rounded to what is known.
  * @param {number | null} eta_s
  */
 function leftOf(eta_s) {
@@ -111,7 +111,8 @@ function leftOf(eta_s) {
 }
 
 /**
- * Whether it may be begun again where it ended. How others calibrate everything is not known here.
+ * Return whether the procedure can be continued where it ended. The options of a complete calibration started by
+ * another page are unknown.
  * @param {Work} work
  */
 function canGoOn({ state, step, options }) {
@@ -164,7 +165,7 @@ function endedWords(work, found) {
 }
 
 /**
- * What came of calibrating everything: how good it is, and whether it is in use.
+ * Word the result of a complete calibration: its errors, and whether it is in use.
  * @param {Pick<import("#page").ConsoleState, "session" | "rig">} found
  */
 function resultOf({ session, rig }) {
@@ -190,7 +191,7 @@ function toneOf({ state }) {
 }
 
 /**
- * What screen readers hear: each step and each quarter of it, not every pose.
+ * Return the text for screen readers: each step and each quarter of it, not every pose.
  * @param {Work} work
  */
 function announcement(work) {

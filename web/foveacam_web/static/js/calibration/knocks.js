@@ -1,9 +1,9 @@
-// What a fit says of a rig that was knocked amid the sweeps, in words.
+// Words the jumps of an eye's gaze that a fit found between the sweeps. Pure function.
 
 import { pixels } from "../format.js";
 
 /**
- * Nothing where it was not knocked.
+ * Return a sentence about the jumps; empty when there were none.
  * @param {import("#api").FitDocument["drift"] | undefined} drift
  */
 export function knockWords(drift) {

@@ -1,4 +1,4 @@
-// Both models of the wide lens beside each other: what they fit, what they see, how sure a pixel's direction is.
+// Compares both models of the wide lens: fit error, field of view, accuracy of a pixel's direction.
 
 import { h } from "../dom.js";
 import { MISSING, number, pixels, sentence } from "../format.js";

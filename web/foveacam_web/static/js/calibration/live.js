@@ -1,5 +1,5 @@
-// The live pictures of the wizard: what the procedure draws while one runs, the plain views else. The panes of the
-// console come here while the wizard is open and go back after; their clicks are asleep meanwhile.
+// Shows the wizard's live pictures: the procedure's annotated views while one runs, else the plain ones. The panes of
+// the console move here while the wizard is open, with clicks disabled, and move back afterwards.
 
 import { h } from "../dom.js";
 import { isRunning } from "./work.js";
@@ -22,9 +22,9 @@ const SHOWN = Object.freeze({
 });
 /** @type {Role[]} */
 const ROLES = ["wide", "left", "right"];
-const RECENT_MS = 20_000; // the next picture of a slow procedure may take so long
+const RECENT_MS = 20_000; // longest time between two pictures of a slow procedure
 
-/** The live pictures. */
+/** The live pictures of the wizard. */
 export class Live {
   #views;
   #homes;
@@ -64,7 +64,8 @@ export class Live {
       const pane = this.#views.pane(role);
       const place = wizard ? this.#places.get(role) : this.#homes[role];
       if (place && pane.element.parentElement !== place) place.prepend(pane.element);
-      if (place && !wizard && role === "right") place.prepend(this.#views.pane("left").element); // left stands before right
+      // left comes before right
+      if (place && !wizard && role === "right") place.prepend(this.#views.pane("left").element);
       pane.surface.inert = wizard !== null;
       const own = this.#places.get(role);
       if (own) own.hidden = !shown.includes(role);
@@ -73,7 +74,7 @@ export class Live {
   }
 
   /**
-   * How long the part of the procedure has run that runs now: pictures of an earlier one show another place.
+   * Return how long the current stage has run: pictures of an earlier stage show another pose.
    * @param {ConsoleState} state
    */
   #age_ms({ work }) {

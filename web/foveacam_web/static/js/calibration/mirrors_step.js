@@ -1,4 +1,4 @@
-// Step 2: the mirrors. The rig turns so that its markers pass through the whole field; each eye centres its own.
+// Step 2, the sweep: the rig turns so that the markers pass through the whole field; each eye centres its own marker.
 
 import { changing, h } from "../dom.js";
 import { number } from "../format.js";
@@ -69,7 +69,7 @@ export function makeMirrorsStep(context) {
 
 /** @typedef {{name: string, distance_m: number | null, done: number, nodes: number, refused: number, chosen: boolean}} Place */
 
-/** The station whose grid is shown: the one that was picked, else the one where poses are coming in. */
+/** Return the station whose grid is shown: the selected one, else the one that is being swept. */
 class ChosenStation {
   name = "";
   #picked_in = "";
@@ -100,7 +100,7 @@ class ChosenStation {
 }
 
 /**
- * The stations with markers, whether set up now or measured once.
+ * Return the stations with markers, those set up now and those of stored sweeps.
  * @param {ConsoleState} state
  * @returns {Place[]}
  */
@@ -150,7 +150,7 @@ function stationButton({ name, distance_m, done, nodes, refused, chosen }, choos
 
 /**
  * @param {WizardContext} context
- * @param {() => string} station that is chosen
+ * @param {() => string} station the selected one
  */
 function runForm({ store, orders }, station) {
   const where = choiceField("Measure at", [

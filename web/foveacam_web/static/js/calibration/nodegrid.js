@@ -1,4 +1,4 @@
-// The sweep's nodes as they fill up: both eyes' state at each, why one was refused when it is pointed at or focused.
+// Shows the nodes of a running sweep: both eyes' state at each, and the reason of a refusal under pointer or focus.
 
 import { fill, h, say } from "../dom.js";
 import { angle, sentence } from "../format.js";
@@ -17,7 +17,7 @@ const STATES = Object.freeze({
   waiting: { sign: "·", word: "waiting" },
 });
 
-/** One sweep's grid; it stays as the sweep goes on, so that the focus does. */
+/** The grid of one sweep; its elements stay while the sweep runs, and with them the focus. */
 export class NodeGrid {
   #grid = h("div", { class: "nodes", role: "grid", "aria-label": "Nodes of the sweep" });
   #detail = h("p", { class: "node-detail", role: "status" });
@@ -47,7 +47,7 @@ export class NodeGrid {
     this.#tell();
   }
 
-  /** Lay the nodes out as the gaze sees them: columns by ax, rows by ay; in their order when they make no grid. */
+  /** Arrange the nodes by gaze: columns by ax, rows by ay; in their order when they form no grid. */
   #lay() {
     const across = places(this.#poses.map(({ ax_deg }) => ax_deg));
     const down = places(this.#poses.map(({ ay_deg }) => ay_deg));

@@ -1,4 +1,4 @@
-// What the operator can order while calibrating. A refusal is shown with its remedy, and says null.
+// Sends the calibration commands. A refusal is shown with its remedy, and null returned.
 
 import { file, request } from "../api.js";
 import { h } from "../dom.js";
@@ -17,17 +17,17 @@ import { h } from "../dom.js";
  * @typedef {import("./work.js").WorkFollower} WorkFollower
  */
 
-const KEPT_MS = 60_000; // browsers begin to save when they like
+const KEPT_MS = 60_000; // the browser may start saving late
 const UNDO_MS = 15_000;
-const SLOW_MS = 60_000; // a comparison or a new fit of the lens takes the server a while
+const SLOW_MS = 60_000; // a comparison or a new fit of the lens takes long
 
-/** The orders of one page. */
+/** The calibration commands of one page. */
 export class CalibrationOrders {
   #store;
   #commands;
   #reader;
   #work;
-  /** @type {Promise<SessionDocument | null> | null} the session that was asked for and is not there yet */
+  /** @type {Promise<SessionDocument | null> | null} the session that was requested and does not exist yet */
   #coming = null;
 
   /** @param {{store: Store, commands: Commands, reader: CalibrationReader, work: WorkFollower}} context */
@@ -39,7 +39,7 @@ export class CalibrationOrders {
   }
 
   /**
-   * Begin a session: everything measured for one calibration.
+   * Create a session, which holds everything measured for one calibration.
    * @param {string} [label]
    * @returns {Promise<SessionDocument | null>}
    */
@@ -64,7 +64,7 @@ export class CalibrationOrders {
   }
 
   /**
-   * Begin a session with the sweeps of several, to be fitted as one.
+   * Create a session from the sweeps of several, to be fitted together.
    * @param {string[]} sessions
    */
   async combine(sessions) {
@@ -85,8 +85,8 @@ export class CalibrationOrders {
   }
 
   /**
-   * Run a step in the open session; without one, in a new session. One that was just asked for is waited for: what
-   * is measured belongs to it, not to the one before.
+   * Run a step in the open session, or in a new one if there is none. Wait for a session that is being created, because
+   * the measurement belongs to it and not to the one before.
    * @param {RunStep} step
    * @param {Record<string, unknown>} [options]
    */
@@ -106,7 +106,7 @@ export class CalibrationOrders {
   }
 
   /**
-   * Begin a step again that was cancelled or has failed; what it has measured counts.
+   * Continue a step that was cancelled or has failed; its measurements are used.
    * @param {import("#page").Work} work
    */
   async goOn({ step, session_id, options }) {
@@ -115,7 +115,7 @@ export class CalibrationOrders {
     await this.run(step, { ...options, restart: null });
   }
 
-  /** End the procedure that runs; what it has measured is kept. */
+  /** Cancel the running procedure; its measurements are kept. */
   cancel() {
     const id = this.#store.state.work?.job_id;
     return id ? this.#attempt(() => request("POST", `/jobs/${id}/cancel`)) : Promise.resolve(null);
@@ -134,13 +134,13 @@ export class CalibrationOrders {
     if (session) this.#store.set({ session });
   }
 
-  /** Let the rig wait after every move as long as the open session has measured. */
+  /** Put the settle time in use that the open session has measured. */
   applySettleTime() {
     const session_id = this.#store.state.session?.id;
     return session_id ? this.#settleTime("PUT", { session_id }) : Promise.resolve();
   }
 
-  /** Let the rig wait as long as its file says. */
+  /** Put the settle time of the rig file in use. */
   forgetSettleTime() {
     return this.#settleTime("DELETE", undefined);
   }
@@ -158,7 +158,7 @@ export class CalibrationOrders {
     );
     if (!settle_time) return;
     this.#store.set({ settle_time });
-    await this.#reader.readSettleTime(); // an answer from before the order may still be under way
+    await this.#reader.readSettleTime(); // the response to an earlier read may still arrive
   }
 
   /** @param {string} id */
@@ -168,7 +168,7 @@ export class CalibrationOrders {
   }
 
   /**
-   * Put a record in the trash, with a way back.
+   * Move a record to the trash; it can be undone.
    * @param {string} id
    * @param {string} name
    */
@@ -207,7 +207,7 @@ export class CalibrationOrders {
 
   /**
    * @param {object} document of a calibration file
-   * @param {number | null} distance_m of its markers, where the file does not say
+   * @param {number | null} distance_m distance of its markers, where the file lacks it
    * @returns {Promise<CalibrationDocument | null>}
    */
   async importRecord(document, distance_m) {
@@ -223,7 +223,7 @@ export class CalibrationOrders {
   }
 
   /**
-   * Save a file of the server's; a refusal is told instead of being saved.
+   * Save a file of the server; a refusal is shown and not saved.
    * @param {string} path below /api/v1
    */
   async save(path) {
@@ -235,7 +235,7 @@ export class CalibrationOrders {
   }
 
   /**
-   * Look once into the scene and find how far the eyes have drifted.
+   * Run a drift check.
    * @param {{distance_m: number | null, apply: boolean}} body
    */
   async checkDrift(body) {
@@ -248,7 +248,7 @@ export class CalibrationOrders {
     return this.#panTilt("/pan_tilt/moves", body);
   }
 
-  /** Stop turning, now. */
+  /** Stop the pan-tilt at once. */
   hold() {
     return this.#panTilt("/pan_tilt/holds", undefined);
   }
@@ -287,7 +287,7 @@ export class CalibrationOrders {
     return this.#commands.attempt(act);
   }
 
-  /** When it began, to the second: the rig is known anyway, and two begun in a minute stay apart. */
+  /** Return a label of the current date and time to the second, so that two sessions of one minute differ. */
   #usualLabel() {
     return new Date().toLocaleString(undefined, { dateStyle: "medium", timeStyle: "medium" });
   }

@@ -1,4 +1,4 @@
-// The wizard: its head with the session, its steps, what runs now, and the pan-tilt beside them.
+// Builds the calibration page: the session, the steps, the running procedure, and the pan-tilt beside them.
 
 import { changing, fill, focusOn, h, need } from "../dom.js";
 import { sentence } from "../format.js";
@@ -157,7 +157,7 @@ function head(context) {
 }
 
 /**
- * What of the open session cannot be read.
+ * Show which parts of the open session cannot be read.
  * @param {WizardContext["store"]} store
  */
 function makeDamage(store) {
@@ -208,7 +208,7 @@ function makeTabs({ store }) {
   });
   store.on(["session"], (state) => {
     for (const { page, show } of shows) show(PROGRESS[page]?.(state) ?? null);
-    if (state.session && state.session.id !== known) uncover(); // the marks that came in have moved the tabs
+    if (state.session && state.session.id !== known) uncover(); // new marks have moved the tabs
     known = state.session?.id ?? "";
   });
   return h(
@@ -219,7 +219,7 @@ function makeTabs({ store }) {
 }
 
 /**
- * While everything is calibrated, go on to the step that begins; whoever looks at another page stays there.
+ * During a complete calibration, open the step that begins, unless the operator has opened another page.
  * @param {WizardContext["store"]} store
  */
 function advance(store) {
@@ -235,7 +235,7 @@ function advance(store) {
 }
 
 /**
- * Show the wizard or the console, and let the keyboard begin where the eyes do.
+ * Show or hide the wizard, and move the focus to what is then visible.
  * @param {HTMLElement} place
  * @param {WizardPage | null} wizard
  */

@@ -1,4 +1,5 @@
-// The pan-tilt: where the rig points, turning it by steps or to a station, stopping it; or how to turn it by hand.
+// Controls the pan-tilt: its angles, turning by steps or to a station, stopping; or instructions to turn the rig by
+// hand.
 
 import { changing, fill, h, say } from "../dom.js";
 import { angle, MISSING, number, sentence } from "../format.js";

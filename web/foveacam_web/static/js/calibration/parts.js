@@ -1,4 +1,4 @@
-// Small parts of the wizard's pages: panels, fields, figures, and buttons that say why they cannot be pressed.
+// Small parts of the pages: panels, fields, figures, and buttons that show why they are disabled.
 
 import { fill, h, say } from "../dom.js";
 import { MISSING } from "../format.js";
@@ -14,7 +14,7 @@ import { isRunning } from "./work.js";
  */
 
 /**
- * A panel with its title.
+ * Build a panel with its title.
  * @param {string} title
  * @param {...(Child | Child[])} children
  */
@@ -28,11 +28,11 @@ export function panel(title, ...children) {
 }
 
 /**
- * A button that starts something. While it cannot, it is off and the reason stands beside it.
+ * Build a button that starts something. While it cannot, it is disabled and the reason is shown beside it.
  * @param {{
  *   label: string, store: Store, act: () => unknown, primary?: boolean, picture?: IconName,
  *   keys?: (keyof ConsoleState)[], why?: (state: ConsoleState) => string | null, named?: (state: ConsoleState) => string, silent?: boolean
- * }} options `why`: what stands against it now, null when nothing does; `silent`: the button beside it says so already
+ * }} options `why`: the reason why it is disabled now, else null; `silent`: the button beside it shows the reason already
  */
 export function starter({
   label,
@@ -68,7 +68,7 @@ export function starter({
 let fields = 0;
 
 /**
- * A number to type in; empty means that the rig decides, where that is allowed.
+ * Build a number field; where empty is allowed, it means that the rig decides.
  * @param {string} label
  * @param {{value?: number | null, min?: number, max?: number, step?: number | "any", unit?: string, hint?: string}} [options]
  * @returns {NumberField}
@@ -100,7 +100,7 @@ export function numberField(label, { value = null, min, max, step = 1, unit = ""
 
 /**
  * @param {string} label
- * @param {[string, string][]} choices value and words
+ * @param {[string, string][]} choices value and text
  * @param {(value: string) => void} [changed]
  */
 export function choiceField(label, choices, changed = () => {}) {
@@ -140,7 +140,7 @@ export function tickField(label, checked) {
 }
 
 /**
- * Whether all fields hold what they may; the browser shows the first that does not.
+ * Return whether all fields are valid; the browser shows the first that is not.
  * @param {...NumberField} entries
  */
 export function allHold(...entries) {
@@ -148,7 +148,7 @@ export function allHold(...entries) {
 }
 
 /**
- * Names and values in two columns.
+ * Build a list of names and values in two columns.
  * @param {[string, Child][]} rows
  */
 export function figures(rows) {
@@ -163,7 +163,7 @@ export function figures(rows) {
 }
 
 /**
- * What to read where there is nothing yet.
+ * Build the text of an empty list.
  * @param {string} text
  */
 export function nothing(text) {
@@ -171,7 +171,7 @@ export function nothing(text) {
 }
 
 /**
- * A word with its tone: good, warn, bad or plain.
+ * Build a badge with a tone: good, warn, bad or plain.
  * @param {string} tone
  * @param {string} text
  * @param {string} [title]
@@ -181,7 +181,7 @@ export function badge(tone, text, title) {
 }
 
 /**
- * Part of the whole as a bar that screen readers read as well.
+ * Build a progress bar that screen readers can read.
  * @param {string} label
  * @param {{share: number | null, text: string}} how `share` in 0 … 1, null while it is unknown
  */
@@ -205,7 +205,7 @@ export function bar(label, { share, text }) {
 }
 
 /**
- * Show one of several elements, or none.
+ * Put these children into an element, and hide it when there are none.
  * @param {HTMLElement} place
  * @param {Child | Child[]} children
  */

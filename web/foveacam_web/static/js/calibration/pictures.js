@@ -1,4 +1,4 @@
-// The server's diagrams: found by name, large on demand; two of the same place one over the other.
+// Shows the server's diagrams: by name, enlarged by a click; two of the same view with a slider between them.
 
 import { h } from "../dom.js";
 import { nothing } from "./parts.js";
@@ -8,10 +8,10 @@ import { nothing } from "./parts.js";
  * @typedef {import("#api").SessionDocument} SessionDocument
  */
 
-const BROAD = 1.5; // as wide as that, several diagrams stand in it and want the whole row
+const BROAD = 1.5; // wider pictures hold several diagrams and take the whole row
 
 /**
- * The session's pictures of these names, in this order; their addresses change when they do.
+ * Return the session's pictures of these names, in this order; an address changes with its picture.
  * @param {SessionDocument | null} session
  * @param {string[]} names
  * @returns {PictureDocument[]}
@@ -25,16 +25,16 @@ export function picturesOf(session, names) {
 }
 
 /**
- * An address under which a picture is loaded again when what it shows has changed.
+ * Return an address that changes with the stamp, so that the browser loads the picture again.
  * @param {string} url
- * @param {string} stamp what it shows, in a few characters
+ * @param {string} stamp identifies what it shows
  */
 export function fresh(url, stamp) {
   return `${url}${url.includes("?") ? "&" : "?"}of=${encodeURIComponent(stamp)}`;
 }
 
 /**
- * A diagram with its title; a click opens it at full size.
+ * Build a diagram with its title; a click opens it at full size.
  * @param {PictureDocument} picture
  */
 export function figure({ title, url }) {
@@ -53,7 +53,7 @@ export function figure({ title, url }) {
 }
 
 /**
- * Two pictures of the same place, one over the other, with a slider between them.
+ * Build two pictures of the same view, one over the other, with a slider between them.
  * @param {PictureDocument} before
  * @param {PictureDocument} after
  */

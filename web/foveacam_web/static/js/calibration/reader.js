@@ -1,5 +1,5 @@
-// Keeps what the page knows of calibrating equal to the server's: health always, the rest while the wizard is open. The
-// pan-tilt is read for the rig's page as well.
+// Keeps the calibration state equal to the server's: health always, the rest while the calibration page is open. The
+// pan-tilt is read for the rig page as well.
 
 import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
@@ -22,9 +22,9 @@ import { isRunning } from "./work.js";
 
 const MOVING_MS = 350;
 const RESTING_MS = 1500;
-const SESSION_MS = 1500; // events tell of each pose at once; the document with its figures may come a little later
+const SESSION_MS = 1500; // each pose has an event; the session's document is read less often
 
-/** Reads for one page. */
+/** The calibration reads of one page. */
 export class CalibrationReader {
   #store;
   #work;
@@ -33,9 +33,9 @@ export class CalibrationReader {
   #later;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #next_pan_tilt;
-  /** The session to show, once it was read. @type {string | null} */
+  /** The session to show when it has been read. @type {string | null} */
   #wanted = null;
-  /** The procedure whose session was opened. */
+  /** The job whose session was opened. */
   #along = "";
 
   /** @param {{store: Store, work: WorkFollower}} context */
@@ -53,7 +53,7 @@ export class CalibrationReader {
   }
 
   /**
-   * Open the session that is worked in, once for each procedure: whoever opens another one then stays there.
+   * Open the session of a running procedure, once for each: an operator who then opens another session stays there.
    * @param {ConsoleState} state
    */
   #goAlong({ work, sessions, wizard }) {
@@ -104,13 +104,13 @@ export class CalibrationReader {
     });
   }
 
-  /** Read which sessions there are, and the one that is open; without one, the newest. */
+  /** Read the list of sessions and the open session, or the newest if none is open. */
   readSessions() {
     return this.#reads.read("sessions", async () => {
       const wanted = this.#wanted;
       const sessions = /** @type {SessionSummary[]} */ (await request("GET", "/calibration_sessions"));
       this.#store.set({ sessions });
-      if (this.#wanted !== wanted) return; // another one was opened meanwhile, and is being read
+      if (this.#wanted !== wanted) return; // another session was opened meanwhile, and is being read
       const open = this.#wanted ?? this.#store.state.session?.id;
       const id = sessions.find((each) => each.id === open)?.id ?? sessions[0]?.id;
       this.#wanted = id ?? null;
@@ -120,7 +120,7 @@ export class CalibrationReader {
   }
 
   /**
-   * Show a session that was just begun.
+   * Show a new session.
    * @param {SessionDocument} session
    */
   showSession(session) {
@@ -141,7 +141,7 @@ export class CalibrationReader {
     if (this.#wanted === null || this.#wanted === id) this.#store.set({ session });
   }
 
-  /** Read the pan-tilt now and, while a page shows it, again and again: nothing else tells where it is. */
+  /** Read the pan-tilt now and repeatedly while a page shows it: no event reports its motion. */
   readPanTilt() {
     clearTimeout(this.#next_pan_tilt);
     return this.#reads
@@ -180,7 +180,7 @@ export class CalibrationReader {
   }
 
   /**
-   * Show at once how a pose ended; the reasons come with the document.
+   * Show the result of a pose at once; the reasons follow with the session's document.
    * @param {Record<string, unknown>} data
    */
   #pose(data) {

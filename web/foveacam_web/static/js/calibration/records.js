@@ -1,4 +1,4 @@
-// The records of this rig: which is in use, take another into use, report, export, discard, import, compare two.
+// Lists the calibrations of this rig: put one in use, report, export, discard, import, compare two.
 
 import { changing, fill, h, say } from "../dom.js";
 import { MISSING, number, span } from "../format.js";

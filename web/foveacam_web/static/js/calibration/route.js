@@ -1,4 +1,4 @@
-// Which page of the wizard is open: the address's fragment says it, so that Back, reload and links work.
+// Maps the pages of the wizard to addresses, so that Back, reload and links work.
 
 /**
  * @typedef {import("../store.js").Store} Store
@@ -16,7 +16,7 @@ export const PAGES = [
 ];
 
 /**
- * The address of a page of the wizard; without one, that of the console.
+ * Return the address of a page of the wizard; null gives the console's.
  * @param {WizardPage | null} page
  */
 export function addressOf(page) {
@@ -39,7 +39,7 @@ export function go(page) {
 }
 
 /**
- * Keep the state's page equal to the address.
+ * Keep the state equal to the address's fragment.
  * @param {Store} store
  */
 export function followAddress(store) {

@@ -1,4 +1,4 @@
-// The views of the board that were taken: thumbnails with their error, each of which can be removed.
+// Shows the captured views of the board: thumbnails with their error; each can be removed.
 
 import { changing, fill, h } from "../dom.js";
 import { MISSING, number, pixels } from "../format.js";
@@ -11,7 +11,7 @@ import { isRunning } from "./work.js";
  * @typedef {import("./page.js").WizardContext} WizardContext
  */
 
-const MUCH = 1.8; // times the median: a view that tells something else than the others
+const MUCH = 1.8; // times the median: the error of an outlier
 
 /**
  * @param {HTMLElement} place
@@ -40,7 +40,7 @@ export function mountSamples(place, { store, orders }) {
 
 /**
  * @param {WideSampleDocument} sample
- * @param {{index: number, far: boolean, busy: boolean, remove: () => unknown}} how `far`: its error stands out
+ * @param {{index: number, far: boolean, busy: boolean, remove: () => unknown}} how `far`: its error is an outlier
  */
 function card(sample, { index, far, busy, remove }) {
   const words = [

@@ -1,4 +1,4 @@
-// What was measured, one session for each calibration: choose which is open, begin another, combine some, delete one.
+// Lists the sessions, one for each calibration: open one, create one, combine several, delete one.
 
 import { changing, fill, h, say } from "../dom.js";
 import { MISSING, number } from "../format.js";
@@ -12,7 +12,7 @@ import { badge, nothing } from "./parts.js";
  */
 
 /**
- * The choice of the session that the wizard's pages show.
+ * Build the choice of the session that the wizard shows.
  * @param {WizardContext} context
  */
 export function makeSessionChoice({ store, orders, reader }) {

@@ -1,5 +1,5 @@
-// How the mirrors come to rest: the time to one pixel and to one percent, the resonance, how long it rings; and how long
-// the rig waits after every move, which may follow from it.
+// Shows how the mirrors settle: the time to one pixel and to one percent, the resonance and its quality; sets how long
+// the rig waits after every move.
 
 import { changing, h } from "../dom.js";
 import { MISSING, number } from "../format.js";
@@ -69,7 +69,7 @@ export function makeSettleStep({ store, orders }) {
 }
 
 /**
- * How long the rig waits now and why, and what it can wait instead.
+ * Build the panel of the settle time: the value in use, its source, and the alternatives.
  * @param {Pick<WizardContext, "store" | "orders">} context
  */
 function makeWait({ store, orders }) {
@@ -117,7 +117,7 @@ function makeWait({ store, orders }) {
 }
 
 /**
- * Whether the rig waits as long as the open session has measured.
+ * Return whether the settle time in use is the one that the open session has measured.
  * @param {Pick<ConsoleState, "session" | "settle_time">} state
  */
 function isOfSession({ session, settle_time }) {

@@ -1,4 +1,4 @@
-// How the health of the calibration in use is worded, wherever it is shown.
+// Words the health of the calibration in use, for every place that shows it. Pure functions.
 
 import { MISSING, number, sentence, span } from "../format.js";
 
@@ -10,7 +10,7 @@ import { MISSING, number, sentence, span } from "../format.js";
 const OLD_S = 30 * 86400;
 
 /**
- * The calibration in use in a few words, with the tone and the reason.
+ * Word the state of the calibration in use, with its tone and the reason.
  * @param {Pick<ConsoleState, "rig" | "health">} state
  * @returns {{tone: "good" | "warn" | "plain", text: string, reason: string}}
  */

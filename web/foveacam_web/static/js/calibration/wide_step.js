@@ -1,4 +1,4 @@
-// Step 1: the wide camera. The board from everywhere and at every tilt; how good the lens is known from that.
+// Step 1, the wide camera: views of the board all over the picture and at every tilt, and the accuracy of the lens fit.
 
 import { changing, h } from "../dom.js";
 import { number, pixels } from "../format.js";
@@ -124,7 +124,7 @@ function runForm({ store, orders }) {
 }
 
 /**
- * The board as the options name it; none when nothing was typed: the session's own is used.
+ * Return the board that the options name; null when the fields are empty and the session's own is used.
  * @param {string} kind
  * @param {number | null} columns
  * @param {number | null} rows
@@ -144,7 +144,7 @@ function boardOf(kind, columns, rows, square_mm, marker_mm) {
 }
 
 /**
- * Fill the fields with the session's board, whenever another one comes.
+ * Fill the fields with the session's board whenever it changes.
  * @param {import("../store.js").Store} store
  * @param {{kind: {input: HTMLSelectElement}, columns: import("./parts.js").NumberField, rows: import("./parts.js").NumberField,
  *   square: import("./parts.js").NumberField, marker: import("./parts.js").NumberField, offer: () => unknown}} fields

@@ -1,4 +1,4 @@
-// Follows the procedure that runs, whoever started it: how far it is, how long it still takes, how it ended.
+// Follows the running calibration procedure, whoever started it: its progress, time left and result.
 
 import { RequestError, request } from "../api.js";
 
@@ -9,7 +9,7 @@ import { RequestError, request } from "../api.js";
  * @typedef {import("#page").Work} Work
  */
 
-const LOOK_MS = 1000; // events are quicker; this brings the time left, and stands in when they do not come
+const LOOK_MS = 1000; // interval of reading the job: for the time left, and in case its events do not arrive
 const OVER = new Set(["cancelled", "failed", "succeeded"]);
 
 /** @param {Work | null} work */
@@ -17,11 +17,11 @@ export function isRunning(work) {
   return work !== null && !OVER.has(work.state);
 }
 
-/** The steps of calibrating everything, in their order. */
+/** The steps of a complete calibration, in their order. */
 export const STAGES = Object.freeze(["wide", "mirrors", "fit", "check", "settle"]);
 
 /**
- * Which of how many steps runs, while everything is calibrated; null otherwise.
+ * Word which of the steps of a complete calibration runs ("step 2 of 5"); null otherwise.
  * @param {Work} work
  */
 export function placeOf({ step, stage }) {
@@ -29,7 +29,7 @@ export function placeOf({ step, stage }) {
   return step === "all" && index >= 0 ? `step ${index + 1} of ${STAGES.length}` : null;
 }
 
-/** The follower of one page. */
+/** Follows the procedure for one page. */
 export class WorkFollower {
   #store;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -63,17 +63,17 @@ export class WorkFollower {
     this.#take(job);
   }
 
-  /** Look up what runs now: after the page opened or the server came back. */
+  /** Read which procedure runs, after the page has opened or the server has come back. */
   async resume() {
     if (isRunning(this.#store.state.work)) return this.#lookUp();
     const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs?limit=20"));
     const job = jobs.find(isOurs);
-    if (!job || job.id === this.#store.state.work?.job_id) return; // an event, or an order of this page, was quicker
+    if (!job || job.id === this.#store.state.work?.job_id) return; // an event or a command of this page came first
     this.follow(job, { step: stepOf(job.kind), session_id: null });
   }
 
   /**
-   * Take note of the session that the procedure works in, once it is known.
+   * Store the session of the procedure when it becomes known.
    * @param {string} session_id
    */
   place(session_id) {
@@ -81,7 +81,7 @@ export class WorkFollower {
     if (work && work.session_id === null) this.#set({ ...work, session_id });
   }
 
-  /** Forget how the last one ended. */
+  /** Clear the result of the last procedure. */
   dismiss() {
     if (!isRunning(this.#store.state.work)) this.#store.set({ work: null });
   }
@@ -155,7 +155,7 @@ export class WorkFollower {
 }
 
 /**
- * Whether a job calibrates, and has not ended.
+ * Return whether a job is a calibration procedure that has not ended.
  * @param {JobDocument} job
  */
 function isOurs({ kind, ended_utc }) {

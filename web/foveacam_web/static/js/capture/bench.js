@@ -1,4 +1,5 @@
-// Joins editor, estimate and button: what is typed is estimated and kept, and what is refused is told where it was typed.
+// Connects the editor, the estimate and the start button: estimates and saves the draft, shows each refusal at its
+// field.
 
 import { focusOn, h } from "../dom.js";
 import { icon } from "../icons.js";
@@ -17,7 +18,7 @@ import { makeStarter } from "./starter.js";
  * @typedef {import("#page").WholeDraft} WholeDraft
  */
 
-/** One plan from its first letter to its start. */
+/** The plan that is edited on the page. */
 export class Bench {
   #store;
   #editor;
@@ -48,13 +49,13 @@ export class Bench {
     againWhenTheRigIsAnother(store, this.#estimator);
   }
 
-  /** Ask what the plan takes, if it is another one or its page is open only now. */
+  /** Request an estimate when the plan has changed or its page has just opened. */
   ask() {
     if (this.#store.state.capture_page) this.#estimator.want(this.#wish());
     this.#tell();
   }
 
-  /** Ask once more: whoever had the rig has it no more. */
+  /** Request the estimate again: the rig is free now. */
   again() {
     this.#starter.forget();
     this.ask();
@@ -83,7 +84,7 @@ export class Bench {
   /** @returns {EstimateRequest | null} null: the plan is not whole */
   #wish() {
     const draft = this.#editor.read();
-    const unseen = draft.field === "overlap" && this.#view === null; // the first estimate tells the size of a view
+    const unseen = draft.field === "overlap" && this.#view === null; // the first estimate gives the size of a view
     const { plan, troubles } = planOf(unseen ? { ...draft, field: "all" } : draft, this.#view);
     return troubles.length > 0 ? null : { plan, codec: this.#starter.read().codec, distance_m: draft.assumed_m };
   }
@@ -105,7 +106,7 @@ export class Bench {
 }
 
 /**
- * What this browser keeps of the plan, and the way back to the defaults, which can be undone.
+ * Save the draft in this browser, and build the button that resets it to the defaults, which can be undone.
  * @param {{
  *   commands: Commands, editor: ReturnType<typeof makeEditor>, starter: ReturnType<typeof makeStarter>, changed: () => void
  * }} context
@@ -132,7 +133,7 @@ function makeKept({ commands, editor, starter, changed }) {
         click: () => {
           const before = fields.read();
           putBack(draft.defaults);
-          focusOn(editor.element); // the button is gone
+          focusOn(editor.element); // the button has disappeared
           commands.say({
             tone: "info",
             title: "The plan has its defaults again",

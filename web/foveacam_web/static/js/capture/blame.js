@@ -1,11 +1,11 @@
-// Which field a refusal is about, and what of the server's words is read there. Nothing here touches the page.
+// Assigns each refusal of the server to a field of the capture page, and words it for the operator. Pure functions.
 
 /**
  * @typedef {import("#page").Trouble} Trouble
  * @typedef {import("#api").Problem} Problem
  */
 
-/** @type {[RegExp, string][]} the first that fits tells the place */
+/** @type {[RegExp, string][]} the first that matches gives the field */
 const PLACES = [
   [/^name\b|there is a capture .* already/s, "name"],
   [/^label\b/, "label"],
@@ -26,7 +26,7 @@ const ASKED = /^[\w.]+ is (.+); needed is (.+)$/s;
 const OF_A_KIND = /^(a|an|one|text|true) /;
 
 /**
- * What a refused request is refused for, each with its place on the page.
+ * Split a refusal into its reasons, each with its field on the page.
  * @param {Problem} problem
  * @param {"grid" | "set_points"} source where the points come from
  * @returns {Trouble[]}
@@ -39,7 +39,7 @@ export function blamed({ detail }, source) {
 }
 
 /**
- * The words without the names that only programs use.
+ * Drop the names that only programs use from a reason.
  * @param {string} words
  */
 function plainly(words) {

@@ -1,4 +1,4 @@
-// What this browser keeps of the plan that is edited, so that a reload or a crash of the page loses nothing.
+// Saves the edited plan in this browser, so that a reload or a crash of the page loses nothing.
 
 /**
  * @typedef {import("#page").WholeDraft} WholeDraft
@@ -6,8 +6,8 @@
  */
 
 const DRAFT_KEY = "foveacam.capture.draft";
-const VERSION = 1; // another one with every other meaning of a field; older drafts are then ignored
-const REST_MS = 300; // between the last key and writing
+const VERSION = 1; // raised when a field changes its meaning; older drafts are then ignored
+const REST_MS = 300; // from the last key to saving
 
 /** @type {Readonly<Record<string, readonly string[]>>} */
 const CHOICES = Object.freeze({
@@ -21,8 +21,8 @@ const CHOICES = Object.freeze({
 });
 
 /**
- * Put back what was kept, and keep from now on what differs from the defaults.
- * @param {Fields} fields with the defaults in them
+ * Restore the saved draft, and save from now on what differs from the defaults.
+ * @param {Fields} fields that hold the defaults
  */
 export function keepDraft({ read, put }) {
   const defaults = read();
@@ -48,7 +48,7 @@ export function keepDraft({ read, put }) {
 }
 
 /**
- * The draft that was kept; null: none, or none that can be used.
+ * Return the saved draft; null when there is none that can be used.
  * @param {WholeDraft} defaults
  * @returns {WholeDraft | null}
  */
@@ -59,25 +59,25 @@ function readDraft(defaults) {
       version === VERSION && Object.entries(defaults).every(([name, usual]) => fits(name, draft[name], usual));
     return whole ? draft : null;
   } catch {
-    return null; // private mode or a damaged entry: the defaults are always good
+    return null; // private mode or a damaged entry: use the defaults
   }
 }
 
-/** @param {WholeDraft | null} draft null: the defaults, of which nothing is kept */
+/** @param {WholeDraft | null} draft null: the defaults, which are not saved */
 function writeDraft(draft) {
   try {
     if (draft) localStorage.setItem(DRAFT_KEY, JSON.stringify({ version: VERSION, draft }));
     else localStorage.removeItem(DRAFT_KEY);
   } catch {
-    // private mode: the draft holds until the page closes
+    // private mode: the draft lasts until the page closes
   }
 }
 
 /**
- * Whether a field can hold what was kept.
+ * Return whether a field can hold a saved value.
  * @param {string} name
  * @param {unknown} value
- * @param {unknown} usual by default
+ * @param {unknown} usual its default
  */
 function fits(name, value, usual) {
   const choices = CHOICES[name];

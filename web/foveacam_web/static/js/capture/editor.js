@@ -1,4 +1,4 @@
-// The plan's editor: points, distance, what is taken at every point, and from where. It says when something changed.
+// Builds the plan's editor: points, distance, exposures and stacks at each point, rail positions. Reports each change.
 
 import { choiceField, numberField, tickField } from "../calibration/parts.js";
 import { h } from "../dom.js";
@@ -43,13 +43,13 @@ export function makeEditor({ store, troubles, changed }) {
 }
 
 /**
- * The grid as it stands in the language of set points; null while nobody knows how far the eyes reach.
+ * Return a function that writes the grid in the set-point language; null while the reach of the eyes is unknown.
  * @param {Store} store
  * @param {() => PlanDraft} read
  * @returns {() => string | null}
  */
 function gridText(store, read) {
-  /** By the last estimate of a grid. @type {Pick<GridPoints, "half_width_deg" | "half_height_deg"> | null} */
+  /** The extent of the last estimated grid. @type {Pick<GridPoints, "half_width_deg" | "half_height_deg"> | null} */
   let reach = null;
   store.on(["estimate"], ({ estimate: { document } }) => {
     const grid = document?.plan.points;

@@ -1,4 +1,5 @@
-// Asks what a plan takes while it is edited: a moment after the last key, one at a time, and only the newest answer counts.
+// Requests estimates while the plan is edited: shortly after the last key, one at a time; only the newest answer
+// counts.
 
 import { RequestError, request } from "../api.js";
 
@@ -9,10 +10,10 @@ import { RequestError, request } from "../api.js";
  * @typedef {import("#page").Answered<Estimate>} Answered
  */
 
-const REST_MS = 250; // between the last key and the question
-const PATIENCE_MS = 60_000; // ten thousand points take a while
+const REST_MS = 250; // from the last key to the request
+const PATIENCE_MS = 60_000; // ten thousand points take long
 
-/** The estimates of one page. */
+/** The estimate requests of one page. */
 export class Estimator {
   #store;
   /** @type {EstimateRequest | null} */
@@ -29,7 +30,7 @@ export class Estimator {
   }
 
   /**
-   * Say what shall be estimated; null: nothing, as the plan is not whole.
+   * Set the plan to estimate; null while it is incomplete.
    * @param {EstimateRequest | null} wish
    */
   want(wish) {
@@ -40,7 +41,7 @@ export class Estimator {
     else this.#soon(wish);
   }
 
-  /** Ask once more: the rig, its calibration or the disk is another one. */
+  /** Repeat the request: the rig, its calibration or the disk has changed. */
   again() {
     if (this.#wanted) this.#soon(this.#wanted);
   }

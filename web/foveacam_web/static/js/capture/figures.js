@@ -1,4 +1,4 @@
-// What a plan takes, in figures: time and what it is made of, files, room, how much of the field is seen, warnings.
+// Shows the estimate of a plan: time and its parts, files, disk space, the share of the field that is seen, warnings.
 
 import { figures, nothing } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";
@@ -13,7 +13,7 @@ import { percent, sizeText } from "./words.js";
  * @typedef {import("#page").Answered<Estimate>} Answered
  */
 
-const RESERVE_BYTES = 64 * 2 ** 20; // what the server sets aside
+const RESERVE_BYTES = 64 * 2 ** 20; // the server's reserve
 
 /**
  * @param {HTMLElement} place
@@ -39,7 +39,7 @@ export function mountFigures(place, store) {
 }
 
 /**
- * The plan without its points: only how many there are is shown here.
+ * Return the plan without its points: only their number is shown here.
  * @param {Estimate["plan"]} plan
  * @returns {Estimate["plan"]}
  */

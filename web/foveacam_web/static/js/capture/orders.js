@@ -1,4 +1,4 @@
-// What the operator can order of captures. What a start is refused for is handed back, to be read where it was asked.
+// Starts, resumes, pauses and cancels captures. The refusal of a start is returned, so that it is shown at its field.
 
 import { RequestError, request } from "../api.js";
 
@@ -12,7 +12,7 @@ import { RequestError, request } from "../api.js";
  * @typedef {import("./reader.js").CaptureReader} CaptureReader
  */
 
-/** The orders of one page. */
+/** The capture commands of one page. */
 export class CaptureOrders {
   #store;
   #commands;
@@ -27,7 +27,7 @@ export class CaptureOrders {
 
   /**
    * @param {CaptureRequest} wish
-   * @returns {Promise<Problem | null>} why not
+   * @returns {Promise<Problem | null>} the refusal
    */
   async start(wish) {
     try {
@@ -36,13 +36,14 @@ export class CaptureOrders {
       return null;
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
-      if (this.#hasAWayOut(error)) await this.#commands.attempt(() => Promise.reject(error)); // a message with its button
+      // shown as a message with a button
+      if (this.#hasAWayOut(error)) await this.#commands.attempt(() => Promise.reject(error));
       return error.document;
     }
   }
 
   /**
-   * Take the rest of a partial capture.
+   * Resume a partial capture.
    * @param {CaptureDocument} capture
    */
   async resume({ id, name }) {
@@ -61,7 +62,7 @@ export class CaptureOrders {
     return this.#turn("continue");
   }
 
-  /** End the capture that runs; what it has taken is kept. */
+  /** Cancel the running capture; its points stay on the disk. */
   async cancel() {
     const { capturing } = this.#store.state;
     if (!capturing) return;

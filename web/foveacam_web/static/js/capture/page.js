@@ -1,5 +1,5 @@
-// The capture page: the plan's editor, what it takes, the wide view with its footprints, what runs, what can go on. The
-// console's live panes come here while it is open, deaf to clicks, and go back after.
+// Builds the capture page: the editor, the estimate, the wide view with footprints, running and unfinished captures.
+// The console's live panes move here while it is open, with clicks disabled, and move back afterwards.
 
 import { addressOf } from "../calibration/route.js";
 import { panel } from "../calibration/parts.js";
@@ -104,7 +104,7 @@ function lend(views, places) {
   for (const [role, place] of places) {
     const pane = views.pane(role);
     place.prepend(pane.element);
-    pane.surface.inert = true; // a click here would look there
+    pane.surface.inert = true; // a click here must not start a fixation
   }
 }
 
@@ -116,14 +116,14 @@ function takeHome(views) {
 }
 
 /**
- * Show the page or what was there before, and let the keyboard begin where the eyes do.
+ * Show or hide the page, and move the focus to what is then visible.
  * @param {HTMLElement} place
  * @param {boolean} open
  */
 function turnPage(place, open) {
   if (open === !place.hidden) return;
   place.hidden = !open;
-  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page has opened already
+  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page is open already
   need("console").hidden = open || other;
   if (open) window.scrollTo(0, 0);
   if (open || !other) focusOn(need(open ? "capture-title" : "console"));

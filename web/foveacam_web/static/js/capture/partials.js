@@ -1,4 +1,4 @@
-// Captures that ended before their last point, newest first: how far they are, why they ended, and the way on.
+// Lists the captures that ended before their last point, newest first: their points, the reason, and the resume button.
 
 import { nothing } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";
@@ -22,7 +22,7 @@ const MOST = 8;
 export function mountPartials(place, { store, orders }) {
   const show = changing(place, (/** @type {CaptureDocument[] | null} */ partials) => partialsOf(partials, orders));
   store.on(["captures", "capturing"], ({ captures, capturing }) => {
-    const runs = isCapturing(capturing) ? capturing?.capture_id : null; // the list may be older than its resumption
+    const runs = isCapturing(capturing) ? capturing?.capture_id : null; // the list may be older than the resumed run
     show(captures?.filter(({ id, resumable }) => resumable && id !== runs) ?? null);
   });
 }

@@ -1,4 +1,4 @@
-// Small parts of the capture page: places where refusals are told, a choice in a row, a line of text, numbers as chips.
+// Small parts of the capture page: messages beside fields, a choice in a row, a text line, numbers as chips.
 
 import { fill, h, say } from "../dom.js";
 import { number, sentence } from "../format.js";
@@ -6,13 +6,13 @@ import { icon } from "../icons.js";
 
 /** @typedef {import("#page").Trouble} Trouble */
 
-/** Where refusals are told: beside the field that they are about. */
+/** The messages beside the fields. */
 export class Troubles {
   /** @type {Map<string, HTMLElement>} */
   #places = new Map();
 
   /**
-   * The place of a field.
+   * Return the message element of a field.
    * @param {string} name
    */
   place(name) {
@@ -22,7 +22,7 @@ export class Troubles {
   }
 
   /**
-   * Tell these and forget all others; those that have no place, or whose place cannot be seen now, are handed back.
+   * Show these messages and clear all others; return those whose field does not exist or is not visible.
    * @param {Trouble[]} troubles
    */
   tell(troubles) {
@@ -43,7 +43,7 @@ export class Troubles {
 }
 
 /**
- * Fields with what is to be told of them.
+ * Group fields with their message.
  * @param {(Node | null)[]} fields
  * @param {...(Node | null)} below
  */
@@ -59,10 +59,10 @@ function decimals(value) {
 let choices = 0;
 
 /**
- * One of a few, all of them in sight.
+ * Build a choice of a few options, all of them visible.
  * @template {string} T
  * @param {string} label
- * @param {[T, string][]} options value and words; the first is chosen
+ * @param {[T, string][]} options value and text; the first is selected
  */
 export function segments(label, options) {
   choices += 1;
@@ -101,9 +101,9 @@ export function textField(label, { value = "", placeholder } = {}) {
 }
 
 /**
- * Numbers in an order of their own: added, taken away, or a whole list at once.
+ * Build an ordered list of numbers: add one, remove one, or replace the list.
  * @param {{label: string, unit: string, empty: string, lists: {text: string, values: readonly number[]}[], changed: () => void}} options
- *   `empty`: what no number means
+ *   `empty`: the meaning of an empty list
  */
 export function numberChips({ label, unit, empty, lists, changed }) {
   choices += 1;
@@ -167,8 +167,8 @@ export function numberChips({ label, unit, empty, lists, changed }) {
 }
 
 /**
- * Fields by their names in the draft, read and put back together.
- * @param {Record<string, {value: () => any, put: (value: any) => void}>} fields `any`: each field knows its own kind
+ * Combine fields by their names in the draft: read and set them together.
+ * @param {Record<string, {value: () => any, put: (value: any) => void}>} fields `any`: each field has its own type
  */
 export function named(fields) {
   return {

@@ -1,4 +1,4 @@
-// From what was typed to the plan that is sent, and what is missing in it. Nothing here touches the page.
+// Converts a draft to the plan that is sent, and finds what is missing in it. Pure functions.
 
 import { directionOf } from "../video/angles.js";
 
@@ -16,9 +16,9 @@ import { directionOf } from "../video/angles.js";
 export const PAPER_RAIL_MM = Object.freeze([-300, -100, 0, 100, 300]);
 
 /**
- * The plan of a draft; with troubles it is not whole, and is not sent.
+ * Return the plan of a draft and its faults; a plan with faults is not sent.
  * @param {PlanDraft} draft
- * @param {ViewSize | null} view of one fovea, once it is known
+ * @param {ViewSize | null} view size of one fovea's view, null until it is known
  * @returns {{plan: PlanRequest, troubles: Trouble[]}}
  */
 export function planOf(draft, view) {
@@ -93,7 +93,8 @@ function extentOf({ field, across, down, columns, rows }, view, troubles) {
 }
 
 /**
- * Half of what so many points with this step take; a single point has no extent, but the plan wants one.
+ * Return half the extent of so many points with this step; a single point counts as one step, because a plan needs an
+ * extent.
  * @param {number | null} count
  * @param {number} step_deg
  */
@@ -102,7 +103,7 @@ function halfOf(count, step_deg) {
 }
 
 /**
- * How large a fovea's view is, by the middle one of those that were estimated.
+ * Return the size of a fovea's view, measured on the middle footprint of an estimate.
  * @param {Estimate} estimate
  * @param {WideLensDocument} lens
  * @returns {ViewSize | null}
@@ -118,8 +119,8 @@ export function viewSize({ coverage: { footprints } }, lens) {
 }
 
 /**
- * A grid in the language of set points: its corners and what lies between them.
- * @param {GridPoints} grid filled in
+ * Write a grid in the set-point language: its corners and an interpolation between them.
+ * @param {GridPoints} grid with its extent
  */
 export function asSetPoints({ columns, rows, centre_ax_deg, centre_ay_deg, half_width_deg, half_height_deg, order }) {
   const [x, y] = [half_width_deg ?? 0, half_height_deg ?? 0];
@@ -143,7 +144,7 @@ function plain(value) {
 }
 
 /**
- * Column and row of the points of a grid, in the order in which they are taken.
+ * Return column and row of a grid's point, counted in the order of capture.
  * @param {GridPoints} grid
  * @param {number} number
  */

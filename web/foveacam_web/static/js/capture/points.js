@@ -1,4 +1,4 @@
-// Where the points come from: a grid of angles over a field, or a text in the language of set points.
+// Fields for the source of the points: a grid of angles over a field, or a text in the set-point language.
 
 import { choiceField, numberField } from "../calibration/parts.js";
 import { h, say } from "../dom.js";
@@ -46,7 +46,7 @@ const LANGUAGE = [
 
 /**
  * @param {Troubles} troubles
- * @param {() => string | null} asText the grid that was estimated last, in the language of set points
+ * @param {() => string | null} asText writes the last estimated grid in the set-point language
  * @param {() => void} changed
  */
 export function makePoints(troubles, asText, changed) {
@@ -133,7 +133,7 @@ function makeGrid(troubles) {
     read: fields.read,
     put: (/** @type {PlanDraft} */ draft) => {
       fields.put(draft);
-      shown = draft.field; // its numbers came along
+      shown = draft.field; // the restored draft carries its numbers
     },
   };
 }

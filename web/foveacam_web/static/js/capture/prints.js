@@ -1,5 +1,5 @@
-// The footprints of a plan over the live wide view: left and right in their colours, the way of the mirrors, and which
-// point it is that the pointer, a finger or the arrow keys choose.
+// Draws the footprints of a plan over the live wide view, left and right in their colours, with the path of the
+// mirrors. Pointer, finger or arrow keys select a point, whose figures are shown.
 
 import { h, say } from "../dom.js";
 import { angle, count, number } from "../format.js";
@@ -14,13 +14,13 @@ import { percent } from "./words.js";
  * @typedef {import("#page").Estimate} Estimate
  */
 
-const MANY = 1500; // more outlines than this are only noise
-const FILL = 0.13; // of one view: where several lie over each other it is denser
+const MANY = 1500; // more outlines than this cannot be told apart
+const FILL = 0.13; // opacity of one view; overlapping views add up
 const STEPS = Object.freeze(
   /** @type {Record<string, number>} */ ({ ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }),
 );
 
-/** The drawing over one pane. */
+/** The footprints over one pane. */
 export class PlanPrints {
   #pane;
   #canvas = h("canvas", { class: "plan-prints", tabindex: 0, role: "application" });
@@ -164,7 +164,7 @@ function drawWay(context, stops) {
 }
 
 /**
- * Whether a convex polygon holds a point.
+ * Return whether a convex polygon contains a point.
  * @param {Corners} corners
  * @param {Point} point
  */

@@ -1,4 +1,5 @@
-// Follows the capture that runs, whoever began it, on every page; lists captures while their page is open.
+// Follows the running capture on every page, whoever started it; reads the list of captures while the capture page is
+// open.
 
 import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
@@ -12,14 +13,14 @@ import { QuietReads } from "../quiet.js";
  * @typedef {import("#page").Capturing} Capturing
  */
 
-const LOOK_MS = 1000; // events are quicker; this stands in when they do not come
+const LOOK_MS = 1000; // interval of reading the job, in case its events do not arrive
 
 /** @param {Capturing | null} capturing */
 export function isCapturing(capturing) {
   return capturing !== null && capturing.end === null;
 }
 
-/** Reads for one page. */
+/** The capture reads of one page. */
 export class CaptureReader {
   #store;
   #reads = new QuietReads();
@@ -58,7 +59,7 @@ export class CaptureReader {
   }
 
   /**
-   * Say what was asked of the capture that runs; it is forgotten when that has come, or when it was refused.
+   * Note the command sent to the running capture; it is cleared when it has taken effect or was refused.
    * @param {Capturing["asked"]} asked
    */
   mark(asked) {
@@ -66,7 +67,7 @@ export class CaptureReader {
     if (capturing && isCapturing(capturing)) this.#set({ ...capturing, asked });
   }
 
-  /** Forget how the last one ended. */
+  /** Clear the result of the last capture. */
   dismiss() {
     if (!isCapturing(this.#store.state.capturing)) this.#store.set({ capturing: null });
   }
@@ -74,7 +75,8 @@ export class CaptureReader {
   /** @param {EventDocument} event */
   hear(event) {
     const data = event.data ?? {};
-    if (event.kind === "capture.progress") this.#progress(/** @type {any} */ (data)); // any: a report of the server, as its document says
+    // any: the data of this event kind, which OpenAPI leaves open
+    if (event.kind === "capture.progress") this.#progress(/** @type {any} */ (data));
     if (event.kind === "job.updated") this.#job(/** @type {JobDocument} */ (data["job"] ?? data));
     if (/^capture\.(created|ended|updated|removed)$/.test(event.kind) && this.#store.state.capture_page)
       void this.readList();
@@ -84,7 +86,7 @@ export class CaptureReader {
   #progress({ capture_id, job_id, state, wish, ...progress }) {
     const { capturing } = this.#store.state;
     if (capturing?.job_id !== job_id && isCapturing(capturing)) return;
-    if (capturing?.job_id === job_id && capturing.end) return; // it came late
+    if (capturing?.job_id === job_id && capturing.end) return; // a late event
     if (capturing?.job_id !== job_id) this.follow(job_id, { capture_id });
     this.#take({ capture_id, state, progress, why: wish });
   }
@@ -98,7 +100,7 @@ export class CaptureReader {
     } else if (!isCapturing(capturing) && job.ended_utc === null) this.follow(job.id);
   }
 
-  /** Look up what runs now: after the page opened or the server came back. */
+  /** Read which capture runs, after the page has opened or the server has come back. */
   async #find() {
     if (isCapturing(this.#store.state.capturing)) return this.#lookUp();
     const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs?limit=20"));
@@ -135,13 +137,13 @@ export class CaptureReader {
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
       if (error.slug === "not-found")
-        this.#store.set({ capturing: null }); // another data directory: nobody knows the job
+        this.#store.set({ capturing: null }); // the server has another data directory, without this job
       else this.#watch();
     }
   }
 
   /**
-   * The capture's document; null while, or when, nothing of it is there.
+   * Return the capture's document; null while it does not exist.
    * @param {Capturing} capturing
    */
   async #document({ capture_id, job_id }) {

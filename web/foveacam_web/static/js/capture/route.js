@@ -1,11 +1,11 @@
-// The capture page has an address of its own, so that Back, reload and links work.
+// Maps the capture page to its address, so that Back, reload and links work.
 
 /** @typedef {import("../store.js").Store} Store */
 
 export const CAPTURE_ADDRESS = "#/capture";
 
 /**
- * Keep the state equal to the address.
+ * Keep the state equal to the address's fragment.
  * @param {Store} store
  */
 export function followCaptureAddress(store) {
@@ -18,7 +18,7 @@ export function followCaptureAddress(store) {
 }
 
 /**
- * Where the gallery shows a dataset.
+ * Return the gallery's address of a dataset.
  * @param {string} id
  */
 export function datasetAddress(id) {

@@ -1,4 +1,5 @@
-// What runs now: how far, how long still, pause, cancel. When it has ended: how, why, and where to find it.
+// Shows the running capture: progress, time left, pause, cancel; after its end the result, the reason, and a link to
+// it.
 
 import { bar } from "../calibration/parts.js";
 import { fill, h, say } from "../dom.js";
@@ -121,7 +122,7 @@ function endedWords(capturing) {
 }
 
 /**
- * How far it is; null while nothing is done and nobody can tell.
+ * Return the finished share; null while it is unknown.
  * @param {Capturing} capturing
  */
 export function shareOf({ progress }) {
@@ -129,7 +130,7 @@ export function shareOf({ progress }) {
 }
 
 /**
- * What screen readers hear: each state and each quarter of it, not every point.
+ * Return the text for screen readers: each state and each quarter, not every point.
  * @param {Capturing} capturing
  */
 function announcement(capturing) {

@@ -1,5 +1,5 @@
-// What a capture is called, in which format it is kept, and the button that starts it. Above the button stands what is
-// refused and belongs to no field.
+// Fields for a capture's name, label, licence and format, and the start button. Above the button: refusals that
+// belong to no field.
 
 import { choiceField } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";
@@ -21,11 +21,12 @@ import { asked, textField } from "./parts.js";
  * @typedef {import("./parts.js").Troubles} Troubles
  */
 
-const OF_POINTS = new Set(["text", "size", "field", "centre"]); // a grid's, or a text's, and not in sight with the other
+// fields of the grid or of the text; only one of the two is visible
+const OF_POINTS = new Set(["text", "size", "field", "centre"]);
 
 /**
  * @param {{store: Store, orders: CaptureOrders, troubles: Troubles, plan: () => PlanRequest | null, source: () => PlanDraft["source"], changed: () => void}} context
- *   `plan`: null while it is not whole
+ *   `plan`: null while it is incomplete
  */
 export function makeStarter({ store, orders, troubles, plan, source, changed }) {
   const fields = makeFields(troubles);
@@ -39,7 +40,7 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
     icon("pictures"),
     "Start the capture",
   );
-  /** What the last start was refused for, until something changes. @type {Problem | null} */
+  /** The refusal of the last start, until something changes. @type {Problem | null} */
   let refused = null;
   let sending = false;
   const element = h(
@@ -66,7 +67,7 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
   }
 
   /**
-   * Show what stands against the plan, in the editor's words and in the server's.
+   * Show the faults that the editor and the server find in the plan.
    * @param {Trouble[]} own
    */
   function tell(own) {
@@ -125,7 +126,7 @@ function makeFields(troubles) {
   };
 }
 
-/** When it is begun, to the second: a folder's name, and no two are the same. */
+/** Return the current date and time to the second, as the default name of a capture's folder. */
 function usualName() {
   const now = new Date();
   const two = (/** @type {number} */ value) => String(value).padStart(2, "0");

@@ -1,4 +1,4 @@
-// The panel of still captures: what the next press takes, the button, and what was taken last.
+// The panel of stills: the options of the next still, the button, and the last still.
 
 import { bar, panel } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";
@@ -24,7 +24,7 @@ export function stillPanel({ store, commands, reader }) {
   const orders = new StillOrders({ commands, changed: () => reader.readHeld() });
   const [form, shown, told] = [makeStillForm(), makeStillShown(orders), h("div", { class: "stack", role: "status" })];
   const tell = changing(told, toldOf);
-  /** What the last press was refused for, until the next. @type {Problem | null} */
+  /** The refusal of the last request, until the next one. @type {Problem | null} */
   let refused = null;
   let sending = false;
   const take = async () => {

@@ -1,4 +1,5 @@
-// What the next press takes: how many frames of which cameras, what is kept of them, and whether it is looked at first.
+// Fields for the next still: cameras, number of frames, what is stored of them, and whether to review it before
+// storing.
 
 import { allHold, numberField, tickField } from "../calibration/parts.js";
 import { h } from "../dom.js";

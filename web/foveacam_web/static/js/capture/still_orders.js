@@ -1,4 +1,4 @@
-// What the operator can order of stills: take, keep, discard, restore, describe, check.
+// Takes, keeps, discards, restores, describes and checks stills.
 
 import { RequestError, request } from "../api.js";
 import { galleryAddress } from "../gallery/route.js";
@@ -24,7 +24,7 @@ export function stillPath(id, rest = "") {
   return `/stills/${encodeURIComponent(id)}${rest}`;
 }
 
-/** The orders of one page. */
+/** The still commands of one page. */
 export class StillOrders {
   #commands;
   #changed;
@@ -47,7 +47,8 @@ export class StillOrders {
       );
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
-      if (error.slug === "stopped") await this.#commands.attempt(() => Promise.reject(error)); // a message with its button
+      // shown as a message with a button
+      if (error.slug === "stopped") await this.#commands.attempt(() => Promise.reject(error));
       return error.document;
     }
   }

@@ -1,4 +1,4 @@
-// Follows the press under way, and the stills that wait to be kept or discarded.
+// Follows the still that is being taken, and reads the stills that wait to be kept or discarded.
 
 import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
@@ -10,20 +10,20 @@ import { QuietReads } from "../quiet.js";
  * @typedef {import("#page").StillPress} StillPress
  */
 
-const LOOK_MS = 500; // events are quicker; this stands in when they do not come
+const LOOK_MS = 500; // interval of reading the job, in case its events do not arrive
 
-/** Reads for one page. */
+/** The still reads of one page. */
 export class StillReader {
   #reads = new QuietReads();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #look;
   /** @type {StillPress | null} */
   press = null;
-  /** Neither kept nor discarded, newest first; null before they were read. @type {StillDocument[] | null} */
+  /** The stills neither kept nor discarded, newest first; null before the first read. @type {StillDocument[] | null} */
   held = null;
-  /** Called when there is something else to show. */
+  /** Called when the shown state has changed. */
   changed = () => {};
-  /** Called with the still of a press that went well. @type {(still: StillDocument) => void} */
+  /** Called with each still that was taken. @type {(still: StillDocument) => void} */
   taken = () => {};
 
   async readAll() {
@@ -38,7 +38,7 @@ export class StillReader {
   }
 
   /**
-   * Follow a press from now on.
+   * Follow the job of a still.
    * @param {JobDocument} job
    */
   follow(job) {
@@ -46,7 +46,7 @@ export class StillReader {
     this.#take(job);
   }
 
-  /** Forget how the last one ended. */
+  /** Clear the result of the last still. */
   dismiss() {
     if (!this.press?.over) return;
     this.press = null;
@@ -63,7 +63,7 @@ export class StillReader {
     else if (job.ended_utc === null && (this.press === null || this.press.over)) this.follow(job);
   }
 
-  /** Look up what runs now: after the page opened or the server came back. */
+  /** Read which still is being taken, after the page has opened or the server has come back. */
   async #find() {
     if (this.press && !this.press.over) return this.#lookUp();
     const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs?limit=20"));
@@ -79,7 +79,7 @@ export class StillReader {
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
       if (error.slug === "not-found")
-        this.press = null; // another data directory: nobody knows the job
+        this.press = null; // the server has another data directory, without this job
       else this.#watch();
       this.changed();
     }

@@ -1,4 +1,4 @@
-// The still that was taken last and is neither kept nor discarded: its pictures, what is missing, and both buttons.
+// Shows the last still that is neither kept nor discarded: its pictures, missing frames, keep and discard buttons.
 
 import { changing, h } from "../dom.js";
 import { count } from "../format.js";
@@ -40,7 +40,7 @@ function nothingYet() {
 }
 
 /**
- * What each camera saw; a click opens it at full size.
+ * Show the picture of each camera; a click opens it at full size.
  * @param {StillDocument} still
  */
 export function picturesOf(still) {

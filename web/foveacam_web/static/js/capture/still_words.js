@@ -1,4 +1,4 @@
-// Stills in words. Nothing here touches the page.
+// Words for stills. Pure functions.
 
 import { angle, count, millis, number, sentence } from "../format.js";
 
@@ -10,7 +10,7 @@ import { angle, count, millis, number, sentence } from "../format.js";
 export const CAMERAS = Object.freeze(/** @type {const} */ ({ wide: "Wide", left: "Left eye", right: "Right eye" }));
 
 /**
- * What there is of one camera: how many frames, how deep, where it looked.
+ * Word the frames of one camera: their number, bit depth, exposure and gaze.
  * @param {StillCamera} camera
  */
 export function cameraWords({ asked, came, bits, exposure_ms, gain_db, ax_deg, ay_deg }) {
@@ -30,7 +30,7 @@ export function cameraWords({ asked, came, bits, exposure_ms, gain_db, ax_deg, a
 }
 
 /**
- * Why fewer frames came than were asked, a sentence a camera.
+ * Word why fewer frames arrived than were requested, one sentence a camera.
  * @param {StillDocument} still
  */
 export function missingWords({ cameras }) {
@@ -43,7 +43,7 @@ export function missingWords({ cameras }) {
 }
 
 /**
- * The whole of it in a few words.
+ * Summarise a still in a few words.
  * @param {StillDocument} still
  */
 export function stillWords({ cameras, stack_frames, stack_keep }) {

@@ -1,4 +1,4 @@
-// Sizes, shares and phases in the words that the operator reads. Nothing here touches the page.
+// Words for captures: sizes, shares, states and results. Pure functions.
 
 import { count, MISSING, number, remedyOf, sentence, span } from "../format.js";
 
@@ -8,7 +8,7 @@ import { count, MISSING, number, remedyOf, sentence, span } from "../format.js";
  */
 
 /**
- * How many bytes, in the unit that leaves three digits.
+ * Format a number of bytes with three significant digits.
  * @param {number | null | undefined} bytes
  */
 export function sizeText(bytes) {
@@ -47,7 +47,7 @@ export function stateWords({ state, asked, progress, why }) {
 }
 
 /**
- * How far it is: points done, the time left, the rate.
+ * Word a capture's progress: points done, time left, rate.
  * @param {Capturing} capturing
  */
 export function farWords({ progress, state }) {
@@ -59,7 +59,7 @@ export function farWords({ progress, state }) {
 }
 
 /**
- * How it ended: a tone, a headline, and why.
+ * Word a capture's end: tone, headline, reason, remedy.
  * @param {Capturing & {end: CaptureEnd}} capturing
  */
 export function endWords({ name, end }) {

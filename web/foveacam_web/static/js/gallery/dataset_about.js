@@ -1,4 +1,4 @@
-// What a dataset says of itself: figures, and the label and licence that people may change.
+// Shows a dataset's figures, and its label and licence, which can be edited.
 
 import { figures } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";

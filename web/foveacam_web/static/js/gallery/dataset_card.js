@@ -1,4 +1,4 @@
-// One dataset as a card: its picture, its name, how it stands. What did not change is left alone, pictures above all.
+// A dataset's card: picture, name, state. Parts that did not change keep their elements, above all the pictures.
 
 import { badge, bar } from "../calibration/parts.js";
 import { fresh } from "../calibration/pictures.js";

@@ -1,4 +1,4 @@
-// Whether every file of a dataset is as it was written: asked for, and answered in the server's sentences.
+// Checks every file of a dataset on request, and shows the server's sentences.
 
 import { fill, h, say } from "../dom.js";
 import { count } from "../format.js";

@@ -1,4 +1,4 @@
-// The head of a dataset's page: its name, how it stands, and what can be done with it.
+// The head of a dataset's page: name, state, and buttons.
 
 import { badge, bar } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";
@@ -28,7 +28,8 @@ export function makeHead(orders) {
     element: h("header", { class: "dataset-head" }, name, actions, far),
     show: (/** @type {CaptureDocument} */ dataset) => {
       showName({ name: dataset.name, word: stateWords(dataset) });
-      const { id, name: named, state, resumable, url, points } = dataset; // alone: no click is lost when something else changes
+      // only these, so that no click is lost when something else changes
+      const { id, name: named, state, resumable, url, points } = dataset;
       showActions({ id, name: named, state, resumable, url, begun: points.taken > 0 });
       showFar(dataset);
     },

@@ -1,4 +1,4 @@
-// What the operator can order of datasets: remove and restore, describe, check, go on.
+// Removes, restores, describes, checks and resumes datasets.
 
 import { request } from "../api.js";
 import { Trash } from "./trash.js";
@@ -9,10 +9,10 @@ import { Trash } from "./trash.js";
  * @typedef {import("#api").CaptureDocument} CaptureDocument
  */
 
-const CHECK_MS = 1_800_000; // some seconds a gigabyte, from a slow disk
+const CHECK_MS = 1_800_000; // some seconds a gigabyte on a slow disk
 
 /**
- * The path of a capture below /api/v1.
+ * Return the path of a capture below /api/v1.
  * @param {string} id
  * @param {string} [rest]
  */
@@ -20,7 +20,7 @@ export function capturePath(id, rest = "") {
   return `/captures/${encodeURIComponent(id)}${rest}`;
 }
 
-/** The orders of one page. */
+/** The dataset commands of one page. */
 export class DatasetOrders {
   #commands;
 
@@ -42,7 +42,7 @@ export class DatasetOrders {
   }
 
   /**
-   * Read every file again; the answer comes when all were read.
+   * Check every file; the response arrives when all were read.
    * @param {string} id
    * @returns {Promise<CaptureChecked | null>}
    */
@@ -54,7 +54,7 @@ export class DatasetOrders {
   }
 
   /**
-   * Take the rest of a partial dataset.
+   * Resume a partial dataset.
    * @param {string} id
    * @returns {Promise<boolean>}
    */

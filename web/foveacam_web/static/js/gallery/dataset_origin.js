@@ -1,4 +1,4 @@
-// Where a dataset comes from: its plan, what the rig ran with, and its calibration.
+// Shows the origin of a dataset: its plan, the rig's settings, and its calibration.
 
 import { badge, figures, nothing } from "../calibration/parts.js";
 import { addressOf } from "../calibration/route.js";

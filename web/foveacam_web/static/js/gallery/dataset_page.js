@@ -1,4 +1,4 @@
-// One dataset: its contact sheet and coverage, what it says of itself, and what can be done with it.
+// The page of one dataset: contact sheet, coverage, details, checks and files.
 
 import { nothing, panel } from "../calibration/parts.js";
 import { fresh } from "../calibration/pictures.js";

@@ -1,5 +1,5 @@
-// More pages about one dataset, at #/gallery/datasets/ID/PART: one entry each, in the form of the gallery's tabs
-// (tabs.js). The dataset's own page links to them by their titles.
+// Lists the further pages about one dataset, at #/gallery/datasets/ID/PART, one entry each, in the form of the
+// gallery's tabs (tabs.js). The dataset's own page links to them by their titles.
 
 import { openMosaic } from "./mosaic.js";
 

@@ -11,9 +11,9 @@ import { withProgress } from "./datasets_reader.js";
  * @typedef {import("#api").PointsDocument} PointsDocument
  */
 
-const GROWING_MS = 10_000; // while it runs its pictures are drawn again so often: drawing costs the rig's computer time
+const GROWING_MS = 10_000; // interval of redrawing the pictures of a running capture: drawing costs the server time
 
-/** Reads for one dataset. */
+/** The reads of one dataset. */
 export class DatasetReader {
   #id;
   #changed;
@@ -23,7 +23,7 @@ export class DatasetReader {
   dataset = null;
   /** @type {PointsDocument | null} */
   points = null;
-  /** Why there is none: the server's words. */
+  /** The server's reason when the dataset does not exist. */
   missing = "";
 
   /**
@@ -53,7 +53,7 @@ export class DatasetReader {
     });
   }
 
-  /** @param {CaptureDocument} dataset as an order has answered */
+  /** @param {CaptureDocument} dataset the response to a command */
   adopt(dataset) {
     this.dataset = dataset;
     this.#changed();
@@ -63,7 +63,7 @@ export class DatasetReader {
   hear({ kind, data }) {
     if (data?.["capture_id"] !== this.#id) return;
     if (kind !== "capture.progress") return void (kind.startsWith("capture.") && this.readAll());
-    const news = /** @type {any} */ (data); // any: a report of the server, as its document says
+    const news = /** @type {any} */ (data); // any: the data of this event kind, which OpenAPI leaves open
     const { dataset } = this;
     if (
       !dataset ||

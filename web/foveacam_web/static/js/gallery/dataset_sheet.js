@@ -1,4 +1,4 @@
-// The contact sheet: every point where it stands in the grid, each a button that shows it large.
+// The contact sheet: a button for every point at its position in the grid, which shows the point large.
 
 import { fresh } from "../calibration/pictures.js";
 import { changing, h } from "../dom.js";
@@ -13,7 +13,7 @@ import { makePointView } from "./point_view.js";
  * @typedef {import("#api").PointsDocument} PointsDocument
  */
 
-/** @type {Readonly<Record<string, [number, number]>>} rows and columns that a key goes */
+/** @type {Readonly<Record<string, [number, number]>>} rows and columns that a key moves */
 const WAYS = Object.freeze({ ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [-1, 0], ArrowDown: [1, 0] });
 
 /** @param {AbortSignal} signal */

@@ -1,4 +1,4 @@
-// States, plans and conditions of datasets in words. Nothing here touches the page; what it does not know it leaves out.
+// Words for the states, plans and conditions of datasets; unknown fields are left out. Pure functions.
 
 import { angle, count, MISSING, number, sentence, span } from "../format.js";
 
@@ -55,7 +55,7 @@ export function pointsWords({ points, state }) {
 }
 
 /**
- * How far a capture that runs is.
+ * Word the progress of a running capture.
  * @param {CaptureDocument} dataset
  */
 export function progressWords({ progress, why }) {

@@ -1,4 +1,4 @@
-// The tab of datasets: all of them, one of them, or another page about one.
+// Opens the datasets tab: the list, one dataset, or a further page about one.
 
 import { DATASET_PARTS } from "./dataset_parts.js";
 import { openDataset } from "./dataset_page.js";

@@ -1,4 +1,4 @@
-// All datasets as cards, newest first, found by words; and the trash.
+// Lists the datasets as cards, newest first, with a text search and the trash.
 
 import { nothing } from "../calibration/parts.js";
 import { changing, h, say } from "../dom.js";

@@ -1,4 +1,4 @@
-// The list of datasets: what its events change.
+// Applies the server's events to the list of datasets.
 
 import { KeptReader } from "./kept_reader.js";
 
@@ -22,7 +22,7 @@ export function readDatasets(changed) {
  */
 function hear(reader, { kind, data }) {
   if (kind === "capture.progress")
-    progressed(reader, /** @type {any} */ (data)); // any: a report of the server, as its document says
+    progressed(reader, /** @type {any} */ (data)); // any: the data of this event kind, which OpenAPI leaves open
   else if (kind.startsWith("capture.")) void reader.readAll();
 }
 

@@ -1,4 +1,4 @@
-// A picture that the server draws; when it cannot, its reason stands there instead.
+// Shows a picture that the server draws, or the reason why it cannot.
 
 import { file, RequestError } from "../api.js";
 import { h, say } from "../dom.js";
@@ -7,7 +7,7 @@ import { sentence } from "../format.js";
 const ROOT = "/api/v1";
 
 /**
- * @param {{lazy?: boolean, width?: number, height?: number}} [options] the size that is kept free for it, px
+ * @param {{lazy?: boolean, width?: number, height?: number}} [options] the size that is reserved for it, px
  * @returns {{element: HTMLElement, image: HTMLImageElement, show: (url: string, alt: string) => void}}
  */
 export function makeDrawn({ lazy = false, width, height } = {}) {
@@ -46,7 +46,7 @@ export function makeDrawn({ lazy = false, width, height } = {}) {
 }
 
 /**
- * What the server says about a picture that did not come.
+ * Return the server's reason for a picture that did not load.
  * @param {string} url
  */
 async function whyNot(url) {

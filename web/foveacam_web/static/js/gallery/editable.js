@@ -1,4 +1,4 @@
-// A line of text that is edited in place: kept when it is left or with Enter, put back by Escape or a refusal.
+// A text line that is edited in place: saved on blur or Enter, reset by Escape or a refusal.
 
 import { h, say } from "../dom.js";
 
@@ -6,7 +6,7 @@ let lists = 0;
 
 /**
  * @param {string} label
- * @param {{save: (value: string) => Promise<boolean>, usual?: string[], hint?: string}} options `save`: whether the server took it
+ * @param {{save: (value: string) => Promise<boolean>, usual?: string[], hint?: string}} options `save`: whether the server accepted it
  */
 export function makeEditable(label, { save, usual = [], hint = "" }) {
   lists += 1;
@@ -32,7 +32,7 @@ export function makeEditable(label, { save, usual = [], hint = "" }) {
     if (taken) kept = wanted;
     else if (document.activeElement !== input) input.value = kept;
     say(told, taken ? "Saved" : "Not saved");
-    if (taken && document.activeElement !== input) void keep(); // it was changed further and left meanwhile
+    if (taken && document.activeElement !== input) void keep(); // it was edited again and left meanwhile
   };
   input.addEventListener("change", () => void keep());
   input.addEventListener("input", () => say(told, ""));

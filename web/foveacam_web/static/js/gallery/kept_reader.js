@@ -1,4 +1,4 @@
-// Keeps a list and its trash equal to the server's while they are shown.
+// Keeps the list and the trash of one resource equal to the server's while they are shown.
 
 import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
@@ -6,7 +6,7 @@ import { QuietReads } from "../quiet.js";
 /** @typedef {import("#api").EventDocument} EventDocument */
 
 /**
- * Reads for one list.
+ * The reads of one list and its trash.
  * @template {{id: string}} T
  */
 export class KeptReader {
@@ -15,18 +15,18 @@ export class KeptReader {
   #hear;
   #reads = new QuietReads();
   #text = "";
-  /** What was told of each while the list was on its way, which may be older. @type {Map<string, (known: T) => T>} */
+  /** The changes by events while the list was being read, which may be older. @type {Map<string, (known: T) => T>} */
   #meanwhile = new Map();
   /** @type {T[] | null} */
   list = null;
   /** @type {T[] | null} */
   trash = null;
-  /** What the list was searched for when it was read. */
+  /** The search text of the list as it was read. */
   searched = "";
 
   /**
    * @param {{resource: string, changed: () => void, hear: (reader: KeptReader<T>, event: EventDocument) => void}} context
-   *   `resource`: its path below /api/v1; `hear`: what an event is to it
+   *   `resource`: its path below /api/v1; `hear`: applies an event
    */
   constructor({ resource, changed, hear }) {
     this.#resource = resource;
@@ -39,7 +39,7 @@ export class KeptReader {
   }
 
   /**
-   * Show those that hold every word.
+   * Search for the entries that contain every word.
    * @param {string} text
    */
   search(text) {
@@ -48,7 +48,7 @@ export class KeptReader {
   }
 
   /**
-   * Show what became of one, without reading all.
+   * Change one entry without reading the list.
    * @param {string} id
    * @param {(known: T) => T} change
    */

@@ -1,4 +1,4 @@
-// What the lists of the gallery have in common: the search, the door to the trash, cards that keep their place.
+// Parts that the gallery's lists share: the search field, the trash buttons, cards that keep their elements.
 
 import { fill, h, say } from "../dom.js";
 import { count } from "../format.js";
@@ -9,7 +9,7 @@ import { icon } from "../icons.js";
  * @typedef {{one: string, many: string}} Noun
  */
 
-const PAUSE_MS = 200; // while somebody types
+const PAUSE_MS = 200; // pause in typing before a search
 
 /**
  * @param {{id: string, placeholder: string, search: (text: string) => void, signal: AbortSignal}} context
@@ -27,7 +27,7 @@ export function makeSearch({ id, placeholder, search, signal }) {
 }
 
 /**
- * The door to the trash, and the button that empties it, which asks first.
+ * Build the button that shows the trash, and the one that empties it after a confirmation.
  * @param {{noun: Noun, trash: Trash, turn: (open: boolean) => void}} context
  */
 export function makeTrashDoor({ noun, trash, turn }) {
@@ -51,7 +51,7 @@ export function makeTrashDoor({ noun, trash, turn }) {
   );
   const keep = button("Keep", () => ask(false));
   const door = h("button", { type: "button", class: "plain", on: { click: () => turn(!now.open) } }, face, words);
-  // These stay the same elements, so that no click is lost when the number changes under it.
+  // The elements stay, so that no click is lost when the number changes.
   const show = (/** @type {typeof now} */ next) => {
     now = { ...next, asked: next.asked && next.open && next.held > 0 };
     const { open, held, asked } = now;
@@ -74,7 +74,7 @@ export function makeTrashDoor({ noun, trash, turn }) {
 }
 
 /**
- * Cards in a list: those that stay keep their elements, so that nothing is lost under a pointer.
+ * Show cards in a list; those that stay keep their elements, so that no click is lost.
  * @template T
  * @param {HTMLElement} list
  * @param {{key: (shown: T) => string, make: () => {element: HTMLElement, show: (shown: T) => void}}} context

@@ -1,12 +1,12 @@
-// What the operator can order of what is made of a dataset: make, cancel, remove.
+// Makes, cancels and removes what the server makes of a dataset: its mosaic or its reference.
 
 import { request } from "../api.js";
 import { capturePath } from "./dataset_orders.js";
 
 /**
- * The orders of one page.
+ * The commands of one page.
  * @template {import("#page").MakingDocument} T
- * @template W what may be asked for
+ * @template W the request model
  */
 export class MadeOrders {
   /**

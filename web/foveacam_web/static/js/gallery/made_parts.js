@@ -1,4 +1,4 @@
-// Making something of a dataset: why it cannot be, how far it is, how the last one ended.
+// Shows the making of a mosaic or a reference: why it cannot be made, its progress, why the last attempt failed.
 
 import { bar } from "../calibration/parts.js";
 import { h } from "../dom.js";

@@ -1,4 +1,5 @@
-// Keeps a dataset's mosaic or reference equal to the server's while its page is open; follows the job that makes it.
+// Keeps a dataset's mosaic or reference equal to the server's while its page is open, and follows the job that makes
+// it.
 
 import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
@@ -12,7 +13,7 @@ import { capturePath } from "./dataset_orders.js";
  */
 
 /**
- * Reads for one thing.
+ * The reads of one mosaic or reference.
  * @template {MakingDocument} T
  */
 export class MadeReader {
@@ -22,9 +23,9 @@ export class MadeReader {
   #reads = new QuietReads();
   /** @type {T | null} */
   document = null;
-  /** Why the last making ended without one. @type {Problem | null} */
+  /** The problem of the last attempt to make it. @type {Problem | null} */
   trouble = null;
-  /** Why there is no such dataset: the server's words. */
+  /** The server's reason when the dataset does not exist. */
   missing = "";
 
   /**
@@ -53,13 +54,13 @@ export class MadeReader {
     });
   }
 
-  /** @param {T} document as an order has answered */
+  /** @param {T} document the response to a command */
   adopt(document) {
     this.document = document;
     this.#changed();
   }
 
-  /** Forget how the last making ended. */
+  /** Clear the problem of the last attempt. */
   forget() {
     this.trouble = null;
     this.#changed();

@@ -1,4 +1,4 @@
-// The mosaic of a dataset: its picture and depth to walk about in, how it is made, its files, its surface in 3D.
+// The page of a dataset's mosaic: viewer of picture and depth, making it, its files, its surface in 3D.
 
 import { badge, nothing } from "../calibration/parts.js";
 import { changing, fill, h } from "../dom.js";
@@ -134,7 +134,7 @@ function pictureOf(made, signal) {
 }
 
 /**
- * Mark the viewer while its tiles come.
+ * Mark the viewer while its tiles load.
  * @param {MosaicViewer} viewer
  * @param {AbortSignal} signal
  */

@@ -1,6 +1,6 @@
-// Depth as the server's tiles carry it: metres in the colours of a PNG, and the colours in which people see them.
+// Decodes the server's depth tiles, which hold metres in the colours of a PNG, and colours depth for display.
 
-// Turbo at 33 places, far to near, as the server's depth pictures have it; between them it is linear within 1 %.
+// The colour map Turbo at 33 points, far to near, as in the server's depth pictures; linear between them within 1 %.
 const TURBO =
   "30123b 392a73 4040a2 4456c7 466be3 4680f6 4294ff 37a8fa 28bceb 1ccdd8 18ddc2 1fe9af 32f298 4ef97d 6dfe62 8bff4b a4fc3c b7f735 cbed34 dde037 ecd13a f7c13a fdae35 fe992c fb8122 f56918 ec530f e14109 d23105 c12302 ac1701 950d01 7a0403".split(
     " ",
@@ -9,7 +9,7 @@ const SHADES = 256;
 
 /** @typedef {{near_m: number, far_m: number}} Span */
 
-/** Red, green and blue of 256 shares, 0 far to 255 near. */
+/** Red, green and blue of 256 shades, 0 far to 255 near. */
 const COLOURS = Uint8ClampedArray.from({ length: SHADES * 3 }, (_, index) => {
   const at = (Math.floor(index / 3) / (SHADES - 1)) * (TURBO.length - 1);
   const low = Math.min(TURBO.length - 2, Math.floor(at));
@@ -18,7 +18,7 @@ const COLOURS = Uint8ClampedArray.from({ length: SHADES * 3 }, (_, index) => {
   return part(low) + (at - low) * (part(low + 1) - part(low));
 });
 
-/** A tile of depth: what it shows and what it knows. */
+/** A tile of depth. */
 export class DepthTile {
   #pixels;
   #step_m;
@@ -35,7 +35,7 @@ export class DepthTile {
   }
 
   /**
-   * Metres along z at a cell; null where unknown.
+   * Return the depth along z in metres at a cell; null where unknown.
    * @param {number} column
    * @param {number} row
    */
@@ -45,7 +45,7 @@ export class DepthTile {
   }
 
   /**
-   * The tile in colours, clear where nothing is known.
+   * Return the tile in colours, transparent where depth is unknown.
    * @param {Span} span
    * @returns {ImageData}
    */
@@ -71,12 +71,12 @@ export class DepthTile {
 }
 
 /**
- * Read a depth tile's file.
+ * Decode the file of a depth tile.
  * @param {Blob} content
  * @param {number} step_m
  */
 export async function depthTileOf(content, step_m) {
-  // the colours are numbers: no browser may adapt them to its screen
+  // the colours are numbers: the browser must not convert them
   const image = await createImageBitmap(content, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
   const canvas = new OffscreenCanvas(image.width, image.height);
   const context = canvas.getContext("2d", { willReadFrequently: true });
@@ -86,7 +86,7 @@ export async function depthTileOf(content, step_m) {
   return new DepthTile(context.getImageData(0, 0, canvas.width, canvas.height), step_m);
 }
 
-/** The scale as a CSS gradient, near first. */
+/** Return the colour scale as a CSS gradient, near first. */
 export function gradient() {
   return `linear-gradient(to right, ${[...TURBO]
     .reverse()
@@ -95,7 +95,7 @@ export function gradient() {
 }
 
 /**
- * Round depths within a span, about four of them.
+ * Return about four round depths within a span.
  * @param {Span} span
  */
 export function ticksOf({ near_m, far_m }) {

@@ -1,4 +1,4 @@
-// What is known of a mosaic, its files, and what can be done with it.
+// Shows the figures of a mosaic, its files, and its buttons.
 
 import { figures } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";

@@ -1,4 +1,4 @@
-// How hands move a mosaic: drag, wheel, pinch, double click, keys. What is meant goes to whoever draws.
+// Turns drag, wheel, pinch, double click and keys on a mosaic into calls of its viewer.
 
 /**
  * @typedef {import("#page").Point} Point
@@ -46,7 +46,8 @@ export function listenToHands(element, mean) {
     (event) => {
       event.preventDefault();
       const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
-      const gain = event.ctrlKey ? 5 * WHEEL_STEP : WHEEL_STEP; // a trackpad's pinch comes as small wheel steps with Ctrl
+      // a trackpad's pinch comes as small wheel steps with Ctrl
+      const gain = event.ctrlKey ? 5 * WHEEL_STEP : WHEEL_STEP;
       mean.zoom(at(event), Math.exp(-event.deltaY * lines * gain));
     },
     { passive: false },
@@ -54,12 +55,12 @@ export function listenToHands(element, mean) {
   element.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || !pressed(event, mean)) return;
     event.preventDefault();
-    event.stopPropagation(); // the console has other meanings for some of these
+    event.stopPropagation(); // the console uses some of these keys otherwise
   });
 }
 
 /**
- * One finger or the mouse moves the picture; two keep what is under them.
+ * Pan with one finger or the mouse; with two fingers, keep the picture's points under them.
  * @param {Map<number, Point>} pointers
  * @param {number} id
  * @param {Point} to
@@ -77,7 +78,7 @@ function drag(pointers, id, to, mean) {
 }
 
 /**
- * Whether the key means something here.
+ * Handle a key; return whether it has a function here.
  * @param {KeyboardEvent} event
  * @param {Meaning} mean
  */
@@ -101,6 +102,6 @@ function pressed({ key, shiftKey }, mean) {
   const act = acts[key];
   if (!act) return false;
   act();
-  mean.point(middle); // whoever uses keys reads what is in the middle
+  mean.point(middle); // with keys, the readout shows the middle
   return true;
 }

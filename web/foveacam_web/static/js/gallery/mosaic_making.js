@@ -1,4 +1,4 @@
-// Making a mosaic: what it would take or why it cannot be, how far it is, how it ended.
+// Starts the making of a mosaic: what it needs, why it cannot be made, its progress, its failure.
 
 import { choiceField } from "../calibration/parts.js";
 import { changing, h } from "../dom.js";

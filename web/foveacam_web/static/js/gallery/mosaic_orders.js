@@ -1,4 +1,4 @@
-// What the operator can order of a mosaic: what can be ordered of all that is made, and to show it in 3D.
+// Makes, cancels and removes a mosaic, and shows it in 3D.
 
 import { request } from "../api.js";
 import { addressOf } from "../calibration/route.js";
@@ -9,10 +9,10 @@ import { MadeOrders } from "./made_orders.js";
  * @typedef {import("#api").MosaicRequest} MosaicRequest
  */
 
-const MESH_MS = 60_000; // some ten megabytes are packed for every viewer
+const MESH_MS = 60_000; // about ten megabytes are packed for every viewer
 
 /**
- * The orders of one page.
+ * The mosaic commands of one page.
  * @extends {MadeOrders<MosaicDocument, MosaicRequest>}
  */
 export class MosaicOrders extends MadeOrders {

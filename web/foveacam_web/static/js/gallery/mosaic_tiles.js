@@ -1,5 +1,5 @@
-// One layer of a mosaic as tiles: which are seen, which stand in for those that are on their way, and no more than
-// some are kept. A layer's pixel may be several of the picture's (`cell`).
+// Loads and draws the tiles of one mosaic layer: coarser tiles replace those that are loading, and a limited number is
+// cached. A pixel of the layer may cover several of the picture (`cell`).
 
 /**
  * @typedef {import("#api").MosaicLayer} MosaicLayer
@@ -13,7 +13,7 @@ const AT_ONCE = 6;
 const AGAIN_MS = 3000;
 
 /**
- * One layer's tiles.
+ * The tiles of one layer.
  * @template {Tile} T
  */
 export class TileLayer {
@@ -24,7 +24,7 @@ export class TileLayer {
   #signal;
   /** @type {Map<string, T>} */
   #kept = new Map();
-  /** @type {Map<string, number>} when a tile that failed may be asked for again */
+  /** @type {Map<string, number>} when a tile that failed may be requested again */
   #failed = new Map();
   /** @type {Map<string, Promise<T | null>>} */
   #coming = new Map();
@@ -48,13 +48,13 @@ export class TileLayer {
     return this.#layer.levels - 1;
   }
 
-  /** Whether everything that was wanted last is there. */
+  /** Return whether all tiles of the last drawing are loaded. */
   get settled() {
     return this.#coming.size === 0 && this.#wanted.every((address) => this.#kept.has(keyOf(address)));
   }
 
   /**
-   * Draw what lies within a box of picture px.
+   * Draw the layer within a box of picture px.
    * @param {Box} seen
    * @param {number} scale device px for one picture px
    * @param {(image: CanvasImageSource, from: Box, to: Box) => void} draw `from`: px of the image; `to`: picture px
@@ -70,7 +70,7 @@ export class TileLayer {
   }
 
   /**
-   * The finest tile that holds a picture px, and where in it; it is fetched when it is not there.
+   * Return the finest tile that contains a picture px, and the px in it; load the tile if necessary.
    * @param {number} x
    * @param {number} y
    * @returns {Promise<{tile: T, column: number, row: number} | null>}
@@ -85,7 +85,7 @@ export class TileLayer {
   }
 
   /**
-   * The coarsest level whose px are no larger than the screen's.
+   * Return the coarsest level whose px are not larger than the screen's.
    * @param {number} scale
    */
   #levelFor(scale) {
@@ -99,7 +99,7 @@ export class TileLayer {
   }
 
   /**
-   * Picture px of a level's px.
+   * Return how many picture px one px of a level covers.
    * @param {number} level
    */
   #unit(level) {
@@ -127,7 +127,7 @@ export class TileLayer {
   }
 
   /**
-   * Draw a tile, or what is there of the levels above it.
+   * Draw a tile, or the part of a coarser tile that covers it.
    * @param {Address} address
    * @param {(image: CanvasImageSource, from: Box, to: Box) => void} draw
    */
@@ -198,7 +198,7 @@ export class TileLayer {
       this.#makeRoom();
       return tile;
     } catch {
-      this.#failed.set(key, performance.now() + AGAIN_MS); // it is asked for again when it is looked at again
+      this.#failed.set(key, performance.now() + AGAIN_MS); // it is requested again when it is visible again
       return null;
     } finally {
       this.#coming.delete(key);

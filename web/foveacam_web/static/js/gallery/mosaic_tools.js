@@ -1,4 +1,4 @@
-// What stands about a mosaic: which layer is seen, zoom, the scale of depth, what is at the pointer.
+// Controls around a mosaic: choice of layers, zoom, depth scale, readout at the pointer.
 
 import { h, say } from "../dom.js";
 import { angle, MISSING, number } from "../format.js";
@@ -20,7 +20,7 @@ const CHOICES = [
 ];
 
 /**
- * The switch of layers, with the opacity of depth over the picture.
+ * Build the choice of layers, with the opacity of depth over the picture.
  * @param {(mix: MosaicMix) => void} changed
  * @param {boolean} has_depth
  */
@@ -96,7 +96,7 @@ export function makeZoom(viewer) {
 }
 
 /**
- * The scale of depth in metres, near at the left.
+ * Build the scale of depth in metres, near at the left.
  * @param {MadeMosaic} made
  */
 export function makeScale({ near_m, far_m }) {
@@ -131,7 +131,7 @@ export function makeScale({ near_m, far_m }) {
   };
 }
 
-/** What is at the pointer. */
+/** Build the readout at the pointer. */
 export function makeReadout() {
   const [where, gaze, depth] = [
     h("dd", { class: "number" }),

@@ -1,4 +1,4 @@
-// The mosaic on a canvas: picture and depth as tiles, moved by hands and keys; tells what is at the pointer.
+// Draws a mosaic's picture and depth on a canvas, pans and zooms, and reads the depth at the pointer.
 
 import { h } from "../dom.js";
 import { Viewport } from "../video/viewport.js";
@@ -16,7 +16,7 @@ import { TileLayer } from "./mosaic_tiles.js";
  */
 
 const DEGREES = 180 / Math.PI;
-const COARSE = 3; // device px for one of the picture: from here on its px are seen as squares
+const COARSE = 3; // device px for one px of the picture, from which on its px are drawn as squares
 
 /** The viewer of one mosaic. */
 export class MosaicViewer {
@@ -76,7 +76,7 @@ export class MosaicViewer {
     signal.addEventListener("abort", () => sized.disconnect());
   }
 
-  /** Whether all tiles that are seen have come. */
+  /** Return whether all visible tiles are loaded. */
   get settled() {
     return (
       this.#drawn &&
@@ -96,7 +96,7 @@ export class MosaicViewer {
     this.#change(() => this.#viewport.reset());
   }
 
-  /** One picture px for one of the screen. */
+  /** Zoom to one picture px for one px of the screen. */
   whole() {
     this.zoom(1 / (this.#viewport.scale * devicePixelRatio));
   }
@@ -144,7 +144,8 @@ export class MosaicViewer {
       bottom: (this.#canvas.height - top) / scale,
     };
     const draw = (/** @type {CanvasImageSource} */ image, /** @type {Box} */ from, /** @type {Box} */ to) => {
-      const [x, y] = [Math.round(left + to.left * scale), Math.round(top + to.top * scale)]; // on whole px: no seams between tiles
+      // on whole px: no seams between tiles
+      const [x, y] = [Math.round(left + to.left * scale), Math.round(top + to.top * scale)];
       const [right, bottom] = [Math.round(left + to.right * scale), Math.round(top + to.bottom * scale)];
       context.drawImage(
         image,
@@ -162,7 +163,7 @@ export class MosaicViewer {
     context.beginPath();
     context.rect(left, top, this.#made.width * scale, this.#made.height * scale);
     context.clip();
-    context.fillStyle = getComputedStyle(this.#canvas).color; // where depth alone is shown, and unknown
+    context.fillStyle = getComputedStyle(this.#canvas).color; // where depth alone is shown and is unknown
     context.fill();
     context.imageSmoothingEnabled = scale < COARSE;
     if (shown !== "depth") this.#picture.draw(seen, scale, draw);

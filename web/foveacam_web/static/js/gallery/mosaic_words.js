@@ -1,4 +1,4 @@
-// Sizes and times of mosaics in words.
+// Formats sizes, shares and times of mosaics. Pure functions.
 
 import { count, MISSING, number } from "../format.js";
 
@@ -17,7 +17,7 @@ export function percent(share) {
 }
 
 /**
- * The time left, no finer than it can be known.
+ * Word the time left, rounded to what is known.
  * @param {number | null} left_s
  */
 export function leftOf(left_s) {

@@ -1,4 +1,4 @@
-// The gallery: what was captured, recorded and taken, in tabs. tabs.js says how a tab is added.
+// Builds the gallery: datasets, recordings and stills in tabs. tabs.js says how a tab is added.
 
 import { addressOf } from "../calibration/route.js";
 import { fill, focusOn, h, need } from "../dom.js";
@@ -79,7 +79,7 @@ function head() {
 }
 
 /**
- * Show the gallery or what was there before, and let the keyboard begin where the eyes do.
+ * Show or hide the gallery, and move the focus to what is then visible.
  * @param {HTMLElement} place
  * @param {boolean} open
  * @param {HTMLElement} body
@@ -91,7 +91,7 @@ function turnPage(place, open, body) {
     return;
   }
   place.hidden = !open;
-  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page has opened already
+  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page is open already
   need("console").hidden = open || other;
   if (open || !other) focusOn(need(open ? "gallery-title" : "console"));
 }

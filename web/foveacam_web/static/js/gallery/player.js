@@ -1,4 +1,4 @@
-// The player of a recording: pictures, a timeline to scrub, steps of a frame, speeds, and the keyboard.
+// The player of a recording: pictures, timeline, steps of one frame, speeds, keys.
 
 import { fill, h, say } from "../dom.js";
 import { count } from "../format.js";
@@ -18,7 +18,7 @@ const SKIP_S = 1;
 /**
  * @param {string} id
  * @param {TimelineDocument} timeline
- * @param {PlayerContext} context `moved`: told of the moment that is shown
+ * @param {PlayerContext} context `moved`: called with the shown moment
  */
 export function makePlayer(id, timeline, { store, signal, moved, depth }) {
   const panes = makePanes(id, timeline);
@@ -44,7 +44,7 @@ export function makePlayer(id, timeline, { store, signal, moved, depth }) {
 }
 
 /**
- * Move the clock with the screen until somebody leaves.
+ * Advance the clock with each frame of the screen until the page closes.
  * @param {PlayerClock} clock
  * @param {AbortSignal} signal
  */
@@ -52,7 +52,8 @@ function run(clock, signal) {
   let before_ms = performance.now();
   const tick = (/** @type {number} */ now_ms) => {
     if (signal.aborted) return;
-    clock.pass(Math.min(0.25, Math.max(0, now_ms - before_ms) / 1000)); // a tab that slept does not jump
+    // a tab that was in the background does not jump
+    clock.pass(Math.min(0.25, Math.max(0, now_ms - before_ms) / 1000));
     before_ms = now_ms;
     requestAnimationFrame(tick);
   };
@@ -139,7 +140,7 @@ function makeControls(clock, { anaglyphs, turn }) {
 }
 
 /**
- * What the keys do. Space stays the stop's.
+ * Return the action of each key. Space remains the stop.
  * @param {PlayerClock} clock
  * @param {{flip: () => void, depth: () => void, letters: () => boolean}} options
  */

@@ -1,4 +1,4 @@
-// Where in a recording the player stands, and how it moves on. Nothing here touches the page.
+// The position of a player in a recording, and how it advances. No DOM.
 
 /**
  * @typedef {import("#api").TimelineDocument} TimelineDocument
@@ -8,7 +8,7 @@
 export const SPEEDS = Object.freeze([0.25, 0.5, 1, 2, 4]);
 const SAME_S = 0.001; // frames closer than this are one step
 
-/** The hand of a player's clock. */
+/** The clock of a player. */
 export class PlayerClock {
   #steps_s;
   #changed;
@@ -35,7 +35,7 @@ export class PlayerClock {
     return this.#steps_s.length;
   }
 
-  /** Which step is the newest by now, from 0. */
+  /** The index of the newest step, from 0. */
   get step() {
     return Math.max(0, upTo(this.#steps_s, this.at_s + SAME_S / 2) - 1);
   }
@@ -46,7 +46,7 @@ export class PlayerClock {
     this.#changed();
   }
 
-  /** @param {number} steps forwards, or backwards */
+  /** @param {number} steps forwards, or backwards when negative */
   go(steps) {
     this.playing = false;
     this.seek(this.#steps_s[Math.min(Math.max(this.step + steps, 0), this.#steps_s.length - 1)] ?? 0);
@@ -71,7 +71,7 @@ export class PlayerClock {
   }
 
   /**
-   * Let so much real time pass.
+   * Advance by a span of real time.
    * @param {number} real_s
    */
   pass(real_s) {
@@ -83,7 +83,7 @@ export class PlayerClock {
 }
 
 /**
- * The frame that a camera had last shown at a moment.
+ * Return the index of the newest frame of a camera at a moment.
  * @param {TimelineStream} stream
  * @param {number} at_s
  */
@@ -98,7 +98,7 @@ function stepsOf(streams) {
 }
 
 /**
- * How many of the ascending moments are not after this one.
+ * Return how many of the ascending moments are not after this one.
  * @param {readonly number[]} moments
  * @param {number} at_s
  */

@@ -1,4 +1,4 @@
-// Depth of the shown moment, computed anew by the server when somebody asks for it.
+// Requests and shows the depth of the shown moment, which the server computes.
 
 import { RequestError } from "../api.js";
 import { changing, h, say } from "../dom.js";
@@ -16,7 +16,7 @@ const FAR_APART_MS = 5;
 
 /**
  * @param {string} id
- * @param {{orders: import("./recording_orders.js").RecordingOrders, at: () => number}} context `at`: the moment that is shown
+ * @param {{orders: import("./recording_orders.js").RecordingOrders, at: () => number}} context `at`: returns the shown moment
  */
 export function makeDepth(id, { orders, at }) {
   const button = h("button", { type: "button", class: "plain" }, icon("cube"), "Compute depth");

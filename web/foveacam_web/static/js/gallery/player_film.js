@@ -1,4 +1,4 @@
-// A film of the recording: chosen, made by the server, and handed to the browser as a download.
+// Options of a film of the recording, which the server makes and the browser downloads.
 
 import { bar } from "../calibration/parts.js";
 import { fill, h } from "../dom.js";

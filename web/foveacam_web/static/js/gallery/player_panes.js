@@ -1,5 +1,6 @@
-// The player's pictures: wide with the outlines of both foveae, left, right, or both as an anaglyph. Each pane loads one
-// picture at a time and then the newest that was wanted, so that a slow line drops frames and is never late.
+// The player's pictures: wide with the outlines of both foveae, left, right, or an anaglyph of both. Each pane loads
+// one picture at a time and then the newest that was requested, so that a slow line drops frames and does not fall
+// behind.
 
 import { RequestError, request } from "../api.js";
 import { fill, h, s, say } from "../dom.js";
@@ -16,7 +17,7 @@ import { CAMERAS, recordingPath } from "./recording_words.js";
 
 const EYES = Object.freeze(/** @type {const} */ (["left", "right"]));
 
-/** Loads what is wanted newest, one at a time. */
+/** Loads the newest requested picture, one at a time. */
 class Newest {
   #load;
   #shown = "";
@@ -73,7 +74,7 @@ function makePane(name, label, { width, height }) {
       element.dataset["shown"] = url;
       reason.hidden = true;
     } catch {
-      reason.hidden = false; // the next frame may be whole
+      reason.hidden = false; // the next frame may be readable
     }
   };
   return { element, surface, readout, newest: new Newest(load) };
@@ -155,7 +156,7 @@ function momentOf(t_s, index) {
 }
 
 /**
- * The moment for which poses are asked: that of the foveae, for they move.
+ * Return the moment for which poses are requested: that of the foveae, which move.
  * @param {(Role | number)[][]} indexes
  * @param {Map<Role, import("#api").TimelineStream>} streams
  * @param {number} at_s

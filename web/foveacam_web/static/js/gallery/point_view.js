@@ -1,4 +1,4 @@
-// One point large: what each camera saw and the anaglyph; to the one before and after with the arrow keys.
+// Shows one point large: the pictures of all cameras and the anaglyph; the arrow keys go to its neighbours.
 
 import { fresh } from "../calibration/pictures.js";
 import { fill, h, say } from "../dom.js";
@@ -12,7 +12,7 @@ import { makeDrawn } from "./drawn.js";
  * @typedef {{url: string, stamp: string, points: PointDocument[], planned: number, scans: number}} Shown `stamp`: what the pictures' addresses change with
  */
 
-const PAUSE_MS = 120; // while somebody holds an arrow key: pictures are drawn by the rig's computer
+const PAUSE_MS = 120; // pause before loading while an arrow key is held: the server draws the pictures
 
 /** @type {readonly {name: string, title: string}[]} */
 const PICTURES = Object.freeze([
@@ -23,7 +23,7 @@ const PICTURES = Object.freeze([
 ]);
 
 /**
- * @param {(index: number) => void} left called with the point that was shown when the view is closed
+ * @param {(index: number) => void} left called with the shown point when the view closes
  */
 export function makePointView(left) {
   /** @type {Shown} */

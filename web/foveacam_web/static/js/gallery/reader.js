@@ -1,4 +1,4 @@
-// Hands the server's events and each reconnection to what the gallery shows now.
+// Passes the server's events and each reconnection to the readers of what the gallery shows.
 
 /**
  * @typedef {import("#api").EventDocument} EventDocument
@@ -11,7 +11,7 @@ export class GalleryReader {
   #readers = new Set();
 
   /**
-   * Let a reader read now and after each reconnection, and hear events, until the signal.
+   * Let a reader read now and after each reconnection, and receive events, until the signal is aborted.
    * @param {Reader} reader
    * @param {AbortSignal} signal
    */

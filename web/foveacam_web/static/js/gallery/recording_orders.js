@@ -1,4 +1,4 @@
-// What the operator can order of recordings: remove and restore, describe, measure depth anew, make a film.
+// Removes, restores and describes recordings, computes depth, and makes films.
 
 import { RequestError, request } from "../api.js";
 import { recordingPath } from "./recording_words.js";
@@ -13,9 +13,9 @@ import { Trash } from "./trash.js";
  */
 
 const LOOK_MS = 400;
-const DEPTH_MS = 60_000; // the matcher takes a second, and others may wait for it before us
+const DEPTH_MS = 60_000; // the matcher takes a second, and other requests may be queued before this one
 
-/** The orders of one page. */
+/** The recording commands of one page. */
 export class RecordingOrders {
   #commands;
   #changed;
@@ -30,7 +30,7 @@ export class RecordingOrders {
   /**
    * @param {string} id
    * @param {string} label
-   * @returns {Promise<boolean>} whether the server took it
+   * @returns {Promise<boolean>} whether the server accepted it
    */
   async describe(id, label) {
     const taken =
@@ -40,7 +40,7 @@ export class RecordingOrders {
   }
 
   /**
-   * The depth of a moment, or why there is none.
+   * Return the depth of a moment, or the reason why there is none.
    * @param {string} id
    * @param {number} t_s
    * @returns {Promise<RecordedDepthDocument | RequestError>}
@@ -57,7 +57,7 @@ export class RecordingOrders {
   }
 
   /**
-   * Make a film and return where it is; null when it was refused, failed or abandoned.
+   * Make a film and return its document; null when it was refused, failed or was abandoned.
    * @param {string} id
    * @param {FilmShow} show
    * @param {{told: (done: number, total: number) => void, signal: AbortSignal}} how

@@ -1,4 +1,4 @@
-// One recording: how it stands, its player, what it holds, and what can be done with it.
+// The page of one recording: state, player, contents, and buttons.
 
 import { RequestError, request } from "../api.js";
 import { badge, figures, nothing, panel } from "../calibration/parts.js";
@@ -126,7 +126,7 @@ function makePage(id, orders, context) {
 }
 
 /**
- * Where the player stands, once there is something to play; depth and film stand beside it.
+ * Show the player as soon as the recording can be played, with depth and film beside it.
  * @param {string} id
  * @param {RecordingOrders} orders
  * @param {GalleryContext} context

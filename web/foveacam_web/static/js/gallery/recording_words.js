@@ -1,4 +1,4 @@
-// Recordings in words. Nothing here touches the page.
+// Words for recordings. Pure functions.
 
 import { count, number, sentence, span } from "../format.js";
 import { sizeWords } from "./dataset_words.js";
@@ -33,7 +33,7 @@ const LOSSES = Object.freeze({
 });
 
 /**
- * The path of a recording below /api/v1.
+ * Return the path of a recording below /api/v1.
  * @param {string} id
  * @param {string} [rest]
  */
@@ -76,7 +76,7 @@ export function tallyWords(recording) {
 }
 
 /**
- * When a recording that is being made ends by itself, and how long the disk has room for it.
+ * Word when a running recording ends by itself, and how long the disk has room for it.
  * @param {RecordingDocument} recording
  */
 export function boundWords({ left_s, room_s, room_bytes }) {
@@ -85,7 +85,7 @@ export function boundWords({ left_s, room_s, room_bytes }) {
 }
 
 /**
- * Why frames of a camera are not on the file; empty when none is missing.
+ * Word why frames of a camera are missing in the file; empty when none is.
  * @param {RecordedStreamDocument} stream
  */
 export function lossWords({ losses }) {
@@ -98,7 +98,7 @@ export function lossWords({ losses }) {
 }
 
 /**
- * Minutes and seconds, as on a clock.
+ * Format seconds as minutes and seconds.
  * @param {number} seconds
  * @param {number} [decimals]
  */
@@ -112,7 +112,7 @@ export function clockWords(seconds, decimals = 2) {
 }
 
 /**
- * What a recording is called that nobody named.
+ * Return the default name of a recording: date and time.
  * @param {Date} when
  */
 export function momentName(when) {

@@ -1,4 +1,4 @@
-// The tab of recordings: all of them, or one in its player.
+// Opens the recordings tab: the list, or one recording.
 
 import { nothing } from "../calibration/parts.js";
 import { openRecording } from "./recording_page.js";

@@ -1,4 +1,4 @@
-// All recordings as cards, newest first, found by words; the one that is being made with its counts; and the trash.
+// Lists the recordings as cards, newest first, with a text search and the trash; shows the counts of a running one.
 
 import { badge, nothing } from "../calibration/parts.js";
 import { changing, fill, h, say } from "../dom.js";

@@ -1,4 +1,4 @@
-// The reference of a dataset over the rail's long baselines: how it is made, its picture, figures and files.
+// The section for a dataset's reference over the rail's long baselines: making it, its picture, figures and files.
 
 import { allHold, choiceField, numberField, panel } from "../calibration/parts.js";
 import { figure } from "../calibration/pictures.js";
@@ -23,7 +23,7 @@ import { referenceWords, wholeMm } from "./reference_words.js";
  */
 
 /**
- * The section of a dataset's page; hidden where fewer than two scans say where on the rail they were taken.
+ * Build the section; hidden where fewer than two scans have a rail position.
  * @param {string} id
  * @param {GalleryContext} context
  */

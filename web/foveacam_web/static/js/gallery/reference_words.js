@@ -1,4 +1,4 @@
-// Places on the rail and the figures of a reference in words. Nothing here touches the page.
+// Words for rail positions and the figures of a reference. Pure functions.
 
 import { count, number } from "../format.js";
 

@@ -1,4 +1,4 @@
-// Where in the gallery one is: #/gallery/TAB[/ID[/PART]], so that Back, reload and links work.
+// Maps the gallery's pages to addresses, #/gallery/TAB[/ID[/PART]], so that Back, reload and links work.
 
 /**
  * @typedef {import("../store.js").Store} Store
@@ -18,7 +18,7 @@ export function galleryAddress(tab, id = null, part = null) {
 
 /**
  * @param {string} hash
- * @returns {GalleryPlace | null} null when it is no address of the gallery
+ * @returns {GalleryPlace | null} null when it is not an address of the gallery
  */
 export function galleryAt(hash) {
   const [root, page, tab, id, part] = hash.split("/");
@@ -32,12 +32,12 @@ function plain(step) {
   try {
     return decodeURIComponent(step);
   } catch {
-    return step; // typed by hand: it is looked for as it stands
+    return step; // typed by hand: used as it is
   }
 }
 
 /**
- * Keep the state equal to the address.
+ * Keep the state equal to the address's fragment.
  * @param {Store} store
  */
 export function followGalleryAddress(store) {

@@ -1,4 +1,4 @@
-// The lines of Python that load a dataset, with its real path.
+// Shows the lines of Python that load a dataset, with its real path.
 
 import { changing, h, say } from "../dom.js";
 import { icon } from "../icons.js";

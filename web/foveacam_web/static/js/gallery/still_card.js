@@ -1,4 +1,4 @@
-// One still as a card: its picture, its name, what came of it.
+// A still's card: picture, name, frames.
 
 import { missingWords, stillWords } from "../capture/still_words.js";
 import { h } from "../dom.js";

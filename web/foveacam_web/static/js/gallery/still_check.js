@@ -1,4 +1,4 @@
-// Reads every file of a still again on request, and shows the answer in the server's sentences.
+// Checks every file of a still on request, and shows the server's sentences.
 
 import { fill, h } from "../dom.js";
 import { sentence } from "../format.js";

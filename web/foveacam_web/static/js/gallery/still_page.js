@@ -1,4 +1,4 @@
-// One still: what each camera saw, at 8 bits and at full depth, what it says of itself, and what can be done with it.
+// The page of one still: the pictures of all cameras at 8 bits and at full depth, details, and buttons.
 
 import { figures, nothing, panel } from "../calibration/parts.js";
 import { StillOrders } from "../capture/still_orders.js";

@@ -9,14 +9,14 @@ import { QuietReads } from "../quiet.js";
  * @typedef {import("#api").StillDocument} StillDocument
  */
 
-/** Reads for one still. */
+/** The reads of one still. */
 export class OneStillReader {
   #id;
   #changed;
   #reads = new QuietReads();
   /** @type {StillDocument | null} */
   still = null;
-  /** Why there is none: the server's words. */
+  /** The server's reason when the still does not exist. */
   missing = "";
 
   /**
@@ -40,7 +40,7 @@ export class OneStillReader {
     });
   }
 
-  /** @param {StillDocument} still as an order has answered */
+  /** @param {StillDocument} still the response to a command */
   adopt(still) {
     Object.assign(this, { still, missing: "" });
     this.#changed();

@@ -1,4 +1,4 @@
-// The tab of stills: all of them, or one.
+// Opens the stills tab: the list, or one still.
 
 import { openStill } from "./still_page.js";
 import { openStillsList } from "./stills_list.js";

@@ -1,4 +1,4 @@
-// All stills as cards, newest first, found by words; and their trash.
+// Lists the stills as cards, newest first, with a text search and the trash.
 
 import { nothing } from "../calibration/parts.js";
 import { StillOrders } from "../capture/still_orders.js";
@@ -67,7 +67,7 @@ export function openStillsList({ commands, follow, signal }) {
 }
 
 /**
- * Cards of stills; those that did not change are the same elements, and load no picture again.
+ * Show cards of stills; those that did not change keep their elements and their pictures.
  * @param {StillOrders} orders
  */
 function cardsOf(orders) {

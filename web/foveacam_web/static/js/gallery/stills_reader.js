@@ -8,7 +8,7 @@ import { QuietReads } from "../quiet.js";
  * @typedef {import("#api").StillDocument} StillDocument
  */
 
-/** Reads for one list. */
+/** The reads of the list and the trash. */
 export class StillsReader {
   #changed;
   #reads = new QuietReads();
@@ -17,9 +17,9 @@ export class StillsReader {
   list = null;
   /** @type {StillDocument[] | null} */
   trash = null;
-  /** Neither kept nor discarded. */
+  /** The stills neither kept nor discarded. */
   waiting = 0;
-  /** What the list was searched for when it was read. */
+  /** The search text of the list as it was read. */
   searched = "";
 
   /** @param {() => void} changed */

@@ -1,19 +1,19 @@
-// The gallery's tabs. A tab is one entry: `name` stands in the address, `title` on the tab, and `open` makes what is
-// shown at an address of it, each time that one goes there:
+// Lists the gallery's tabs, one entry each: `name` is in the address, `title` on the tab, and `open` builds the page of
+// an address each time it is visited:
 //
 //   open({ tab, id, part }, context) → HTMLElement
 //
-// `id` is null for the list of all. What `open` starts must end with `context.signal`, which is aborted when somebody
-// leaves: `store.on(keys, listener, signal)`, `addEventListener(…, { signal })`, and `context.follow(reader)`, which
-// reads at once and after each reconnection, and hears the server's events. More pages about one dataset are entries
-// of dataset_parts.js, in the same form.
+// `id` is null for the list. Everything that `open` starts must end with `context.signal`, which is aborted when the
+// page is left: `store.on(keys, listener, signal)`, `addEventListener(…, { signal })`, and `context.follow(reader)`,
+// which reads at once and after each reconnection, and receives the server's events. Further pages about one dataset
+// are entries of dataset_parts.js, in the same form.
 
 import { openDatasets } from "./datasets.js";
 import { openRecordings } from "./recordings.js";
 import { openStills } from "./stills.js";
 
 /**
- * What the gallery hands to a page that it opens; `signal`: aborted when the operator leaves the page.
+ * What the gallery gives to a page that it opens; `signal`: aborted when the operator leaves the page.
  * @typedef {{
  *   store: import("../store.js").Store,
  *   commands: import("../commands.js").Commands,

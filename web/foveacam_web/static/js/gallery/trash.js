@@ -1,4 +1,4 @@
-// What can be thrown away with a way back: datasets, recordings and stills.
+// Moves datasets, recordings and stills to the trash, restores them, and empties the trash.
 
 import { request } from "../api.js";
 
@@ -17,7 +17,7 @@ export class Trash {
 
   /**
    * @param {{commands: Commands, resource: string, changed: () => unknown}} context
-   *   `resource`: its path below /api/v1; `changed`: called when an order has changed what there is
+   *   `resource`: its path below /api/v1; `changed`: called after each command that has changed the list
    */
   constructor({ commands, resource, changed }) {
     this.#commands = commands;
@@ -27,7 +27,7 @@ export class Trash {
 
   /**
    * @param {Named} what
-   * @param {string} [became] what became of it
+   * @param {string} [became] the text of the message, after the name
    * @returns {Promise<boolean>}
    */
   async remove({ id, name }, became = "is in the trash") {
@@ -58,7 +58,7 @@ export class Trash {
     this.#changed();
   }
 
-  /** Delete all that is in it, for good. */
+  /** Delete everything in the trash for good. */
   async empty() {
     await this.#commands.attempt(() => request("DELETE", `${this.#resource}/trash`));
     this.#changed();

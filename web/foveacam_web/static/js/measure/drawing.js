@@ -1,4 +1,4 @@
-// Measurements over a view: points, lines, outlines, and the value of the one that is selected. In CSS px.
+// Draws measurements over a view in CSS px: points, lines, outlines, and the value of the selected one.
 
 import { s } from "../dom.js";
 import { shownOf } from "./orders.js";
@@ -18,7 +18,7 @@ const LABEL_HEIGHT_PX = 18;
 const LETTER_PX = 7;
 
 /**
- * The measurements that a view can show now.
+ * Return the measurements that a view can show now.
  * @param {ConsoleState} state
  * @param {MeasuredView} view
  */
@@ -102,7 +102,7 @@ function cross(x, y) {
 }
 
 /**
- * The value beside the first place, kept inside the view.
+ * Draw the value beside the first point, inside the view.
  * @param {string} text
  * @param {Point[]} places
  * @param {{width: number, height: number}} box

@@ -1,4 +1,4 @@
-// The sheet over one view while the tool is on: takes clicks and drags for measuring, and draws what was measured.
+// The layer over one view while the measuring tool is on: handles its clicks and drags, and draws the measurements.
 
 import { fill, h, s } from "../dom.js";
 import { drawDraft, drawMeasurement, visibleIn } from "./drawing.js";
@@ -14,7 +14,7 @@ import { drawDraft, drawMeasurement, visibleIn } from "./drawing.js";
 
 const SLACK_PX = 6; // CSS px; a press that moves less is a click
 
-/** One view's sheet. */
+/** The layer of one view. */
 export class MeasureLayer {
   #pane;
   #view;
@@ -44,11 +44,11 @@ export class MeasureLayer {
     for (const kind of ["pointerdown", "pointermove", "pointerup", "pointercancel"]) {
       this.element.addEventListener(kind, (event) => this.#hear(/** @type {PointerEvent} */ (event)));
     }
-    // The picture moves without telling: zoom, pan, another size
+    // zoom, pan and resizing move the picture without an event
     new MutationObserver(() => this.redraw()).observe(pane.canvas, { attributes: true, attributeFilter: ["style"] });
   }
 
-  /** Draw again what was drawn last. */
+  /** Repeat the last drawing. */
   redraw = () => {};
 
   /** @param {ConsoleState} state */
@@ -72,7 +72,7 @@ export class MeasureLayer {
 
   /** @param {PointerEvent} event */
   #hear(event) {
-    event.stopPropagation(); // a measurement is no order to look
+    event.stopPropagation(); // a click that measures does not fixate
     const box = this.element.getBoundingClientRect();
     const at = { x: event.clientX - box.left, y: event.clientY - box.top };
     if (event.type === "pointerdown") this.#down(event, at);
@@ -89,7 +89,7 @@ export class MeasureLayer {
     if (event.button !== 0) return;
     this.#pointers.set(event.pointerId, at);
     this.element.setPointerCapture(event.pointerId);
-    this.#from = this.#pointers.size === 1 ? at : null; // two fingers mean nothing here
+    this.#from = this.#pointers.size === 1 ? at : null; // gestures of two fingers are ignored
     this.#drawDraft(null);
   }
 

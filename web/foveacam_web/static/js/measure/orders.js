@@ -1,4 +1,4 @@
-// What the page asks of the server about measurements: make, read, rename, delete with a way back.
+// Makes, reads, renames and deletes measurements; a deletion can be undone.
 
 import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
@@ -14,7 +14,7 @@ import { QuietReads } from "../quiet.js";
 const UNDO_MS = 6000;
 const PATIENCE_MS = 30_000;
 
-/** Measurements of one page. */
+/** The measurement commands of one page. */
 export class MeasureOrders {
   #store;
   #commands;
@@ -41,7 +41,7 @@ export class MeasureOrders {
   }
 
   /**
-   * Measure; the answer is selected. A refusal is shown, and null comes back.
+   * Make a measurement and select it. A refusal is shown, and null returned.
    * @param {MeasureKind} kind
    * @param {PlaceRequest[]} points
    * @returns {Promise<MeasurementDocument | null>}
@@ -67,7 +67,7 @@ export class MeasureOrders {
     return this.#commands.attempt(() => request("PATCH", `/measurements/${id}`, { body: { label } }));
   }
 
-  /** @param {MeasurementDocument} measured taken off the list now, deleted when the time to undo is over */
+  /** @param {MeasurementDocument} measured hidden now, deleted when the time to undo is over */
   remove({ id, label }) {
     this.#store.set({ hidden_measurements: [...this.#store.state.hidden_measurements, id] });
     this.#deletions.set(
@@ -98,7 +98,8 @@ export class MeasureOrders {
       this.#store.set({ measurements: (this.#store.state.measurements ?? []).filter((kept) => kept.id !== id) });
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
-      if (error.slug !== "not-found") await this.#commands.attempt(() => Promise.reject(error)); // else another page has deleted it
+      // another page may have deleted it
+      if (error.slug !== "not-found") await this.#commands.attempt(() => Promise.reject(error));
     }
     this.#unhide(id);
   }
@@ -110,7 +111,7 @@ export class MeasureOrders {
 }
 
 /**
- * The measurements that the page shows, newest first.
+ * Return the visible measurements, newest first.
  * @param {import("#page").ConsoleState} state
  */
 export function shownOf({ measurements, hidden_measurements }) {

@@ -1,4 +1,4 @@
-// The list of measurements: name, value, all that is known of the chosen one, export.
+// Shows the list of measurements: names, values, the details of the selected one, export.
 
 import { fill, h, need, say } from "../dom.js";
 import { icon } from "../icons.js";
@@ -36,7 +36,7 @@ export function mountMeasurements(place, { store, orders, exports }) {
   let chosen = "";
   store.on(["measuring", "selected_measurement"], ({ measuring, selected_measurement }) => {
     const now = measuring ? measuring.view + (selected_measurement ?? "") : "";
-    if (now && now !== chosen) tabs.choose(1); // what is measured shows up there
+    if (now && now !== chosen) tabs.choose(1); // a new measurement appears there
     chosen = now;
   });
   /** @type {Map<string, Row>} */
@@ -65,7 +65,7 @@ export function mountMeasurements(place, { store, orders, exports }) {
   });
 }
 
-/** The tabs between the lists of targets and of measurements. */
+/** Build the tabs for the lists of targets and measurements. */
 function mountListTabs() {
   const tabs = [need("tab-targets"), need("tab-measurements")];
   const panels = [need("targets"), need("measurements")];
@@ -139,7 +139,7 @@ function makeRow(measured, store, orders) {
   label.addEventListener("keydown", (event) => {
     if (event.key === "Escape") label.value = row.measured.label;
     if (event.key === "Escape" || event.key === "Enter") label.blur();
-    event.stopPropagation(); // the keys belong to the name, not to the console
+    event.stopPropagation(); // keys typed into the name are not the console's
   });
   row.element.addEventListener(
     "click",
@@ -164,7 +164,7 @@ function updateRow(row, measured, selected) {
   if (selected && row.more.hidden) row.element.parentElement?.parentElement?.scrollTo({ top: row.element.offsetTop });
   row.more.hidden = !selected;
   if (!selected || row.told === measured.id) return;
-  row.told = measured.id; // a measurement never changes but for its name
+  row.told = measured.id; // only the name of a measurement can change
   fill(
     row.more,
     measured.profile && profilePlot(measured.profile),

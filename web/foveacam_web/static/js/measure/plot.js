@@ -1,4 +1,4 @@
-// A profile as a curve: depth over the way along, with a band of one standard error; gaps stay open.
+// Plots a profile: depth over length, with a band of one standard error; unknown samples leave gaps.
 
 import { s } from "../dom.js";
 import { number } from "../format.js";
@@ -10,7 +10,7 @@ const WIDTH = 320;
 const HEIGHT = 150;
 const PAD = { left: 52, right: 10, top: 8, bottom: 32 };
 const TICKS = 4;
-const LEAST_SHARE = 1e-4; // of the depth: a flat profile must not become a picture of noise
+const LEAST_SHARE = 1e-4; // of the depth: the axis of a flat profile must not magnify noise
 
 /** @param {ProfileDocument} profile */
 export function profilePlot(profile) {
@@ -59,7 +59,7 @@ export function profilePlot(profile) {
 }
 
 /**
- * The stretches of samples without a gap.
+ * Split the samples into runs without a gap.
  * @param {ProfileDocument} profile
  */
 function runsOf({ samples }) {
@@ -84,7 +84,7 @@ function bandOf(run, x, y) {
 }
 
 /**
- * Round values between two ends, about four, as they are written.
+ * Return about four round values between two ends, as texts.
  * @param {number} low
  * @param {number} high
  */

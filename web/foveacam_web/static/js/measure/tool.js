@@ -1,4 +1,4 @@
-// The tool "Measure": on or off, which kind, on which views; turns clicks and drags into measurements.
+// The measuring tool: its kind, the views it is on, its bar; turns clicks and drags into measurements.
 
 import { h, say } from "../dom.js";
 import { icon } from "../icons.js";
@@ -17,11 +17,11 @@ import { KINDS } from "./words.js";
 
 /** @type {MeasuredView[]} */
 const VIEWS = ["wide", "left", "right", "anaglyph", "difference", "depth"];
-/** @type {Set<MeasuredView>} that show one look until the next: their pixels stay measurable by its name */
+/** @type {Set<MeasuredView>} that show one look until the next: their pixels stay measurable by its fixation */
 const WINDOWS = new Set(["anaglyph", "difference", "depth"]);
 const ORDER = /** @type {MeasureKind[]} */ (Object.keys(KINDS));
 
-/** The tool of one page. */
+/** The measuring tool of one page. */
 export class MeasureTool {
   #store;
   #views;
@@ -47,14 +47,14 @@ export class MeasureTool {
     else this.#set({ kind: measuring?.kind ?? this.#last, view, start: null, busy: false });
   }
 
-  /** Put the tool away; says whether it was out. */
+  /** End measuring; return whether the tool was on. */
   end() {
     if (!this.#store.state.measuring) return false;
     this.#set(null);
     return true;
   }
 
-  /** @param {number} number from 1: which kind to measure, while the tool is out */
+  /** @param {number} number from 1: the kind to measure, while the tool is on */
   choose(number) {
     const { measuring } = this.#store.state;
     const kind = ORDER[number - 1];
@@ -103,7 +103,7 @@ export class MeasureTool {
     );
   }
 
-  /** The kinds to choose from, what to do, and the way out. */
+  /** Build the tool's bar: the kinds, a hint, and the close button. */
   #bar() {
     const hint = h("span", { class: "hint", role: "status" });
     const kinds = ORDER.map((kind, index) =>
@@ -188,7 +188,7 @@ export class MeasureTool {
   }
 
   /**
-   * A first point keeps its look when another comes; one of a raw fovea is gone with what that showed.
+   * Keep the first point of a length when another look arrives, unless it lies in a raw fovea view, which has changed.
    * @param {string} look
    */
   #newLook(look) {

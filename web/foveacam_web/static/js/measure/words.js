@@ -1,4 +1,4 @@
-// Measurements in words and numbers, with their standard errors.
+// Formats measurements with their standard errors. Pure functions.
 
 import { MISSING, angle, distanceText, number } from "../format.js";
 
@@ -16,7 +16,7 @@ export const KINDS = Object.freeze({
 });
 
 /**
- * The value that stands for a measurement.
+ * Format the main value of a measurement.
  * @param {MeasurementDocument} measured
  */
 export function valueText({ length, plane, profile, points: [point] }) {
@@ -28,7 +28,7 @@ export function valueText({ length, plane, profile, points: [point] }) {
 }
 
 /**
- * Name and value of everything that is known of a measurement.
+ * Return the name and value of each figure of a measurement.
  * @param {MeasurementDocument} measured
  * @returns {[string, string][]}
  */

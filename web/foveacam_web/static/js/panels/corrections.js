@@ -1,4 +1,4 @@
-// What the operator can correct of an answer: choose another of its distances, or say that it is nearer or farther.
+// Buttons that correct an answer: choose another alternative, or fixate again nearer or farther.
 
 import { answerText, basisOf, basisWords, chosenOf, percent } from "../answers.js";
 import { h } from "../dom.js";
@@ -10,7 +10,7 @@ import { icon } from "../icons.js";
  */
 
 /**
- * The distances that it may have, each with its probability.
+ * List the alternative distances, each with its probability.
  * @param {FixationDocument} fixation
  * @param {Commands} commands
  */

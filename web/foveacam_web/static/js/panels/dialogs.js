@@ -1,4 +1,4 @@
-// The sheets over the page: help, settings, control.
+// Builds the dialogs: help, settings, control, steering distance.
 
 import { h, say } from "../dom.js";
 import { icon } from "../icons.js";
@@ -96,7 +96,7 @@ const SETTINGS = [
 ];
 
 /**
- * A sheet with a title, closed by Escape, by its button or by a click beside it.
+ * Build a dialog with a title, closed by Escape, by its button or by a click beside it.
  * @param {string} title
  * @param {...Node} content
  */
@@ -220,7 +220,7 @@ export function makeLease({ store, commands }) {
 }
 
 /**
- * The choice of the distance at which Alt + drag steers: the slider is even in 1/distance, its end is infinity.
+ * Build the choice of the distance at which Alt + drag steers: the slider is linear in 1/distance, its end is infinity.
  * @param {Store} store
  */
 export function makeSteerDistance(store) {

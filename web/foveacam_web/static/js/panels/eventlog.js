@@ -1,4 +1,4 @@
-// What happened, newest first; a line that repeats is counted instead.
+// Shows the events, newest first; repeated lines are counted.
 
 import { fill, h } from "../dom.js";
 import { clockTime } from "../format.js";
@@ -17,7 +17,7 @@ const NOISE = new Set([
   "calibration.progress",
   "calibration.sample",
   "calibration.pose",
-]); // shown where they belong, not here
+]); // shown elsewhere on the page
 
 /**
  * @param {HTMLElement} place
@@ -40,7 +40,7 @@ export function mountEventLog(place, store) {
 }
 
 /**
- * Add an event to the log that the page keeps.
+ * Return the log with an event added; the newest 200 are kept.
  * @param {EventDocument[]} log
  * @param {EventDocument} event
  * @returns {EventDocument[]}
@@ -51,7 +51,7 @@ export function withEvent(log, event) {
 }
 
 /**
- * Neighbours that say the same become one line with a number.
+ * Merge consecutive equal events into one line with a count.
  * @param {EventDocument[]} log
  */
 function folded(log) {

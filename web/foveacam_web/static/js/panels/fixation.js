@@ -1,4 +1,4 @@
-// The result of the fixation: how far, how sure, how it ended and why; while it runs, how it goes.
+// Shows the fixation: while it runs its steps, then distance, error, final state and reason.
 
 import { answerOf, basisMeaning, basisOf, boundText, chosenOf, heading, spoken } from "../answers.js";
 import { changing, fill, h, say } from "../dom.js";
@@ -56,7 +56,7 @@ function redrawSteps(plot, current) {
 }
 
 /**
- * Show how a fixation stands, part by part: a button that is about to be pressed stays while another part changes.
+ * Return a function that shows a fixation in parts, so that a button being pressed stays while another part changes.
  * @param {HTMLElement} head
  * @param {Commands} commands
  * @returns {(current: CurrentFixation | null) => void}
@@ -75,7 +75,7 @@ function outcomes(head, commands) {
     run.element.hidden = !runs;
     end.hidden = runs;
     if (runs) run.show(current);
-    else showEnd(current && { ...current, fixation: fixation && { ...fixation, cloud_id: null } }); // the files come later
+    else showEnd(current && { ...current, fixation: fixation && { ...fixation, cloud_id: null } }); // the files follow later
     showFiles(fixation?.cloud_id ?? null);
   };
 }
@@ -163,7 +163,7 @@ function ended(fixation, commands) {
 }
 
 /**
- * The reason without the limits that stand above it already.
+ * Return the reason without the limits that are shown above it already.
  * @param {FixationDocument} fixation
  */
 function reasonBeside({ reason, bound }) {

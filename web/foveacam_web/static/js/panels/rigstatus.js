@@ -1,4 +1,4 @@
-// The state of every device in tables: cameras, views, mirrors and controller, calibration, clock.
+// Shows the state of every device in tables: cameras, views, mirrors and controller, calibration, clock.
 
 import { addressOf } from "../calibration/route.js";
 import { healthReason, healthWord } from "../calibration/verdict.js";

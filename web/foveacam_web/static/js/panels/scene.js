@@ -1,4 +1,4 @@
-// The 3D pane: viser in a frame. Where the browser has no WebGL, it says so and offers the files and the depth picture.
+// The 3D pane: viser in a frame. Without WebGL it says so and offers the files and the depth picture.
 
 import { fill, h } from "../dom.js";
 import { icon } from "../icons.js";
@@ -11,7 +11,8 @@ import { icon } from "../icons.js";
  */
 
 const CLOSEST_M = 0.2;
-const PART_OF_THE_WAY = 0.1; // a fovea's field is 1/20 of the distance wide: from here it fills half of the pane
+// share of the distance: a fovea's field is 1/20 of it wide, and fills half of the pane from here
+const PART_OF_THE_WAY = 0.1;
 
 /** The 3D pane of the console. */
 export class Scene {
@@ -41,7 +42,7 @@ export class Scene {
   }
 
   /**
-   * Look at a target's cloud.
+   * Point the 3D view at a target's cloud.
    * @param {TargetDocument} target
    */
   select(target) {
@@ -57,12 +58,12 @@ export class Scene {
     if (!state.boot_id || this.#loaded_for === state.boot_id) return;
     this.#loaded_for = state.boot_id; // a new server has a new scene
     const answer = await fetch("/viser/?embedded=1").catch(() => null);
-    await answer?.body?.cancel(); // the frame loads it; this only asks whether it is there
+    await answer?.body?.cancel(); // the frame loads the page; this request only finds whether it is there
     if (answer?.ok) this.#load();
     else this.#failed();
   }
 
-  /** Remember who had the focus, and whether the operator is on the way into the frame. */
+  /** Track which element has the focus, and whether the operator moves it into the frame. */
   #keepFocus() {
     document.addEventListener("keydown", ({ key }) => (this.#tabbed = key === "Tab"), { capture: true });
     document.addEventListener("focusin", ({ target }) => {
@@ -72,7 +73,7 @@ export class Scene {
     this.#place.addEventListener("pointerleave", () => (this.#pointed = false));
   }
 
-  /** The 3D page takes the focus when it has loaded; it may keep it when the operator pointed or tabbed there. */
+  /** Return the focus that the 3D page took when it loaded, unless the operator pointed or tabbed there. */
   #giveFocusBack() {
     if (this.#pointed || this.#tabbed) return;
     this.#frame?.blur();
@@ -169,7 +170,7 @@ function hasWebGL() {
 }
 
 /**
- * The address of the 3D page, with the viewer placed before a point where there is one.
+ * Return the address of the 3D page, with the camera placed before a point if one is given.
  * @param {ConsoleState} state
  * @param {[number, number, number] | null} point_rig_m
  */

@@ -1,4 +1,4 @@
-// The residual of each step of the vergence loop, on a logarithmic scale: one glance tells whether it converged.
+// Plots the residual of each step of the vergence loop on a logarithmic scale, which shows whether it converged.
 
 import { fill, h, s } from "../dom.js";
 import { angle, millis, number } from "../format.js";

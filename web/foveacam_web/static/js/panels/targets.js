@@ -1,4 +1,4 @@
-// The list of what was looked at: name, distance, look again, show in 3D, delete.
+// Lists the targets: name, distance, fixate again, show in 3D, delete.
 
 import { answerText, basisMeaning, basisWords, boundText } from "../answers.js";
 import { fill, h, say } from "../dom.js";
@@ -88,7 +88,7 @@ function makeRow(target, { commands, select }) {
   label.addEventListener("keydown", (event) => {
     if (event.key === "Escape") label.value = row.target.label;
     if (event.key === "Escape" || event.key === "Enter") label.blur();
-    event.stopPropagation(); // the keys belong to the name, not to the console
+    event.stopPropagation(); // keys typed into the name are not the console's
   });
   row.element.addEventListener("click", (event) => {
     if (event.target === row.element || known.contains(/** @type {Node} */ (event.target))) select(row.target);

@@ -1,4 +1,4 @@
-// The bar at the top: which rig, in what state, how good its calibration is, who has control, and the stop button.
+// The top bar: rig, state, health of the calibration, holder of the lease, and the stop button.
 
 import { addressOf } from "../calibration/route.js";
 import { healthReason, verdictOf } from "../calibration/verdict.js";
@@ -127,7 +127,7 @@ function showLease(badge, { lease, lease_token }) {
 }
 
 /**
- * The stop button, and the strip that says that the mirrors are stopped.
+ * Connect the stop button and the strip that says that the mirrors are stopped.
  * @param {HTMLElement} button
  * @param {HTMLElement} strip
  * @param {{store: Store, commands: Commands}} context
@@ -155,7 +155,7 @@ export function mountStop(button, strip, { store, commands }) {
 }
 
 /**
- * The strip that says that the server is away.
+ * Show a strip while the server is away.
  * @param {HTMLElement} strip
  * @param {Store} store
  */
@@ -169,12 +169,12 @@ export function mountOffline(strip, store) {
   store.on(["stream"], ({ stream }) => {
     clearTimeout(later);
     if (stream !== "down") strip.hidden = true;
-    else later = setTimeout(() => (strip.hidden = false), 600); // a hiccup is not worth a banner
+    else later = setTimeout(() => (strip.hidden = false), 600); // a short interruption shows no banner
   });
 }
 
 /**
- * What the rig lacks, one line each with its remedy; a calibration that no longer holds is one of them.
+ * Show the rig's problems, one line each with its remedy, and the advice to recalibrate.
  * @param {HTMLElement} strip
  * @param {Store} store
  */

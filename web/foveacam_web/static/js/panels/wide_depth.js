@@ -1,4 +1,4 @@
-// What is known of the depth of the whole wide view, and the button that looks around: in the head of the 3D pane.
+// Shows in the head of the 3D pane how much of the wide view's depth is known, and the button that starts a survey.
 
 import { RequestError, request } from "../api.js";
 import { fill, h } from "../dom.js";
@@ -15,7 +15,7 @@ import { QuietReads } from "../quiet.js";
 const KIND = "wide_depth_survey";
 const TITLE = "Look at the whole field once, so that its depth is known: in the 3D pane, and for later clicks";
 
-/** The wide depth as one page knows it. */
+/** The wide depth and its survey as one page knows them. */
 export class WideDepth {
   #store;
   #commands;
@@ -45,7 +45,7 @@ export class WideDepth {
         this.#job = id ? /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`)) : null;
       } catch (error) {
         if (!(error instanceof RequestError)) throw error;
-        this.#known = this.#job = null; // not calibrated: there is nothing to tell
+        this.#known = this.#job = null; // not calibrated: there is nothing to show
       }
       this.#draw();
     });

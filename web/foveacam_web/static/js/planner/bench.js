@@ -1,4 +1,4 @@
-// The plan that is worked on: what was set, which map, where the targets are; and the server's newest answers about it.
+// Holds the plan: settings, map, targets, and the server's newest answers about them.
 
 import { RequestError, request } from "../api.js";
 import { blamed, unfilled } from "./blame.js";
@@ -22,7 +22,7 @@ const RING = /** @type {const} */ (["feature_mm", "px_per_deg", "pixels", "d_min
 const PATIENCE_MS = 60_000;
 const REST_MS = 300;
 
-/** The one plan of the page. */
+/** The plan of the page. */
 export class Bench {
   plan = readPlan("");
   whole = false;
@@ -39,7 +39,7 @@ export class Bench {
   /** @type {Newest<RegionsDocument>} */
   #regions;
 
-  /** @param {() => void} told when anything is another */
+  /** @param {() => void} told called at each change */
   constructor(told) {
     this.#told = told;
     this.#drawn = new Newest("/planner/map", () => this.#again());
@@ -77,13 +77,13 @@ export class Bench {
     return this.plan.map.kind === "geojson" || this.plan.map.kind === "picture";
   }
 
-  /** The user's own map, while one of its kind is asked for. */
+  /** The user's own map, while its kind of map is selected. */
   get #mine() {
     const kind = this.#given?.picture ? "picture" : "geojson";
     return this.plan.map.kind === kind ? this.#given : null;
   }
 
-  /** What is wrong now, each with its place on the page. */
+  /** The current faults, each with its field on the page. */
   get troubles() {
     const empty = unfilled(this.plan.settings);
     const asked =
@@ -104,7 +104,7 @@ export class Bench {
     return [...new Map([...found, ...lost].map((each) => [`${each.place} ${each.words}`, each])).values()];
   }
 
-  /** The page is opened, or its address is another. */
+  /** Read the plan from the address when the page opens or its address changes. */
   open() {
     const told = toldPlan();
     if (told === null) return;
@@ -115,7 +115,7 @@ export class Bench {
     this.#again();
   }
 
-  /** Ask once more what the server could not be asked. */
+  /** Repeat the requests that did not reach the server. */
   reconnected() {
     for (const each of [this.#drawn, this.#standoff, this.#regions]) each.again();
   }
@@ -133,7 +133,7 @@ export class Bench {
     this.#again();
   }
 
-  /** @param {MapPoint[] | null} targets_m null: the map's own */
+  /** @param {MapPoint[] | null} targets_m null: those of the map */
   setTargets(targets_m) {
     this.plan.targets_m = targets_m;
     this.#again();
@@ -146,9 +146,9 @@ export class Bench {
   }
 
   /**
-   * Take a map of the user's own.
+   * Load a map of the user's own.
    * @param {Given} given
-   * @returns {Promise<string | null>} why not
+   * @returns {Promise<string | null>} the reason when it was refused
    */
   async give({ body, name, picture, kind }) {
     try {
@@ -172,7 +172,9 @@ export class Bench {
     this.#told();
   }
 
-  /** Let address and browser know the plan once it rests: browsers refuse an address that changes all the time. */
+  /**
+   * Write the plan to the address and to the browser's storage after a pause: browsers limit changes of the address.
+   */
   #noteSoon() {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => {

@@ -1,4 +1,4 @@
-// Which field of the planner a refusal is about, and what of the server's words is read there. Nothing here touches the page.
+// Assigns each refusal of the server to a field of the planner, and words it for the user. Pure functions.
 
 import { NAMES, NUMBERS } from "./settings.js";
 
@@ -8,7 +8,7 @@ import { NAMES, NUMBERS } from "./settings.js";
  * @typedef {import("#page").PlanSettings} PlanSettings
  */
 
-/** @type {[RegExp, string][]} the first that fits tells the place */
+/** @type {[RegExp, string][]} the first that matches gives the field */
 const PLACES = [
   [/^ring\.(\w+) is/, "$1"],
   [/^clutter\.(\w+) is/, "$1"],
@@ -24,7 +24,7 @@ const ANOTHER = /(?<=\.) (?=[\w.]+ is .*; needed is )/;
 const ASKED = /^[\w.]+ is (.+); needed is (.+)$/s;
 
 /**
- * What a refused request is refused for, each with its place on the page.
+ * Split a refusal into its reasons, each with its field on the page.
  * @param {Problem | null} problem
  * @returns {Trouble[]}
  */
@@ -43,7 +43,7 @@ export function blamed(problem) {
 }
 
 /**
- * Fields that hold no number.
+ * Return the fields that hold no number, as faults.
  * @param {PlanSettings} settings
  * @returns {Trouble[]}
  */

@@ -1,4 +1,4 @@
-// The sliders: what is looked at and how, what is noticed, what stands in the way.
+// Builds the planner's sliders: feature and resolution, distance of being noticed, obstacles.
 
 import { choiceField, panel, tickField } from "../calibration/parts.js";
 import { h } from "../dom.js";

@@ -1,4 +1,4 @@
-// The probability of success against D_max, with where one is now and what a metre more would add.
+// Plots the probability of success over D_max, with the current D_max and the slope there.
 
 import { fill, h, s } from "../dom.js";
 import { plainly } from "../rig/scale.js";
@@ -127,7 +127,7 @@ function tangent({ at_m, success, slope, reach_m }, x, y) {
 }
 
 /**
- * Where the axis ends: a little above the highest value, 1 at most.
+ * Return the end of the axis: a little above the highest value, 1 at most.
  * @param {number} highest
  */
 function topOf(highest) {

@@ -1,5 +1,5 @@
-// What a plan looks like: ground, obstacles, rings, regions, targets, scale bar and legend, as one SVG to scale. It has
-// no style of its own: css/planner.css dresses it, and an export takes those styles along.
+// Draws a plan as one SVG to scale: ground, obstacles, rings, regions, targets, scale bar, legend. It contains no
+// styles: css/planner.css holds them, and an export embeds them.
 
 import { s } from "../dom.js";
 import { plainly } from "../rig/scale.js";
@@ -16,18 +16,18 @@ import { area } from "./words.js";
  * @typedef {{
  *   map: MapDocument, picture: string | null, targets_m: MapPoint[], ring: RingDocument | null, regions: RegionsDocument | null,
  *   stale: boolean, whole: boolean
- * }} Scene `whole`: the rings are seen whole, not the map alone
+ * }} Scene `whole`: the drawing includes the whole rings, not only the map
  * @typedef {{width: number, plan: number, height: number, sheet: Sheet}} Layout `plan`: height of the part to scale
  */
 
-/** Colours of targets before they repeat. */
+/** Number of target colours. */
 export const HUES = 8;
 const ROW = 18;
-const LETTER = 6.1; // of the legend's type, on average
+const LETTER = 6.1; // average width of a letter in the legend
 const EDGE = 12;
 
 /**
- * How a scene is laid out in so much width, its plan no taller than that.
+ * Lay out a scene in a given width, with a limit for the plan's height.
  * @param {Scene} scene
  * @param {{width: number, tallest: number}} room
  * @returns {Layout}
@@ -139,7 +139,7 @@ function marker(sheet, place, index) {
 }
 
 /**
- * Lines of sight from a place to the targets that are seen from it.
+ * Draw the lines of sight from a point to the targets that are seen from it.
  * @param {Sheet} sheet
  * @param {MapPoint} from
  * @param {{place: MapPoint, target: number}[]} seen
@@ -154,7 +154,7 @@ export function sightLines(sheet, from, seen) {
 }
 
 /**
- * Scale bar and legend.
+ * Draw the scale bar and the legend.
  * @param {Scene} scene
  * @param {Layout} layout
  */
@@ -192,7 +192,7 @@ function sample(name, x, y) {
 }
 
 /**
- * The legend's entries in rows.
+ * Arrange the legend's entries in rows.
  * @param {Scene} scene
  * @param {number} width
  */

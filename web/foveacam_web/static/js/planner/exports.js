@@ -1,4 +1,4 @@
-// The plan as files: SVG as it is drawn with its styles inside, PNG of the same, GeoJSON as the server told it.
+// Saves the plan: as SVG with its styles embedded, as PNG, as the server's GeoJSON.
 
 const STYLES = [
   "fill",
@@ -19,7 +19,7 @@ const STYLES = [
 const PNG_WIDTH = 1600;
 
 /**
- * The drawing as a document of its own, dressed as it is on the page.
+ * Return the drawing as an SVG document with the page's styles embedded.
  * @param {SVGSVGElement} drawing
  */
 export function svgText(drawing) {
@@ -40,7 +40,7 @@ export function svgText(drawing) {
 }
 
 /**
- * The drawing as a picture, wide enough for a page.
+ * Render the drawing as a PNG, wide enough for a printed page.
  * @param {SVGSVGElement} drawing
  * @returns {Promise<Blob>}
  */
@@ -59,7 +59,7 @@ export async function pngOf(drawing) {
 }
 
 /**
- * Hand a file to whoever looks at the page.
+ * Download a file in the browser.
  * @param {Blob} content
  * @param {string} name
  */

@@ -1,4 +1,4 @@
-// What the plan comes to, in figures: the ring, the chances, the room on the map; and in words where there is none.
+// Shows the figures of a plan: ring, probabilities, free area on the map; says in words when the set is empty.
 
 import { figures, show } from "../calibration/parts.js";
 import { h } from "../dom.js";
@@ -16,7 +16,7 @@ import { area, chance, length } from "./words.js";
 /** @typedef {import("#api").RingDocument} RingDocument */
 /** @typedef {import("#api").StandoffDocument} StandoffDocument */
 
-/** The ring and the chances. */
+/** Build the figures of the ring and the probabilities. */
 export function makeChances() {
   const curve = makeCurve();
   const [ring, chances] = [h("div", { class: "stack" }), h("div", { class: "stack" })];
@@ -57,7 +57,7 @@ function ringRows({ resolution_mrad, d_max_m, inner_m, area_m2 }) {
   ];
 }
 
-/** The room on the map. */
+/** Build the figures of the free area on the map. */
 export function makeRoom() {
   const [table, each] = [h("div", { class: "stack" }), h("div", { class: "scroll-x" })];
   const element = h(

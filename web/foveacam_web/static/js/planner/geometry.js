@@ -1,4 +1,4 @@
-// Places on a plan and on its drawing: y is up on the ground and down on the page. Nothing here touches the page.
+// Converts between map and drawing coordinates (y is up on the map and down in the drawing), and reads GeoJSON. Pure.
 
 /**
  * @typedef {import("#page").Feature} Feature
@@ -11,10 +11,10 @@
 
 const NICE = [1, 2, 5, 10];
 
-/** The way between metres of the ground and units of a drawing. */
+/** The transform between metres of the map and units of a drawing. */
 export class Sheet {
   /**
-   * @param {Box} box what shall be seen, m
+   * @param {Box} box the shown part of the map, m
    * @param {{width: number, height: number}} size of the drawing
    */
   constructor(box, { width, height }) {
@@ -52,7 +52,7 @@ export class Sheet {
 }
 
 /**
- * All outlines of a surface, whatever it is made of.
+ * Return all outlines of a GeoJSON surface.
  * @param {Geometry | null | undefined} geometry
  * @returns {Outlines}
  */
@@ -65,7 +65,7 @@ export function outlinesOf(geometry) {
 }
 
 /**
- * The features of one kind.
+ * Return the features of one kind.
  * @param {Record<string, unknown> | null | undefined} geojson
  * @param {string} kind
  * @returns {Feature[]}
@@ -76,7 +76,7 @@ export function featuresOf(geojson, kind) {
 }
 
 /**
- * Whether a surface holds a place: an odd number of outlines goes around it.
+ * Return whether a surface contains a point: an odd number of outlines surrounds it.
  * @param {Outlines} outlines
  * @param {MapPoint} place
  */
@@ -93,7 +93,7 @@ export function holds(outlines, [x, y]) {
 }
 
 /**
- * The longest length of 1, 2 or 5 times a power of ten that is no longer than this.
+ * Return the largest length of 1, 2 or 5 times a power of ten that is not greater than this.
  * @param {number} length
  */
 export function niceLength(length) {
@@ -103,7 +103,7 @@ export function niceLength(length) {
 }
 
 /**
- * Round ticks from 0 to a value, some four of them.
+ * Return about four round ticks from 0 to a value.
  * @param {number} last
  */
 export function ticksTo(last) {

@@ -1,16 +1,16 @@
-// What this browser keeps of the planner: the last plan, and a map of one's own, which no address could hold.
+// Saves the planner's state in this browser: the last plan, and the user's own map, which is too long for an address.
 
 /** @typedef {import("#page").GivenMap} GivenMap */
 
 const PLAN_KEY = "foveacam.planner";
 const MAP_KEY = "foveacam.planner.map";
 
-/** @returns {string} the last plan, as the address would tell it */
+/** @returns {string} the last plan, as it is written in an address */
 export function keptPlan() {
   try {
     return localStorage.getItem(PLAN_KEY) ?? "";
   } catch {
-    return ""; // private mode: the first plan is always good
+    return ""; // private mode: use the default plan
   }
 }
 
@@ -19,7 +19,7 @@ export function keepPlan(words) {
   try {
     localStorage.setItem(PLAN_KEY, words);
   } catch {
-    // private mode: the address has it all the same
+    // private mode: the address still holds the plan
   }
 }
 
@@ -35,9 +35,9 @@ export function keptMap() {
 /** @param {GivenMap} given */
 export function keepMap(given) {
   try {
-    localStorage.removeItem(MAP_KEY); // a map that is too large must not leave the one before in its place
+    localStorage.removeItem(MAP_KEY); // when the new map is too large, the old one must not stay
     localStorage.setItem(MAP_KEY, JSON.stringify(given));
   } catch {
-    // too large for this browser, or private mode: it lasts until the page closes
+    // too large for this browser, or private mode: the map lasts until the page closes
   }
 }

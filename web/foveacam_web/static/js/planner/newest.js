@@ -1,4 +1,4 @@
-// Asks the server while something is changed: one question at a time, and of those that come meanwhile only the newest.
+// Repeats a request while its input changes: one at a time, and of the inputs that come meanwhile only the newest.
 
 import { RequestError, request } from "../api.js";
 
@@ -10,7 +10,7 @@ import { RequestError, request } from "../api.js";
 const PATIENCE_MS = 60_000;
 
 /**
- * One question that is asked again and again.
+ * A request that is repeated with changing input.
  * @template T
  */
 export class Newest {
@@ -26,7 +26,7 @@ export class Newest {
 
   /**
    * @param {string} path below /api/v1
-   * @param {() => void} told when there is another answer
+   * @param {() => void} told called at each new answer
    */
   constructor(path, told) {
     this.#path = path;
@@ -38,7 +38,8 @@ export class Newest {
   }
 
   /**
-   * Ask this, unless it was asked last; null: nothing can be asked, and the last answer no longer counts.
+   * Request an answer for this input, unless it is the last one's; null: there is no valid input, and the answer is
+   * cleared.
    * @param {object | null} body
    */
   want(body) {
@@ -51,7 +52,7 @@ export class Newest {
     if (!this.#asking) void this.#ask();
   }
 
-  /** Ask the same once more, as the server was away. */
+  /** Repeat the last request if the server was away. */
   again() {
     if (this.#answer.problem?.status !== 0) return;
     const body = JSON.parse(this.#asked);
@@ -75,7 +76,7 @@ export class Newest {
 
   /**
    * @param {unknown} body
-   * @returns {Promise<Pick<Answered<T>, "document" | "problem">>} after a refusal, what was answered before it
+   * @returns {Promise<Pick<Answered<T>, "document" | "problem">>} after a refusal, the document before it
    */
   async #send(body) {
     try {

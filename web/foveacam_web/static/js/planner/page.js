@@ -1,4 +1,4 @@
-// The planner: where to stand so that a feature is resolved and nobody is noticed, on a map. Needs no rig.
+// Builds the planner: finds on a map where the rig resolves a feature and stays unnoticed. Needs no rig.
 
 import { addressOf } from "../calibration/route.js";
 import { panel } from "../calibration/parts.js";
@@ -95,7 +95,7 @@ export function mountPlannerPage(place, { store }) {
 }
 
 /**
- * The newest ring that was answered.
+ * Return the newest ring of the server's answers.
  * @param {Bench} bench
  */
 function ringOf({ standoff, regions }) {
@@ -104,7 +104,7 @@ function ringOf({ standoff, regions }) {
 }
 
 /**
- * What hands and the list do to targets.
+ * Return the functions that add, move and remove targets.
  * @param {Bench} bench
  */
 function targetOrders(bench) {
@@ -123,7 +123,7 @@ function targetOrders(bench) {
 }
 
 /**
- * What is seen of the plan, and the plan as files.
+ * Build the drawing of the plan and its export buttons.
  * @param {Bench} bench
  * @param {PlanView} view
  */
@@ -173,14 +173,14 @@ function head() {
 }
 
 /**
- * Show the page or what was there before, and let the keyboard begin where the eyes do.
+ * Show or hide the page, and move the focus to what is then visible.
  * @param {HTMLElement} place
  * @param {boolean} open
  */
 function turnPage(place, open) {
   if (open === !place.hidden) return;
   place.hidden = !open;
-  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page has opened already
+  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page is open already
   need("console").hidden = open || other;
   if (open) window.scrollTo(0, 0);
   if (open || !other) focusOn(need(open ? "planner-title" : "console"));

@@ -1,4 +1,4 @@
-// A picture as a map needs its scale: typed in, or by a line along something whose length is known.
+// Asks for the scale of a picture that is used as a map: a number, or a line along something of known length.
 
 import { numberField } from "../calibration/parts.js";
 import { fill, h, s, say } from "../dom.js";
@@ -15,8 +15,8 @@ const NO_SCALE =
   "The picture has no scale: press both ends of a known length and type it in, or type in the metres a pixel";
 
 /**
- * The sheet that asks for the scale.
- * @param {(picture: Picture, m_per_px: number | null) => Promise<string | null>} take gives why not, null when it is taken
+ * Build the dialog that asks for the scale.
+ * @param {(picture: Picture, m_per_px: number | null) => Promise<string | null>} take returns the reason of a refusal, null when it is accepted
  */
 export function makePictureSheet(take) {
   /** @type {Picture | null} */
@@ -108,7 +108,7 @@ export function makePictureSheet(take) {
 }
 
 /**
- * A file as a picture; null: the browser cannot read it as one.
+ * Read a file as a picture; null when the browser cannot.
  * @param {File} file
  * @returns {Promise<Picture | null>}
  */
@@ -124,7 +124,7 @@ export async function pictureOf(file) {
   try {
     await image.decode();
   } catch {
-    return null; // no picture, or of a kind that this browser does not know
+    return null; // not a picture, or of an unsupported format
   }
   return { name: file.name, url, width: image.naturalWidth, height: image.naturalHeight };
 }

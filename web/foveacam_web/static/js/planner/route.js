@@ -1,11 +1,11 @@
-// The planner has an address of its own, which tells the plan as well: it can be sent to somebody.
+// Maps the planner to its address, which holds the plan, so that it can be shared.
 
 /** @typedef {import("../store.js").Store} Store */
 
 export const PLANNER_ADDRESS = "#/planner";
 
 /**
- * What the address tells of a plan; null: it is another page's.
+ * Return the plan in the address as text; null when the address is another page's.
  * @returns {string | null}
  */
 export function toldPlan() {
@@ -14,7 +14,7 @@ export function toldPlan() {
 }
 
 /**
- * Keep the state equal to the address.
+ * Keep the state equal to the address's fragment.
  * @param {Store} store
  */
 export function followPlannerAddress(store) {
@@ -27,7 +27,7 @@ export function followPlannerAddress(store) {
 }
 
 /**
- * Let the address tell this plan; Back goes to where one came from all the same.
+ * Write a plan to the address without a new entry in the history.
  * @param {string} words
  */
 export function tellPlan(words) {

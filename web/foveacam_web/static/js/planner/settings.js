@@ -1,5 +1,5 @@
-// The numbers of a plan: what they are called, where their sliders reach, and how they stand in the page's address.
-// Nothing here touches the page.
+// Defines the numbers of a plan: labels, ranges, defaults; writes a plan to the page's address and reads it from there.
+// Pure functions.
 
 /**
  * @typedef {import("../rig/scale.js").ScaleKind} ScaleKind
@@ -66,7 +66,7 @@ function firstPlan() {
 }
 
 /**
- * What differs from the first plan, as the address has it.
+ * Write what differs from the default plan as an address query.
  * @param {Plan} plan
  */
 export function written({ settings, map, targets_m }) {
@@ -87,7 +87,7 @@ export function written({ settings, map, targets_m }) {
 }
 
 /**
- * The plan that an address tells; what it does not tell, or not in numbers, is as at first.
+ * Read a plan from an address query; missing and invalid values take their defaults.
  * @param {string} text
  * @returns {Plan}
  */

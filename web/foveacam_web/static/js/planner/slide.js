@@ -1,4 +1,4 @@
-// One number of a plan: typed in or slid to, told at once.
+// A number of a plan: field and slider, which report each change at once.
 
 import { h } from "../dom.js";
 import { plainly, shareOf, valueAt, WAY } from "../rig/scale.js";
@@ -11,7 +11,7 @@ let slides = 0;
 
 /**
  * @param {NumberSetting} setting
- * @param {{place: HTMLElement, changed: (value: number) => void, below?: HTMLElement}} options `place`: where it is told what is wrong
+ * @param {{place: HTMLElement, changed: (value: number) => void, below?: HTMLElement}} options `place`: the element of its error message
  */
 export function makeSlide({ label, unit, low, high, kind, presets = [] }, { place, changed, below }) {
   slides += 1;

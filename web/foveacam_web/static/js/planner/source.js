@@ -1,4 +1,4 @@
-// Where the map comes from: a random one, open ground, the user's GeoJSON, the user's picture.
+// Chooses the map: random, open ground, the user's GeoJSON, the user's picture.
 
 import { numberField } from "../calibration/parts.js";
 import { segments } from "../capture/parts.js";
@@ -152,7 +152,7 @@ function fileButton(label, accept, take) {
     on: {
       change: () => {
         const file = input.files?.[0];
-        input.value = ""; // the same file can be chosen again
+        input.value = ""; // so that the same file can be selected again
         if (file) void take(file);
       },
     },

@@ -1,4 +1,4 @@
-// The targets as a list: where each is, typed in or read, and away with it. What the plan does by hand, for keys.
+// Lists the targets: shows, edits and removes each by keyboard, as the drawing does by pointer.
 
 import { fill, h } from "../dom.js";
 import { icon } from "../icons.js";

@@ -1,5 +1,5 @@
-// The plan that is drawn and worked on: a click places a target, a drag moves one, the pointer or the arrow keys ask how
-// many are in sight. Who owns the plan is told, and shows the scene again.
+// The interactive drawing of the plan: a click places a target, a drag moves one, pointer or arrow keys show how many
+// targets are in sight. Changes are reported to the plan's owner, which calls `show` again.
 
 import { fill, h, s, say } from "../dom.js";
 import { drawScene, layOut, sightLines } from "./drawing.js";
@@ -16,8 +16,8 @@ import { sightWords } from "./words.js";
 const GRIP_PX = 16;
 const CLICK_PX = 5;
 const KEY_PX = 8;
-const LEAST_PX = 320; // of the plan's height
-const AROUND_PX = 300; // what stands above and below it in the window
+const LEAST_PX = 320; // least height of the plan
+const AROUND_PX = 300; // height of what is above and below it in the window
 const STEPS = Object.freeze(
   /** @type {Record<string, [number, number]>} */ ({
     ArrowLeft: [-1, 0],
@@ -27,7 +27,7 @@ const STEPS = Object.freeze(
   }),
 );
 
-/** The drawing with its hands. */
+/** The drawing and its pointer and key handlers. */
 export class PlanView {
   #hands;
   #svg = s("svg", { class: "plan-drawing", "aria-hidden": "true" });
@@ -38,7 +38,7 @@ export class PlanView {
   /** @type {Layout | null} */
   #layout = null;
   #outlines = /** @type {import("#page").Outlines[]} */ ([]);
-  /** Where is asked about, in the drawing. @type {{x: number, y: number} | null} */
+  /** The point whose targets in sight are shown, in the drawing. @type {{x: number, y: number} | null} */
   #probe = null;
   /** @type {{index: number | null, from: {x: number, y: number}, moved: boolean} | null} */
   #held = null;
@@ -106,7 +106,7 @@ export class PlanView {
   }
 
   /**
-   * The target that a hand at this place grips.
+   * Return the index of the target near a point, or null.
    * @param {{x: number, y: number}} at
    */
   #gripped(at) {
@@ -128,7 +128,7 @@ export class PlanView {
     this.#held = { index, from, moved: false };
     if (index === null) return;
     this.#surface.setPointerCapture(event.pointerId);
-    event.preventDefault(); // no text is selected, and the page does not scroll
+    event.preventDefault(); // prevents selecting text and scrolling
     this.#surface.focus({ preventScroll: true });
   }
 
@@ -160,7 +160,7 @@ export class PlanView {
   }
 
   /**
-   * The place of the ground, kept within the map; null: the drawing shows no ground there.
+   * Return the map point, limited to the map; null where the drawing shows no ground.
    * @param {{x: number, y: number}} at
    * @returns {MapPoint | null}
    */
@@ -192,11 +192,11 @@ export class PlanView {
     else if ((event.key === "Delete" || event.key === "Backspace") && gripped !== null) this.#hands.remove(gripped);
     else return;
     event.preventDefault();
-    event.stopPropagation(); // the console has other meanings for some keys
+    event.stopPropagation(); // the console uses some of these keys otherwise
   }
 
   /**
-   * Tell what is in sight from there.
+   * Show which targets are in sight from a point.
    * @param {{x: number, y: number} | null} at
    */
   #ask(at) {

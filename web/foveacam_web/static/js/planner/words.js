@@ -1,4 +1,4 @@
-// What the planner says. Nothing here touches the page.
+// Formats the planner's figures. Pure functions.
 
 import { count, number } from "../format.js";
 
@@ -12,7 +12,7 @@ export function area(value_m2) {
 }
 
 /**
- * A length with four digits that count.
+ * Format a length with four significant digits.
  * @param {number} value_m
  */
 export function length(value_m) {

@@ -1,4 +1,4 @@
-// The button in the top bar that records: one click begins under a name of the moment, the next one ends it.
+// The record button of the top bar: a click starts a recording named by date and time, the next click ends it.
 
 import { fill, h, say } from "../dom.js";
 import { count } from "../format.js";

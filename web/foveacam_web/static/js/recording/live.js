@@ -1,4 +1,4 @@
-// Follows the recording that is being made, whoever began it, and gives the orders of its button.
+// Follows the recording in progress, whoever started it, and starts and ends one for the button.
 
 import { RequestError, request } from "../api.js";
 import { isBeingMade, recordingPath, tallyWords } from "../gallery/recording_words.js";
@@ -14,7 +14,7 @@ import { QuietReads } from "../quiet.js";
 
 const EVERY_MS = 1000;
 
-/** The recording of one page. */
+/** The recording in progress as one page knows it. */
 export class LiveRecording {
   #store;
   #commands;
@@ -57,7 +57,7 @@ export class LiveRecording {
     return begun !== null;
   }
 
-  /** End it; the answer comes when its file is whole. */
+  /** End the recording; the response arrives when its file is complete. */
   async stop() {
     const { recording } = this.#store.state;
     if (!recording) return;

@@ -1,4 +1,5 @@
-// What a camera may set by itself: a choice beside its exposure, a box beside its frame rate. Only what it has is offered.
+// Controls for what a camera sets by itself: the mode of its exposure, the checkbox of its frame rate, where it has
+// them.
 
 import { changing, h, say } from "../dom.js";
 import { sentence } from "../format.js";
@@ -11,7 +12,7 @@ import { sentence } from "../format.js";
  * @typedef {{
  *   element: HTMLElement, below: HTMLElement,
  *   update: (camera: CameraDocument | undefined, open: boolean) => boolean
- * }} Automatic `below`: what is said of it; `update` tells whether the camera sets the value itself now
+ * }} Automatic `below`: its message; `update` returns whether the camera sets the value itself now
  */
 
 /** @type {Readonly<Record<ExposureAuto, string>>} */
@@ -21,8 +22,8 @@ const READ_BACK = "Set by the camera, read back once a second.";
 const SAID = Object.freeze({ off: "", once: "The camera is looking for an exposure…", continuous: READ_BACK });
 
 /**
- * Off, once or continuous.
- * @param {string} of whose exposure it is
+ * Build the choice of the automatic exposure: off, once or continuous.
+ * @param {string} of the camera's name
  * @param {Ask} ask
  * @returns {Automatic}
  */
@@ -49,8 +50,8 @@ export function exposureMode(of, ask) {
 }
 
 /**
- * Whether the camera runs at a rate of its own.
- * @param {string} of whose rate it is
+ * Build the checkbox for a frame rate that the camera sets itself.
+ * @param {string} of the camera's name
  * @param {Ask} ask
  * @returns {Automatic}
  */
@@ -72,7 +73,7 @@ export function ownRate(of, ask) {
 }
 
 /**
- * One order at a time; what is said of it, or why it was refused.
+ * Send one change at a time, and show its state or why it was refused.
  * @param {Ask} ask
  * @param {(camera: CameraDocument | undefined, open: boolean, busy: boolean) => {itself: boolean, words: string}} show
  */

@@ -1,4 +1,5 @@
-// One camera: who it is, whether it delivers and why not, its live picture, and every setting with what it took.
+// Builds a camera's column: its identity, its link and the reason of a fault, its live picture, its settings as read
+// back.
 
 import { choiceField } from "../calibration/parts.js";
 import { changing, h, say } from "../dom.js";
@@ -30,10 +31,10 @@ const LOOKS = Object.freeze({
 const NUMBERS = ["exposure_ms", "gain_db", "black_level", "frame_rate_hz"];
 
 /**
- * A camera's column.
+ * Build the column of one camera.
  * @param {Role} role
  * @param {Context} context
- * @returns {{element: HTMLElement, place: HTMLElement}} `place`: where its live picture goes
+ * @returns {{element: HTMLElement, place: HTMLElement}} `place`: the slot of its live picture
  */
 export function makeCamera(role, { store, orders }) {
   const place = h("div", { class: "live preview" });

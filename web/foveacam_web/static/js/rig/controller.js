@@ -1,5 +1,5 @@
-// The mirrors' controller: who it is, whether it is switched on and watched over, its line, its clock, and bringing back
-// mirrors that stand still.
+// Shows the mirrors' controller: its identity, whether it is enabled and guarded, its link, its clock; restarts
+// mirrors that do not move.
 
 import { figures, nothing, starter } from "../calibration/parts.js";
 import { changing, fill, h } from "../dom.js";

@@ -1,4 +1,4 @@
-// One number of a camera's: typed in or slid to, sent, and shown as the camera took it.
+// A numeric camera setting: field and slider. Sends a value and shows the one that the camera took.
 
 import { h, say } from "../dom.js";
 import { sentence } from "../format.js";
@@ -10,7 +10,7 @@ import { decades, plainly, shareOf, snapped, spanText, valueAt, WAY } from "./sc
  * @typedef {{
  *   name: string, unit: string, of: string, kind?: import("./scale.js").ScaleKind, presets?: number[], note?: string,
  *   beside?: HTMLElement, below?: HTMLElement, ask: (value: number) => Promise<Outcome>
- * }} Options `of`: whose setting it is, for those who hear the page; `note`: what to know of it; `beside`, `below`: who else may set it
+ * }} Options `of`: the camera's name, for screen readers; `note`: an explanation; `beside`, `below`: the controls of its automatic
  */
 
 let dials = 0;
@@ -32,7 +32,7 @@ export class Dial {
   #value = NaN;
   #editing = false;
   #busy = false;
-  /** The newest value asked for while another is on its way. @type {number | null} */
+  /** The newest value requested while another one is being sent. @type {number | null} */
   #next = null;
 
   /** @param {Options} options */
@@ -84,9 +84,9 @@ export class Dial {
 
   /**
    * @param {SpanDocument | undefined} span what the camera accepts
-   * @param {number | undefined} value what it has
-   * @param {boolean} open whether it takes anything now
-   * @param {boolean} [itself] whether the camera sets it itself: it is shown, and cannot be set by hand
+   * @param {number | undefined} value its current value
+   * @param {boolean} open whether it accepts changes now
+   * @param {boolean} [itself] whether the camera sets it itself: the value is shown and cannot be changed
    */
   update(span, value, open, itself = false) {
     const fixed = !span || span.high <= span.low;
@@ -102,7 +102,7 @@ export class Dial {
     this.#show();
   }
 
-  /** What was typed in, or taken, is of before the camera set it itself. */
+  /** Drop what was typed or taken before the camera set the value itself. */
   #forget() {
     this.#editing = false;
     say(this.#taken, "");
@@ -138,7 +138,7 @@ export class Dial {
     );
   }
 
-  /** Show what the camera has, unless somebody is about to say otherwise. */
+  /** Show the camera's value, unless the operator is changing it. */
   #show() {
     if (this.#editing || this.#busy) return;
     const known = Number.isFinite(this.#value);
@@ -188,7 +188,7 @@ export class Dial {
   }
 
   /**
-   * Send a value; of those that come while one is on its way, only the newest.
+   * Send a value; of those that follow while one is being sent, send only the newest.
    * @param {number} value
    */
   async #send(value) {

@@ -1,4 +1,4 @@
-// What is broken on purpose in a simulated rig: cables, cameras, mirrors, and mounts that were knocked out of place.
+// Sets the faults of a simulated rig: cables, cameras, mirrors, and mounts knocked out of alignment.
 
 import { changing, fill, h } from "../dom.js";
 import { icon } from "../icons.js";
@@ -32,11 +32,11 @@ const SHIFTS = Object.freeze([
   { name: "Rolled, °", key: "rotation_deg" },
 ]);
 const FARTHEST_DEG = 5;
-const CARRIED_DEG = 0.3; // a rig that was carried to another place: Sec. 3.3
+const CARRIED_DEG = 0.3; // a rig that was moved: Sec. 3.3
 const ROLLED_DEG = 0.1;
 
 /**
- * @param {HTMLElement} place the inside of its panel, which a rig of metal does not show
+ * @param {HTMLElement} place the content of its panel, which is hidden for a real rig
  * @param {{store: Store, orders: RigOrders}} context
  */
 export function mountFaults(place, { store, orders }) {
@@ -72,7 +72,7 @@ export function mountFaults(place, { store, orders }) {
   });
 }
 
-/** A turn of 0.3° to somewhere, and a roll to either side. */
+/** Return a rotation of 0.3° in a random direction, and a roll to either side. */
 function carried() {
   const heading = 2 * Math.PI * Math.random();
   const shift = (/** @type {number} */ part) => Number((CARRIED_DEG * part).toFixed(3));
@@ -123,7 +123,7 @@ function tickRow({ name, list, axis, roles }, faults, put) {
       const input = /** @type {HTMLInputElement} */ (event.currentTarget);
       const others = broken.filter((other) => other !== what);
       put({ [list]: input.checked ? [...others, what] : others });
-      input.checked = broken.includes(what); // until the server says so
+      input.checked = broken.includes(what); // until the server confirms it
     };
     return h(
       "td",

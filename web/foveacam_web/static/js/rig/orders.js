@@ -1,4 +1,5 @@
-// What the operator can order of the rig's devices. A camera's refusal is handed back, to be read where it was asked.
+// Sends commands to the rig's devices. The refusal of a camera setting is returned, so that it is shown beside its
+// control.
 
 import { RequestError, request } from "../api.js";
 
@@ -16,11 +17,11 @@ import { RequestError, request } from "../api.js";
  * @typedef {{changed: CamerasChangedDocument | null, refusal: string | null}} Answer `refusal`: why a camera did not take it
  */
 
-const CAMERA_MS = 30_000; // a camera that is stopped, set and started again
+const CAMERA_MS = 30_000; // the camera is stopped, set and started again
 const LOOK_MS = 300;
 const OVER = new Set(["cancelled", "failed", "succeeded"]);
 
-/** The orders of one page. */
+/** The device commands of one page. */
 export class RigOrders {
   #store;
   #commands;
@@ -36,7 +37,7 @@ export class RigOrders {
   }
 
   /**
-   * Change a camera's settings; `linked`: both foveae, or neither.
+   * Change a camera's settings; `linked`: change both foveae or neither.
    * @param {Role} role
    * @param {CameraPatch} patch
    * @param {boolean} linked
@@ -47,7 +48,7 @@ export class RigOrders {
   }
 
   /**
-   * Run a camera as the rig file says.
+   * Reset a camera to the settings of the rig file.
    * @param {Role} role
    */
   async reset(role) {
@@ -56,7 +57,7 @@ export class RigOrders {
   }
 
   /**
-   * Change cameras one after the other, so that the last answer is the newest state.
+   * Change cameras one after the other, so that the last response is the newest state.
    * @param {() => Promise<Answer>} act
    */
   #inTurn(act) {
@@ -96,7 +97,7 @@ export class RigOrders {
     });
   }
 
-  /** Test both triggers, and follow the test until it is over. */
+  /** Test both triggers and follow the test until it ends. */
   async testTriggers() {
     const begun = await this.#commands.attempt(
       () =>
@@ -137,7 +138,7 @@ export class RigOrders {
       if (!(error instanceof RequestError)) throw error;
       if (error.document.status === 404)
         return /** @type {JobDocument} */ ({ id, state: "failed", problem: error.document });
-      return null; // the server is away: the banner says so, and the job is looked for again
+      return null; // the server is away: the banner says so, and the job is read again
     }
   }
 
@@ -146,7 +147,7 @@ export class RigOrders {
     return id ? this.#commands.attempt(() => request("POST", `/jobs/${id}/cancel`)) : Promise.resolve(null);
   }
 
-  /** Start both DACs anew. */
+  /** Restart both DACs. */
   async recover() {
     const done = await this.#mirrors("/mirrors/recover");
     if (done)
@@ -177,13 +178,13 @@ export class RigOrders {
     return this.#rail("/rail/moves", body);
   }
 
-  /** Stop the rail, now. */
+  /** Stop the rail at once. */
   holdRail() {
     return this.#rail("/rail/holds", undefined);
   }
 
   /**
-   * Break this in the simulated rig, and mend everything else.
+   * Set these faults in the simulated rig, and clear all others.
    * @param {SimulatedFaults} faults
    */
   breakIt(faults) {
@@ -206,7 +207,7 @@ export class RigOrders {
         ),
     );
     if (faults) this.#store.set({ faults });
-    else await this.#reader.readFaults(); // a tick that was not taken goes back
+    else await this.#reader.readFaults(); // a checkbox whose change was refused goes back
   }
 
   homeRail() {

@@ -1,5 +1,5 @@
-// The rig's page: the cameras in columns, the trigger, the controller, what moves the rig. The console's live panes come
-// here while it is open, deaf to clicks, and go back after.
+// Builds the rig page: cameras, trigger, controller, rail and pan-tilt. The console's live panes move here while it is
+// open, with clicks disabled, and move back afterwards.
 
 import { addressOf } from "../calibration/route.js";
 import { mountPanTilt } from "../calibration/pantilt.js";
@@ -100,7 +100,7 @@ function lend(views, cameras) {
   for (const [role, { place }] of cameras) {
     const pane = views.pane(role);
     place.prepend(pane.element);
-    pane.surface.inert = true; // a click here would look there
+    pane.surface.inert = true; // a click here must not start a fixation
   }
 }
 
@@ -112,7 +112,7 @@ function takeHome(views) {
 }
 
 /**
- * Show the page or what was there before, and let the keyboard begin where the eyes do.
+ * Show or hide the page, and move the focus to what is then visible.
  * @param {HTMLElement} place
  * @param {{open: boolean, other: boolean}} now `other`: whether another page is over the console
  */

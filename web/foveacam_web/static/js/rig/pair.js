@@ -1,4 +1,4 @@
-// The foveae as a pair: while they differ, nothing is set until somebody says whose settings count.
+// Shows how the foveae's settings differ; blocks changes until the operator chooses whose settings apply to both.
 
 import { changing, h } from "../dom.js";
 import { sentence } from "../format.js";

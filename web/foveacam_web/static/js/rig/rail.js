@@ -1,4 +1,4 @@
-// The rail: where the rig stands, moving it to a place or a position, finding the reference switch, holding still.
+// Controls the rail: its position, moving to a named place or a position, homing, stopping.
 
 import { nothing, numberField } from "../calibration/parts.js";
 import { isRunning } from "../calibration/work.js";

@@ -1,4 +1,4 @@
-// Keeps what the rig's page shows equal to the server's: while it is open, once a second and with each event.
+// Keeps the rig page's state equal to the server's: once a second while it is open, and at each event.
 
 import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
@@ -15,14 +15,14 @@ const READ_BACK_MS = 1000;
 const MOVING_MS = 350;
 const RESTING_MS = 1500;
 
-/** Reads for one page. */
+/** The reads of one page. */
 export class RigReader {
   #store;
   #pan_tilt;
   #reads = new QuietReads();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #next_rail;
-  /** Reads the rig's document. */
+  /** Read the rig's document. */
   readRig = () => Promise.resolve();
 
   /** @param {{store: Store, pan_tilt: {readPanTilt(): Promise<void>}}} context */
@@ -57,7 +57,7 @@ export class RigReader {
     });
   }
 
-  /** Read what is broken on purpose; a rig of metal has none of it. */
+  /** Read the simulated faults; a real rig has none. */
   async readFaults() {
     if (!this.#store.state.rig?.simulated) return;
     await this.#reads.read("faults", async () => {
@@ -65,7 +65,7 @@ export class RigReader {
     });
   }
 
-  /** Read the rail now and, while the page is open, again and again: nothing else tells where it is. */
+  /** Read the rail now and repeatedly while the page is open: no event reports its position. */
   readRail() {
     clearTimeout(this.#next_rail);
     return this.#reads

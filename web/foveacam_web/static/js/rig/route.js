@@ -1,11 +1,11 @@
-// The rig's page has an address of its own, so that Back, reload and links work.
+// Maps the rig page to its address, so that Back, reload and links work.
 
 /** @typedef {import("../store.js").Store} Store */
 
 export const RIG_ADDRESS = "#/rig";
 
 /**
- * Keep the state equal to the address.
+ * Keep the state equal to the address's fragment.
  * @param {Store} store
  */
 export function followRigAddress(store) {

@@ -1,4 +1,4 @@
-// How a slider's way stands for a setting's values: evenly, or evenly in the logarithm. Nothing here touches the page.
+// Maps slider positions to values, linearly or logarithmically, and formats the values. Pure functions.
 
 import { number } from "../format.js";
 
@@ -7,7 +7,7 @@ import { number } from "../format.js";
  * @typedef {"linear" | "log"} ScaleKind
  */
 
-/** The slider's whole way, in steps. */
+/** Number of steps of a slider. */
 export const WAY = 1000;
 const DECADES = [1e-3, 1e-2, 0.1, 1, 10, 100, 1000, 10_000, 100_000];
 
@@ -15,7 +15,7 @@ const DECADES = [1e-3, 1e-2, 0.1, 1, 10, 100, 1000, 10_000, 100_000];
  * @param {SpanDocument} span
  * @param {ScaleKind} kind
  * @param {number} value
- * @returns {number} where it is, 0 … 1
+ * @returns {number} its position, 0 … 1
  */
 export function shareOf({ low, high }, kind, value) {
   if (high <= low) return 0;
@@ -30,7 +30,7 @@ export function shareOf({ low, high }, kind, value) {
  * @param {SpanDocument} span
  * @param {ScaleKind} kind
  * @param {number} share 0 … 1
- * @returns {number} the value there, with as many digits as make sense
+ * @returns {number} the value there, to three significant digits
  */
 export function valueAt({ low, high }, kind, share) {
   if (share <= 0) return low;
@@ -40,7 +40,7 @@ export function valueAt({ low, high }, kind, share) {
 }
 
 /**
- * The decades inside a span.
+ * Return the powers of ten inside a span.
  * @param {SpanDocument} span
  */
 export function decades({ low, high }) {
@@ -48,7 +48,7 @@ export function decades({ low, high }) {
 }
 
 /**
- * A value as it is read: four digits that count, no zeros behind them.
+ * Format a value with four significant digits and no trailing zeros.
  * @param {number} value
  */
 export function plainly(value) {
@@ -56,7 +56,7 @@ export function plainly(value) {
 }
 
 /**
- * A span as it is read.
+ * Format a span with its unit.
  * @param {SpanDocument} span
  * @param {string} unit
  */
@@ -66,7 +66,7 @@ export function spanText({ low, high }, unit) {
 }
 
 /**
- * Whether the camera took another value than it was asked for, as far as anybody could see.
+ * Return whether the taken value differs from the requested one in its four significant digits.
  * @param {number} asked
  * @param {number} taken
  */

@@ -1,4 +1,4 @@
-// The trigger: how often both foveae can look, where its settle time comes from, and whether each line works.
+// Shows the trigger: its rate, the source of its settle time, and the self-test of each eye's line.
 
 import { badge, figures, nothing, starter } from "../calibration/parts.js";
 import { changing, fill, h } from "../dom.js";

@@ -1,4 +1,4 @@
-// States, settings and verdicts in the operator's words. Nothing here touches the page.
+// Words for the states, settings and test verdicts of the rig's devices. Pure functions.
 
 import { sentence, span } from "../format.js";
 import { plainly } from "./scale.js";
@@ -88,7 +88,7 @@ export function phaseWords({ phase }) {
 }
 
 /**
- * Since when a link is as it is, and why.
+ * Word how long a link has been in its phase, and why.
  * @param {CameraLinkDocument} link
  * @returns {{since: string, reason: string}}
  */
@@ -98,7 +98,7 @@ export function linkWords(link) {
 }
 
 /**
- * Whether a camera takes settings now.
+ * Return whether a camera accepts settings now.
  * @param {CameraDocument | undefined} camera
  */
 export function takesOrders(camera) {
@@ -106,7 +106,7 @@ export function takesOrders(camera) {
 }
 
 /**
- * What a camera lacks and what to do about it, as the server says.
+ * Return the rig's problem that concerns a camera, if any.
  * @param {RigDocument | null} rig
  * @param {Role} role
  */
@@ -115,7 +115,7 @@ export function problemOf(rig, role) {
 }
 
 /**
- * A setting's value with its unit.
+ * Format a setting's value with its unit.
  * @param {SettingName} setting
  * @param {number | string} value
  */
@@ -125,7 +125,7 @@ export function settingText(setting, value) {
 }
 
 /**
- * In what the foveae differ that can be set from here: their trigger is the rig file's.
+ * Return the settings in which the foveae differ, without the trigger, which only the rig file sets.
  * @param {RigDocument | null} rig
  */
 export function settable(rig) {

@@ -1,4 +1,4 @@
-// A positioner without reference switches that has lost its place: the operator says that it stands at its zero.
+// Asks the operator to confirm that a positioner without reference switches is at its zero.
 
 import { h } from "../dom.js";
 

@@ -1,4 +1,4 @@
-// Wide pixels <-> directions, by the calibrated wide lens. Pixels: the centre of the first one is (0, 0).
+// Converts wide pixels to directions and back by the calibrated wide lens. The centre of the first pixel is (0, 0).
 
 /** @typedef {import("#api").WideLensDocument} WideLensDocument */
 /** @typedef {import("#api").Direction} Direction */
@@ -25,7 +25,7 @@ function distort(lens, x, y) {
 }
 
 /**
- * The wide pixel of a direction.
+ * Return the wide pixel of a direction.
  * @param {WideLensDocument} lens
  * @param {Direction} direction
  * @returns {Point}
@@ -36,7 +36,7 @@ export function pixelOf(lens, direction) {
 }
 
 /**
- * The direction of a wide pixel, by fixed-point iteration on the distortion.
+ * Return the direction of a wide pixel, by fixed-point iteration on the distortion.
  * @param {WideLensDocument} lens
  * @param {Point} pixel
  * @returns {Direction}
@@ -54,7 +54,7 @@ export function directionOf(lens, pixel) {
 }
 
 /**
- * Whether both eyes can be steered there.
+ * Return whether both eyes can be steered to a direction.
  * @param {SteeringDocument} field
  * @param {Direction} direction
  */
@@ -66,7 +66,7 @@ export function inField(field, direction) {
 }
 
 /**
- * The outline of the steerable field in wide pixels; its edges bend with the lens, so each is sampled.
+ * Return the outline of the steerable field in wide pixels; the lens bends its edges, so each is sampled.
  * @param {WideLensDocument} lens
  * @param {SteeringDocument} field
  * @param {number} [samples] along each edge

@@ -1,5 +1,5 @@
-// Turns pointer events on the wide view into what the operator meant: click, rectangle, steer, pan, zoom, hover.
-// All places are CSS pixels from the surface's top left corner.
+// Turns pointer events on the wide view into gestures: click, rectangle, steer, pan, zoom, hover.
+// All positions are CSS pixels from the surface's top left corner.
 
 /**
  * @typedef {import("#page").Point} Point
@@ -16,10 +16,10 @@ const SLACK_PX = 4; // a press that moves less is a click
 const TOUCH_SLACK_PX = 10;
 const LONG_PRESS_MS = 420;
 const DOUBLE_MS = 350;
-const DOUBLE_PX = 12; // two quick clicks further apart are two targets
+const DOUBLE_PX = 12; // two quick clicks further apart are two single clicks
 const WHEEL_STEP = 0.0022;
 
-/** One surface's gestures. */
+/** The gestures of one surface. */
 export class Gestures {
   #surface;
   #mean;
@@ -55,7 +55,7 @@ export class Gestures {
     );
   }
 
-  /** Forget the gesture in progress. */
+  /** Cancel the gesture in progress. */
   abandon() {
     if (this.#gesture === "rectangle") this.#mean.rectangleCancelled();
     if (this.#gesture === "steer") this.#mean.steer(this.#from, true);
@@ -143,7 +143,7 @@ export class Gestures {
     if (!this.#pointers.delete(event.pointerId)) return;
     const gesture = this.#gesture;
     if (this.#pointers.size > 0) {
-      this.#gesture = "ignored"; // the finger that stays of a pinch means nothing more
+      this.#gesture = "ignored"; // the finger that remains of a pinch is ignored
       return;
     }
     this.#gesture = "ignored";
@@ -158,7 +158,7 @@ export class Gestures {
     const double = last && event.timeStamp - last.t_ms < DOUBLE_MS && apart(last.at, this.#from) < DOUBLE_PX;
     this.#last_click = double ? null : { at: this.#from, t_ms: event.timeStamp };
     if (double) this.#mean.fit();
-    else this.#mean.click(this.#from); // where it was aimed, not where the finger slipped to
+    else this.#mean.click(this.#from); // the point of the press, not of the release
   }
 
   /** @param {PointerEvent} event */

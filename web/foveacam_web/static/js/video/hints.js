@@ -1,4 +1,4 @@
-// For whoever sees the wide view for the first time: good targets are marked, and one line says what to do.
+// Marks good targets on the wide view with one line of instructions, until the first click in this browser.
 
 import { RequestError, request } from "../api.js";
 import { fill, h, s } from "../dom.js";
@@ -15,7 +15,7 @@ const RADIUS_PX = 40; // of the wide picture
 const LEAST_RADIUS_CSS_PX = 13;
 const LETTERS_CSS_PX = 14;
 
-/** The hint over one wide pane; the setting `hints` says whether it is wanted. */
+/** The hint over one wide pane; the setting `hints` switches it. */
 export class Hints {
   #store;
   #pane;
@@ -57,16 +57,17 @@ export class Hints {
     store.on(["rig", "shown", "settings", "current"], () => this.#follow());
   }
 
-  /** Not again in this browser, unless Help asks for it. */
+  /** Switch the hint off in this browser; the help dialog switches it on again. */
   dismiss() {
     changeSettings(this.#store, { hints: false });
   }
 
-  /** Draw the marks where the picture is now. */
+  /** Draw the marks at the picture's current position. */
   draw() {
     const { viewport } = this.#pane;
     const r = Math.max(LEAST_RADIUS_CSS_PX, RADIUS_PX * viewport.scale);
-    const lowest = this.#pane.surface.clientHeight - 2.5 * LETTERS_CSS_PX; // below are the legend of the reach and the pane's edge
+    // below lie the legend of the reach and the pane's edge
+    const lowest = this.#pane.surface.clientHeight - 2.5 * LETTERS_CSS_PX;
     fill(
       this.#marks,
       ...this.#found.map(({ x_px, y_px }) => {
@@ -85,7 +86,8 @@ export class Hints {
 
   #follow() {
     const { settings, current, rig, shown } = this.#store.state;
-    if (settings.hints && current?.mine && current.state !== "failed") return this.dismiss(); // somebody has clicked
+    // the operator has clicked
+    if (settings.hints && current?.mine && current.state !== "failed") return this.dismiss();
     const ready = settings.hints && Boolean(rig?.calibration) && (shown.wide?.count ?? 0) > 0;
     if (!ready) {
       this.#asked = false;
@@ -101,7 +103,7 @@ export class Hints {
       const found = /** @type {SuggestionDocument[]} */ (await request("GET", "/suggestions"));
       if (this.#store.state.settings.hints) this.#show(found);
     } catch (error) {
-      if (!(error instanceof RequestError)) throw error; // without suggestions the page is as it always was
+      if (!(error instanceof RequestError)) throw error; // without suggestions nothing is marked
     }
   }
 

@@ -1,4 +1,4 @@
-// The page's end of the stream: a worker where canvases can be handed over, the stream itself where they cannot.
+// Connects the page to the view stream: in a worker where canvases can be transferred to one, else on the page.
 
 import { socketUrl } from "./protocol.js";
 import { ViewStream } from "./stream.js";
@@ -27,7 +27,7 @@ export function openStream(hear) {
   return offscreen ? new WorkerLink(url, hear) : new ViewStream(url, hear);
 }
 
-/** Sends every call on to the worker. */
+/** Forwards every call to the worker. */
 class WorkerLink {
   #worker = new Worker(new URL("./stream-worker.js", import.meta.url), { type: "module", name: "views" });
 

@@ -1,4 +1,4 @@
-// The magnifier beside the wide picture: what is under the pointer, which pixel it is, where it looks, how far it is.
+// The magnifier beside the pointer on the wide picture, with a readout of pixel, direction, reach and distance.
 
 import { fill, h, say } from "../dom.js";
 import { angle, distanceText, span } from "../format.js";
@@ -34,10 +34,10 @@ export class Loupe {
   }
 
   /**
-   * Show what is at this sensor pixel.
+   * Show the surroundings and the readout of a sensor pixel.
    * @param {Point | null} pixel null when the pointer is off the picture
    * @param {ConsoleState} state
-   * @param {{css: Point, scale: number, width: number}} place of the pointer: the loupe keeps to the other side
+   * @param {{css: Point, scale: number, width: number}} place of the pointer: the loupe is shown on the other side
    */
   show(pixel, state, place) {
     this.element.hidden = pixel === null;

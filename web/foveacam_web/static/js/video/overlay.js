@@ -1,5 +1,5 @@
-// What is drawn over the wide picture: footprints, steerable field, targets, the rectangle, the crosshair.
-// Drawn in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
+// Draws over the wide picture: footprints, steerable field, targets, the rectangle, the crosshair.
+// It draws in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
 
 import { answerText } from "../answers.js";
 import { fill, s } from "../dom.js";
@@ -13,9 +13,9 @@ import { zones } from "./reach.js";
  * @typedef {{x: number, y: number, width: number, height: number}} Box
  */
 
-const LABEL_PX = { width: 90, height: 13 }; // of two labels closer than this, the newer one stays
+const LABEL_PX = { width: 90, height: 13 }; // of two labels closer than this, the newer one is shown
 
-/** The drawing over one surface. */
+/** The overlay of one surface. */
 export class Overlay {
   #field = s("g", { class: "field" });
   #prints = s("g", { class: "footprints" });
@@ -154,7 +154,7 @@ function footprint(eye, points, viewport) {
 }
 
 /**
- * What was asked for last, where it was asked.
+ * Draw the last request at its position.
  * @param {import("#api").FixationRequest | null} request
  * @param {Viewport} viewport
  */

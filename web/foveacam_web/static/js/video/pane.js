@@ -1,4 +1,4 @@
-// One view in its frame: the canvas, how fresh it is, and what to read when there is no picture.
+// A view's pane: canvas, title, rate and age, and the reason when there is no picture.
 
 import { fill, h, say } from "../dom.js";
 import { clockTime, millis, remedyOf, sentence, span } from "../format.js";
@@ -28,18 +28,18 @@ export const VIEWS = Object.freeze({
   calibration_right: { title: "Right fovea, annotated", needs: ["right"] },
 });
 
-/** What procedures show of their work: there while one runs. */
+/** The annotated views of the calibration procedures; they exist while one runs. */
 export const ANNOTATED = Object.freeze(
   /** @type {AnnotatedName[]} */ (["calibration_wide", "calibration_left", "calibration_right"]),
 );
 
 const SILENT_MS = 2500;
-/** @type {Set<ViewName>} made when the eyes have looked, not with each frame */
+/** @type {Set<ViewName>} made after each look, not with each frame */
 const STILL = new Set(["anaglyph", "difference", "depth", "wide_depth", ...ANNOTATED]);
 const FLOWING_FPS = 1;
 const ADDED = ", annotated"; // beside the title, where there is room
 
-/** The surface of one view; `wide.js` adds its gestures. */
+/** The pane of one view; `wide.js` adds its gestures. */
 export class Pane {
   /** @type {string | null} */
   #frozen_since = null;
@@ -103,12 +103,12 @@ export class Pane {
     this.resized();
   }
 
-  /** Whether anybody could see it now. */
+  /** Return whether the pane is visible now. */
   get visible() {
     return this.surface.clientWidth > 0 && this.surface.clientHeight > 0;
   }
 
-  /** Device pixels that one picture's width takes on the screen. */
+  /** Return the width of the picture on the screen in device pixels. */
   get device_width() {
     return this.viewport.scale * this.viewport.width * devicePixelRatio;
   }
@@ -120,7 +120,7 @@ export class Pane {
     this.place();
   }
 
-  /** Put the canvas where the viewport says. */
+  /** Place the canvas as the viewport says. */
   place() {
     const { viewport, canvas } = this;
     viewport.resize(this.surface.getBoundingClientRect(), 1 / devicePixelRatio);
@@ -148,7 +148,7 @@ export class Pane {
   }
 
   /**
-   * Why this eye does not see the target of the last look; until the next one begins.
+   * Show why this eye does not see the target of the last fixation, until the next one begins.
    * @param {ConsoleState} state
    * @param {boolean} noticed
    */
@@ -188,7 +188,8 @@ export class Pane {
     const server_ms = state.server_stats[this.name]?.frozen_since_ms ?? null;
     const silent_ms = shown && shown.count > 0 && !STILL.has(this.name) ? shown.silent_ms : 0;
     const frozen_ms = server_ms ?? (shown?.frozen || silent_ms > SILENT_MS ? silent_ms : null);
-    const sparing = (isRunning(state.work) || isCapturing(state.capturing)) && this.name !== "wide"; // a procedure triggers the foveae only when it wants to look
+    // a procedure triggers the foveae only when it needs a look
+    const sparing = (isRunning(state.work) || isCapturing(state.capturing)) && this.name !== "wide";
     const showing = !noticed && !sparing && frozen_ms !== null && (shown?.count ?? 0) > 0 && !STILL.has(this.name);
     this.badge.hidden = !showing;
     if (!showing) this.#frozen_since = null;
@@ -203,7 +204,7 @@ export class Pane {
   }
 
   /**
-   * Why there is no picture, or no fresh one; null when all is well.
+   * Return why there is no picture or no recent one; null when there is one.
    * @param {ConsoleState} state
    * @param {ShownView | undefined} shown
    * @returns {{title: string, detail: string, empty: boolean} | null}
@@ -254,7 +255,7 @@ function missingCamera(state, roles) {
 }
 
 /**
- * Why these cameras do not deliver as they should, in their links' words; nothing where they know no reason.
+ * Return the reasons of the cameras' links for missing frames; empty where they have none.
  * @param {ConsoleState} state
  * @param {string[]} roles
  */
@@ -265,7 +266,8 @@ function reasonOf({ rig }, roles) {
   if (reason) return reason;
   const apart =
     roles.some((role) => role !== "wide") &&
-    rig?.divergence?.some(({ setting }) => setting === "exposure_ms" || setting === "trigger"); // one pulse exposes both
+    // one pulse exposes both
+    rig?.divergence?.some(({ setting }) => setting === "exposure_ms" || setting === "trigger");
   return apart ? "the foveae are set differently, see the rig's page" : "";
 }
 

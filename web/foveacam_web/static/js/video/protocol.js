@@ -1,4 +1,4 @@
-// The bytes of the view socket. Shared by the page and its worker.
+// Reads the binary messages of the view socket. Used by the page and its worker.
 
 export const HEADER_BYTES = 24;
 const FROZEN = 1;
@@ -33,7 +33,7 @@ export function jpegOf(message) {
 }
 
 /**
- * Where the view socket of this page is.
+ * Return the address of the view socket of a page.
  * @param {string} page_url
  */
 export function socketUrl(page_url) {

@@ -1,4 +1,4 @@
-// Where both eyes, one eye or none can look: drawn over the wide picture and told under the pointer.
+// Shows where both eyes, one eye or none can look: as zones over the wide picture and as text at the pointer.
 
 import { h, s, say } from "../dom.js";
 import { number } from "../format.js";
@@ -19,7 +19,7 @@ export const SEEING = Object.freeze({
 });
 
 /**
- * Which eyes can look at a wide pixel.
+ * Return which eyes can look at a wide pixel.
  * @param {ReachDocument} reach
  * @param {Point} pixel
  * @returns {Seeing}
@@ -31,7 +31,7 @@ export function seeing(reach, pixel) {
 }
 
 /**
- * Whether a closed outline holds a point, by the edges that a line to its right crosses.
+ * Return whether a closed outline contains a point, by counting the edges that a ray to the right crosses.
  * @param {Corners} outline
  * @param {Point} point
  */
@@ -45,7 +45,7 @@ function holds(outline, { x, y }) {
 }
 
 /**
- * The zones as SVG: what each eye alone reaches, and what none does, shaded; what both reach stays as it is.
+ * Draw the zones as SVG: shaded where one eye or none reaches, clear where both do.
  * @param {ReachDocument} reach
  * @param {(points: Point[]) => string} path of a closed outline
  * @param {Point[]} picture its corners
@@ -67,7 +67,7 @@ export function zones(reach, path, picture) {
   ];
 }
 
-/** What the shades mean, below the picture's corner. */
+/** The legend of the shades, in the picture's corner. */
 export class ReachLegend {
   #where = h("span", { class: "where" });
 

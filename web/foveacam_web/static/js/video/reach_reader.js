@@ -1,4 +1,4 @@
-// Reads where each eye can look: far away at first, then at the distance that was found last.
+// Reads the reach of each eye: for targets far away at first, then for the last measured distance.
 
 import { request } from "../api.js";
 import { answerOf } from "../answers.js";
@@ -9,8 +9,8 @@ import { QuietReads } from "../quiet.js";
  * @typedef {import("#api").ReachDocument} ReachDocument
  */
 
-const AFTER_ANSWER_MS = 400; // the answer itself is drawn first
-const STEP_PER_M = 0.02; // 1/m: 3 wide pixels of an outline
+const AFTER_ANSWER_MS = 400; // the fixation's answer is drawn first
+const STEP_PER_M = 0.02; // 1/m: moves an outline by 3 wide pixels
 
 /** Keeps `store.state.reach` equal to the server's. */
 export class ReachReader {

@@ -1,4 +1,4 @@
-// The worker that decodes and draws, so that the 3D pane's work on the page's thread costs the views nothing.
+// The worker that decodes and draws the views, so that the 3D pane's work on the page's thread does not slow them.
 
 import { ViewStream } from "./stream.js";
 

@@ -1,5 +1,5 @@
-// The view socket: keeps it open, decodes and draws every view's newest frame, and acknowledges each once it is drawn.
-// Runs in the worker where there is OffscreenCanvas, on the page where there is not; it knows neither.
+// Keeps the view socket open, decodes and draws every view's newest frame, and acknowledges each after drawing.
+// Runs in the worker where there is OffscreenCanvas, else on the page; it depends on neither.
 
 import { jpegOf, readHeader } from "./protocol.js";
 
@@ -22,7 +22,8 @@ import { jpegOf, readHeader } from "./protocol.js";
 
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 2000;
-const SILENCE_MS = 5000; // the server reports its rates once a second, so five seconds without a word is a dead line
+// the server reports its rates once a second, so five seconds without a message mean a dead connection
+const SILENCE_MS = 5000;
 const REPORT_MS = 250;
 const RATE_WINDOW_MS = 2000;
 
@@ -47,7 +48,7 @@ export class ViewStream {
 
   /**
    * @param {string} url
-   * @param {(report: StreamReport) => void} post takes everything that the page should know
+   * @param {(report: StreamReport) => void} post receives every report to the page
    */
   constructor(url, post) {
     this.#url = url;
@@ -81,7 +82,7 @@ export class ViewStream {
   }
 
   /**
-   * Magnify what is around this sensor pixel of the wide view.
+   * Magnify the surroundings of a sensor pixel of the wide view.
    * @param {Point | null} at
    * @param {number} zoom
    */
@@ -92,7 +93,7 @@ export class ViewStream {
     this.#drawLoupe();
   }
 
-  /** @param {Subscription} views replaces what was subscribed before */
+  /** @param {Subscription} views replaces the previous subscription */
   subscribe(views) {
     for (const view of /** @type {ViewName[]} */ (Object.keys(views))) {
       const slot = this.#slots.get(view);

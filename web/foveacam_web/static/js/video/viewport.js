@@ -1,5 +1,5 @@
-// Where the picture lies in its pane: fit, zoom and pan, and the way between CSS and sensor pixels. Pure arithmetic.
-// Inside, places on the picture are measured from its top left edge; a sensor pixel (x, y) has its centre half a pixel
+// The placement of a picture in its pane: fit, zoom and pan, and the transform between CSS and sensor pixels. No DOM.
+// Inside, positions are measured from the picture's top left corner; a sensor pixel (x, y) has its centre half a pixel
 // further in, so that (0, 0) is the centre of the first one.
 
 /** @typedef {import("#page").Point} Point */
@@ -11,7 +11,7 @@ export class Viewport {
   #box = { width: 1, height: 1, left: 0, top: 0 };
   #device_px = 1;
   #zoom = 1;
-  /** The place on the picture, from its edge, that stands in the middle of the box. */
+  /** The position on the picture, from its corner, that is in the middle of the box. */
   #middle;
 
   /**
@@ -34,8 +34,8 @@ export class Viewport {
   }
 
   /**
-   * Where the picture's top left corner is in the box, CSS px. It lies on a device pixel: browsers draw a layer there
-   * whatever they are told, and clicks must agree with what is drawn.
+   * Position of the picture's top left corner in the box, CSS px. It lies on a device pixel, because browsers draw a
+   * layer there in any case, and clicks must agree with the drawing.
    */
   get origin() {
     const { width, height, left, top } = this.#box;
@@ -57,7 +57,7 @@ export class Viewport {
   }
 
   /**
-   * The sensor pixel at a place in the box.
+   * Return the sensor pixel at a position in the box.
    * @param {Point} css
    * @returns {Point}
    */
@@ -67,7 +67,7 @@ export class Viewport {
   }
 
   /**
-   * The place in the box of a sensor pixel.
+   * Return the position of a sensor pixel in the box.
    * @param {Point} pixel
    * @returns {Point}
    */
@@ -77,7 +77,7 @@ export class Viewport {
   }
 
   /**
-   * Whether the picture has this sensor pixel.
+   * Return whether the picture contains a sensor pixel.
    * @param {Point} pixel
    */
   holds(pixel) {
@@ -85,7 +85,7 @@ export class Viewport {
   }
 
   /**
-   * Magnify by a factor while what lies under this place of the box stays there.
+   * Zoom by a factor and keep the picture's point at this position of the box.
    * @param {Point} css
    * @param {number} factor
    */
@@ -109,7 +109,7 @@ export class Viewport {
   }
 
   /**
-   * Pan just so far that this sensor pixel is well inside the box.
+   * Pan only as far as needed to bring a sensor pixel inside the box's margin.
    * @param {Point} pixel
    * @param {number} [margin] CSS px
    */

@@ -1,4 +1,4 @@
-// All views of a page: their panes, the one stream that feeds them, and what is asked of it at which size.
+// Holds all views of a page: their panes, the stream that feeds them, and the subscription with the size of each.
 
 import { h } from "../dom.js";
 import { openStream } from "./link.js";
@@ -46,23 +46,23 @@ export class Views {
   }
 
   /**
-   * The pane of a view; those that not every page has are made when they are asked for.
+   * Return the pane of a view; panes that not every page has are created on first use.
    * @param {ViewName} name
    * @returns {Pane}
    */
   pane(name) {
     if (!this.#panes.has(name)) this.#addPane(name);
-    return /** @type {Pane} */ (this.#panes.get(name)); // one of each was made
+    return /** @type {Pane} */ (this.#panes.get(name)); // the constructor has created one of each
   }
 
-  /** Make every pane small again; says whether one was large. */
+  /** Shrink every enlarged pane; return whether there was one. */
   shrinkAll() {
     const large = [...this.#panes.values()].filter((pane) => pane.large);
     for (const pane of large) pane.setLarge(false);
     return large.length > 0;
   }
 
-  /** The tabs that choose between the views derived from both eyes. */
+  /** Build the tabs for the views derived from both eyes. */
   derived() {
     const panels = h(
       "div",
@@ -128,7 +128,7 @@ export class Views {
     else store.set({ shown: { ...store.state.shown, ...report.views } });
   }
 
-  /** Ask for what can be seen, each at the size that it is seen at. */
+  /** Subscribe to the visible views, each at its size on the screen. */
   #subscribe() {
     /** @type {Subscription} */
     const views = {};
@@ -144,7 +144,7 @@ export class Views {
   }
 
   /**
-   * Whether it may be asked for: the server refuses views that it does not have.
+   * Return whether a view can be subscribed: the server refuses views that it does not have.
    * @param {ViewName} name
    */
   #served(name) {

@@ -1,4 +1,4 @@
-// The wide view as an instrument: click, rectangle, steering, zoom, keyboard crosshair.
+// Operates the wide view: click, rectangle, steering, zoom, keyboard crosshair.
 
 import { NEAR_CSS_PX, withCorrected } from "../corrects.js";
 import { h, say } from "../dom.js";
@@ -19,7 +19,7 @@ import { ReachLegend, seeing } from "./reach.js";
  */
 
 const ZOOM_STEP = 1.5;
-const SMALLEST_SIDE_PX = 4; // a rectangle of less is a slip of the hand
+const SMALLEST_SIDE_PX = 4; // a smaller rectangle is an accident
 
 /** Gestures, overlay and loupe on the wide pane. */
 export class WideView {
@@ -87,7 +87,7 @@ export class WideView {
     this.#pane.resized();
   }
 
-  /** Ask how far the aimed pixel is. */
+  /** Read the distance of the aimed pixel. */
   async probe() {
     const pixel = this.aimed;
     if (!pixel) return;
@@ -267,7 +267,7 @@ export class WideView {
 }
 
 /**
- * The nearest place on the picture.
+ * Return the nearest point of the picture.
  * @param {Point} pixel
  * @param {{width: number, height: number}} picture
  */
