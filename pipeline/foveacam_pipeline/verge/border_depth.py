@@ -4,12 +4,14 @@ Only the region and a narrow rim beyond its edge are compared, so that what lies
 count. The wide view is correlated with each fovea along the epipolar line; both must agree on a depth.
 """
 
+import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.register import UNSEEN
 from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
@@ -38,6 +40,14 @@ ONE_EYED_PENALTY = 0.08
 """A place that fits one eye alone counts as one that fits both so much worse."""
 GUARD_PX = 5.0
 """Depths nearer to each other than this are one, survey px."""
+SURE_SCORE, SURE_LEAD = 0.9, 0.12
+"""Least correlation of one fovea by itself; depths that fit worse than the best one by more are ruled out."""
+MOST_SPREAD = 0.06
+"""One fovea tells by itself when the depths that remain spread by less, relative to 1/Z."""
+LEAST_WEIGHTED = 0.1
+"""Least share of a patch that must count for one fovea to tell by itself."""
+COUNTING_WEIGHT = 0.3
+"""A pixel of a patch counts from this weight on."""
 SIGMA_PX = 0.45
 """Error of the shift of an edge in either fovea, survey px (measured on rendered clicks)."""
 
@@ -126,24 +136,48 @@ class BorderPlace:
                 beyond = self._profile(eye, side, self.patch.beyond)
                 self._beyond[k] = np.maximum(self._beyond[k], UNSEEN if beyond is None else beyond)
 
+    def sure_of_each(self) -> dict[Role, tuple[float, float]]:
+        """Return 1/Z and its error as each fovea shows them by itself; none that is vague or fits badly."""
+        if float((self.patch.weights >= COUNTING_WEIGHT).mean()) < LEAST_WEIGHTED:
+            return {}
+        found = {}
+        for role, scores in zip((Role.LEFT, Role.RIGHT), self._edge, strict=True):
+            best = int(np.argmax(scores))
+            alike = self._grid[scores > scores[best] - SURE_LEAD]
+            spread = float(alike.max() - alike.min())
+            if scores[best] >= SURE_SCORE and spread <= MOST_SPREAD * self._grid[best]:
+                near = self._about(best)
+                sigma = max(self.sigma_per_m, spread / math.sqrt(12.0))
+                found[role] = _top(self._grid[near], scores[near]), sigma
+        return found
+
+    @property
+    def sigma_per_m(self) -> float:
+        """Standard error of 1/Z of an edge as one fovea shows it."""
+        return SIGMA_PX / (self._f_px * self._half_baseline_m)
+
+    def _about(self, best: int) -> slice:
+        """Return the depths that are not told from one of them."""
+        step_px = self._f_px * self._half_baseline_m * float(self._grid[1] - self._grid[0])
+        guard = max(1, round(GUARD_PX / step_px))
+        return slice(max(0, best - guard), best + guard + 1)
+
     def depth(self) -> BorderDepth | None:
         """Return the depth of the place as the foveae show it; None where they do not."""
         weaker = _weaker(*self._edge)
         best = int(np.argmax(weaker))
         if weaker[best] < LEAST_SCORE or best in (0, len(weaker) - 1):
             return None
-        step_px = self._f_px * self._half_baseline_m * float(self._grid[1] - self._grid[0])
-        guard = max(1, round(GUARD_PX / step_px))
-        elsewhere = np.concatenate([weaker[: max(0, best - guard)], weaker[best + guard + 1 :]])
+        near = self._about(best)
+        elsewhere = np.concatenate([weaker[: near.start], weaker[near.stop :]])
         if len(elsewhere) and float(elsewhere.max()) > weaker[best] - LEAD:
             return None
-        near = slice(max(0, best - guard), best + guard + 1)
         fits = [k for k in (0, 1) if self._edge[k, best] >= LEAST_SCORE]
         beyond = float(self._beyond[:, max(0, best - SAME_STEPS) : best + SAME_STEPS + 1].max())
         return BorderDepth(
             tangents=(float(self.patch.tangents[0]), float(self.patch.tangents[1])),
             inverse_z_per_m=_top(self._grid[near], np.mean(self._edge[fits], axis=0)[near]),
-            sigma_per_m=SIGMA_PX / (self._f_px * self._half_baseline_m),
+            sigma_per_m=self.sigma_per_m,
             score=float(weaker[best]),
             by_both=len(fits) == 2,
             beyond=None if beyond <= UNSEEN else beyond,

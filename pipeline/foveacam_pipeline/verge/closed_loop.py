@@ -93,9 +93,13 @@ class ClosedLoop:
         """The target's track; None before `run`."""
         return None if self._watch is None else self._watch.motion
 
-    def run(self, aim: ResolvedTarget) -> VergedTarget:
-        """Return the verged fixation, or raise FixationEnded."""
-        frame = self._looker.wide()
+    def run(self, aim: ResolvedTarget, *, clicked: Frame | None = None) -> VergedTarget:
+        """Return the verged fixation, or raise FixationEnded.
+
+        `clicked`: the wide frame on which the target was chosen, by default the newest one. What moves is
+        followed from there.
+        """
+        frame = self._looker.wide() if clicked is None else clicked
         try:
             templates = patches_for(gray(to_uint8(frame)), aim, self._calibration.wide, self._limits)
         except OutOfRange as error:
@@ -143,6 +147,7 @@ class ClosedLoop:
 
     def _attempt(self, templates: tuple[WidePatch, ...], frame: Frame) -> VergedTarget:
         watch = TargetTracker(templates[0], frame, self._calibration.wide)
+        watch.follow(self._looker.wide())  # newer than the frame that was clicked
         self._watch = watch
         self._lag_px = np.zeros(2)
         try:

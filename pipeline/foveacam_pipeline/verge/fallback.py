@@ -22,7 +22,7 @@ from foveacam_pipeline.verge.last_look import LOOKS, SECONDS, LastLook
 from foveacam_pipeline.verge.motion import TargetMotion
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.single_eye_search import EyeSighting, SingleEyeSearch
+from foveacam_pipeline.verge.single_eye_search import EyeSighting, OwnSide, SingleEyeSearch
 from foveacam_pipeline.verge.support import MatchSupport
 from foveacam_pipeline.verge.surroundings import SurroundingDepth, SurroundingsEstimator
 from foveacam_pipeline.verge.values import (
@@ -38,7 +38,7 @@ SURE_PROBABILITY = 0.8
 """A less probable inference states the spread of all as its error."""
 LEAST_SAMPLES = 3
 """An inference from fewer points is doubtful too."""
-DOUBT_SHARE = 0.3
+DOUBT_SHARE = 0.38
 """Least error, as a share of 1/Z, of what is known from one side alone: an edge in front looks the same."""
 VAGUE_SHARE = 0.6
 """A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
@@ -125,6 +125,9 @@ class FallbackEstimator:
         try:
             self._looker.grant(looks=LOOKS, seconds=SECONDS)
             matches = self._single.matches(loop.templates, motion, loop.looks, span_per_m=self._span_per_m)
+            own = self._own_side(motion)
+            if own is not None and not all(own.agrees(match) for match in matches):
+                return self._of_own_side(own, loop, motion)
             sighted = [self._single.look_at(match, motion, f_px) for match in matches]
             sound = [one for one in sighted if one is not None and one.supported]
             if len(sound) == 2 and agree(sound[0].match, sound[1].match):
@@ -136,9 +139,33 @@ class FallbackEstimator:
             if hidden:
                 held = all(confirmed(one.match, near) for one in hidden)
                 return self._one_eyed(hidden, motion, held=held)
-            return self._behind_edge([one for one in sound if one.at_edge], motion)
+            behind = self._behind_edge([one for one in sound if one.at_edge], motion)
+            return self._of_own_side(own, loop, motion) if behind is None and own is not None else behind
         except FixationEnded:
             return None
+
+    def _own_side(self, motion: TargetMotion) -> OwnSide | None:
+        """Return the depth of the target's own side of an edge beside it, from the looks of the search."""
+        frame = self._looker.wide()
+        nearest = self._span_per_m[1]
+        own = self._single.on_own_side(motion.at(frame.t_ns), frame, nearest_per_m=nearest)
+        return own if own is not None and own.inverse_z_per_m >= self._span_per_m[0] else None
+
+    def _of_own_side(self, own: OwnSide, loop: ClosedLoop, motion: TargetMotion) -> Answer:
+        """Return the answer from the depth of the target's own side of an edge; verge if both show it."""
+        if len(own.roles) == len(EYES):
+            verged = loop.close_at(own.inverse_z_per_m)
+            if verged is not None and own.shares(1.0 / verged.place.point_rig_m[2]):
+                return both_foveae(verged)
+        place = self._last_look.look(own.inverse_z_per_m, own.sigma_per_m, motion)
+        views = self._last_look.views(own.inverse_z_per_m, motion, seeing=set(own.roles))
+        return Answer(
+            basis=Basis.FOVEA_AND_WIDE,
+            reason=verdict.one_eyed(place, set(own.roles), views),
+            left_view=views[Role.LEFT],
+            right_view=views[Role.RIGHT],
+            place=place,
+        )
 
     def _near(self, loop: ClosedLoop, motion: TargetMotion) -> tuple[InferredDepth, ...]:
         """Return the depths that are found next to a target."""

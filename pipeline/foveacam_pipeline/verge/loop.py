@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foveacam_hardware.contract import Clock, Head
+from foveacam_hardware.contract import Clock, Frame, Head
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.answer import Answer, both_foveae
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, UnsupportedMatch, VergedTarget
@@ -38,10 +38,14 @@ def fixate(
     clock: Clock,
     limits: VergeSettings = DEFAULT,
     known: PriorKnowledge = PriorKnowledge(),
+    clicked: Frame | None = None,
     on_step: Callable[[VergeStep], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Fixation:
     """Look at a target with both foveae and return its distance with its basis, or limits of it.
+
+    `clicked`: the wide frame on which the target was chosen, where that is known: what moves is looked for
+    in the newer ones.
 
     Raise OutOfRange for a target outside the wide image, Cancelled when `cancelled()` says so.
     """
@@ -52,7 +56,7 @@ def fixate(
     )
     ended: FixationEnded | None = None
     try:
-        answer = both_foveae(_within(loop.run(aim), known.within))
+        answer = both_foveae(_within(loop.run(aim, clicked=clicked), known.within))
     except FixationEnded as end:
         ended = end
         answering = FallbackEstimator(looker, calibration, limits, context=known.context, within=known.within)

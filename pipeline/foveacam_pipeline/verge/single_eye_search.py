@@ -30,7 +30,7 @@ from foveacam_pipeline.verge.single_eye import (
 from foveacam_pipeline.verge.support import SURVEY_SCALE, MatchSupport, support_of
 from foveacam_pipeline.verge.survey import ReducedEye, epipolar_looks, reduce_eye, reduce_look, shrink_look
 from foveacam_pipeline.verge.values import VergePhase
-from foveacam_pipeline.verge.weighing import only_sure, outdone, sound
+from foveacam_pipeline.verge.weighing import AGREE_SIGMAS, only_sure, outdone, sound
 from foveacam_pipeline.verge.wide_patch import WidePatch, cut_view, survey_f_px
 
 STEP_PX = 0.5
@@ -77,6 +77,24 @@ class EyeSighting:
         """Return the point of the rig frame."""
         target = motion.at(self.seen.sighting.left.t_ns)
         return place_on_ray(target, self.match.inverse_z_per_m, self.match.sigma_per_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnSide:
+    """The depth of a target's own side of an edge: the eyes that show it, 1/Z and its standard error."""
+
+    roles: frozenset[Role]
+    inverse_z_per_m: float
+    sigma_per_m: float
+
+    def shares(self, inverse_z_per_m: float) -> bool:
+        """Return whether it is as deep as that, in 1/Z."""
+        return abs(self.inverse_z_per_m - inverse_z_per_m) <= AGREE_SIGMAS * self.sigma_per_m
+
+    def agrees(self, match: EyeMatch) -> bool:
+        """Return whether what one eye shows of the target is as deep."""
+        apart = abs(self.inverse_z_per_m - match.inverse_z_per_m)
+        return apart <= AGREE_SIGMAS * math.hypot(self.sigma_per_m, match.sigma_per_m)
 
 
 class SingleEyeSearch:
@@ -152,16 +170,42 @@ class SingleEyeSearch:
 
         Only the part of the wide view on the target's side is compared. `target`: (2,) tangents.
         """
+        nearest = SIDE_DEEPER_SHARE * edge.match.inverse_z_per_m
+        return self._own_side(target, frame, nearest).depth()
+
+    def on_own_side(
+        self, target: NDArray[np.float64], frame: Frame, *, nearest_per_m: float
+    ) -> OwnSide | None:
+        """Return the depth of a target's own side of the edge beside it; None where that is not sure.
+
+        Each eye is compared with that side alone: what lies beyond the edge does not count. `target`: (2,)
+        tangents.
+        """
+        found = self._own_side(target, frame, nearest_per_m).sure_of_each()
+        if not found:
+            return None
+        depths, sigmas = np.array(list(found.values())).T
+        if float(np.ptp(depths)) > AGREE_SIGMAS * float(np.hypot.reduce(sigmas)):
+            return None
+        weights = sigmas**-2.0
+        return OwnSide(
+            roles=frozenset(found),
+            inverse_z_per_m=float(weights @ depths / weights.sum()),
+            sigma_per_m=float(weights.sum() ** -0.5),
+        )
+
+    def _own_side(self, target: NDArray[np.float64], frame: Frame, nearest_per_m: float) -> BorderPlace:
+        """Return how well the looks fit the part of the wide view on the target's side of an edge."""
         wide, f_px = self._calibration.wide, survey_f_px(self._calibration.wide)
         image = gray(to_uint8(frame))
         side = side_of_edge(image, wide.pixels(np.arctan(target)[None])[0])
         patch = border_patch(image, side, wide, target, f_px=f_px, rim_px=0)
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
-        grid = np.arange(0.0, SIDE_DEEPER_SHARE * edge.match.inverse_z_per_m, step)
+        grid = np.arange(0.0, nearest_per_m, step)
         place = BorderPlace(patch, inverse_z_per_m=grid, baseline_m=self._calibration.baseline_m, f_px=f_px)
         for seen in self._looks:
             place.add(shrink_look(seen.sighting, self._calibration, f_px=f_px))
-        return place.depth()
+        return place
 
     def _between(self, seen: Observation, wanted: Gazes) -> float | None:
         """Return how well the foveae correlate where both are meant to look."""

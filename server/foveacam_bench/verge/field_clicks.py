@@ -117,7 +117,7 @@ def judge(
     click = look_up(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
     began_s = time.perf_counter()
     target, known = PixelTarget(x_px=x_px, y_px=y_px), PriorKnowledge(context=context)
-    fixation = fixate(rig.head, calibration, target, clock=rig.clock, known=known)
+    fixation = fixate(rig.head, calibration, target, clock=rig.clock, known=known, clicked=shown)
     wall_ms = 1e3 * (time.perf_counter() - began_s)
     if context is not None:
         fuse_fixation(context, fixation, calibration)
