@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.border_depth import BorderPlace, border_patch
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.verge.border_depth import RIM_PX, BorderPlace, border_patch
 from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
 from foveacam_pipeline.verge.wide_patch import survey_f_px
 
@@ -52,16 +53,29 @@ def _framed_board(tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float
     return np.where((across < EDGE_TX) | (across > EDGE_TX + FRAME_TAN), BLANK, 60.0 + 0.0 * ty)
 
 
+def _book_before_wall(tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float) -> NDArray[np.float64]:
+    """A far wall with texture, and a near book with another one to the right of the edge."""
+    book = 255.0 - _texture(tx - shift * NEAR_PER_M, ty + FRAME_TAN)
+    return np.where(tx - shift * NEAR_PER_M < EDGE_TX, _texture(tx - shift * FAR_PER_M, ty), book)
+
+
+def _book_before_fence(tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float) -> NDArray[np.float64]:
+    """The same book before a far fence, which looks alike at many depths."""
+    fence = 60.0 + 40.0 * np.sin((tx - shift * FAR_PER_M) * 2.0 * np.pi * F_PX / 12.0) + 0.0 * ty
+    across = tx - shift * NEAR_PER_M
+    return np.where(across < EDGE_TX, fence, 255.0 - _texture(across, ty + FRAME_TAN))
+
+
 Scene = Callable[[NDArray[np.float64], NDArray[np.float64], float], NDArray[np.float64]]
 
 
-def _place(scene: Scene) -> BorderPlace:
+def _place(scene: Scene, *, rim_px: int = RIM_PX) -> BorderPlace:
     rows, columns = np.mgrid[0 : WIDE.height, 0 : WIDE.width].astype(np.float64)
     pixels = np.column_stack([columns.ravel(), rows.ravel()])
     tangents = np.tan(WIDE.angles_rad(pixels))
     gray = scene(tangents[:, 0], tangents[:, 1], 0.0).reshape(rows.shape).astype(np.uint8)
     flat = (tangents[:, 0] < EDGE_TX - 4.0 / WIDE.fx_px).reshape(rows.shape)
-    patch = border_patch(gray, 255 * flat.astype(np.uint8), WIDE, PLACE, f_px=F_PX, noise=1.0)
+    patch = border_patch(gray, 255 * flat.astype(np.uint8), WIDE, PLACE, f_px=F_PX, rim_px=rim_px, noise=1.0)
     return BorderPlace(patch, inverse_z_per_m=GRID_PER_M, baseline_m=BASELINE_M, f_px=F_PX)
 
 
@@ -109,3 +123,26 @@ def test_the_outer_edge_of_a_frame_is_not_taken_for_the_inner_one() -> None:
     assert partial is None or not partial.by_both
     assert found is not None and found.by_both
     assert found.inverse_z_per_m == pytest.approx(FAR_PER_M, abs=3.0 * found.sigma_per_m)
+
+
+def test_a_target_beside_something_nearer_is_told_by_its_own_side_alone() -> None:
+    place = _place(_book_before_wall, rim_px=0)
+    place.add(_look(_book_before_wall, at_per_m=FAR_PER_M))
+    sure = place.sure_of_each()
+    assert Role.LEFT in sure  # the book hides that side from neither eye, and is not compared
+    for inverse_z, sigma in sure.values():
+        assert inverse_z == pytest.approx(FAR_PER_M, abs=3.0 * sigma)
+        assert sigma < 0.05 * NEAR_PER_M
+
+
+def test_an_own_side_that_looks_alike_at_many_depths_tells_nothing_by_one_eye() -> None:
+    place = _place(_book_before_fence, rim_px=0)
+    place.add(_look(_book_before_fence, at_per_m=FAR_PER_M))
+    assert place.sure_of_each() == {}
+
+
+def test_an_own_side_that_hardly_counts_tells_nothing() -> None:
+    place = _place(_book_before_wall, rim_px=0)
+    place.patch.weights[:] = 0.0
+    place.add(_look(_book_before_wall, at_per_m=FAR_PER_M))
+    assert place.sure_of_each() == {}
