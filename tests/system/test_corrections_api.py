@@ -36,6 +36,15 @@ def test_click_that_corrects_gives_its_target_the_new_answer(
     assert target["corrections"][-1]["fixation_id"] == again["id"]
 
 
+def test_a_click_may_name_the_wide_picture_that_it_was_made_on(server: Running) -> None:
+    shown = next(view for view in server.get("/views").json() if view["name"] == "wide")
+    for frame_seq in (shown["published"], 0, 2**32 - 1):  # a number that nobody knows has no effect
+        found = server.fixate({**POSTER, "frame_seq": frame_seq})
+        assert found["basis"] == "both_foveae"
+        assert found["request"]["frame_seq"] == frame_seq
+    assert server.post("/fixations", {**POSTER, "frame_seq": -1}).status_code == 422
+
+
 def test_farther_looks_at_the_same_pixel_beyond_the_answer(server: Running, fixation: dict[str, Any]) -> None:
     path = f"/fixations/{fixation['id']}/corrections"
     found = server.post(path, {"direction": "farther"}, Prefer="wait=60").json()

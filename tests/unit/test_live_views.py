@@ -8,9 +8,12 @@ from foveacam_hardware.contract import PARKED, VirtualClock
 from foveacam_server.runtime.live_views import (
     IDLE_FOVEA_HZ,
     IDLE_WIDE_HZ,
+    RECENT_APART_NS,
+    RECENT_FRAMES,
     SESSION_WIDE_HZ,
     LiveRates,
     LiveViews,
+    RecentFrames,
 )
 
 from .fake_rig import FakeRig, Pictures
@@ -98,3 +101,12 @@ def due_after_s(
     while not (views.wide_due() if wide else views.look_due()):
         clock.sleep_until_ns(clock.now_ns() + 1_000_000)
     return 1e-9 * clock.now_ns()
+
+
+def test_a_click_finds_the_wide_frame_that_it_names_or_the_last_one_kept_before_it() -> None:
+    recent, frame = RecentFrames(), FakeRig(VirtualClock()).wide.latest(max_age_ms=1.0)
+    for k in range(RECENT_FRAMES + 3):
+        recent.add(replace(frame, seq=100 + 2 * k, t_ns=k * RECENT_APART_NS))
+        recent.add(replace(frame, seq=101 + 2 * k, t_ns=k * RECENT_APART_NS + 1))  # too soon after it
+    found = [recent.find(seq) for seq in (100, 104, 106, 107, 2**32 - 1)]
+    assert [None if each is None else each.seq for each in found] == [None, None, 106, 106, 128]

@@ -12,6 +12,9 @@ from foveacam_server.quantities import Degrees, DistanceM, Metres, Pixels
 Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """A name for people: no control characters."""
 
+FrameSeq = Annotated[int, Field(ge=0, le=0xFFFF_FFFF)]
+"""Number of a picture as it goes over the views' WebSocket."""
+
 
 class RequestModel(BaseModel):
     """Root of what is sent to the server."""
@@ -81,6 +84,9 @@ class FixationRequest(RequestModel):
     """Which distances the answer may have."""
     corrects: Annotated[str, Field(min_length=1, max_length=64)] | None = None
     """Id of a fixation whose answer this one corrects: its target takes the new answer."""
+    frame_seq: FrameSeq | None = None
+    """Number of the wide picture on which the target was chosen, as the views' WebSocket gives it: a target
+    that moves is followed from there. Pictures of the last 0.6 s are known; an older number has no effect."""
 
 
 class SteerRequest(RequestModel):

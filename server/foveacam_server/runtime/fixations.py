@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import Clock
+from foveacam_hardware.contract import Clock, Frame
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.depth_samples import DepthContext
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
@@ -127,6 +127,7 @@ class FixationService:
                 calibration,
                 target_of(job.request),
                 known=PriorKnowledge(context=tools.context, within=depth_range_of(job.request)),
+                clicked=self._clicked(job.request),
                 clock=tools.clock,
                 on_step=on_step,
                 cancelled=context.cancelled,
@@ -135,6 +136,11 @@ class FixationService:
         steps = len(fixation.steps)
         context.progress(steps, total=steps, note=fixation.state.value)
         return self._keep(fixation, fixation_id=fixation_id, job=job, calibration=calibration)
+
+    def _clicked(self, request: Document) -> Frame | None:
+        """Return the wide frame on which a target was chosen; None without a number, or when it is gone."""
+        seq = request.get("frame_seq")
+        return None if seq is None else self._tools.hardware.recent_wide(seq)
 
     def _keep(self, fixation: Fixation, *, fixation_id: str, job: Job, calibration: Calibration) -> str:
         request = {key: value for key, value in job.request.items() if key != "target_id"}

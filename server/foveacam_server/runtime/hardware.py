@@ -160,6 +160,10 @@ class HardwareThread:
         if missing is not None:
             raise refusals.missing(missing)
 
+    def recent_wide(self, seq: int) -> Frame | None:
+        """Return the wide frame that viewers know by a number, or the last before it; None if it is gone."""
+        return self._live.recent_wide.find(seq)
+
     @contextmanager
     def session(
         self, holder: str, *, cancelled: Callable[[], bool], one_eyed: bool = False

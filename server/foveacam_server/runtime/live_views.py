@@ -1,5 +1,7 @@
 """Keeps the views alive while nobody works with the rig: when a wide frame and a look are due."""
 
+import threading
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -19,6 +21,10 @@ wide camera's frames are read one after the other."""
 LIVE_AGE_MS = 500.0
 """Older than this, a live wide frame is waited for: the camera has stalled."""
 LONGEST_WAIT_S = 0.1
+RECENT_FRAMES, RECENT_APART_NS = 12, 50_000_000
+"""Wide frames kept for clicks that come late, and how far apart they are at least: 0.6 s and more."""
+WIRE_SEQ_MASK = 0xFFFF_FFFF
+"""Frame numbers go to viewers as 32 bits."""
 
 OverlayOf = Callable[[StereoVolts | None], Mapping[str, object] | None]
 """What is drawn over the wide view under a gaze, or while nobody knows it."""
@@ -32,11 +38,32 @@ class LiveRates:
     fovea_hz: float = 12.0
 
 
+class RecentFrames:
+    """The wide frames that viewers may see at the moment; a click names one. Callable from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._frames: deque[Frame] = deque(maxlen=RECENT_FRAMES)
+
+    def add(self, frame: Frame) -> None:
+        """Keep a frame, unless one was kept shortly before."""
+        with self._lock:
+            if not self._frames or frame.t_ns - self._frames[-1].t_ns >= RECENT_APART_NS:
+                self._frames.append(frame)
+
+    def find(self, seq: int) -> Frame | None:
+        """Return the frame of that number as it goes over the wire, or the last one before it; else None."""
+        with self._lock:
+            older = [frame for frame in self._frames if frame.seq & WIRE_SEQ_MASK <= seq]
+        return older[-1] if older else None
+
+
 class LiveViews:
     """Paces the live views and counts what they show. Called by the hardware thread alone."""
 
     def __init__(self, *, sink: PictureSink, clock: Clock, limits: LiveRates, overlay: OverlayOf) -> None:
         self.rates = {role: FrameRate() for role in Role}
+        self.recent_wide = RecentFrames()
         self._sink = sink
         self._clock = clock
         self._limits = limits
@@ -108,5 +135,7 @@ class LiveViews:
         return asks(Role.LEFT.value) or asks(Role.RIGHT.value)
 
     def _show(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+        if frame.role is Role.WIDE:
+            self.recent_wide.add(frame)
         if self.rates[frame.role].add(frame):
             self._sink.publish_frame(frame, meta=meta)

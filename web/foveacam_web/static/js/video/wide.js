@@ -162,7 +162,9 @@ export class WideView {
 
   /** @param {import("#api").FixationRequest} request */
   #fixate(request) {
-    void this.#commands.fixate(withCorrected(request, this.#store.state, NEAR_CSS_PX / this.#pane.viewport.scale));
+    const { state } = this.#store;
+    const named = state.overlay ? { ...request, frame_seq: state.overlay.seq } : request; // the picture that was clicked
+    void this.#commands.fixate(withCorrected(named, state, NEAR_CSS_PX / this.#pane.viewport.scale));
   }
 
   /**
