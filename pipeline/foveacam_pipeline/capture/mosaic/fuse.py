@@ -19,7 +19,7 @@ AGREE_SIGMAS = 4.0
 AGREE_SHARE = 0.003
 """Estimates agree within so many of their errors, and so much of q for what the errors do not know."""
 SMOOTH_CELLS = 2.0
-SPECKLE_CELLS = 150
+SPECKLE_CELLS = 300
 SPECKLE_STEP = 0.02
 """So few cells that hang together, each within this share of the depth of the next, are noise."""
 
