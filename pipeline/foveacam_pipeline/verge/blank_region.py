@@ -29,6 +29,8 @@ SIDE_REACH_PX = 24
 """How far the side of an edge is followed, wide px."""
 EDGE_PX = 4
 """An edge beside a point lies within so many wide px."""
+ON_EDGE_PX = 1.2
+"""A point farther than this from what is level on its side lies on the edge itself, wide px."""
 EDGE_SHARE = 0.5
 """Slopes below this share of the edge's do not belong to it."""
 LEAST_UPRIGHT = 0.6
@@ -110,6 +112,12 @@ def side_of_edge(gray: NDArray[np.uint8], at_px: NDArray[np.float64]) -> NDArray
         nearest = int(np.argmin((xs - own_x) ** 2 + (ys - own_y) ** 2))
         mask[rows, columns] = 255 * (labels == labels[ys[nearest], xs[nearest]])
     return mask
+
+
+def on_edge(gray: NDArray[np.uint8], at_px: NDArray[np.float64]) -> bool:
+    """Return whether a point lies on an edge itself, too far from what is level on either side of it."""
+    ys, xs = np.nonzero(side_of_edge(gray, at_px))
+    return len(xs) == 0 or float(np.hypot(xs - at_px[0], ys - at_px[1]).min()) > ON_EDGE_PX
 
 
 def _component(flat: NDArray[np.uint8], middle: NDArray[np.int_]) -> NDArray[np.bool_]:

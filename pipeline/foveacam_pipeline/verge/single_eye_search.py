@@ -12,7 +12,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reaches
-from foveacam_pipeline.verge.blank_region import side_of_edge
+from foveacam_pipeline.verge.blank_region import on_edge, side_of_edge
 from foveacam_pipeline.verge.border_depth import BorderDepth, BorderPlace, border_patch
 from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
 from foveacam_pipeline.verge.fine import MatchGuess, match_fine
@@ -178,9 +178,12 @@ class SingleEyeSearch:
     ) -> OwnSide | None:
         """Return the depth of a target's own side of the edge beside it; None where that is not sure.
 
-        Each eye is compared with that side alone: what lies beyond the edge does not count. `target`: (2,)
-        tangents.
+        Each eye is compared with that side alone: what lies beyond the edge does not count. A target on the edge
+        itself may be on either side. `target`: (2,) tangents.
         """
+        at_px = self._calibration.wide.pixels(np.arctan(target)[None])[0]
+        if on_edge(gray(to_uint8(frame)), at_px):
+            return None
         found = self._own_side(target, frame, nearest_per_m).sure_of_each()
         if not found:
             return None
