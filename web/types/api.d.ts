@@ -675,6 +675,7 @@ export interface components {
             /** @default true */
             depth?: boolean;
             direction?: components["schemas"]["Direction"] | null;
+            frame_seq?: number | null;
             label?: string | null;
             pixel?: components["schemas"]["Pixel"] | null;
             rectangle?: components["schemas"]["Rectangle"] | null;

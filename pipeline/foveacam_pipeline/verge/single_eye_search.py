@@ -178,8 +178,8 @@ class SingleEyeSearch:
     ) -> OwnSide | None:
         """Return the depth of a target's own side of the edge beside it; None where that is not sure.
 
-        Each eye is compared with that side alone, and not with what lies beyond the edge. One on the edge
-        itself may be on either side. `target`: (2,) tangents.
+        Each eye is compared with that side alone, and not with what lies beyond the edge. A target on the
+        edge itself may be on either side. `target`: (2,) tangents.
         """
         at_px = self._calibration.wide.pixels(np.arctan(target)[None])[0]
         if on_edge(gray(to_uint8(frame)), at_px):
