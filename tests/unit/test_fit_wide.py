@@ -99,15 +99,6 @@ def test_a_few_wrong_corners_do_not_move_the_lens() -> None:
     assert fit.accuracy.sigma_px < 2.0 * fit_wide(clean).accuracy.sigma_px
 
 
-def test_a_view_of_something_else_is_named() -> None:
-    samples = board_samples(BOARD, many_poses(20, np.random.default_rng(3)), noise_px=0.02)
-    first = next(iter(samples))
-    samples.remove(first.id)
-    odd = _moved(first, first.view.corners_px + np.random.default_rng(1).normal(0.0, 1.0, (54, 2)))
-    samples.add(odd)
-    assert fit_wide(samples).odd_views == (odd.id,)
-
-
 def test_the_field_of_view_is_that_of_the_lens() -> None:
     fit = fit_wide(board_samples(BOARD, many_poses(20, np.random.default_rng(5))))
     edge = np.arctan(

@@ -1,6 +1,5 @@
 """The folder of calibrations: named by content, listed, combined, and never written over."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -87,41 +86,3 @@ def test_the_beginning_of_several_ids_names_none(store: CalibrationStore) -> Non
     store.add(CORRECTED)
     with pytest.raises(NotCalibrated, match="''"):
         store.get("")
-
-
-def test_a_correction_leads_back_to_what_it_corrected(store: CalibrationStore) -> None:
-    store.add(CORRECTED)
-    assert ids(store.lineage(CORRECTED.id)) == [CORRECTED.id]  # its parent is not kept here
-    store.add(CERTIFICATE)
-    assert ids(store.lineage(CORRECTED.id)) == [CORRECTED.id, CERTIFICATE.id]
-
-
-def test_what_was_exported_is_imported_elsewhere(store: CalibrationStore, tmp_path: Path) -> None:
-    store.add(CORRECTED)
-    path = store.export_file(CORRECTED.id, tmp_path / "out" / "mine.json")
-    elsewhere = CalibrationStore(tmp_path / "elsewhere")
-    assert elsewhere.import_file(path, rig_id=CORRECTED.rig_id).id == CORRECTED.id
-    assert ids(elsewhere.every().calibrations) == [CORRECTED.id]
-
-
-def test_an_export_overwrites_nothing(store: CalibrationStore, tmp_path: Path) -> None:
-    store.add(CERTIFICATE)
-    path = tmp_path / "precious.json"
-    path.write_text("precious", encoding="utf-8")
-    with pytest.raises(InvalidInput, match="nothing was overwritten"):
-        store.export_file(CERTIFICATE.id, path)
-    assert path.read_text(encoding="utf-8") == "precious"
-
-
-def test_an_import_of_another_rig_or_a_changed_file_leaves_no_trace(
-    store: CalibrationStore, tmp_path: Path
-) -> None:
-    with pytest.raises(NotCalibrated, match="belongs to rig 'sim-paper'"):
-        store.import_file(FOLDER / "sim-paper.json", rig_id="sim-rig120")
-    changed = json.loads((FOLDER / "sim-rig120.json").read_text(encoding="utf-8"))
-    changed["calibration"]["baseline_m"] = 0.21
-    path = tmp_path / "changed.json"
-    path.write_text(json.dumps(changed), encoding="utf-8")
-    with pytest.raises(InvalidInput, match="changed after it was written"):
-        store.import_file(path)
-    assert not store.folder.exists()

@@ -3,7 +3,6 @@
 `exchange` imports the files of other programs.
 """
 
-import logging
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +12,6 @@ from foveacam_pipeline.calibrate.records.new_file import link_new
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
 from foveacam_pipeline.storage.disk import disk_errors
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +47,16 @@ class CalibrationStore:
 
     def add(self, calibration: Calibration) -> Path:
         """Store a calibration and return its path; one that is stored already is unchanged."""
-        return self._write(calibration, self.path_of(calibration.id))
+        path = self.path_of(calibration.id)
+        finished = path.with_name(f".{path.name}.{os.getpid()}.new")
+        with disk_errors(f"calibration {calibration.id}", path.parent):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                save_calibration(calibration, finished)
+                link_new(finished, path)
+            finally:
+                finished.unlink(missing_ok=True)
+        return path
 
     def get(self, calibration_id: str) -> Calibration:
         """Return the calibration whose id is, or begins with, `calibration_id`."""
@@ -78,17 +84,6 @@ class CalibrationStore:
         newest_first = sorted(calibrations, key=lambda known: (known.created, known.id), reverse=True)
         return CalibrationListing(calibrations=tuple(newest_first), refusals=tuple(refusals))
 
-    def lineage(self, calibration_id: str) -> tuple[Calibration, ...]:
-        """Return a calibration, its parent, and so on, as far as they are in the folder."""
-        chain = [self.get(calibration_id)]
-        while (parent_id := chain[-1].parent_id) is not None:
-            try:
-                chain.append(self.get(parent_id))
-            except NotCalibrated:
-                logger.info("calibration %s names a parent that is not kept here", chain[-1].id)
-                break
-        return tuple(chain)
-
     def discard(self, calibration_id: str) -> None:
         """Move a calibration to the trash (see `restore`); raise NotCalibrated when there is none."""
         path = self.path_of(self.get(calibration_id).id)
@@ -109,18 +104,6 @@ class CalibrationStore:
         """The folder of discarded calibrations."""
         return self._folder / "trash"
 
-    def import_file(self, path: Path, *, rig_id: str | None = None) -> Calibration:
-        """Store the calibration of the file `path`; refuse one that is damaged or of another rig."""
-        calibration = load_calibration(path)
-        if rig_id is not None:
-            calibration.check_rig(rig_id)
-        self.add(calibration)
-        return calibration
-
-    def export_file(self, calibration_id: str, path: Path) -> Path:
-        """Write a calibration to `path`, where no other file may exist."""
-        return self._write(self.get(calibration_id), path)
-
     def _paths(self) -> list[Path]:
         return sorted(path for path in self._folder.glob("*.json") if not path.name.startswith("."))
 
@@ -132,14 +115,3 @@ class CalibrationStore:
                 "move it away and import it again"
             )
         return calibration
-
-    def _write(self, calibration: Calibration, path: Path) -> Path:
-        finished = path.with_name(f".{path.name}.{os.getpid()}.new")
-        with disk_errors(f"calibration {calibration.id}", path.parent):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            try:
-                save_calibration(calibration, finished)
-                link_new(finished, path)
-            finally:
-                finished.unlink(missing_ok=True)
-        return path

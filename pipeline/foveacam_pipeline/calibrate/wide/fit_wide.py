@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.wide.board_pose import BoardPose, board_pose_from, pose_of_view
+from foveacam_pipeline.calibrate.wide.board_pose import pose_of_view
 from foveacam_pipeline.calibrate.wide.coverage import coverage_of
 from foveacam_pipeline.calibrate.wide.lens_accuracy import LensAccuracy, accuracy_of
 from foveacam_pipeline.calibrate.wide.wide_bundle import (
@@ -39,7 +39,6 @@ _MAX_FOCAL_SIGMA = 0.005
 """Maximum relative standard error of the focal length; beyond it the views are refused."""
 _MAX_CORNER_NOISE = 0.005
 """Maximum noise of a corner, over the image's width; beyond it no lens fits the views."""
-_ODD_RATIO = 5.0
 _MIN_TILT_DEG = 10.0
 _MIN_COVERAGE = 0.25
 """Minimum covered share of the image; below it the views are refused."""
@@ -49,13 +48,12 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ViewFit:
-    """Residuals of one view: `residuals_px` (n, 2), their rms length, and the pose of the board."""
+    """Residuals of one view: `residuals_px` (n, 2) and their rms length."""
 
     id: str
     corners_px: NDArray[np.float64]
     residuals_px: NDArray[np.float64]
     rms_px: float
-    pose: BoardPose
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -73,12 +71,6 @@ class WideFit:
         """Width and height of the field of view, rad, along the axes through the centre."""
         left, right, top, bottom = self.intrinsics.field_rad
         return right - left, bottom - top
-
-    @property
-    def odd_views(self) -> tuple[str, ...]:
-        """Ids of views with far larger residuals than most: candidates for removal."""
-        usual = float(np.median([view.rms_px for view in self.views]))
-        return tuple(view.id for view in self.views if view.rms_px > _ODD_RATIO * usual)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +99,7 @@ def fit_wide(samples: WideSamples, model: LensModel = "five") -> WideFit:
         intrinsics=lens,
         rms_px=_rms(residuals),
         accuracy=accuracy,
-        views=tuple(_view(s, r, p) for s, r, p in zip(taken, bundle.residuals_px, bundle.poses, strict=True)),
+        views=tuple(_view(s, r) for s, r in zip(taken, bundle.residuals_px, strict=True)),
     )
     logger.info(
         "lens of model %s from %d views: rms %.3f px, angles to %.4f deg",
@@ -171,13 +163,12 @@ def _fit(views: Sequence[BoardObservation], model: LensModel, size: tuple[int, i
     return fit_bundle(views, pinhole.lens, prior=prior, poses=pinhole.poses)
 
 
-def _view(sample: WideSample, residuals_px: NDArray[np.float64], pose: NDArray[np.float64]) -> ViewFit:
+def _view(sample: WideSample, residuals_px: NDArray[np.float64]) -> ViewFit:
     return ViewFit(
         id=sample.id,
         corners_px=sample.view.corners_px,
         residuals_px=residuals_px,
         rms_px=_rms(residuals_px),
-        pose=board_pose_from(pose, middle_m=sample.view.board.places_m().mean(axis=0)),
     )
 
 

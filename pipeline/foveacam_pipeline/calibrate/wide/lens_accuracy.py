@@ -35,11 +35,6 @@ class LensAccuracy:
         """95 % bound of the rms error over the image, px."""
         return COVERAGE_FACTOR * self.sigma_px
 
-    @property
-    def bound_rad(self) -> float:
-        """95 % bound of the rms error as an angle, rad."""
-        return COVERAGE_FACTOR * self.sigma_rad
-
 
 def accuracy_of(bundle: LensBundle, lens: Intrinsics) -> LensAccuracy:
     """Return the accuracy by the noise, or by the jackknife over views, whichever is worse."""

@@ -99,11 +99,6 @@ def load_samples(board: Board, folder: Path | None) -> WideSamples:
     return samples
 
 
-def gray_of(frame: Frame) -> NDArray[np.uint8]:
-    """Return the (h, w) uint8 grey values of a frame of any format."""
-    return _gray(_eight_bits(frame))
-
-
 class _CaptureRun:
     """State of one run: the views, their coverage and the automatic capture."""
 
