@@ -1,1 +1,1 @@
-"""What becomes of a calibration in the field: drift checks and health."""
+"""Drift checks, corrections and health of a calibration in the field."""

@@ -54,9 +54,8 @@ def _corrected_eye(calibration: Calibration, found: DriftCheck, role: Role) -> E
     eye = turn_eye(calibration.eye(role), drift.turn, f_px=calibration.fovea_f_px)
     own = drift.sigma_px / calibration.fovea_f_px / math.sqrt(2.0)
     sigma_x, sigma_y = eye.mirror.sigma_rad
-    if (
-        calibration.origin == "corrected"
-    ):  # a check that knows the vergence replaces what an earlier one stated
+    if calibration.origin == "corrected":
+        # a check that knows the vergence replaces the error that an earlier one stated
         sigma_x = max(min(sigma_x, sigma_y) if found.vergence_known else sigma_x, own)
         sigma_y = max(sigma_y, own)
     else:

@@ -27,7 +27,7 @@ from foveacam_pipeline.verge.aim import EYES, aim_at
 ROUNDS = 30
 STOP_RAD = 1e-8
 TUKEY_CUTOFF = 4.7
-"""A place that misses by so many standard errors counts for nothing (Tukey's biweight, 95 % efficient)."""
+"""Residual, in standard errors, from which a place has no weight (Tukey's biweight, 95 % efficient)."""
 MIN_MODEL_SIGMA_PX = 0.15
 """Lower limit of the standard error of a mirror's model, whatever the model states, fovea px."""
 START_CUTOFF = 12.0

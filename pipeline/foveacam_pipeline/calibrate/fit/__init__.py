@@ -1,1 +1,1 @@
-"""Stages 2 and 3, fitting: from raw sweeps to the calibration of a rig, and the check of it."""
+"""Stages 2 and 3, fitting: reduction of raw sweeps, the calibration of a rig, and its check."""

@@ -1,1 +1,1 @@
-"""Stage 2, measuring: markers, and the sweep that centres them in both foveae."""
+"""Stage 2, measurement: markers, and the sweep that centres them in both foveae."""

@@ -105,7 +105,7 @@ class StationBase:
         self.request(self._asked_rad)
 
     def hold(self) -> None:
-        """Stop it where it is."""
+        """Stop the base at its present pose."""
         if not self.by_hand and self._pan_tilt.state.connected:
             self._pan_tilt.hold()
 

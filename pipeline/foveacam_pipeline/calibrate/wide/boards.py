@@ -45,11 +45,11 @@ class Checkerboard:
 
     @property
     def corners(self) -> int:
-        """How many inner corners it has."""
+        """Number of inner corners."""
         return self.columns * self.rows
 
     def places_m(self) -> NDArray[np.float64]:
-        """Return (corners, 2) places of the inner corners on the board, row by row; the first is (0, 0)."""
+        """Return the (corners, 2) positions of the inner corners, row by row; the first is (0, 0)."""
         return _lattice_m(self.columns, self.rows, self.square_m)
 
     def __str__(self) -> str:
@@ -95,7 +95,7 @@ class Charuco:
 
     @property
     def corners(self) -> int:
-        """How many inner corners it has."""
+        """Number of inner corners."""
         return self.columns * self.rows
 
     @property
@@ -104,7 +104,7 @@ class Charuco:
         return (self.columns + 1) * (self.rows + 1) // 2
 
     def places_m(self) -> NDArray[np.float64]:
-        """Return (corners, 2) places of the inner corners on the board, row by row; the first is (0, 0)."""
+        """Return the (corners, 2) positions of the inner corners, row by row; the first is (0, 0)."""
         return _lattice_m(self.columns, self.rows, self.square_m)
 
     def printed(self) -> cv2.aruco.CharucoBoard:
