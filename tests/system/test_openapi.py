@@ -42,7 +42,8 @@ def test_openapi_document_is_the_committed_one() -> None:
         COMMITTED.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", encoding="utf-8")
     assert found == json.loads(COMMITTED.read_text(encoding="utf-8")), (
         "the REST interface is no longer the committed one; when that is meant, write it anew with "
-        "UPDATE_OPENAPI=1 .venv/bin/python -m pytest tests/system/test_openapi.py"
+        "UPDATE_OPENAPI=1 .venv/bin/python -m pytest tests/system/test_openapi.py, "
+        "and then the page's types with sh web/generate-types.sh"
     )
 
 
