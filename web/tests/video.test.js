@@ -32,14 +32,20 @@ test("a lens without distortion is a pinhole", () => {
   near(ay_deg, 0, 1e-12);
 });
 
-test("pixels lead to directions and back, to the corners of the picture", () => {
-  for (const [x = 0, y = 0] of [
-    [0, 0],
-    [1439, 1079],
-    [720, 540],
-    [1200.25, 80.5],
-  ]) {
-    const back = angles.pixelOf(LENS, angles.directionOf(LENS, { x, y }));
+/** Pixel and direction by cv2.undistortPoints, iterated to 1e-12. */
+const BY_OPENCV = [
+  { x: 0, y: 0, ax_deg: -12.949484566, ay_deg: -9.729395204 },
+  { x: 1439, y: 1079, ax_deg: 12.847752671, ay_deg: 9.76968411 },
+  { x: 720, y: 540, ax_deg: -0.045328876, ay_deg: 0.031750301 },
+  { x: 1200.25, y: 80.5, ax_deg: 8.627799896, ay_deg: -8.277165206 },
+];
+
+test("pixels have the directions that OpenCV gives them, and lead back", () => {
+  for (const { x, y, ...direction } of BY_OPENCV) {
+    const found = angles.directionOf(LENS, { x, y });
+    near(found.ax_deg, direction.ax_deg, 1e-7);
+    near(found.ay_deg, direction.ay_deg, 1e-7);
+    const back = angles.pixelOf(LENS, found);
     near(back.x, x, 1e-6);
     near(back.y, y, 1e-6);
   }
