@@ -63,10 +63,10 @@ class FaultInjector(Protocol):
     """What can be broken on purpose; callable from any thread, in force with the next exposure."""
 
     @property
-    def told(self) -> SimulatedFaults:
-        """What is broken now."""
+    def in_force(self) -> SimulatedFaults:
+        """The faults in force."""
         ...
 
-    def put(self, faults: SimulatedFaults) -> None:
-        """Break this, and mend everything else."""
+    def set_faults(self, faults: SimulatedFaults) -> None:
+        """Set exactly these faults, and clear all others."""
         ...

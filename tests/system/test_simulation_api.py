@@ -29,7 +29,7 @@ def test_what_is_broken_is_told_in_force_and_mended(server: Running) -> None:
     finally:
         mended = server.http.delete(f"{API}{FAULTS}")
     assert mended.json()["frozen"] == []
-    assert server.truth.world.faults.told.words == []
+    assert server.truth.world.faults.in_force.words == []
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_what_cannot_be_broken_is_refused_in_words(
     refused = server.http.put(f"{API}{FAULTS}", json=wanted)
     assert refused.status_code == 422
     assert all(word in refused.json()["detail"] for word in words), refused.json()
-    assert server.truth.world.faults.told.words == []
+    assert server.truth.world.faults.in_force.words == []
 
 
 def test_a_rig_of_metal_has_nothing_that_is_broken_on_purpose(

@@ -119,7 +119,7 @@ def test_what_a_rig_file_breaks_is_broken_from_the_start(tmp_path: Path) -> None
     try:
         assert isinstance(config, SimulatedRigConfig)
         assert rig.breakable is not None
-        assert rig.breakable.told == config.faults
+        assert rig.breakable.in_force == config.faults
         assert config.faults.words == [
             "left camera unplugged",
             "mirror axis right y dead",

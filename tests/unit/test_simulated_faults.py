@@ -28,14 +28,14 @@ EVERYTHING = SimulatedFaults(
 
 def test_what_was_put_is_told_and_mended() -> None:
     faults = WorldFaults()
-    assert faults.told == SimulatedFaults()
-    assert faults.told.words == []
+    assert faults.in_force == SimulatedFaults()
+    assert faults.in_force.words == []
 
-    faults.put(EVERYTHING)
-    assert faults.told == EVERYTHING
-    assert len(faults.told.words) == 9
+    faults.set_faults(EVERYTHING)
+    assert faults.in_force == EVERYTHING
+    assert len(faults.in_force.words) == 9
 
-    faults.put(SimulatedFaults())
+    faults.set_faults(SimulatedFaults())
     assert faults == WorldFaults()
 
 
@@ -46,7 +46,7 @@ def test_a_knocked_eye_looks_to_the_right_and_down_as_it_is_said(role: Role) -> 
     try:
         before = gaze(world.static_view(role, MirrorVolts(x_v=0.0, y_v=0.0), t_ns=0))
         knock = MountKnock(shift_x_deg=0.3, shift_y_deg=0.2)
-        world.faults.put(SimulatedFaults(knocked_left=knock, knocked_right=knock))
+        world.faults.set_faults(SimulatedFaults(knocked_left=knock, knocked_right=knock))
         after = gaze(world.static_view(role, MirrorVolts(x_v=0.0, y_v=0.0), t_ns=0))
     finally:
         stage.close()

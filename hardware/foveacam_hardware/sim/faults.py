@@ -38,7 +38,7 @@ class WorldFaults:
     drift_step_rad: dict[Role, tuple[float, float, float]] = field(default_factory=dict)
 
     @property
-    def told(self) -> SimulatedFaults:
+    def in_force(self) -> SimulatedFaults:
         """The faults in force, in the form of a rig file."""
         return SimulatedFaults(
             unplugged=[name for name in CAMERA_NAMES if Role(name) in self.unplugged],
@@ -50,7 +50,7 @@ class WorldFaults:
             knocked_right=self._knock(Role.RIGHT),
         )
 
-    def put(self, faults: SimulatedFaults) -> None:
+    def set_faults(self, faults: SimulatedFaults) -> None:
         """Set exactly the faults that a rig file lists, and clear all others."""
         self.unplugged = {Role(name) for name in faults.unplugged}
         self.frozen = {Role(name) for name in faults.frozen}

@@ -85,7 +85,7 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         clock = VirtualClock(VIRTUAL_START_NS) if inline else MonotonicClock()
     scene = AnimatedScene(config.scene)
     world = World(scene=scene, preset=preset, seed=config.seed, clock=clock)
-    world.faults.put(config.faults)
+    world.faults.set_faults(config.faults)
     with ExitStack() as cleanup:  # a far end that fails to start leaves no thread behind
         cleanup.callback(scene.close)
         board = _start_board(world, clock, inline=inline)  # it starts while the controller starts

@@ -59,7 +59,7 @@ def _knocked(scene: str, calibration: Calibration, *, count: int) -> Iterator[Kn
         if rig.breakable is None:
             raise DeviceFault("bench verge: the simulated rig came without what breaks it")
         for _ in range(count):
-            rig.breakable.put(SimulatedFaults(knocked_left=_knock(rng), knocked_right=_knock(rng)))
+            rig.breakable.set_faults(SimulatedFaults(knocked_left=_knock(rng), knocked_right=_knock(rng)))
             yield _clicked(rig, calibration, [_textured(rig, calibration, scene, rng) for _ in range(CLICKS)])
 
 

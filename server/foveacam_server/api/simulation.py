@@ -16,7 +16,7 @@ router = APIRouter(prefix="/simulation", tags=["rig"])
 @router.get("/faults", summary="What is broken on purpose", responses=problems(404, 503))
 async def faults(services: ServicesDep) -> SimulatedFaults:
     """Return what is broken in the simulated rig now; a rig of metal has none of this (404)."""
-    return await asyncio.wrap_future(services.hardware.submit(lambda rig: _breakable(rig).told))
+    return await asyncio.wrap_future(services.hardware.submit(lambda rig: _breakable(rig).in_force))
 
 
 @router.put("/faults", summary="Break something on purpose", responses=problems(404, 409, 503))
@@ -37,8 +37,8 @@ async def mend(services: ServicesDep, x_lease: LeaseHeader = None) -> SimulatedF
 
 async def _put(services: Services, wanted: SimulatedFaults) -> SimulatedFaults:
     def put(rig: AssembledRig) -> SimulatedFaults:
-        _breakable(rig).put(wanted)
-        return _breakable(rig).told
+        _breakable(rig).set_faults(wanted)
+        return _breakable(rig).in_force
 
     now = await asyncio.wrap_future(services.hardware.submit(put))
     words = ", ".join(now.words)

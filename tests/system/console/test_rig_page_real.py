@@ -122,7 +122,7 @@ def test_what_is_broken_on_purpose_is_seen_and_mended(rig: Running, console: Con
     assert world.no_strobe == {Role.RIGHT}
     faults.get_by_role("button", name="Knock both mounts").click()
     expect(faults.get_by_label("Rolled, °: left")).to_have_value(re.compile(r"^-?0\.1$"))
-    knocked = world.told
+    knocked = world.in_force
     assert math.hypot(knocked.knocked_left.shift_x_deg, knocked.knocked_left.shift_y_deg) == pytest.approx(
         0.3, abs=0.002
     )
@@ -130,12 +130,12 @@ def test_what_is_broken_on_purpose_is_seen_and_mended(rig: Running, console: Con
     entry.fill("0.5")
     entry.press("Enter")
     expect(entry).to_have_value("0.5")
-    assert world.told.knocked_right.shift_y_deg == 0.5
-    assert world.told.knocked_left == knocked.knocked_left
+    assert world.in_force.knocked_right.shift_y_deg == 0.5
+    assert world.in_force.knocked_left == knocked.knocked_left
     entry.fill("9")
     entry.press("Enter")
-    assert world.told.knocked_right.shift_y_deg == 0.5
+    assert world.in_force.knocked_right.shift_y_deg == 0.5
     faults.get_by_role("button", name="Mend everything").click()
     expect(entry).to_have_value("0")
     expect(faults.get_by_label("Strobe cable off: right")).not_to_be_checked()
-    assert world.told.words == []
+    assert world.in_force.words == []
