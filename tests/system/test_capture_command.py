@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from foveacam_pipeline.capture.dataset import check
+from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server import cli
 from foveacam_server.capture_command.run import CaptureProgressBar
 
@@ -91,7 +91,7 @@ def test_a_capture_is_taken_by_the_server_and_printed(server: Running, run: Run)
     assert printed.strip().endswith("complete, 4 of 4 points, 56 MB")
     kept = server.get("/captures", text="from afar").json()[0]
     assert (kept["label"], kept["points"]["taken"]) == ("by command", 4)
-    assert check(kept["folder"]) == []
+    assert check_dataset(kept["folder"]) == []
     assert run("--name", "from afar", *FOUR)[0] == 2
     status, printed, _ = run("--name", "from afar", "--json", "--estimate", *FOUR)
     assert (status, json.loads(printed)["points"]) == (0, 4)

@@ -17,7 +17,7 @@ import pytest
 
 from foveacam_bench.faults.kills import RIG, RailCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
-from foveacam_pipeline.capture.dataset import Dataset, check
+from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
 
 from .conftest import API, PATIENCE_S, Program
@@ -128,7 +128,7 @@ def gone_on_with(server: Server, capture_id: str, what: Json, data: Path, *, wit
         "frames": 3 * total,
     }
     captures = data / "captures"
-    assert check(captures / "killed") == []
+    assert check_dataset(captures / "killed") == []
     assert index_of(captures / "killed", without=without) == index_of(
         captures / "undisturbed", without=without
     )
@@ -203,4 +203,4 @@ def test_ctrl_c_leaves_a_partial_capture_and_the_command_that_goes_on(tmp_path: 
     again = shlex.split(words.partition("resume it: ")[2].splitlines()[0])
     assert again == ["foveacam", "capture", "--resume", *command[4:]]
     assert 0 < taken < 1600
-    assert check(folder) == []
+    assert check_dataset(folder) == []

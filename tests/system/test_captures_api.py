@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.dataset import Dataset, check
+from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from foveacam_server.runtime.store import Document
 
 from .conftest import API, PATIENCE_S, Running, gated
@@ -84,7 +84,7 @@ def kept(server: Running) -> Document:
     partial: Document = server.get(f"{URL}/{capture_id}").json()
     assert (partial["state"], partial["resumable"]) == ("partial", True)
     assert "cancelled" in partial["why"]
-    assert check(folder_of(server, "kept")) == []
+    assert check_dataset(folder_of(server, "kept")) == []
 
     answer = server.post(f"{URL}/{capture_id}/resume", Prefer="wait=60")
 
@@ -98,7 +98,7 @@ def test_a_capture_that_was_gone_on_with_is_whole_and_its_frames_carry_their_vol
 ) -> None:
     dataset = Dataset.open(folder_of(server, "kept"))
 
-    assert check(dataset.folder) == []
+    assert check_dataset(dataset.folder) == []
     assert (kept["state"], kept["points"]["taken"], kept["progress"]) == ("complete", 4, None)
     assert [(point.place.column, point.place.row) for point in dataset] == [(0, 0), (1, 0), (1, 1), (0, 1)]
     for point in dataset:
@@ -175,7 +175,7 @@ def test_a_label_is_found_again_and_removal_is_undone(server: Running, kept: Doc
 
     restored = server.post(f"{URL}/{kept['id']}/restore").json()
     assert (restored["name"], restored["label"], restored["removed"]) == ("kept", "figurine at dusk", False)
-    assert check(folder_of(server, "kept")) == []
+    assert check_dataset(folder_of(server, "kept")) == []
 
 
 def test_a_complete_capture_is_not_gone_on_with_nor_paused(server: Running, kept: Document) -> None:
@@ -212,7 +212,7 @@ def test_the_stop_ends_a_capture_and_it_goes_on_afterwards(server: Running) -> N
     answer = server.post(f"{URL}/{capture_id}/resume", Prefer="wait=60")
 
     assert answer.json()["state"] == "complete"
-    assert check(folder_of(server, "stopped")) == []
+    assert check_dataset(folder_of(server, "stopped")) == []
 
 
 def test_an_estimate_tells_time_size_and_every_footprint(server: Running) -> None:

@@ -15,7 +15,7 @@ import httpx
 import pytest
 
 from foveacam_hardware.contract import CameraSettings
-from foveacam_pipeline.capture.dataset import check
+from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.models.calibration_file import calibration_document
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
@@ -106,7 +106,7 @@ def failed_by_disk(server: Running, capture_id: str, job: Document) -> Document:
     assert "then resume: what was acknowledged is safe" in problem["remedy"]
     assert (capture["state"], capture["resumable"]) == ("partial", True)
     assert before <= capture["points"]["taken"] < 6
-    assert check(folder_of(server, capture["name"])) == []
+    assert check_dataset(folder_of(server, capture["name"])) == []
     return problem
 
 
@@ -116,7 +116,7 @@ def gone_on_with(server: Running, capture_id: str) -> None:
     assert ended(server, answer.json())["state"] == "succeeded"
     found = server.get(f"{URL}/{capture_id}").json()
     assert (found["state"], found["points"]["taken"], found["why"]) == ("complete", 6, "")
-    assert check(folder_of(server, found["name"])) == []
+    assert check_dataset(folder_of(server, found["name"])) == []
 
 
 def test_a_disk_that_fills_up_fails_the_capture_with_both_figures_and_it_goes_on_in_new_room(

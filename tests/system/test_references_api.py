@@ -7,7 +7,7 @@ import pytest
 from tests.unit.dataset_scenes import written
 from tests.unit.rail_scenes import STOPS_M, rail_scan
 
-from foveacam_pipeline.capture.dataset import check
+from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_pipeline.capture.reference import read_rows
 from foveacam_server.runtime.store import Document
 
@@ -71,7 +71,7 @@ def test_a_reference_has_the_figures_and_files_of_the_command_and_is_removed(
     kept = json.loads(file.read_text())
     figures = kept["figures"]
     assert {name: made[name] for name in figures} == figures
-    assert check(folder) == []
+    assert check_dataset(folder) == []
     for name, media_type, begin in (
         ("svg", "image/svg+xml", b"<?xml"),
         ("png", "image/png", b"\x89PNG"),

@@ -22,7 +22,13 @@ from foveacam_hardware.contract import (
     StorageFull,
     VirtualClock,
 )
-from foveacam_pipeline.capture.dataset import Dataset, DatasetHeader, DatasetState, DatasetWriter, check
+from foveacam_pipeline.capture.dataset import (
+    Dataset,
+    DatasetHeader,
+    DatasetState,
+    DatasetWriter,
+    check_dataset,
+)
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from, points, prepared, shot_limit_ms, steer
 from foveacam_pipeline.capture.run import CapturePhase, CaptureReport, RunSettings, prepare, run_capture
 from foveacam_pipeline.storage.disk import write_part
@@ -106,7 +112,7 @@ def test_a_capture_takes_every_point_with_its_volts_and_a_wide_frame(rig: StubRi
     plan = plan_of()
     dataset = captured(rig, tmp_path / "a", plan)
 
-    assert check(tmp_path / "a") == []
+    assert check_dataset(tmp_path / "a") == []
     assert dataset.document.state is DatasetState.COMPLETE
     assert [(point.place.column, point.place.row) for point in dataset] == [(0, 0), (1, 0), (1, 1), (0, 1)]
     for taken, planned in zip(dataset, points(plan), strict=True):
@@ -167,7 +173,7 @@ def test_a_lost_frame_is_taken_again(rig: StubRig, tmp_path: Path) -> None:
     dataset = captured(rig, tmp_path / "a", plan_of())
 
     assert len(dataset) == 4
-    assert check(tmp_path / "a") == []
+    assert check_dataset(tmp_path / "a") == []
     for point in dataset:
         assert point.frame(Role.LEFT).t_ns == point.frame(Role.RIGHT).t_ns
 
@@ -198,7 +204,7 @@ def test_a_lost_camera_ends_it_at_once_and_resuming_completes_it(rig: StubRig, t
     rig.left.failure = None
 
     assert len(captured(rig, tmp_path / "a", plan_of())) == 4
-    assert check(tmp_path / "a") == []
+    assert check_dataset(tmp_path / "a") == []
 
 
 def test_cancelled_and_resumed_it_is_the_same_as_undisturbed(rig: StubRig, tmp_path: Path) -> None:
@@ -259,7 +265,7 @@ def test_a_full_disk_ends_it_and_when_there_is_room_it_goes_on(
 
     captured(rig, tmp_path / "a", plan_of())
 
-    assert check(tmp_path / "a") == []
+    assert check_dataset(tmp_path / "a") == []
     assert Dataset.open(tmp_path / "a").document.state is DatasetState.COMPLETE
 
 

@@ -52,7 +52,7 @@ def test_an_emptied_trash_is_gone(shelf: CaptureCollection) -> None:
 
 def test_a_capture_whose_program_was_killed_is_partial_and_can_go_on(shelf: CaptureCollection) -> None:
     folder = shelf.folder / "one"
-    write_document(folder, read_document(folder).ended(DatasetState.RUNNING))
+    write_document(folder, read_document(folder).with_state(DatasetState.RUNNING))
 
     found = capture_document(shelf.get("test"))
 

@@ -8,7 +8,14 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import Busy, InvalidInput, Role
-from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter, check, describe, info, rectify_dataset
+from foveacam_pipeline.capture.dataset import (
+    Dataset,
+    DatasetWriter,
+    change_labels,
+    check_dataset,
+    dataset_info,
+    rectify_dataset,
+)
 from foveacam_pipeline.capture.dataset.reader import INTERRUPTED
 from foveacam_pipeline.capture.dataset.rectified import read_pairs
 
@@ -57,14 +64,14 @@ DAMAGES: dict[str, tuple[Callable[[Path], object], str]] = {
 
 
 def test_a_dataset_as_it_was_written_has_no_findings(folder: Path) -> None:
-    assert check(folder) == []
+    assert check_dataset(folder) == []
 
 
 @pytest.mark.parametrize("damage", list(DAMAGES))
 def test_each_kind_of_damage_is_found_and_named(folder: Path, damage: str) -> None:
     spoil, words = DAMAGES[damage]
     spoil(folder)
-    findings = check(folder)
+    findings = check_dataset(folder)
     assert any(words in finding for finding in findings), findings
     assert len(findings) <= 2
     assert all(finding.endswith(".") for finding in findings)
@@ -74,7 +81,7 @@ def test_a_running_dataset_is_not_called_damaged(tmp_path: Path) -> None:
     with DatasetWriter.create(tmp_path / "raster", header(2)) as writer:
         writer.add(noise_point(0))
         writer.flush()
-        assert check(tmp_path / "raster") == []
+        assert check_dataset(tmp_path / "raster") == []
 
 
 def test_what_a_kill_left_behind_is_not_called_an_edit(folder: Path) -> None:
@@ -83,19 +90,19 @@ def test_what_a_kill_left_behind_is_not_called_an_edit(folder: Path) -> None:
     (folder / "frames.csv").write_text(index[0], encoding="utf-8")
     (folder / "images" / ".00003-left-b0-s0.tiff.part").touch()
     (folder / "images" / "00003-right-b0-s0.tiff").touch()
-    assert check(folder) == [f"dataset.json: the dataset was {INTERRUPTED}."]
+    assert check_dataset(folder) == [f"dataset.json: the dataset was {INTERRUPTED}."]
     (folder / "images" / "x.png").touch()
     (folder / "frames.csv").write_text(index[0] + "1,2,3\n", encoding="utf-8")
-    assert len(check(folder)) == 3
+    assert len(check_dataset(folder)) == 3
 
 
 def test_what_a_bad_disk_did_not_let_go_of_is_no_damage_until_the_dataset_is_complete(folder: Path) -> None:
     (folder / "images" / ".00003-left-b0-s0.tiff.part").touch()
-    assert len(check(folder)) == 1
+    assert len(check_dataset(folder)) == 1
     edit(folder / "dataset.json", '"complete"', '"partial"')
-    assert check(folder) == []
+    assert check_dataset(folder) == []
     (folder / "images" / "x.png").touch()
-    assert check(folder) == ["images/x.png: the dataset does not know this file."]
+    assert check_dataset(folder) == ["images/x.png: the dataset does not know this file."]
 
 
 @pytest.mark.parametrize("at", [0, 1])
@@ -112,16 +119,16 @@ def test_wide_frames_are_counted_by_the_plan(tmp_path: Path, plan: str, wides: s
                 kept = tuple(shot for shot in point.shots if shot.frame.role is not Role.WIDE or wide == "1")
                 writer.add(replace(point, shots=kept))
             writer.finish()
-    assert check(tmp_path / "as planned") == []
-    findings = check(tmp_path / "other")
+    assert check_dataset(tmp_path / "as planned") == []
+    findings = check_dataset(tmp_path / "other")
     assert len(findings) == 1
     assert findings[0].startswith(f"point {at}: it has ")
 
 
 def test_a_folder_that_is_no_dataset_is_said_to_be_none(tmp_path: Path) -> None:
-    assert "is no dataset" in check(tmp_path)[0]
+    assert "is no dataset" in check_dataset(tmp_path)[0]
     with pytest.raises(InvalidInput, match="is no dataset"):
-        info(tmp_path / "missing")
+        dataset_info(tmp_path / "missing")
 
 
 def test_a_calibration_changed_by_hand_is_found(tmp_path: Path) -> None:
@@ -129,17 +136,17 @@ def test_a_calibration_changed_by_hand_is_found(tmp_path: Path) -> None:
     document = json.loads((folder / "dataset.json").read_text())
     document["calibration"]["calibration"]["baseline_m"] += 0.001
     (folder / "dataset.json").write_text(json.dumps(document))
-    assert "hashes to" in check(folder)[0]
+    assert "hashes to" in check_dataset(folder)[0]
 
 
 def test_a_row_that_points_out_of_the_folder_is_not_followed(tmp_path: Path) -> None:
-    from foveacam_pipeline.capture.dataset.journal import line_of, read_journal, seed
+    from foveacam_pipeline.capture.dataset.journal import first_digest, journal_line, read_journal
 
     folder = written(tmp_path / "raster", 1).folder
     text = (folder / "journal.jsonl").read_text()
     record = read_journal(folder, dataset_id="test").records[0]
     object.__setattr__(record.frames[0], "file", "../../secret")
-    line, _ = line_of(record, seed("test"))
+    line, _ = journal_line(record, first_digest("test"))
     assert line.decode() != text
     (folder / "journal.jsonl").write_bytes(line)
     with pytest.raises(InvalidInput, match="not in the dataset's folder"):
@@ -150,16 +157,16 @@ def test_rectified_pairs_are_checked_like_frames(tmp_path: Path) -> None:
     point, _ = plane_point(0, aim_deg=(2.0, 1.0), z_m=5.0, texture=noise_texture())
     dataset = painted(tmp_path / "raster", [point])
     assert rectify_dataset(dataset) == 1
-    assert check(dataset.folder) == []
+    assert check_dataset(dataset.folder) == []
     pair = read_pairs(dataset.folder)[0]
     assert pair.f_px * pair.baseline_m / (pair.u0_left_px - pair.u0_right_px) == pytest.approx(5.0, rel=2e-3)
     flip(dataset.folder / pair.disparity)
     (dataset.folder / pair.left).unlink()
-    assert len(check(dataset.folder)) == 2
+    assert len(check_dataset(dataset.folder)) == 2
 
 
 def test_info_tells_the_figures(folder: Path) -> None:
-    found = info(folder)
+    found = dataset_info(folder)
     assert (found.name, found.state, found.points, found.planned, found.frames) == (
         "raster",
         "complete",
@@ -172,8 +179,8 @@ def test_info_tells_the_figures(folder: Path) -> None:
 
 
 def test_label_and_licence_may_be_changed_but_not_under_a_writers_hands(folder: Path, tmp_path: Path) -> None:
-    describe(folder, label="a shelf, 5 m", licence="CC-BY-4.0")
-    assert (info(folder).label, info(folder).licence) == ("a shelf, 5 m", "CC-BY-4.0")
-    assert check(folder) == []
+    change_labels(folder, label="a shelf, 5 m", licence="CC-BY-4.0")
+    assert (dataset_info(folder).label, dataset_info(folder).licence) == ("a shelf, 5 m", "CC-BY-4.0")
+    assert check_dataset(folder) == []
     with DatasetWriter.create(tmp_path / "running", header(1)), pytest.raises(Busy):
-        describe(tmp_path / "running", label="mine")
+        change_labels(tmp_path / "running", label="mine")

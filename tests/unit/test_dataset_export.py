@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
-from foveacam_pipeline.capture.dataset import Dataset, check
+from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from foveacam_pipeline.capture.dataset.export import FORMATS, ExportChoice, export_dataset
 from foveacam_pipeline.capture.dataset.export.hugging_face import card, features, rows_of
 from foveacam_pipeline.capture.dataset.export.views import eye_pinhole
@@ -259,7 +259,7 @@ def test_an_export_overwrites_nothing_and_leaves_the_dataset_as_it_was(
         export_dataset(scene[0], tmp_path / "mine", to="colmap")
     with pytest.raises(InvalidInput, match="hugging-face, colmap, nerfstudio, authors"):
         export_dataset(scene[0], tmp_path / "new", to="zip")
-    assert check(scene[0].folder) == []
+    assert check_dataset(scene[0].folder) == []
 
 
 @pytest.mark.parametrize("to", [name for name in FORMATS if name != "hugging-face"])

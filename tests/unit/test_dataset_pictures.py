@@ -10,12 +10,12 @@ from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetWriter, PlanPosition, Shot
 from foveacam_pipeline.capture.dataset.images import decode
 from foveacam_pipeline.capture.dataset.pictures import (
+    EYE_COLOURS,
     GAP_PX,
-    SIDES,
-    anaglyph,
     contact_sheet,
-    coverage,
-    png,
+    coverage_picture,
+    png_bytes,
+    point_anaglyph,
     thumbnail,
 )
 
@@ -65,13 +65,13 @@ def test_a_thumbnail_shows_both_footprints_and_an_anaglyph_both_eyes(tmp_path: P
     dataset = painted(tmp_path / "raster", [plane_point(0, aim_deg=(3.0, 2.0), z_m=5.0)[0]])
     small = thumbnail(dataset)
     assert small.shape == (240, 320, 3)
-    for colour in SIDES.values():
+    for colour in EYE_COLOURS.values():
         near = np.abs(small.astype(int) - colour).sum(axis=2) < 120
         assert 20 < near.sum() < 400
-    both = anaglyph(dataset[0])
+    both = point_anaglyph(dataset[0])
     assert both[..., 0].max() > 150
     assert both[..., 1].max() > 150
-    np.testing.assert_array_equal(decode(png(small), what="a thumbnail"), small)
+    np.testing.assert_array_equal(decode(png_bytes(small), what="a thumbnail"), small)
 
 
 def test_one_wide_view_a_scan_is_enough_for_the_coverage(tmp_path: Path) -> None:
@@ -85,4 +85,4 @@ def test_one_wide_view_a_scan_is_enough_for_the_coverage(tmp_path: Path) -> None
         writer.finish()
     dataset = Dataset.open(tmp_path / "raster")
 
-    assert np.array_equal(coverage(dataset, width_px=16), coverage(dataset[:1], width_px=16))
+    assert np.array_equal(coverage_picture(dataset, width_px=16), coverage_picture(dataset[:1], width_px=16))

@@ -22,7 +22,7 @@ from foveacam_pipeline.capture.dataset import (
     PlanPosition,
     Shot,
     WriterSettings,
-    check,
+    check_dataset,
     point_store,
 )
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
@@ -50,7 +50,7 @@ def test_frames_come_back_as_they_were_taken(folder: Path, codec: ImageCodec, bi
         read = point.frame(frame.role)
         np.testing.assert_array_equal(read.image, frame.image)
         assert replace(read, image=frame.image) == frame
-    assert check(folder) == []
+    assert check_dataset(folder) == []
 
 
 def test_brackets_and_stacks_are_told_apart(folder: Path) -> None:
@@ -79,7 +79,7 @@ def test_a_cancelled_dataset_is_valid_and_goes_on_at_the_next_point(folder: Path
         DatasetState.PARTIAL,
         "cancelled by the operator",
     )
-    assert check(folder) == []
+    assert check_dataset(folder) == []
     with DatasetWriter.resume(folder) as writer:
         assert writer.next_point == 1
         for index in (1, 2):
@@ -188,7 +188,7 @@ def test_an_error_of_the_disk_comes_back_and_costs_no_earlier_point(
         for index in range(9):
             writer.add(noise_point(index))
         writer.finish()
-    assert check(folder) == []
+    assert check_dataset(folder) == []
     monkeypatch.undo()
     with DatasetWriter.resume(folder) as writer:
         assert writer.next_point == 1
@@ -213,7 +213,7 @@ def test_a_journal_that_cannot_grow_leaves_no_half_line(
             writer.flush()
     assert (folder / JOURNAL).read_bytes().count(b"\n") == 1
     assert (folder / JOURNAL).read_bytes().endswith(b"\n")
-    assert check(folder) == []
+    assert check_dataset(folder) == []
 
 
 def test_a_writer_that_is_faster_than_the_disk_waits_and_says_how_long(folder: Path) -> None:
@@ -223,7 +223,7 @@ def test_a_writer_that_is_faster_than_the_disk_waits_and_says_how_long(folder: P
         blocked.set()
         assert go.wait(timeout=30.0)
 
-    with DatasetWriter.create(folder, header(4), WriterSettings(depth=1, on_kept=slow)) as writer:
+    with DatasetWriter.create(folder, header(4), WriterSettings(depth=1, on_acknowledged=slow)) as writer:
         writer.add(noise_point(0))
         assert blocked.wait(timeout=30.0)
         writer.add(noise_point(1))
@@ -252,7 +252,7 @@ def test_a_writer_that_waits_hears_of_the_error_at_once(folder: Path) -> None:
         except FoveaError as error:
             heard.append(error)
 
-    with DatasetWriter.create(folder, header(4), WriterSettings(depth=1, on_kept=failing)) as writer:
+    with DatasetWriter.create(folder, header(4), WriterSettings(depth=1, on_acknowledged=failing)) as writer:
         writer.add(noise_point(0))
         assert blocked.wait(timeout=30.0)
         writer.add(noise_point(1))
@@ -292,7 +292,7 @@ def test_resuming_drops_a_torn_line_and_what_nobody_acknowledged(folder: Path) -
         writer.add(noise_point(2))
         writer.finish()
     (images / "notes.txt").unlink()
-    assert check(folder) == []
+    assert check_dataset(folder) == []
     assert (folder / "frames.csv").read_bytes() == (
         written(folder.parent / "b", 3).folder / "frames.csv"
     ).read_bytes()

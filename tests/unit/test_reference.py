@@ -9,9 +9,13 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, NotCalibrated
-from foveacam_pipeline.capture.dataset import Dataset, check
-from foveacam_pipeline.capture.dataset.derived import begin_reference, drop_half_made, finish_reference
-from foveacam_pipeline.capture.rail_stops import stops_of
+from foveacam_pipeline.capture.dataset import Dataset, check_dataset
+from foveacam_pipeline.capture.dataset.reference_folder import (
+    begin_reference,
+    finish_reference,
+    remove_unfinished_reference,
+)
+from foveacam_pipeline.capture.rail_stops import rail_stops
 from foveacam_pipeline.capture.reference import (
     ReferenceSettings,
     WideBaselineReference,
@@ -76,7 +80,7 @@ def test_a_sample_is_a_place_of_its_own_left_fovea(scan: Dataset, reference: Wid
     calibration = small_calibration()
     volts = scan[1].pose.volts
     assert volts is not None
-    look = sights_of(scan, stops_of(scan)[0], calibration, FEW)[2].look
+    look = sights_of(scan, rail_stops(scan)[0], calibration, FEW)[2].look
     for row in reference.rows[:5]:
         u, v = look.plane(np.array([[row.x_px, row.y_px]]), 1.0 / Z_M)[0]
         assert np.arctan(u / calibration.fovea_f_px) == pytest.approx(row.ax_rad, abs=2e-6)
@@ -141,7 +145,7 @@ def test_a_reference_lies_beside_the_frames_and_the_index_stays(
     assert run(monkeypatch, str(scan.folder), "--across", "6", "--json") == 0
     told = json.loads(capsys.readouterr().out)
     folder = Path(told["folder"])
-    assert check(scan.folder) == []
+    assert check_dataset(scan.folder) == []
     assert (scan.folder / "frames.csv").read_bytes() == index
     assert read_rows(scan.folder) == reference.rows
     assert told["referenced"] == told["comparison"]["samples"] == len(reference.rows)
@@ -150,9 +154,9 @@ def test_a_reference_lies_beside_the_frames_and_the_index_stays(
     assert json.loads((folder / "reference.json").read_text())["figures"]["referenced"] == len(reference.rows)
     with (folder / "samples.csv").open("a") as file:
         file.write("1,2\n")
-    assert "reference/samples.csv: its content is not what was written" in check(scan.folder)[0]
+    assert "reference/samples.csv: its content is not what was written" in check_dataset(scan.folder)[0]
     (folder / "reference.json").write_text("[]")
-    assert any("make the reference again" in finding for finding in check(scan.folder))
+    assert any("make the reference again" in finding for finding in check_dataset(scan.folder))
 
 
 def test_of_a_writer_that_was_ended_nothing_is_left_and_the_older_reference_is_there(tmp_path: Path) -> None:
@@ -162,7 +166,7 @@ def test_of_a_writer_that_was_ended_nothing_is_left_and_the_older_reference_is_t
         (begin_reference(tmp_path) / "samples.csv").write_text("newer")
         if between_the_renames:
             (tmp_path / "reference").rename(tmp_path / ".reference.older")
-        drop_half_made(tmp_path)
+        remove_unfinished_reference(tmp_path)
         assert [path.name for path in tmp_path.iterdir()] == ["reference"]
         assert (tmp_path / "reference" / "samples.csv").read_text() == "older"
 
@@ -221,7 +225,7 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
 def _rays(scan: Dataset) -> tuple[Rays, np.ndarray[tuple[int, int], np.dtype[np.float64]], RailModel]:
     """Return rays of made-up points, exact where the rail and the gazes are as told."""
     calibration = small_calibration()
-    stops, judged = stops_of(scan)
+    stops, judged = rail_stops(scan)
     sights = sights_of(scan, stops, calibration, FEW)
     model = RailModel.of(
         stops, judged, sights=len(sights), trust=RailTrust(), calibration=calibration, depth_m=Z_M

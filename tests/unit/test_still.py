@@ -22,7 +22,7 @@ from foveacam_hardware.contract import (
     StorageFull,
     VirtualClock,
 )
-from foveacam_pipeline.capture.dataset import Dataset, DatasetState, ImageCodec, check
+from foveacam_pipeline.capture.dataset import Dataset, DatasetState, ImageCodec, check_dataset
 from foveacam_pipeline.capture.plan import ImageSize
 from foveacam_pipeline.capture.still import (
     Still,
@@ -108,7 +108,7 @@ def test_a_still_is_a_dataset_of_one_point_that_says_all_of_itself(rig: StubRig,
     dataset = Dataset.open(tmp_path / "a")
     header, point = dataset.document.header, dataset[0]
 
-    assert check(tmp_path / "a") == []
+    assert check_dataset(tmp_path / "a") == []
     assert (dataset.document.state, header.id, header.label) == (DatasetState.COMPLETE, "still-1", "a desk")
     assert header.plan["format"] == "foveacam-still"
     exposures = header.conditions["exposures"]
@@ -146,7 +146,7 @@ def test_a_camera_that_stalls_is_named_with_its_count_and_costs_the_others_nothi
     assert "check its cables" in str(trouble.remedy)
     assert {shot.frame.role for shot in still.shots} == set(Role)  # two frames are worth their mean
     assert Dataset.open(tmp_path / "a").document.header.conditions["missing"] != []
-    assert check(tmp_path / "a") == []
+    assert check_dataset(tmp_path / "a") == []
 
 
 def test_a_frame_that_is_lost_now_and_then_is_taken_again(rig: StubRig) -> None:

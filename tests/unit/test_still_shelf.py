@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import Busy, InvalidInput, NotConnected
-from foveacam_pipeline.capture.dataset import DatasetWriter, check
+from foveacam_pipeline.capture.dataset import DatasetWriter, check_dataset
 from foveacam_server.capturing.still_collection import MOST_HELD, StillCollection, StillState
 from foveacam_server.capturing.still_documents import still_document
 from foveacam_server.errors import NotFound
@@ -33,7 +33,7 @@ def test_a_still_is_held_until_it_is_kept(shelf: StillCollection) -> None:
     kept = shelf.keep("test", name="the desk")
 
     assert (kept.standing, kept.kept.folder) == (StillState.KEPT, shelf.folder / "the desk")
-    assert check(kept.kept.folder) == []
+    assert check_dataset(kept.kept.folder) == []
     assert names(shelf, StillState.HELD) == []
     with pytest.raises(InvalidInput, match="kept already"):
         shelf.keep("test")

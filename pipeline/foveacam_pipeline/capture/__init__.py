@@ -1,1 +1,1 @@
-"""Raster plans, datasets and recordings: what a rig takes of a scene, and how it is kept on the disk."""
+"""Raster plans, datasets, recordings, stills, mosaics and depth references: making, writing, reading them."""

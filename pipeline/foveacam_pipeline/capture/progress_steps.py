@@ -1,4 +1,4 @@
-"""Something made of a dataset in many steps, a mosaic or a reference: who watches it, and how it is ended."""
+"""Progress and cancelling of work in many steps, such as building a mosaic or a reference from a dataset."""
 
 from typing import Protocol
 
@@ -6,25 +6,25 @@ from foveacam_hardware.contract import Cancelled
 
 
 class ProgressWatcher(Protocol):
-    """Who waits for what is made; called on the thread that makes it."""
+    """Receives the progress of a long task and may cancel it; called on the thread of the task."""
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Take note that `done` of `total` steps are over."""
+        """Receive that `done` of `total` steps are over."""
         ...
 
     def cancelled(self) -> bool:
-        """Tell whether it shall end."""
+        """Return whether the work is to stop."""
         ...
 
 
 class SilentProgress:
-    """Watches nothing."""
+    """A watcher that shows nothing and never cancels."""
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Ignore it."""
+        """Ignore the progress."""
 
     def cancelled(self) -> bool:
-        """Go on."""
+        """Return False."""
         return False
 
 
@@ -32,16 +32,16 @@ SILENT = SilentProgress()
 
 
 class ProgressSteps:
-    """Counts the steps for the watcher, and ends the work when the watcher has had enough.
+    """Counts steps, reports them to the watcher, and raises Cancelled when the watcher cancels.
 
-    `ended`: what is then said: what was cancelled, what is left of it, how to go on.
+    `ended`: the text of that error: what was cancelled, what is left of it, how to go on.
     """
 
     def __init__(self, watch: ProgressWatcher, total: int, *, ended: str) -> None:
         self._watch, self._total, self._done, self._ended = watch, total, 0, ended
 
     def step(self, note: str, count: int = 1) -> None:
-        """Take note of steps that are over. Raise Cancelled."""
+        """Count `count` finished steps. Raise Cancelled."""
         self._done += count
         self._watch.progress(self._done, total=self._total, note=note)
         if self._watch.cancelled():

@@ -1,6 +1,6 @@
-"""Where on the rail a dataset's scans were taken, and whether a reference can be made of them.
+"""The rail positions of a dataset's scans, and whether a depth reference can be computed from them.
 
-The dataset's index tells all of it: no picture is read. The work itself is that of `capture.reference`.
+Only the dataset's records are read, no image. The reference itself is computed by `capture.reference`.
 """
 
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 from foveacam_pipeline.models.calibration import Calibration
 
 EYES = (Role.LEFT, Role.RIGHT)
-LEAST_APART_M = 0.01
-"""Scans nearer to each other than this are of one place."""
+SMALLEST_SPACING_M = 0.01
+"""Scans nearer to each other than this count as taken from one position."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RailStop:
-    """A scan's place on the rail; `along_m`: from the judged scan's, as the rail said."""
+    """The rail position of one scan; `along_m`: relative to the judged scan, as reported by the rail."""
 
     scan: int
     rail_m: float
@@ -27,7 +27,10 @@ class RailStop:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceBasis:
-    """What a reference stands on. `judged`: which stop's depth, by its number; `pairs`: how many it has."""
+    """What a reference is computed from.
+
+    `judged`: index of the stop whose depth is judged; `pairs`: how many it has.
+    """
 
     calibration: Calibration
     stops: tuple[RailStop, ...]
@@ -35,13 +38,13 @@ class ReferenceBasis:
     pairs: int
 
 
-def footing_of(dataset: Dataset, *, scan: int | None = None, bracket: int = 0) -> ReferenceBasis:
-    """Return what a reference can stand on; `scan` None: the one nearest to the middle.
+def reference_basis(dataset: Dataset, *, scan: int | None = None, bracket: int = 0) -> ReferenceBasis:
+    """Return what a reference is computed from; `scan` None judges the scan nearest to the middle.
 
-    Raise NotCalibrated or InvalidInput where none can be made.
+    Raise NotCalibrated or InvalidInput where no reference can be computed.
     """
-    calibration = calibration_of(dataset)
-    stops, judged = stops_of(dataset, scan)
+    calibration = rail_calibration(dataset)
+    stops, judged = rail_stops(dataset, scan)
     chosen = stops[judged].scan
     pairs = sum(_has_pair(point, bracket) for point in dataset.scan(chosen))
     if not pairs:
@@ -52,8 +55,8 @@ def footing_of(dataset: Dataset, *, scan: int | None = None, bracket: int = 0) -
     return ReferenceBasis(calibration=calibration, stops=stops, judged=judged, pairs=pairs)
 
 
-def calibration_of(dataset: Dataset) -> Calibration:
-    """Return the dataset's calibration or refuse."""
+def rail_calibration(dataset: Dataset) -> Calibration:
+    """Return the dataset's calibration. Raise NotCalibrated, or InvalidInput for several bearings."""
     if dataset.calibration is None:
         raise NotCalibrated(
             f"{dataset.folder} has no calibration: where its views look is not known; capture with one"
@@ -67,17 +70,17 @@ def calibration_of(dataset: Dataset) -> Calibration:
     return dataset.calibration
 
 
-def rail_places_m(dataset: Dataset) -> dict[int, float]:
-    """Return where every scan stood on the rail, m; those of which that is not known are left out."""
-    places = {number: _rail_m(dataset, number) for number in dataset.scans}
-    return {number: rail_m for number, rail_m in places.items() if rail_m is not None}
+def rail_positions_m(dataset: Dataset) -> dict[int, float]:
+    """Return the rail position of every scan whose position is known, m."""
+    positions = {number: _rail_m(dataset, number) for number in dataset.scans}
+    return {number: rail_m for number, rail_m in positions.items() if rail_m is not None}
 
 
-def stops_of(dataset: Dataset, scan: int | None = None) -> tuple[tuple[RailStop, ...], int]:
-    """Return the stops and which of them is judged; refuse a dataset of one place."""
-    known = rail_places_m(dataset)
+def rail_stops(dataset: Dataset, scan: int | None = None) -> tuple[tuple[RailStop, ...], int]:
+    """Return the rail stops and the index of the judged one; raise InvalidInput for a single position."""
+    known = rail_positions_m(dataset)
     spread_m = max(known.values(), default=0.0) - min(known.values(), default=0.0)
-    if spread_m < LEAST_APART_M:
+    if spread_m < SMALLEST_SPACING_M:
         raise InvalidInput(
             f"{dataset.folder}: a reference was asked for, which needs scans from two places on the rail or "
             f"more; {_found(known)}; capture with several rail positions",
@@ -101,15 +104,15 @@ def stops_of(dataset: Dataset, scan: int | None = None) -> tuple[tuple[RailStop,
 
 
 def _has_pair(point: DatasetPoint, bracket: int) -> bool:
-    roles = {kept.role for kept in point.frames if kept.bracket == bracket}
+    roles = {frame.role for frame in point.frames if frame.bracket == bracket}
     return point.pose.volts is not None and roles.issuperset(EYES)
 
 
 def _rail_m(dataset: Dataset, scan: int) -> float | None:
-    """Return where a scan stood on the rail; None where that is not known or changed by itself."""
-    said = [point.place.rail_m for point in dataset.scan(scan)]
-    known = [rail_m for rail_m in said if rail_m is not None]
-    if not known or len(known) < len(said) or max(known) - min(known) > LEAST_APART_M / 10.0:
+    """Return the rail position of a scan, m; None where it is unknown or not the same at all points."""
+    reported = [point.place.rail_m for point in dataset.scan(scan)]
+    known = [rail_m for rail_m in reported if rail_m is not None]
+    if not known or len(known) < len(reported) or max(known) - min(known) > SMALLEST_SPACING_M / 10.0:
         return None
     return float(np.median(known))
 

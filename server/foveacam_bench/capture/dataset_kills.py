@@ -24,7 +24,7 @@ from foveacam_pipeline.capture.dataset import (
     PlanPosition,
     Shot,
     WriterSettings,
-    check,
+    check_dataset,
 )
 from foveacam_pipeline.capture.dataset.checking import sha256_of
 from foveacam_pipeline.capture.dataset.document import DOCUMENT, read_document
@@ -87,7 +87,7 @@ def kill_trials(folder: Path, plan: KillPlan) -> KillFigures:
             _inspect(target, acknowledged, figures)
         write(target, plan, pipe=None)
         figures.unequal += (target / INDEX).read_bytes() != wanted
-        figures.findings += len(check(target))
+        figures.findings += len(check_dataset(target))
     return figures
 
 
@@ -98,7 +98,7 @@ def write(folder: Path, plan: KillPlan, *, pipe: int | None) -> None:
         if pipe is not None:
             os.write(pipe, bytes([index]))
 
-    settings = WriterSettings(on_kept=kept)
+    settings = WriterSettings(on_acknowledged=kept)
     if (folder / DOCUMENT).exists():
         if read_document(folder).state == "complete":
             return

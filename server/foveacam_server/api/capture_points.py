@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Path, Query, Response
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.dataset import check
+from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server.api.answers import file_responses, problems
 from foveacam_server.api.capture_models import CaptureChecked, PointsDocument
 from foveacam_server.api.captures import CaptureId, Form, media_type
@@ -57,5 +57,5 @@ def picture(
 def check_files(capture_id: CaptureId, services: ServicesDep) -> Document:
     """Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a gigabyte."""
     kept = services.captures.shelf.get(capture_id)
-    faults = check(kept.folder)
+    faults = check_dataset(kept.folder)
     return {"id": kept.id, "sound": not faults, "faults": faults}

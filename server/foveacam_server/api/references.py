@@ -7,7 +7,7 @@ from fastapi import APIRouter
 from fastapi.responses import JSONResponse, Response
 from pydantic import ValidationError
 
-from foveacam_pipeline.capture.dataset.derived import REFERENCE_PICTURE, REFERENCE_SAMPLES
+from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE_PICTURE, REFERENCE_SAMPLES
 from foveacam_server.api.answers import IdempotencyHeader, PreferHeader, file_responses, job_answer, problems
 from foveacam_server.api.captures import CaptureId
 from foveacam_server.api.models import JobDocument

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.dataset import check
+from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server.api.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -132,7 +132,7 @@ def restore(still_id: StillId, services: ServicesDep) -> Document:
 )
 def check_files(still_id: StillId, services: ServicesDep) -> Document:
     """Read every file of the still's dataset again, and say what is not as it was written."""
-    faults = check(services.stills.shelf.get(still_id).kept.folder)
+    faults = check_dataset(services.stills.shelf.get(still_id).kept.folder)
     return {"id": still_id, "sound": not faults, "faults": faults}
 
 

@@ -11,7 +11,7 @@ from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import Dataset, dataset_name
 from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
-from foveacam_pipeline.capture.dataset.lock import is_held
+from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.capturing.mosaic_collection import MosaicCollection
 from foveacam_server.errors import NotFound
@@ -178,4 +178,4 @@ def _stamp(path: Path) -> _Stamp:
             numbers += [found.st_mtime_ns, found.st_size]
         except OSError:
             numbers += [0, 0]
-    return numbers[0], numbers[1], numbers[2], numbers[3], is_held(path)
+    return numbers[0], numbers[1], numbers[2], numbers[3], is_being_written(path)

@@ -7,7 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_pipeline.capture.dataset.pictures import anaglyph, contact_sheet, coverage, png, thumbnail
+from foveacam_pipeline.capture.dataset.pictures import (
+    contact_sheet,
+    coverage_picture,
+    png_bytes,
+    point_anaglyph,
+    thumbnail,
+)
 from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_server.capturing.capture_collection import CaptureCollection, StoredCapture
 from foveacam_server.capturing.points import point_of, readable
@@ -17,7 +23,7 @@ QUALITY = 85
 _KINDS: dict[str, Callable[[Dataset], NDArray[np.uint8]]] = {
     "thumbnail": thumbnail,
     "sheet": contact_sheet,
-    "coverage": coverage,
+    "coverage": coverage_picture,
 }
 
 
@@ -33,7 +39,7 @@ def anaglyph_drawing(
     """Return the file of the red and cyan picture of one point, by its number in the plan."""
     point = point_of(kept, index)
     name = f"anaglyph-{index}-{bracket}"
-    return _file(shelf, kept, name, form=form, draw=lambda: anaglyph(point, bracket=bracket))
+    return _file(shelf, kept, name, form=form, draw=lambda: point_anaglyph(point, bracket=bracket))
 
 
 def _file(
@@ -49,7 +55,7 @@ def _file(
     if path.exists():
         return path
     picture = draw()
-    content = png(picture) if form == "png" else encode_jpeg(picture, quality=QUALITY)
+    content = png_bytes(picture) if form == "png" else encode_jpeg(picture, quality=QUALITY)
     with disk_errors(f"a picture of capture {kept.name}", shelf.folder):
         folder.mkdir(parents=True, exist_ok=True)
         for older in folder.glob(f"{name}-*.{form}"):

@@ -6,7 +6,7 @@ import numpy as np
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_pipeline.capture.dataset.pictures import png, sheet_cells
+from foveacam_pipeline.capture.dataset.pictures import png_bytes, sheet_cells
 from foveacam_pipeline.capture.dataset.reader import DatasetPoint
 from foveacam_pipeline.stereo.depth import rgb
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -56,7 +56,7 @@ def points_document(dataset: Dataset) -> Document:
 def point_picture(point: DatasetPoint, role: Role, *, bracket: int, form: str) -> bytes:
     """Return what one camera saw at a point, of a stack the mean, as a file of 8 bits; `form`: jpg or png."""
     image = np.ascontiguousarray(rgb(to_uint8(point.stacked(role, bracket=bracket))))
-    return png(image) if form == "png" else encode_jpeg(image, quality=QUALITY)
+    return png_bytes(image) if form == "png" else encode_jpeg(image, quality=QUALITY)
 
 
 def _point(point: DatasetPoint, cell: tuple[int, int]) -> Document:

@@ -5,14 +5,14 @@ from datetime import UTC, datetime
 
 from foveacam_hardware.contract import FoveaError
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_pipeline.capture.dataset.derived import (
+from foveacam_pipeline.capture.dataset.reference_folder import (
     REFERENCE,
     REFERENCE_DOCUMENT,
     REFERENCE_PICTURE,
     REFERENCE_SAMPLES,
     reference_files,
 )
-from foveacam_pipeline.capture.rail_stops import footing_of, rail_places_m
+from foveacam_pipeline.capture.rail_stops import rail_positions_m, reference_basis
 from foveacam_server.capturing.capture_collection import StoredCapture
 from foveacam_server.capturing.documents import URL
 from foveacam_server.errors import NotFound
@@ -56,15 +56,15 @@ def outdated(dataset: Dataset | None, made: Document) -> bool:
     if dataset is None:
         return False
     try:
-        footing = footing_of(dataset, scan=made["scan"], bracket=made["bracket"])
-        return footing.pairs != made["points"] or len(footing.stops) != len(made["stops"])
+        basis = reference_basis(dataset, scan=made["scan"], bracket=made["bracket"])
+        return basis.pairs != made["points"] or len(basis.stops) != len(made["stops"])
     except (FoveaError, KeyError, TypeError):
         return False
 
 
 def stops_document(dataset: Dataset | None) -> list[Document]:
     """Return the scans whose place on the rail is known."""
-    places_m = {} if dataset is None else rail_places_m(dataset)
+    places_m = {} if dataset is None else rail_positions_m(dataset)
     return [{"scan": scan, "rail_m": rail_m} for scan, rail_m in places_m.items()]
 
 

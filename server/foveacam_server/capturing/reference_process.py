@@ -31,7 +31,7 @@ class ReferenceSpec:
 def make(dataset: Path, wish: ReferenceSpec) -> None:
     """Make the reference of a dataset and put it beside its frames."""
     from foveacam_pipeline.capture.dataset import Dataset
-    from foveacam_pipeline.capture.rail_stops import footing_of
+    from foveacam_pipeline.capture.rail_stops import reference_basis
     from foveacam_pipeline.capture.reference import (
         RailTrust,
         ReferenceSettings,
@@ -42,7 +42,7 @@ def make(dataset: Path, wish: ReferenceSpec) -> None:
     opened = Dataset.open(dataset)
     rail = RailTrust(along_m=wish.rail_sigma_m)
     settings = ReferenceSettings(scan=wish.scan, bracket=wish.bracket, across=wish.across, rail=rail)
-    pairs = footing_of(opened, scan=wish.scan, bracket=wish.bracket).pairs
+    pairs = reference_basis(opened, scan=wish.scan, bracket=wish.bracket).pairs
     write_reference(dataset, build_reference(opened, settings, watch=StdoutProgress(pairs, COSTS)))
 
 

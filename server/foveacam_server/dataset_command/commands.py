@@ -47,10 +47,10 @@ class PictureKind(StrEnum):
 @app.command(name="check")
 def check_command(dataset: WhichDataset, data: DataOption = None, as_json: JsonOption = False) -> None:
     """Verify every file, hash, count and row; end with status 1 when something is wrong."""
-    from foveacam_pipeline.capture.dataset import check
+    from foveacam_pipeline.capture.dataset import check_dataset
 
     folder = dataset_folder(dataset, data)
-    findings = check(folder)
+    findings = check_dataset(folder)
     if as_json:
         typer.echo(json.dumps({"dataset": str(folder), "good": not findings, "findings": findings}))
     else:
@@ -62,9 +62,9 @@ def check_command(dataset: WhichDataset, data: DataOption = None, as_json: JsonO
 @app.command(name="info")
 def info_command(dataset: WhichDataset, data: DataOption = None, as_json: JsonOption = False) -> None:
     """Say what a dataset holds."""
-    from foveacam_pipeline.capture.dataset import info
+    from foveacam_pipeline.capture.dataset import dataset_info
 
-    found = asdict(info(dataset_folder(dataset, data)))
+    found = asdict(dataset_info(dataset_folder(dataset, data)))
     if as_json:
         typer.echo(json.dumps(found))
         return
@@ -130,7 +130,12 @@ def picture(
 ) -> None:
     """Draw a dataset as one picture."""
     from foveacam_pipeline.capture.dataset import Dataset
-    from foveacam_pipeline.capture.dataset.pictures import anaglyph, contact_sheet, coverage, png
+    from foveacam_pipeline.capture.dataset.pictures import (
+        contact_sheet,
+        coverage_picture,
+        png_bytes,
+        point_anaglyph,
+    )
     from foveacam_pipeline.storage.disk import disk_errors, write_file
 
     opened = Dataset.open(dataset_folder(dataset, data))
@@ -138,11 +143,11 @@ def picture(
         raise InvalidInput(f"point {position} was asked for, {opened.folder} has {len(opened)}; count from 0")
     drawn = {
         PictureKind.SHEET: lambda: contact_sheet(opened),
-        PictureKind.COVERAGE: lambda: coverage(opened),
-        PictureKind.ANAGLYPH: lambda: anaglyph(opened[position]),
+        PictureKind.COVERAGE: lambda: coverage_picture(opened),
+        PictureKind.ANAGLYPH: lambda: point_anaglyph(opened[position]),
     }[kind]()
     with disk_errors("the picture", output.parent):
-        write_file(output, memoryview(png(drawn)))
+        write_file(output, memoryview(png_bytes(drawn)))
     typer.echo(str(output))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from foveacam_hardware.contract import Busy, Clock
 from foveacam_pipeline.capture.dataset import ImageCodec
-from foveacam_pipeline.capture.dataset.description import describe
+from foveacam_pipeline.capture.dataset.labels import change_labels
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 from foveacam_pipeline.capture.run import run_capture
 from foveacam_server.capturing.begin import CaptureSpec, begin, check_rest, check_resumable, check_room, go_on
@@ -141,7 +141,7 @@ class CaptureService:
 
     def describe(self, capture_id: str, *, label: str | None, licence: str | None) -> Document:
         """Change label or licence; refused while it is being written."""
-        describe(self.shelf.get(capture_id).folder, label=label, licence=licence)
+        change_labels(self.shelf.get(capture_id).folder, label=label, licence=licence)
         self._tell("capture.updated", "a capture was described anew", capture_id)
         return self.document(capture_id)
 

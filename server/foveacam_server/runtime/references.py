@@ -4,8 +4,8 @@ import json
 from dataclasses import asdict
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_pipeline.capture.dataset.derived import drop_half_made, remove_reference
-from foveacam_pipeline.capture.rail_stops import footing_of
+from foveacam_pipeline.capture.dataset.reference_folder import remove_reference, remove_unfinished_reference
+from foveacam_pipeline.capture.rail_stops import reference_basis
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.capturing.capture_collection import StoredCapture
 from foveacam_server.capturing.points import brackets_of
@@ -85,11 +85,11 @@ class ReferenceService:
             run([str(kept.folder), json.dumps(wish)])
         finally:
             with disk_errors("the reference", kept.folder):
-                drop_half_made(kept.folder)
+                remove_unfinished_reference(kept.folder)
         return reference_url(kept.id)
 
     def _check(self, kept: StoredCapture, wish: ReferenceSpec) -> None:
-        footing_of(self._making.ended_dataset(kept), scan=wish.scan, bracket=wish.bracket)
+        reference_basis(self._making.ended_dataset(kept), scan=wish.scan, bracket=wish.bracket)
 
     def _refusal(self, kept: StoredCapture) -> Document | None:
         """Return why there can be none, whatever is asked for."""

@@ -5,7 +5,7 @@ import threading
 from pathlib import Path
 
 from foveacam_hardware.contract import Frame, Role
-from foveacam_pipeline.capture.dataset import ImageCodec, describe
+from foveacam_pipeline.capture.dataset import ImageCodec, change_labels
 from foveacam_pipeline.capture.still import (
     StillKeep,
     StillLabels,
@@ -94,14 +94,14 @@ class StillService:
         """Keep a still that is held; what is given of name and label is changed."""
         found = self.shelf.get(still_id)
         if label is not None and found.standing is StillState.HELD:
-            describe(found.kept.folder, label=label)
+            change_labels(found.kept.folder, label=label)
         found = self.shelf.keep(still_id, name=name)
         self._tell("still.kept", f"still {found.kept.name} is kept", found)
         return still_document(found)
 
     def describe(self, still_id: str, *, label: str | None, licence: str | None) -> Document:
         """Change label or licence."""
-        describe(self.shelf.get(still_id).kept.folder, label=label, licence=licence)
+        change_labels(self.shelf.get(still_id).kept.folder, label=label, licence=licence)
         found = self.shelf.get(still_id)
         self._tell("still.updated", f"still {found.kept.name} was described anew", found)
         return still_document(found)

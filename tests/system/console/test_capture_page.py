@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Locator, Page, Request, Route, expect
 from tests.system.conftest import Running, running
 
-from foveacam_pipeline.capture.dataset import Dataset, check
+from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 
 from . import capture_documents as documents
 from .browsing import NO_STORAGE, TOUCH, Console, OpenConsole, posted, watched
@@ -99,7 +99,7 @@ def test_plan_is_captured_from_the_page_and_waits_where_it_was_paused(
     link = outcome(page).get_by_role("link", name="Show in the gallery")
     expect(link).to_have_attribute("href", re.compile("^#/gallery/datasets/cap-"))
     folder = rig.services.settings.data / "captures" / "from the page"
-    assert (check(folder), len(Dataset.open(folder))) == ([], 4)
+    assert (check_dataset(folder), len(Dataset.open(folder))) == ([], 4)
 
 
 def test_cancelled_capture_is_listed_and_goes_on_where_it_ended(

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 from tests.system.conftest import Running, running
 
-from foveacam_pipeline.capture.dataset import Dataset, check
+from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 
 from . import calibration_documents as documents
 from .browsing import TOUCH, OpenConsole
@@ -52,7 +52,7 @@ def test_a_still_is_looked_at_kept_and_found_in_the_gallery(rig: Running, open_c
 
     expect(page.get_by_role("heading", name="desk", exact=True)).to_be_visible()
     folder = rig.services.settings.data / "stills" / "desk"
-    assert (check(folder), len(Dataset.open(folder))) == ([], 1)
+    assert (check_dataset(folder), len(Dataset.open(folder))) == ([], 1)
     page.get_by_role("button", name="Put in the trash").click()
     expect(page.get_by_text("No still yet.")).to_be_visible()
     page.get_by_role("button", name="Undo").click()

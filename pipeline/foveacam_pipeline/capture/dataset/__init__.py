@@ -1,10 +1,9 @@
-"""Datasets on disk: a writer that survives crashes, a reader, a check. The format: `pipeline/DATASETS.md`."""
+"""Datasets on disk: crash-safe writer, reader, check, labels. `pipeline/DATASETS.md` describes the format."""
 
-from foveacam_pipeline.capture.dataset.checking import DatasetInfo, check, info
-from foveacam_pipeline.capture.dataset.description import describe
+from foveacam_pipeline.capture.dataset.checking import DatasetInfo, check_dataset, dataset_info
 from foveacam_pipeline.capture.dataset.document import DatasetDocument, DatasetHeader
 from foveacam_pipeline.capture.dataset.images import ImageCodec, largest_bytes
-from foveacam_pipeline.capture.dataset.names import dataset_name
+from foveacam_pipeline.capture.dataset.labels import change_labels, dataset_name
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint, PointPose
 from foveacam_pipeline.capture.dataset.rectified import RectifyChoice, rectify_dataset
 from foveacam_pipeline.capture.dataset.values import (
@@ -32,10 +31,10 @@ __all__ = [
     "Shot",
     "WriterProgress",
     "WriterSettings",
-    "check",
+    "change_labels",
+    "check_dataset",
+    "dataset_info",
     "dataset_name",
-    "describe",
-    "info",
     "largest_bytes",
     "rectify_dataset",
 ]

@@ -1,4 +1,4 @@
-"""`check`: is a dataset what it says it is; `info`: what it says, in figures."""
+"""Compares a dataset's files with its records (`check_dataset`), and counts its contents (`dataset_info`)."""
 
 import hashlib
 from collections import Counter
@@ -8,58 +8,66 @@ from pathlib import Path
 from typing import TypeVar
 
 from foveacam_hardware.contract import FoveaError, Role
-from foveacam_pipeline.capture.dataset.derived import REFERENCE, REFERENCE_DOCUMENT, reference_files
-from foveacam_pipeline.capture.dataset.document import DOCUMENT, DatasetDocument, lasting_hash, read_document
+from foveacam_pipeline.capture.dataset.document import (
+    DOCUMENT,
+    DatasetDocument,
+    permanent_hash,
+    read_document,
+)
 from foveacam_pipeline.capture.dataset.index import INDEX, index_text
 from foveacam_pipeline.capture.dataset.journal import JOURNAL, JournalContent, read_journal
-from foveacam_pipeline.capture.dataset.lock import LOCK, is_held
-from foveacam_pipeline.capture.dataset.point_store import OWN_FILE
+from foveacam_pipeline.capture.dataset.lock import LOCK, is_being_written
+from foveacam_pipeline.capture.dataset.point_store import IMAGE_FILE_NAME
 from foveacam_pipeline.capture.dataset.reader import INTERRUPTED, Dataset
 from foveacam_pipeline.capture.dataset.rectified import PAIRS, RECTIFIED, PairRow, read_pairs
+from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE, REFERENCE_DOCUMENT, reference_files
 from foveacam_pipeline.capture.dataset.values import DatasetState, FrameRecord
 from foveacam_pipeline.storage.disk import PART
 
 _BLOCK = 1 << 20
-Derived = TypeVar("Derived")
+Content = TypeVar("Content")
 
 
-def check(path: str | Path) -> list[str]:
-    """Return what is wrong with a dataset, a sentence each; none when every file and number is as written."""
+def check_dataset(path: str | Path) -> list[str]:
+    """Return the problems of a dataset, a sentence each; none when every file and number is as written."""
     folder = Path(path)
     try:
         document = read_document(folder)
         journal = read_journal(folder, dataset_id=document.header.id)
     except FoveaError as error:
         return [f"{error}."]
-    interrupted = document.state is DatasetState.RUNNING and not is_held(folder)
-    trouble: list[str] = []
-    pairs = _read(read_pairs, folder, trouble) or ()
-    derived = _read(reference_files, folder, trouble) or {}
+    interrupted = document.state is DatasetState.RUNNING and not is_being_written(folder)
+    problems: list[str] = []
+    pairs = _read_or_report(read_pairs, folder, problems) or ()
+    reference = _read_or_report(reference_files, folder, problems) or {}
     return [
         *_states(folder, document, journal),
         *_counts(document, journal),
         *_frame_counts(document, journal),
         *_frames(folder, journal),
         *_index(folder, journal, interrupted=interrupted),
-        *trouble,
+        *problems,
         *_pair_files(folder, pairs),
-        *_derived_files(folder, derived),
-        *_strangers(folder, journal, pairs, derived, ended=document.state is DatasetState.COMPLETE),
+        *_reference_files(folder, reference),
+        *_unknown_files(folder, journal, pairs, reference, ended=document.state is DatasetState.COMPLETE),
     ]
 
 
-def _read(reader: Callable[[Path], Derived], folder: Path, trouble: list[str]) -> Derived | None:
-    """Return what a folder keeps besides its frames; what cannot be read is told in `trouble`."""
+def _read_or_report(reader: Callable[[Path], Content], folder: Path, problems: list[str]) -> Content | None:
+    """Return what `reader` reads; where it fails, add the error to `problems` and return None."""
     try:
         return reader(folder)
     except FoveaError as error:
-        trouble.append(f"{error}.")
+        problems.append(f"{error}.")
         return None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DatasetInfo:
-    """A dataset in figures. `sizes_px`: role -> "width x height, bits". `why`: what ended a partial one."""
+    """A dataset in figures. `sizes_px`: role -> "width x height, bits".
+
+    `why`: why a partial dataset ended.
+    """
 
     name: str
     id: str
@@ -83,8 +91,8 @@ class DatasetInfo:
     sizes_px: dict[str, str]
 
 
-def info(path: str | Path) -> DatasetInfo:
-    """Return what a dataset says of itself; raise InvalidInput when it is none."""
+def dataset_info(path: str | Path) -> DatasetInfo:
+    """Return the figures of a dataset; raise InvalidInput when the folder holds none."""
     dataset = Dataset.open(path)
     document, header = dataset.document, dataset.document.header
     frames = [frame for point in dataset for frame in point.frames]
@@ -114,8 +122,8 @@ def info(path: str | Path) -> DatasetInfo:
 
 
 def _states(folder: Path, document: DatasetDocument, journal: JournalContent) -> Iterator[str]:
-    held = is_held(folder)
-    if document.stated_hash != lasting_hash(document):
+    held = is_being_written(folder)
+    if document.stated_hash != permanent_hash(document):
         yield f"{DOCUMENT}: something but state, label and licence was changed after it was written."
     if document.state is DatasetState.RUNNING and not held:
         yield f"{DOCUMENT}: the dataset was {INTERRUPTED}."
@@ -135,14 +143,14 @@ def _counts(document: DatasetDocument, journal: JournalContent) -> Iterator[str]
 
 
 def _frame_counts(document: DatasetDocument, journal: JournalContent) -> Iterator[str]:
-    """Compare every point's frames with most points', and its wide one with the plan's once a scan."""
+    """Compare each point's frame count with the most common one, counting wide frames as the plan asks."""
     taken = [record for record in journal.records if record.frames]
     wides = {record.place.index: sum(f.role is Role.WIDE for f in record.frames) for record in taken}
-    foveae = _usual([len(record.frames) - wides[record.place.index] for record in taken])
+    foveae = _most_common([len(record.frames) - wides[record.place.index] for record in taken])
     first: dict[int, int] = {}
     for record in journal.records:
         first.setdefault(record.place.scan, record.place.index)
-    once, usual_wides = document.header.plan.get("wide") == "scan", _usual([*wides.values()])
+    once, usual_wides = document.header.plan.get("wide") == "scan", _most_common([*wides.values()])
     for record in taken:
         begins = first[record.place.scan] == record.place.index
         wanted, here = foveae + (int(begins) if once else usual_wides), len(record.frames)
@@ -150,7 +158,7 @@ def _frame_counts(document: DatasetDocument, journal: JournalContent) -> Iterato
             yield f"point {record.place.index}: it has {here} frames, by plan and other points {wanted}."
 
 
-def _usual(counts: list[int]) -> int:
+def _most_common(counts: list[int]) -> int:
     return Counter(counts).most_common(1)[0][0] if counts else 0
 
 
@@ -182,7 +190,7 @@ def _index(folder: Path, journal: JournalContent, *, interrupted: bool) -> Itera
     except (OSError, UnicodeDecodeError) as error:
         yield f"{INDEX}: it cannot be read ({error}); resume the dataset or export it anew."
         return
-    if is_held(folder) or found == wanted:
+    if is_being_written(folder) or found == wanted:
         return
     if interrupted and found == wanted[: len(found)]:
         return  # the index is written at the end: until then it is behind
@@ -213,8 +221,8 @@ def _pair_files(folder: Path, pairs: tuple[PairRow, ...]) -> Iterator[str]:
                 yield f"{file}: its content is not what was written (SHA-256); rectify the dataset again."
 
 
-def _derived_files(folder: Path, derived: dict[str, str]) -> Iterator[str]:
-    for file, digest in derived.items():
+def _reference_files(folder: Path, reference: dict[str, str]) -> Iterator[str]:
+    for file, digest in reference.items():
         path = folder / file
         if not path.is_file():
             yield f"{file}: the file is gone; make the reference again."
@@ -222,30 +230,30 @@ def _derived_files(folder: Path, derived: dict[str, str]) -> Iterator[str]:
             yield f"{file}: its content is not what was written (SHA-256); make the reference again."
 
 
-def _strangers(
+def _unknown_files(
     folder: Path,
     journal: JournalContent,
     pairs: tuple[PairRow, ...],
-    derived: dict[str, str],
+    reference: dict[str, str],
     *,
     ended: bool,
 ) -> Iterator[str]:
-    """Name files that nobody knows, but for what a kill or a bad disk left of a point until it is resumed."""
+    """Name files that the dataset does not know, but for unfinished ones until it is resumed."""
     known = {DOCUMENT, JOURNAL, INDEX, LOCK, f"{RECTIFIED}/{PAIRS}", f"{REFERENCE}/{REFERENCE_DOCUMENT}"}
-    known |= set(derived)
+    known |= set(reference)
     known |= {frame.file for record in journal.records for frame in record.frames}
     known |= {file for pair in pairs for file in (pair.left, pair.right, pair.disparity)}
-    if is_held(folder):
+    if is_being_written(folder):
         return
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
-        begun = not ended and (path.suffix == PART or OWN_FILE.fullmatch(path.name) is not None)
+        begun = not ended and (path.suffix == PART or IMAGE_FILE_NAME.fullmatch(path.name) is not None)
         if not path.is_dir() and name not in known and not begun:
             yield f"{name}: the dataset does not know this file."
 
 
 def sha256_of(path: Path) -> str:
-    """Return the SHA-256 of a file's content, read a block at a time."""
+    """Return the SHA-256 of a file's content, read block by block."""
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while block := file.read(_BLOCK):

@@ -1,4 +1,4 @@
-"""`dataset.json`: what a dataset says of itself, calibration embedded whole."""
+"""`dataset.json`: the description of a dataset, with its calibration embedded."""
 
 import json
 import secrets
@@ -24,7 +24,7 @@ DOCUMENT = "dataset.json"
 FORMAT = "foveacam-dataset"
 VERSION = 1
 LICENCE = "all rights reserved"
-"""What is written where nobody chose a licence."""
+"""The licence of a dataset for which nobody chose one."""
 
 
 def _now() -> str:
@@ -35,8 +35,8 @@ def _now() -> str:
 class DatasetHeader:
     """What is known of a dataset before its first point.
 
-    `points`: how many the plan has, all scans together. `plan`, `rig`, `conditions`: any JSON objects; `rig`
-    names the devices. `licence`: an SPDX name or a sentence.
+    `points`: number of points of the plan, all scans together. `plan`, `rig`, `conditions`: any JSON objects;
+    `rig` names the devices. `licence`: an SPDX name or a sentence.
     """
 
     points: int
@@ -72,9 +72,9 @@ class _Document(BaseModel):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DatasetDocument:
-    """The content of `dataset.json`. `why`: what ended a partial dataset, in words.
+    """The content of `dataset.json`. `why`: why a partial dataset ended, in words.
 
-    `stated_hash`: what the file says that its lasting part hashes to; None before it was written.
+    `stated_hash`: the hash of the permanent part as the file states it; None before it was written.
     """
 
     header: DatasetHeader
@@ -83,12 +83,12 @@ class DatasetDocument:
     why: str = ""
     stated_hash: str | None = None
 
-    def ended(self, state: DatasetState, why: str = "") -> "DatasetDocument":
-        """Return the same in another state."""
+    def with_state(self, state: DatasetState, why: str = "") -> "DatasetDocument":
+        """Return a copy in another state."""
         return replace(self, state=state, why=why)
 
-    def described(self, *, label: str | None = None, licence: str | None = None) -> "DatasetDocument":
-        """Return the same with another label or licence."""
+    def with_description(self, *, label: str | None = None, licence: str | None = None) -> "DatasetDocument":
+        """Return a copy with another label or licence."""
         header = self.header
         label = header.label if label is None else label
         licence = header.licence if licence is None else licence
@@ -96,7 +96,7 @@ class DatasetDocument:
 
 
 def new_document(header: DatasetHeader) -> DatasetDocument:
-    """Return the document of a dataset that begins now."""
+    """Return the document of a new dataset."""
     if header.points <= 0:
         raise InvalidInput(f"a dataset of {header.points} points was asked for; plan one point or more")
     software = {"foveacam-duo": version_of("foveacam-duo")}
@@ -104,18 +104,18 @@ def new_document(header: DatasetHeader) -> DatasetDocument:
 
 
 def write_document(folder: Path, document: DatasetDocument) -> None:
-    """Put `dataset.json` on the disk, whole. Raise OSError, or InvalidInput for numbers that JSON lacks."""
+    """Write `dataset.json` atomically. Raise OSError, or InvalidInput for values that JSON cannot express."""
     header = document.header
     try:
         content = {
             "format": FORMAT,
             "version": VERSION,
-            "hash": lasting_hash(document),
+            "hash": permanent_hash(document),
             "state": document.state.value,
             "why": document.why,
             "label": header.label,
             "licence": header.licence,
-            **_lasting(document),
+            **_permanent(document),
             "calibration": None if header.calibration is None else calibration_document(header.calibration),
         }
         text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
@@ -126,14 +126,14 @@ def write_document(folder: Path, document: DatasetDocument) -> None:
     write_file(folder / DOCUMENT, text.encode("utf-8", "strict"))
 
 
-def lasting_hash(document: DatasetDocument) -> str:
-    """Return the hash of what never changes in `dataset.json`: all but state, label and licence."""
+def permanent_hash(document: DatasetDocument) -> str:
+    """Return the hash of the permanent part of `dataset.json`: all but state, label and licence."""
     calibration = document.header.calibration
-    lasting = plain(_lasting(document))
+    lasting = plain(_permanent(document))
     return content_id({"lasting": lasting, "calibration": None if calibration is None else calibration.id})
 
 
-def _lasting(document: DatasetDocument) -> dict[str, object]:
+def _permanent(document: DatasetDocument) -> dict[str, object]:
     header = document.header
     return {
         "id": header.id,
@@ -148,7 +148,7 @@ def _lasting(document: DatasetDocument) -> dict[str, object]:
 
 
 def read_document(folder: Path) -> DatasetDocument:
-    """Read `dataset.json`; raise InvalidInput when there is none, or none of this format and version."""
+    """Read `dataset.json`; raise InvalidInput when it is missing, or of another format or version."""
     found = _json_of(folder / DOCUMENT)
     try:
         read = _Document.model_validate(found)
@@ -179,7 +179,7 @@ def read_document(folder: Path) -> DatasetDocument:
 
 
 def calibration_document(calibration: Calibration) -> dict[str, object]:
-    """Return what the calibration's own file would hold."""
+    """Return the content of the calibration's own file."""
     return {
         "format": CALIBRATION_FORMAT,
         "version": CALIBRATION_VERSION,

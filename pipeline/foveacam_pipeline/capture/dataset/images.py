@@ -1,7 +1,7 @@
-"""Images as bytes of a file: TIFF without compression, or PNG as fast as it goes; both lossless.
+"""Encodes and decodes images as lossless files: TIFF without compression, or PNG at its fastest setting.
 
-Measured on one core with a fovea-like picture of 1440 x 1080, 8 bits: TIFF 0.4 ms and 1.56 MB; PNG by
-Huffman alone 28 ms and 0.59 MB, by zlib's level 1 36 ms and 0.73 MB, by level 3 57 ms and 0.70 MB.
+Measured on one core with a fovea-like image of 1440 x 1080, 8 bits: TIFF 0.4 ms and 1.56 MB; PNG with
+Huffman coding only 28 ms and 0.59 MB, with zlib level 1 36 ms and 0.73 MB, with level 3 57 ms and 0.70 MB.
 """
 
 from enum import StrEnum
@@ -14,10 +14,10 @@ from foveacam_hardware.contract import Image, InvalidInput
 
 
 class ImageCodec(StrEnum):
-    """How images are kept."""
+    """The file format of a dataset's images."""
 
     TIFF = "tiff"
-    """Not compressed: keeps up with a raster at the rig's full pace."""
+    """Not compressed: fast enough for a raster at the rig's full rate."""
     PNG = "png"
     """A third to two thirds of the size, at some 28 ms of one core for an image of 8 bits."""
 
@@ -35,7 +35,7 @@ _OVERHEAD_BYTES = 4096
 
 
 def encode(image: Image, codec: ImageCodec) -> memoryview:
-    """Return the bytes of a file that holds (h, w) or (h, w, 3) RGB, uint8 or uint16 as they are."""
+    """Return the file content of an (h, w) or (h, w, 3) RGB image, uint8 or uint16, unchanged in depth."""
     if image.dtype not in (np.uint8, np.uint16) or image.ndim not in (2, 3) or image.size == 0:
         raise InvalidInput(
             f"an image of {image.dtype} {image.shape} cannot be kept: (h, w) or (h, w, 3) of uint8 or uint16 "
@@ -51,7 +51,7 @@ def encode(image: Image, codec: ImageCodec) -> memoryview:
 
 
 def decode(content: bytes, *, what: str) -> Image:
-    """Return the image of a file's bytes: (h, w) or (h, w, 3) RGB, uint8 or uint16."""
+    """Return the image of a file's content: (h, w) or (h, w, 3) RGB, uint8 or uint16."""
     read = cv2.imdecode(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if content else None
     if read is None or read.dtype not in (np.uint8, np.uint16):
         raise InvalidInput(f"{what} holds no image that can be read; restore it from a copy")
@@ -60,7 +60,7 @@ def decode(content: bytes, *, what: str) -> Image:
 
 
 def largest_bytes(*, width: int, height: int, channels: int, bits: int) -> int:
-    """Return how large a file of such an image gets at most: what a plan reckons with."""
+    """Return the largest file size of such an image, for estimates."""
     return width * height * channels * (1 if bits <= 8 else 2) + _OVERHEAD_BYTES
 
 

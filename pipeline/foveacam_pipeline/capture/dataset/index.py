@@ -1,4 +1,4 @@
-"""`frames.csv`: the index that people and other programs read; made from the journal, one row a frame."""
+"""`frames.csv`, the index of a dataset for people and other programs: one row a frame, from the journal."""
 
 import csv
 import io
@@ -17,7 +17,7 @@ COLUMNS = (
 
 
 def index_text(records: Iterable[PointRecord]) -> str:
-    """Return the whole file; numbers keep every bit, what is not known is empty."""
+    """Return the content of the file; numbers keep full precision, unknown values are empty."""
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\n")
     table.writerow(COLUMNS)
@@ -27,7 +27,7 @@ def index_text(records: Iterable[PointRecord]) -> str:
 
 
 def write_index(folder: Path, records: Iterable[PointRecord]) -> None:
-    """Put the index on the disk, whole. Raise OSError."""
+    """Write the index atomically. Raise OSError."""
     write_file(folder / INDEX, index_text(records).encode("utf-8"))
 
 

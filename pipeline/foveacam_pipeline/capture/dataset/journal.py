@@ -1,7 +1,7 @@
-"""The journal: one line a point, appended when the point's images are on the disk; the truth of a dataset.
+"""The journal decides what a dataset holds: one line a point, appended once its images are on disk.
 
-A line is `digest {json}`; the digest covers the line before it too, so that none can be lost, changed or put
-elsewhere unseen. Only the last line can be torn by a crash, and then it was never acknowledged.
+A line is `digest {json}`. The digest also covers the preceding line, so that a lost, changed or moved line is
+detected. Only the last line can be torn by a crash, and then its point was never acknowledged.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ from foveacam_pipeline.capture.dataset.values import PointRecord
 
 JOURNAL = "journal.jsonl"
 DIGITS = 32
-"""Hexadecimal digits of the SHA-256 before each line."""
+"""Hexadecimal digits of SHA-256 at the start of each line."""
 IMAGE_FILE = re.compile(r"images/[A-Za-z0-9][A-Za-z0-9._-]{0,120}")
 
 _RECORD: TypeAdapter[PointRecord] = TypeAdapter(PointRecord)
@@ -27,7 +27,7 @@ _RECORD: TypeAdapter[PointRecord] = TypeAdapter(PointRecord)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JournalContent:
-    """What a journal holds. `good_bytes`: where the next line goes; `torn`: a part of one stands there."""
+    """What a journal holds. `good_bytes`: offset of the next line; `torn`: an incomplete line is there."""
 
     records: tuple[PointRecord, ...]
     good_bytes: int
@@ -36,13 +36,13 @@ class JournalContent:
 
 
 def read_journal(folder: Path, *, dataset_id: str) -> JournalContent:
-    """Read all lines; raise InvalidInput when one before the last is damaged. None there is an empty one."""
+    """Read all lines, none if the file is missing; raise InvalidInput for damage before the last line."""
     try:
         content = (folder / JOURNAL).read_bytes()
     except FileNotFoundError:
         content = b""
     records: list[PointRecord] = []
-    digest, good = seed(dataset_id), 0
+    digest, good = first_digest(dataset_id), 0
     for line in io.BytesIO(content):
         record = _record_of(line, digest)
         if record is None:
@@ -59,10 +59,10 @@ def read_journal(folder: Path, *, dataset_id: str) -> JournalContent:
 
 
 class JournalFile:
-    """The end of a journal, open for lines to be appended."""
+    """A journal that is open for appending."""
 
     def __init__(self, folder: Path, journal: JournalContent) -> None:
-        """Open it behind the last good line; what is torn is cut off. Raise OSError."""
+        """Open it behind the last good line and cut off a torn one. Raise OSError."""
         self._digest, self._size = journal.digest, journal.good_bytes
         self.clean = True
         self._descriptor = os.open(folder / JOURNAL, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o644)
@@ -74,11 +74,11 @@ class JournalFile:
             raise
 
     def append(self, record: PointRecord) -> None:
-        """Put one point into the journal, durably.
+        """Append one point durably.
 
-        Raise OSError; then `clean` says whether the file is as it was.
+        Raise OSError; then `clean` tells whether the file is unchanged.
         """
-        line, digest = line_of(record, self._digest)
+        line, digest = journal_line(record, self._digest)
         self.clean = False
         try:
             written = 0
@@ -98,12 +98,12 @@ class JournalFile:
             self._descriptor = -1
 
 
-def seed(dataset_id: str) -> str:
-    """Return what stands for the line before the first: a journal belongs to one dataset."""
+def first_digest(dataset_id: str) -> str:
+    """Return the digest that precedes the first line: it ties a journal to its dataset."""
     return hashlib.sha256(dataset_id.encode()).hexdigest()[:DIGITS]
 
 
-def line_of(record: PointRecord, before: str) -> tuple[bytes, str]:
+def journal_line(record: PointRecord, before: str) -> tuple[bytes, str]:
     """Return the line of a point that follows the line with digest `before`, and its own digest."""
     text = json.dumps(asdict(record), separators=(",", ":"), allow_nan=False, ensure_ascii=True)
     digest = hashlib.sha256(f"{before} {text}".encode()).hexdigest()[:DIGITS]
@@ -111,7 +111,7 @@ def line_of(record: PointRecord, before: str) -> tuple[bytes, str]:
 
 
 def _record_of(line: bytes, before: str) -> PointRecord | None:
-    """Return the point of a line; None for one that is torn or changed."""
+    """Return the point of a line; None for a torn or changed line."""
     digest, text = line[:DIGITS], line[DIGITS + 1 :]
     if not line.endswith(b"\n") or line[DIGITS : DIGITS + 1] != b" ":
         return None

@@ -1,4 +1,4 @@
-"""One writer at a time: a lock on a file in the dataset's folder that dies with its process."""
+"""A lock that lets one writer at a time into a dataset's folder, and ends with its process."""
 
 import fcntl
 import os
@@ -13,7 +13,7 @@ _FLOCK = "hhqqi4x"
 
 
 class FolderLock:
-    """Holds a folder for one writer; raises Busy when another holds it."""
+    """The writer's lock of a dataset's folder; raises Busy when another writer holds it."""
 
     def __init__(self, folder: Path) -> None:
         self._descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
@@ -26,14 +26,14 @@ class FolderLock:
             ) from error
 
     def release(self) -> None:
-        """Let the next writer in."""
+        """Release the lock; do nothing when it is released already."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1
 
 
-def is_held(folder: Path) -> bool:
-    """Return whether somebody, in this process or another, is writing the dataset."""
+def is_being_written(folder: Path) -> bool:
+    """Return whether a writer, in this process or another, has locked the dataset."""
     try:
         descriptor = os.open(folder / LOCK, os.O_RDONLY | os.O_CLOEXEC)
     except OSError:

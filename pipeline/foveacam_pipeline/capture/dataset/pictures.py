@@ -1,6 +1,6 @@
-"""Pictures of a dataset for people: its foveae on a sheet, what they cover of the wide view, one anaglyph.
+"""Overview pictures of a dataset: contact sheet, coverage of the wide view, anaglyph.
 
-All are (h, w, 3) uint8 RGB; `png` makes a file's bytes of one.
+All are (h, w, 3) uint8 RGB; `png_bytes` encodes one as a file.
 """
 
 import math
@@ -18,19 +18,19 @@ from foveacam_pipeline.stereo.depth import rgb
 from foveacam_pipeline.stereo.rectify import to_uint8
 
 Picture = NDArray[np.uint8]
-GROUND = (17, 20, 26)
+BACKGROUND = (17, 20, 26)
 GAP_PX = 2
-SIDES = {Role.LEFT: (255, 92, 92), Role.RIGHT: (64, 200, 255)}
+EYE_COLOURS = {Role.LEFT: (255, 92, 92), Role.RIGHT: (64, 200, 255)}
 """Colours of the footprints: left red, right cyan, as in an anaglyph."""
 SMALLEST_PX, LARGEST_PX = 16, 4096
 
 
 def contact_sheet(dataset: Dataset, *, role: Role = Role.LEFT, tile_px: int = 120) -> Picture:
-    """Return the frames of one camera, `tile_px` wide each: where they stand in the grid, scan below scan."""
+    """Return the frames of one camera, `tile_px` wide each, in the order of the grid, scan below scan."""
     points = list(dataset)
     _check_size("a tile", tile_px)
     if not points:
-        return np.full((tile_px, tile_px, 3), GROUND, dtype=np.uint8)
+        return np.full((tile_px, tile_px, 3), BACKGROUND, dtype=np.uint8)
     tiles = [_tile(point, role, tile_px) for point in points]
     cells = sheet_cells(points)
     height = max(tile.shape[0] for tile in tiles)
@@ -38,18 +38,18 @@ def contact_sheet(dataset: Dataset, *, role: Role = Role.LEFT, tile_px: int = 12
     size = rows * (height + GAP_PX) - GAP_PX, columns * (tile_px + GAP_PX) - GAP_PX
     if max(size) > 4 * LARGEST_PX:
         raise InvalidInput(f"a sheet of {size[1]} x {size[0]} px is too large; ask for smaller tiles")
-    sheet: Picture = np.full((*size, 3), GROUND, dtype=np.uint8)
+    sheet: Picture = np.full((*size, 3), BACKGROUND, dtype=np.uint8)
     for tile, (row, column) in zip(tiles, cells, strict=True):
         y, x = row * (height + GAP_PX), column * (tile_px + GAP_PX)
         sheet[y : y + tile.shape[0], x : x + tile_px] = tile
     return sheet
 
 
-def coverage(dataset: Dataset, *, width_px: int = 720) -> Picture:
-    """Return the wide view nearest the middle point with the outlines of all foveae, left red, right cyan."""
+def coverage_picture(dataset: Dataset, *, width_px: int = 720) -> Picture:
+    """Return the wide view nearest the middle point with all fovea outlines, left red, right cyan."""
     _check_size("a picture", width_px)
     if len(dataset) == 0:
-        return np.full((width_px * 3 // 4, width_px, 3), GROUND, dtype=np.uint8)
+        return np.full((width_px * 3 // 4, width_px, 3), BACKGROUND, dtype=np.uint8)
     middle = len(dataset) // 2
     seen = [number for number, point in enumerate(dataset) if _has(point, Role.WIDE)]
     nearest = min(seen, key=lambda number: abs(number - middle), default=middle)
@@ -61,17 +61,17 @@ def coverage(dataset: Dataset, *, width_px: int = 720) -> Picture:
 
 
 def thumbnail(dataset: Dataset, *, width_px: int = 320) -> Picture:
-    """Return the coverage, small."""
-    return coverage(dataset, width_px=width_px)
+    """Return a small coverage picture."""
+    return coverage_picture(dataset, width_px=width_px)
 
 
-def anaglyph(point: DatasetPoint, *, bracket: int = 0) -> Picture:
+def point_anaglyph(point: DatasetPoint, *, bracket: int = 0) -> Picture:
     """Return both foveae of a point, rectified at half size: left in red, right in green and blue."""
     return pictures.anaglyph(point.rectified(scale=0.5, bracket=bracket))
 
 
-def png(picture: Picture) -> bytes:
-    """Return a PNG file's bytes."""
+def png_bytes(picture: Picture) -> bytes:
+    """Return a picture as the content of a PNG file."""
     return bytes(encode(picture, ImageCodec.PNG))
 
 
@@ -82,7 +82,7 @@ def _draw_footprints(picture: Picture, dataset: Dataset, *, scale: float) -> Non
         if calibration is None or volts is None:
             continue
         distance_m = point.place.distance_m or math.inf
-        for role, colour in SIDES.items():
+        for role, colour in EYE_COLOURS.items():
             drive = volts.left if role is Role.LEFT else volts.right
             corners = fovea_footprint_px(calibration, role, drive, distance_m)
             places = np.rint((corners + 0.5) * scale * 16).astype(np.int32)
@@ -91,7 +91,7 @@ def _draw_footprints(picture: Picture, dataset: Dataset, *, scale: float) -> Non
 
 def _tile(point: DatasetPoint, role: Role, width_px: int) -> Picture:
     if not _has(point, role):
-        return np.full((width_px * 3 // 4, width_px, 3), GROUND, dtype=np.uint8)
+        return np.full((width_px * 3 // 4, width_px, 3), BACKGROUND, dtype=np.uint8)
     image = to_uint8(point.frame(role))
     height = max(1, round(image.shape[0] * width_px / image.shape[1]))
     small = cv2.resize(image, (width_px, height), interpolation=cv2.INTER_AREA)
@@ -99,7 +99,7 @@ def _tile(point: DatasetPoint, role: Role, width_px: int) -> Picture:
 
 
 def sheet_cells(points: list[DatasetPoint]) -> list[tuple[int, int]]:
-    """Return (row, column) of every point on a sheet: by the grid where all have one, else in order."""
+    """Return (row, column) of every point on a sheet: its grid cell if all points have one, else in order."""
     scans = sorted({point.place.scan for point in points})
     grid = [(p.place.row, p.place.column, p.place.scan) for p in points]
     if len({place for place in grid if None not in place}) == len(points):
@@ -110,7 +110,7 @@ def sheet_cells(points: list[DatasetPoint]) -> list[tuple[int, int]]:
 
 
 def _has(point: DatasetPoint, role: Role) -> bool:
-    return any(kept.role is role and kept.bracket == 0 and kept.stack == 0 for kept in point.frames)
+    return any(frame.role is role and frame.bracket == 0 and frame.stack == 0 for frame in point.frames)
 
 
 def _check_size(what: str, size_px: int) -> None:

@@ -1,4 +1,4 @@
-"""Points on their way from the rig to the disk: a bounded queue, and a thread that empties it."""
+"""A bounded queue of points that wait to be written to disk, and the thread that empties it."""
 
 import logging
 import threading
@@ -14,27 +14,27 @@ logger = logging.getLogger(__name__)
 
 
 class PointSink(Protocol):
-    """Where points go: `begin` returns at once, `keep` when the point is on the disk."""
+    """Writes points: `begin` starts and returns at once, `commit` returns when the point is on disk."""
 
     def begin(self, point: CapturedPoint) -> BegunPoint:
-        """Start on a point."""
+        """Start to write a point."""
 
-    def keep(self, begun: BegunPoint) -> None:
-        """Finish it; raise FoveaError when that cannot be."""
+    def commit(self, begun: BegunPoint) -> None:
+        """Finish writing a point; raise FoveaError when that fails."""
 
     def drop(self, begun: BegunPoint) -> None:
-        """Give it up."""
+        """Discard a point that was begun."""
 
 
 class PointQueue:
-    """Keeps every point handed over, in order, on a thread of its own.
+    """Commits every queued point, in order, on its own thread.
 
-    At most `depth` points wait, begun already. The first error ends it: those that wait are dropped, and the
-    error comes back from every call thereafter.
+    At most `depth` points wait, already begun. The first error ends the queue: waiting points are dropped,
+    and every later call raises that error.
     """
 
-    def __init__(self, keeper: PointSink, *, depth: int) -> None:
-        self._keeper = keeper
+    def __init__(self, sink: PointSink, *, depth: int) -> None:
+        self._sink = sink
         self._depth = depth
         self._points: deque[BegunPoint] = deque()
         self._changed = threading.Condition()
@@ -47,33 +47,33 @@ class PointQueue:
 
     @property
     def queued(self) -> int:
-        """How many points are not on the disk yet."""
+        """Number of points that are not on disk yet."""
         with self._changed:
             return len(self._points) + self._busy
 
     def put(self, point: CapturedPoint) -> None:
-        """Hand a point over; wait while the queue is full. Raise what ended it."""
+        """Add a point; wait while the queue is full. Raise the error that ended the queue."""
         started_s = time.monotonic()
         with self._changed:
             self._changed.wait_for(lambda: self._error is not None or len(self._points) < self._depth)
             self.waited_s += time.monotonic() - started_s
             self._raise_error()
-            self._points.append(self._keeper.begin(point))
+            self._points.append(self._sink.begin(point))
             self._changed.notify_all()
 
     def check(self) -> None:
-        """Raise what ended it."""
+        """Raise the error that ended the queue, if there is one."""
         with self._changed:
             self._raise_error()
 
     def flush(self) -> None:
-        """Wait until everything handed over is kept. Raise what ended it."""
+        """Wait until every queued point is on disk. Raise the error that ended the queue."""
         with self._changed:
             self._changed.wait_for(lambda: self._error is not None or not (self._points or self._busy))
             self._raise_error()
 
     def close(self) -> None:
-        """Keep what was handed over, then end the thread; an error is not raised again."""
+        """Write what is queued, then end the thread; an error is not raised again."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()
@@ -85,7 +85,7 @@ class PointQueue:
 
     def _run(self) -> None:
         while (begun := self._next()) is not None:
-            error = self._kept(begun)
+            error = self._commit(begun)
             del begun
             with self._changed:
                 self._busy = False
@@ -96,13 +96,13 @@ class PointQueue:
                 self._changed.notify_all()
             if error is not None:
                 for each in left:
-                    self._keeper.drop(each)
+                    self._sink.drop(each)
                 return
 
-    def _kept(self, begun: BegunPoint) -> FoveaError | None:
+    def _commit(self, begun: BegunPoint) -> FoveaError | None:
         index = begun.place.index
         try:
-            self._keeper.keep(begun)
+            self._sink.commit(begun)
         except FoveaError as refused:
             return refused
         except Exception as unforeseen:

@@ -1,4 +1,4 @@
-"""Puts one point at a time on the disk: images first, then the line of the journal that acknowledges them."""
+"""Writes one point at a time to disk: its images first, then the journal line that acknowledges them."""
 
 import hashlib
 import logging
@@ -22,15 +22,15 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.storage.disk import finish_part, part_path, sync_folder, write_part
 
 IMAGES = "images"
-OWN_FILE = re.compile(r"\.?\d{5,}-(wide|left|right)-b\d+-s\d+\.(tiff|png)(\.part)?")
-"""Names that a writer gives: what of these no journal knows, a crash left behind."""
+IMAGE_FILE_NAME = re.compile(r"\.?\d{5,}-(wide|left|right)-b\d+-s\d+\.(tiff|png)(\.part)?")
+"""Names that the writer gives to images; such a file that the journal does not list was left by a crash."""
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BegunPoint:
-    """A point whose files are being written under their temporary names. `raw_bytes`: of its pixels."""
+    """A point whose files are being written under their temporary names. `raw_bytes`: size of its pixels."""
 
     place: PlanPosition
     skipped: str
@@ -40,7 +40,7 @@ class BegunPoint:
 
 
 class PointStore:
-    """The folder of a dataset, open for points: one thread begins them, one commits them, in one order."""
+    """A dataset's folder, open for points: one thread begins, another commits them, in the same order."""
 
     def __init__(
         self,
@@ -51,7 +51,7 @@ class PointStore:
         calibration: Calibration | None,
         encoders: int,
     ) -> None:
-        """Open it behind the journal's last point. Raise OSError."""
+        """Open the folder behind the journal's last point. Raise OSError."""
         self._images = folder / IMAGES
         self._codec = codec
         self._calibration = calibration
@@ -59,9 +59,9 @@ class PointStore:
         self._pool = ThreadPoolExecutor(encoders, thread_name_prefix="dataset-encoder")
 
     def begin(self, point: CapturedPoint) -> "BegunPoint":
-        """Let the encoders start on the files of a point; it is to be committed or dropped."""
+        """Start to encode the files of a point, which is then to be committed or dropped."""
         paths = [self._images / self._name(point.place.index, shot) for shot in point.shots]
-        files = [self._pool.submit(self._written, *pair) for pair in zip(point.shots, paths, strict=True)]
+        files = [self._pool.submit(self._write_frame, *pair) for pair in zip(point.shots, paths, strict=True)]
         return BegunPoint(
             place=point.place,
             skipped=point.skipped,
@@ -71,7 +71,7 @@ class PointStore:
         )
 
     def commit(self, begun: "BegunPoint") -> PointRecord:
-        """Put a point on the disk for good. Raise OSError; then nothing of it is left, if that can be."""
+        """Write a point durably. Raise OSError; its files are then removed where possible."""
         try:
             wait(begun.files)
             frames = tuple(file.result() for file in begun.files)
@@ -83,17 +83,17 @@ class PointStore:
             self._journal.append(record)
         except Exception:
             if self._journal.clean:
-                remove(begun.paths)
+                remove_files(begun.paths)
             raise
         return record
 
     def drop(self, begun: "BegunPoint") -> None:
-        """Give up a point that was begun: its files go."""
+        """Discard a point that was begun, with its files."""
         wait(begun.files)
-        remove(begun.paths)
+        remove_files(begun.paths)
 
     def close(self) -> None:
-        """End its threads and close the journal."""
+        """End the encoder threads and close the journal."""
         self._pool.shutdown()
         self._journal.close()
 
@@ -101,8 +101,8 @@ class PointStore:
         role = shot.frame.role.value
         return f"{index:05d}-{role}-b{shot.bracket}-s{shot.stack}.{self._codec.value}"
 
-    def _written(self, shot: Shot, path: Path) -> FrameRecord:
-        """Encode one frame and put it on the disk under its temporary name."""
+    def _write_frame(self, shot: Shot, path: Path) -> FrameRecord:
+        """Encode one frame and write it under its temporary name."""
         content = encode(shot.frame.image, self._codec)
         write_part(path, content)
         frame, volts = shot.frame, shot.frame.volts
@@ -133,8 +133,8 @@ class PointStore:
         return self._calibration.eye(role).mirror.angles_rad(volts)
 
 
-def remove(paths: Sequence[Path]) -> None:
-    """Delete files, finished or not, as far as the disk lets us: what stays, the next opening removes."""
+def remove_files(paths: Sequence[Path]) -> None:
+    """Delete files, finished or not; what cannot be deleted now is removed at the next opening."""
     for path in paths:
         for left in (part_path(path), path):
             try:
@@ -144,13 +144,13 @@ def remove(paths: Sequence[Path]) -> None:
 
 
 def remove_unacknowledged(folder: Path, records: Sequence[PointRecord]) -> int:
-    """Delete images that no line of the journal knows; return how many. Other names are left alone."""
+    """Delete the writer's images that the journal does not list, and no other file; return how many."""
     known = {frame.file for record in records for frame in record.frames}
-    strays = [
+    leftovers = [
         path
         for path in (folder / IMAGES).iterdir()
-        if OWN_FILE.fullmatch(path.name) and f"{IMAGES}/{path.name}" not in known
+        if IMAGE_FILE_NAME.fullmatch(path.name) and f"{IMAGES}/{path.name}" not in known
     ]
-    for path in strays:
+    for path in leftovers:
         path.unlink()
-    return len(strays)
+    return len(leftovers)

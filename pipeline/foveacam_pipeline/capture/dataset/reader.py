@@ -1,4 +1,4 @@
-"""Reads a dataset: `Dataset.open(path)[i].left`. Images are read when asked for; nothing is written."""
+"""Reads a dataset: `Dataset.open(path)[i].left`. Images are read on demand; nothing is written."""
 
 import math
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ from foveacam_hardware.contract import (
 from foveacam_pipeline.capture.dataset.document import DatasetDocument, read_document
 from foveacam_pipeline.capture.dataset.images import decode
 from foveacam_pipeline.capture.dataset.journal import read_journal
-from foveacam_pipeline.capture.dataset.lock import is_held
+from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_pipeline.capture.dataset.values import DatasetState, FrameRecord, PlanPosition, PointRecord
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.rectify import rectify
@@ -33,7 +33,7 @@ INTERRUPTED = "interrupted: the program that wrote it ended without closing it; 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointPose:
-    """How the rig stood at a point: gazes (ax, ay), rad, and volts of both eyes; None where not known."""
+    """The pose of the rig at a point: gazes (ax, ay), rad, and volts of both eyes; None where unknown."""
 
     left_rad: tuple[float, float] | None
     right_rad: tuple[float, float] | None
@@ -42,14 +42,14 @@ class PointPose:
 
 
 class DatasetPoint:
-    """One point of a dataset. `left`, `right`, `wide`: the first frame of the first bracket, as taken."""
+    """One point of a dataset. `left`, `right`, `wide`: the first frame of the first bracket, as captured."""
 
     def __init__(self, folder: Path, record: PointRecord, calibration: Calibration | None) -> None:
         self._folder, self._record, self._calibration = folder, record, calibration
 
     @property
     def place(self) -> PlanPosition:
-        """Where it stands in the plan."""
+        """Its position in the plan."""
         return self._record.place
 
     @property
@@ -59,7 +59,7 @@ class DatasetPoint:
 
     @property
     def frames(self) -> tuple[FrameRecord, ...]:
-        """What is kept of its frames."""
+        """The records of its frames."""
         return self._record.frames
 
     @property
@@ -79,12 +79,12 @@ class DatasetPoint:
 
     @property
     def brackets(self) -> tuple[int, ...]:
-        """The exposures of the foveae, by number."""
+        """Numbers of the exposures of the foveae."""
         return tuple(sorted({frame.bracket for frame in self.frames if frame.role is not Role.WIDE}))
 
     @property
     def pose(self) -> PointPose:
-        """How the rig stood during the first exposure."""
+        """The pose of the rig during the first exposure."""
         left, right = self._find(Role.LEFT, 0), self._find(Role.RIGHT, 0)
         return PointPose(
             left_rad=left[0].gaze_rad if left else None,
@@ -94,29 +94,29 @@ class DatasetPoint:
         )
 
     def frame(self, role: Role, *, bracket: int = 0, stack: int = 0) -> Frame:
-        """Read one frame, as the camera gave it."""
-        for kept in self._find(role, bracket):
-            if kept.stack == stack:
-                return self._read(kept)
+        """Read one frame as the camera delivered it."""
+        for record in self._find(role, bracket):
+            if record.stack == stack:
+                return self._read(record)
         raise self._missing(role, bracket, f", frame {stack} of its stack")
 
     def stacked(self, role: Role, *, bracket: int = 0) -> Frame:
-        """Return the mean of a stack as one frame of 16 bits, the first one's facts; one alone as it is."""
-        kept = self._find(role, bracket)
-        if not kept:
+        """Return the mean of a stack as a 16-bit frame with the first frame's metadata; one alone as is."""
+        records = self._find(role, bracket)
+        if not records:
             raise self._missing(role, bracket, "")
-        first = self._read(kept[0])
-        if len(kept) == 1:
+        first = self._read(records[0])
+        if len(records) == 1:
             return first
         total = np.zeros(first.image.shape, dtype=np.float64)
-        for each in kept:
-            total += self._read(each).image
-        scale = 2.0 ** (16 - first.bits) / len(kept)
+        for record in records:
+            total += self._read(record).image
+        scale = 2.0 ** (16 - first.bits) / len(records)
         mean: NDArray[np.uint16] = np.rint(np.minimum(total * scale, 65535.0)).astype(np.uint16)
         return replace(first, image=mean, bits=16)
 
     def rectified(self, *, scale: float = 0.5, bracket: int = 0) -> RectifiedPair:
-        """Return the rectified pair, made now by the dataset's calibration; scale 0.5 or 1.0."""
+        """Return the rectified pair, computed with the dataset's calibration; scale 0.5 or 1.0."""
         if self._calibration is None:
             raise NotCalibrated(
                 f"point {self.index} in {self._folder}: the dataset has no calibration; "
@@ -125,7 +125,7 @@ class DatasetPoint:
         return rectify(self.sighting(bracket=bracket), self._calibration, scale=scale)
 
     def sighting(self, *, bracket: int = 0) -> Sighting:
-        """Return both foveae as one look; where there is no wide frame the left one stands in for it."""
+        """Return both foveae of a bracket as one look; the left frame replaces a missing wide one."""
         volts = self._volts(bracket)
         if volts is None:
             raise InvalidInput(
@@ -136,10 +136,10 @@ class DatasetPoint:
         return Sighting(left=left, right=right, wide=wide, volts=volts)
 
     def _volts(self, bracket: int) -> StereoVolts | None:
-        """Return the mean drive of either mirror over the stack of a bracket."""
+        """Return the mean volts of each mirror over the stack of a bracket."""
         means = []
         for role in (Role.LEFT, Role.RIGHT):
-            known = [kept.volts_v for kept in self._find(role, bracket) if kept.volts_v is not None]
+            known = [record.volts_v for record in self._find(role, bracket) if record.volts_v is not None]
             if not known:
                 return None
             count = len(known)
@@ -151,29 +151,29 @@ class DatasetPoint:
         return StereoVolts(left=means[0], right=means[1])
 
     def _find(self, role: Role, bracket: int) -> list[FrameRecord]:
-        found = [kept for kept in self.frames if kept.role is role and kept.bracket == bracket]
-        return sorted(found, key=lambda kept: kept.stack)
+        found = [frame for frame in self.frames if frame.role is role and frame.bracket == bracket]
+        return sorted(found, key=lambda record: record.stack)
 
-    def _read(self, kept: FrameRecord) -> Frame:
-        path = self._folder / kept.file
+    def _read(self, record: FrameRecord) -> Frame:
+        path = self._folder / record.file
         try:
             content = path.read_bytes()
         except OSError as error:
             raise InvalidInput(f"{path} cannot be read ({error.strerror}); restore it from a copy") from error
-        volts = None if kept.volts_v is None else MirrorVolts(x_v=kept.volts_v[0], y_v=kept.volts_v[1])
+        volts = None if record.volts_v is None else MirrorVolts(x_v=record.volts_v[0], y_v=record.volts_v[1])
         return Frame(
             image=decode(content, what=str(path)),
-            role=kept.role,
-            seq=kept.seq,
-            t_ns=kept.t_ns,
-            exposure_ns=kept.exposure_ns,
-            bits=kept.bits,
+            role=record.role,
+            seq=record.seq,
+            t_ns=record.t_ns,
+            exposure_ns=record.exposure_ns,
+            bits=record.bits,
             volts=volts,
-            epoch=kept.epoch,
+            epoch=record.epoch,
         )
 
     def _missing(self, role: Role, bracket: int, more: str) -> InvalidInput:
-        have = ", ".join(f"{kept.role.value} b{kept.bracket} s{kept.stack}" for kept in self.frames)
+        have = ", ".join(f"{frame.role.value} b{frame.bracket} s{frame.stack}" for frame in self.frames)
         return InvalidInput(
             f"point {self.index} in {self._folder} has no {role.value} frame of bracket {bracket}{more}; "
             f"it has {have}"
@@ -181,9 +181,9 @@ class DatasetPoint:
 
 
 class Dataset:
-    """The points of a dataset that were taken; `ds[i]` counts those, `ds[i].index` the plan's.
+    """The captured points of a dataset: `ds[i]` counts captured points, `ds[i].index` counts the plan's.
 
-    A dataset that is being written shows the points acknowledged when it was opened.
+    A dataset that is being written shows the points that were acknowledged when it was opened.
     """
 
     def __init__(self, folder: Path, document: DatasetDocument, records: tuple[PointRecord, ...]) -> None:
@@ -192,36 +192,36 @@ class Dataset:
 
     @classmethod
     def open(cls, path: str | Path) -> Self:
-        """Open a dataset to read it; raise InvalidInput when it is none, damaged, or of a newer version."""
+        """Open a dataset for reading; raise InvalidInput for a missing, damaged or newer one."""
         folder = Path(path)
         document = read_document(folder)
-        if document.state is DatasetState.RUNNING and not is_held(folder):
-            document = document.ended(DatasetState.PARTIAL, INTERRUPTED)
+        if document.state is DatasetState.RUNNING and not is_being_written(folder):
+            document = document.with_state(DatasetState.PARTIAL, INTERRUPTED)
         return cls(folder, document, read_journal(folder, dataset_id=document.header.id).records)
 
     @property
     def folder(self) -> Path:
-        """Where it lies."""
+        """The dataset's folder."""
         return self._folder
 
     @property
     def document(self) -> DatasetDocument:
-        """What it says of itself: plan, rig, conditions, licence, state."""
+        """Its description: plan, rig, conditions, licence, state."""
         return self._document
 
     @property
     def calibration(self) -> Calibration | None:
-        """The calibration in force when it was taken."""
+        """The calibration in use during the capture."""
         return self._document.header.calibration
 
     @property
     def skipped(self) -> dict[int, str]:
-        """Points of the plan that were passed over, and why."""
+        """Indices of the plan's points that were skipped, with the reasons."""
         return {record.place.index: record.skipped for record in self._records if not record.frames}
 
     @property
     def scans(self) -> tuple[int, ...]:
-        """Numbers of the scans that it has points of."""
+        """Numbers of the scans that have points."""
         return tuple(sorted({record.place.scan for record in self._taken}))
 
     def scan(self, number: int) -> "Dataset":

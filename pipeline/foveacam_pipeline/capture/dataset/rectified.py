@@ -1,6 +1,6 @@
-"""Rectified pairs and disparities, kept beside the frames that they are made of.
+"""Rectified pairs and disparities of a dataset, stored in its folder.
 
-`rectified/pairs.csv` is written last, whole: a pair counts when it stands there.
+`rectified/pairs.csv` is written last, atomically: it lists the pairs that are valid.
 """
 
 import csv
@@ -33,7 +33,7 @@ PAIRS = "pairs.csv"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairRow:
-    """One pair: files (from the dataset's folder) with their SHA-256, and the geometry of its windows, px."""
+    """One pair: its files (relative to the dataset's folder) with their SHA-256, and its geometry."""
 
     point: int
     bracket: int
@@ -54,7 +54,7 @@ class PairRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RectifyChoice:
-    """What to keep: at half or full scale, with disparities or without."""
+    """What to store: pairs at half or full scale, with disparities or without."""
 
     scale: float = 0.5
     disparities: bool = True
@@ -68,7 +68,7 @@ def rectify_dataset(
 ) -> int:
     """Write the pairs of all points and brackets; return how many. `on_pair(n)` is called after each.
 
-    Older pairs are replaced when all new ones are there.
+    Older pairs are replaced once all new ones are written.
     """
     if dataset.calibration is None:
         raise NotCalibrated(f"{dataset.folder} has no calibration: its pairs cannot be rectified")
@@ -78,7 +78,7 @@ def rectify_dataset(
         folder.mkdir(exist_ok=True)
         for point in dataset:
             for bracket in point.brackets:
-                rows.append(_kept(folder, point, bracket, choice))
+                rows.append(_write_pair(folder, point, bracket, choice))
                 if on_pair is not None:
                     on_pair(len(rows))
         sync_folder(folder)
@@ -87,7 +87,7 @@ def rectify_dataset(
 
 
 def read_pairs(folder: Path) -> tuple[PairRow, ...]:
-    """Return the pairs that a dataset keeps; none when it was not rectified."""
+    """Return the stored pairs of a dataset; none when it was not rectified."""
     path = folder / RECTIFIED / PAIRS
     if not path.exists():
         return ()
@@ -104,7 +104,7 @@ def read_pairs(folder: Path) -> tuple[PairRow, ...]:
 
 
 def disparity_bytes(residual_px: NDArray[np.float32]) -> bytes:
-    """Return a TIFF of float32 that holds (h, w) signed residual disparities, NaN where unknown."""
+    """Return a float32 TIFF of (h, w) signed residual disparities, NaN where unknown."""
     done, content = cv2.imencode(
         ".tiff", residual_px, [cv2.IMWRITE_TIFF_COMPRESSION, cv2.IMWRITE_TIFF_COMPRESSION_NONE]
     )
@@ -113,15 +113,15 @@ def disparity_bytes(residual_px: NDArray[np.float32]) -> bytes:
     return content.tobytes()
 
 
-def _kept(folder: Path, point: DatasetPoint, bracket: int, choice: RectifyChoice) -> PairRow:
+def _write_pair(folder: Path, point: DatasetPoint, bracket: int, choice: RectifyChoice) -> PairRow:
     pair = point.rectified(scale=choice.scale, bracket=bracket)
     stem = f"{point.index:05d}-b{bracket}"
-    left, left_sha = _put(folder / f"{stem}-left.png", encode(pair.left, ImageCodec.PNG))
-    right, right_sha = _put(folder / f"{stem}-right.png", encode(pair.right, ImageCodec.PNG))
+    left, left_sha = _write_pair_file(folder / f"{stem}-left.png", encode(pair.left, ImageCodec.PNG))
+    right, right_sha = _write_pair_file(folder / f"{stem}-right.png", encode(pair.right, ImageCodec.PNG))
     disparity, disparity_sha = "", ""
     if choice.disparities:
         content = memoryview(disparity_bytes(match(pair).residual_px))
-        disparity, disparity_sha = _put(folder / f"{stem}-disparity.tiff", content)
+        disparity, disparity_sha = _write_pair_file(folder / f"{stem}-disparity.tiff", content)
     return PairRow(
         point=point.index,
         bracket=bracket,
@@ -141,7 +141,7 @@ def _geometry(pair: RectifiedPair) -> dict[str, float]:
     return {name: float(getattr(pair, name)) for name in names}
 
 
-def _put(path: Path, content: memoryview) -> tuple[str, str]:
+def _write_pair_file(path: Path, content: memoryview) -> tuple[str, str]:
     write_part(path, content)
     finish_part(path)
     return f"{RECTIFIED}/{path.name}", hashlib.sha256(content).hexdigest()

@@ -1,4 +1,4 @@
-"""What a dataset is made of: points, the frames taken at each, and what is kept of them.
+"""The value types of a dataset: points, the frames captured at each, and their records.
 
 A point is one pose of both mirrors. Angles are radians here and in the files, volts differential.
 """
@@ -12,7 +12,7 @@ from foveacam_hardware.contract import Frame, InvalidInput, Role
 
 
 class DatasetState(StrEnum):
-    """How far a dataset got."""
+    """The state of a dataset."""
 
     RUNNING = "running"
     COMPLETE = "complete"
@@ -21,9 +21,9 @@ class DatasetState(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Shot:
-    """One frame of a point: `bracket` counts exposures, `stack` frames of one exposure.
+    """One frame of a point: `bracket` numbers exposures, `stack` the frames of one exposure.
 
-    `gaze_rad`: (ax, ay) of the eye during the exposure; worked out from the frame's volts when None.
+    `gaze_rad`: (ax, ay) of the eye during the exposure; computed from the frame's volts when None.
     """
 
     frame: Frame
@@ -34,10 +34,10 @@ class Shot:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanPosition:
-    """Where a point stands in its plan. `index` counts points from 0, through all scans.
+    """The position of a point in its plan. `index` counts points from 0, through all scans.
 
-    `aim_rad`: (ax, ay) asked for, as seen from the rig's origin; `distance_m`: where both gazes were to meet;
-    None, or infinity, where they were to run parallel.
+    `aim_rad`: requested (ax, ay), as seen from the rig's origin; `distance_m`: where both gazes were to meet;
+    None, or infinity, where they were to be parallel.
     `rail_m`, `pan_rad`, `tilt_rad`: the rig's own pose; None where there is no such device.
     """
 
@@ -54,9 +54,9 @@ class PlanPosition:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CapturedPoint:
-    """Everything that was taken at one place: kept as a whole, or not at all.
+    """Everything captured at one point, which is stored completely or not at all.
 
-    Without shots it is passed over, and `skipped` says why.
+    A point without shots was skipped, and `skipped` says why.
     """
 
     place: PlanPosition
@@ -66,7 +66,7 @@ class CapturedPoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrameRecord:
-    """What is kept of one frame beside its image; `file` counts from the dataset's folder."""
+    """The metadata of one frame; `file` is relative to the dataset's folder."""
 
     role: Role
     bracket: int
@@ -88,7 +88,7 @@ class FrameRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointRecord:
-    """One acknowledged point: its place, and its frames."""
+    """One acknowledged point: its position in the plan, and its frames."""
 
     place: PlanPosition
     frames: tuple[FrameRecord, ...]
@@ -97,9 +97,9 @@ class PointRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WriterProgress:
-    """How far a writer is. `acknowledged` points are on the disk for good.
+    """The progress of a writer. `acknowledged` points are durably on disk.
 
-    `waited_s`: how long `add` was held up by the disk, in all; it grows when the rig is faster than the disk.
+    `waited_s`: total time for which `add` waited for the disk; it grows when the rig is faster than the disk.
     """
 
     planned: int
@@ -109,8 +109,8 @@ class WriterProgress:
     waited_s: float
 
 
-def checked_point(point: CapturedPoint) -> CapturedPoint:
-    """Return a point as it is kept; raise InvalidInput when it could not be without loss or doubt."""
+def normalize_point(point: CapturedPoint) -> CapturedPoint:
+    """Return a point as it is stored; raise InvalidInput for one that is ambiguous or would lose data."""
     what = f"point {point.place.index}"
     place = point.place
     if place.distance_m == math.inf:

@@ -1,11 +1,11 @@
-"""Writes a dataset so that it survives anything: what was acknowledged is on the disk, whole, and stays.
+"""Writes a dataset that survives a crash: every acknowledged point is complete on disk and stays there.
 
-    with DatasetWriter.create(folder, Header(points=81, calibration=calibration)) as writer:
+    with DatasetWriter.create(folder, DatasetHeader(points=81, calibration=calibration)) as writer:
         while writer.next_point < 81:
-            writer.add(Point(place=..., shots=(Shot(frame=left), Shot(frame=right), Shot(frame=wide))))
+            writer.add(CapturedPoint(place=..., shots=(Shot(frame=left), Shot(frame=right))))
         writer.finish()
 
-`add` only hands over; encoding and the disk have threads of their own.
+`add` only queues a point; encoding and writing run on other threads.
 """
 
 import logging
@@ -41,41 +41,41 @@ from foveacam_pipeline.capture.dataset.values import (
     PlanPosition,
     PointRecord,
     WriterProgress,
-    checked_point,
+    normalize_point,
 )
 from foveacam_pipeline.storage.disk import disk_errors, sync_folder
 
 logger = logging.getLogger(__name__)
 
-RESUME = "then resume: what was acknowledged is safe"
+RESUME_REMEDY = "then resume: what was acknowledged is safe"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WriterSettings:
-    """How a writer works. `depth`: points that may wait for the disk. `encoders`: threads that make files.
+    """How a writer works. `depth`: points that may wait for the disk. `encoders`: encoding threads.
 
-    `on_kept(index)` is called on the writer's thread when a point is acknowledged. `again`: what is to be
-    done once a disk that refused is mended.
+    `on_acknowledged(index)` is called on the writer's thread for each acknowledged point. `again`: what an
+    error advises after a disk is repaired.
     """
 
     depth: int = 2
     encoders: int = 2
-    on_kept: Callable[[int], None] | None = None
-    again: str = RESUME
+    on_acknowledged: Callable[[int], None] | None = None
+    again: str = RESUME_REMEDY
 
 
 DEFAULT = WriterSettings()
 
 
 class DatasetWriter:
-    """A dataset that is being written; made by `create` or `resume`, ended by `finish` or `close`."""
+    """A dataset that is being written; opened by `create` or `resume`, ended by `finish` or `close`."""
 
     def __init__(
         self, folder: Path, document: DatasetDocument, lock: FolderLock, settings: WriterSettings
     ) -> None:
         """Take over a folder that is locked. Raise OSError."""
         self._folder, self._document, self._lock = folder, document, lock
-        journal = _prepared(folder, document)
+        journal = _prepare_folder(folder, document)
         self._records = list(journal.records)
         self._next = len(self._records)
         self._ended = False
@@ -88,18 +88,18 @@ class DatasetWriter:
             calibration=header.calibration,
             encoders=settings.encoders,
         )
-        self._keeper = _Keeper(
+        self._committer = _PointCommitter(
             folder=folder,
             store=self._store,
             records=self._records,
-            on_kept=settings.on_kept,
+            on_acknowledged=settings.on_acknowledged,
             again=settings.again,
         )
-        self._hand_over = PointQueue(self._keeper, depth=settings.depth)
+        self._queue = PointQueue(self._committer, depth=settings.depth)
 
     @classmethod
     def create(cls, folder: Path, header: DatasetHeader, settings: WriterSettings = DEFAULT) -> Self:
-        """Begin a dataset in a folder that does not exist, or is empty."""
+        """Begin a dataset in a folder that does not exist or is empty."""
         document = new_document(header)
         if folder.exists() and any(not path.name.startswith(".") for path in folder.iterdir()):
             raise InvalidInput(
@@ -112,17 +112,17 @@ class DatasetWriter:
         try:
             return cls._open(folder, document, settings)
         except (StorageFull, DeviceFault):
-            if is_new:  # nobody was told of it
+            if is_new:  # no caller knows the folder yet
                 shutil.rmtree(folder, ignore_errors=True)
             raise
 
     @classmethod
     def resume(cls, folder: Path, settings: WriterSettings = DEFAULT) -> Self:
-        """Go on with a dataset that was interrupted or cancelled, at `next_point`."""
+        """Continue an interrupted or cancelled dataset at `next_point`."""
         document = read_document(folder)
         if document.state is DatasetState.COMPLETE:
             raise InvalidInput(f"dataset {folder} is complete; start another one")
-        return cls._open(folder, document.ended(DatasetState.RUNNING), settings)
+        return cls._open(folder, document.with_state(DatasetState.RUNNING), settings)
 
     @classmethod
     def _open(cls, folder: Path, document: DatasetDocument, settings: WriterSettings) -> Self:
@@ -136,7 +136,7 @@ class DatasetWriter:
 
     @property
     def folder(self) -> Path:
-        """Where the dataset lies."""
+        """The dataset's folder."""
         return self._folder
 
     @property
@@ -146,53 +146,53 @@ class DatasetWriter:
 
     @property
     def next_point(self) -> int:
-        """Index of the point to add next; from 0, or behind the last one acknowledged when resumed."""
+        """Index of the next point to add; a resumed dataset continues behind its last acknowledged point."""
         return self._next
 
     @property
     def progress(self) -> WriterProgress:
-        """How far it is."""
+        """How many points are planned, acknowledged and queued."""
         return WriterProgress(
             planned=self.header.points,
             acknowledged=len(self._records),
-            queued=self._hand_over.queued,
-            written_bytes=self._keeper.written_bytes,
-            waited_s=self._hand_over.waited_s,
+            queued=self._queue.queued,
+            written_bytes=self._committer.written_bytes,
+            waited_s=self._queue.waited_s,
         )
 
     def add(self, point: CapturedPoint) -> None:
-        """Hand the next point over to the disk; wait while it is busy with `depth` others.
+        """Queue the next point for the disk; wait while `depth` others are queued.
 
-        The images must not change afterwards. An error of the disk, of this point or an earlier one, comes
-        back as StorageFull or DeviceFault; points that are out of turn or out of the plan are refused.
+        The images must not change afterwards. A disk error, of this point or an earlier one, is raised as
+        StorageFull or DeviceFault; a point out of turn or outside the plan is refused.
         """
         self._check_open()
-        point = checked_point(point)
+        point = normalize_point(point)
         index = point.place.index
         if index != self._next or index >= self.header.points:
             raise InvalidInput(
                 f"point {index} was added to {self._folder}, point {self._next} of {self.header.points} "
                 "is next; go on at `next_point`"
             )
-        self._hand_over.put(point)
+        self._queue.put(point)
         self._next += 1
 
     def skip(self, place: PlanPosition, *, why: str) -> None:
-        """Pass over the next point, for a reason that the dataset will tell."""
+        """Skip the next point; the dataset records the reason."""
         self.add(CapturedPoint(place=place, skipped=why))
 
     def check(self) -> None:
-        """Raise the disk's error when it has failed a point that was added."""
+        """Raise the disk's error when it failed for a point that was added."""
         self._check_open()
-        self._hand_over.check()
+        self._queue.check()
 
     def flush(self) -> None:
-        """Wait until every point added is acknowledged. Raise StorageFull or DeviceFault."""
+        """Wait until every added point is acknowledged. Raise StorageFull or DeviceFault."""
         self._check_open()
-        self._hand_over.flush()
+        self._queue.flush()
 
     def finish(self) -> None:
-        """End the dataset: complete when every planned point is there, else partial."""
+        """End the dataset: complete when it has every planned point, else partial."""
         self.flush()
         missing = self.header.points - len(self._records)
         if missing:
@@ -201,7 +201,7 @@ class DatasetWriter:
         self._end(DatasetState.COMPLETE, "")
 
     def close(self, why: str) -> None:
-        """End it where it is, keeping what was added: a valid partial dataset that can be resumed."""
+        """End it early as a valid partial dataset that has every added point and can be resumed."""
         if not self._ended:
             self._end(DatasetState.PARTIAL, why)
 
@@ -227,11 +227,11 @@ class DatasetWriter:
 
     def _end(self, state: DatasetState, why: str) -> None:
         self._ended = True
-        self._hand_over.close()
+        self._queue.close()
         try:
             with disk_errors(f"the end of dataset {self._folder.name}", self._folder, again=self._again):
                 write_index(self._folder, self._records)
-                self._document = self._document.ended(state, why)
+                self._document = self._document.with_state(state, why)
                 write_document(self._folder, self._document)
         finally:
             self._store.close()
@@ -239,35 +239,35 @@ class DatasetWriter:
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
-class _Keeper:
-    """What the hand-over's thread does with a point."""
+class _PointCommitter:
+    """Commits points to the store and records them, on the queue's thread."""
 
     folder: Path
     store: PointStore
     records: list[PointRecord]
-    on_kept: Callable[[int], None] | None
+    on_acknowledged: Callable[[int], None] | None
     again: str
     written_bytes: int = 0
 
     def begin(self, point: CapturedPoint) -> BegunPoint:
         return self.store.begin(point)
 
-    def keep(self, begun: BegunPoint) -> None:
+    def commit(self, begun: BegunPoint) -> None:
         index = begun.place.index
         what = f"point {index} ({begun.raw_bytes / 1e6:.1f} MB of images)"
         with disk_errors(what, self.folder, again=self.again):
             record = self.store.commit(begun)
         self.records.append(record)
         self.written_bytes += sum(frame.size_bytes for frame in record.frames)
-        if self.on_kept is not None:
-            self.on_kept(index)
+        if self.on_acknowledged is not None:
+            self.on_acknowledged(index)
 
     def drop(self, begun: BegunPoint) -> None:
         self.store.drop(begun)
 
 
-def _prepared(folder: Path, document: DatasetDocument) -> JournalContent:
-    """Return the journal of a folder that holds just what it says; bring index and document up to it."""
+def _prepare_folder(folder: Path, document: DatasetDocument) -> JournalContent:
+    """Return the journal of a folder after removing leftovers and bringing index and document up to date."""
     fresh = not (folder / DOCUMENT).exists()
     if fresh:
         write_document(folder, document)

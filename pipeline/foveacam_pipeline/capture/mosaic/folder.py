@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset.document import lasting_hash
+from foveacam_pipeline.capture.dataset.document import permanent_hash
 from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.capture.mosaic.chart import Chart
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
@@ -91,10 +91,10 @@ class MosaicFolder:
 
 def recipe_of(scan: Dataset, settings: MosaicSettings, chart: Chart) -> dict[str, object]:
     """Return everything that decides how a mosaic looks, as JSON."""
-    files = "".join(f"{kept.file}{kept.sha256}" for point in scan for kept in point.frames)
+    files = "".join(f"{frame.file}{frame.sha256}" for point in scan for frame in point.frames)
     recipe = {
         "dataset": scan.document.header.id,
-        "dataset_hash": lasting_hash(scan.document),
+        "dataset_hash": permanent_hash(scan.document),
         "frames_sha256": hashlib.sha256(files.encode()).hexdigest(),
         "settings": asdict(settings),
         "chart": asdict(chart),

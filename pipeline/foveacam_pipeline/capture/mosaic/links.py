@@ -155,7 +155,7 @@ def _reaches(view: MosaicView, chart: Chart, row: int, column: int) -> bool:
     u = chart.u0_px + CELL * column + np.array([-half, half, half, -half], dtype=np.float64)
     v = chart.v0_px + CELL * row + np.array([-half, -half, half, half], dtype=np.float64)
     x, y = view.look.raw(u, v, np.asarray(view.per_depth))
-    frame = next(kept for kept in view.point.frames if kept.role.value != "wide")
+    frame = next(frame for frame in view.point.frames if frame.role.value != "wide")
     inside = np.minimum(np.minimum(x, frame.width - 1 - x), np.minimum(y, frame.height - 1 - y))
     return bool(inside.min() > REACH_PX)
 

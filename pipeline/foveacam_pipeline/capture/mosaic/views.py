@@ -42,7 +42,7 @@ def views_of(scan: Dataset, calibration: Calibration, settings: MosaicSettings) 
     views = []
     for point in scan:
         volts = point.pose.volts
-        has = any(kept.role is settings.eye and kept.bracket == settings.bracket for kept in point.frames)
+        has = any(frame.role is settings.eye and frame.bracket == settings.bracket for frame in point.frames)
         if volts is None or not has:
             continue
         per_depth = 1.0 / crossing_z_m(calibration, volts)

@@ -67,7 +67,7 @@ def wide_of(
     """Return the wide view of the point nearest to the middle of a scan, coloured as foveae are."""
     coloured = pictures.of(first).ndim == 3
     for point in sorted(scan, key=lambda point: abs(point.index - scan[len(scan) // 2].index)):
-        if any(kept.role is Role.WIDE for kept in point.frames):
+        if any(frame.role is Role.WIDE for frame in point.frames):
             picture = to_uint8(point.frame(Role.WIDE))
             return WideView(
                 picture=rgb(picture) if coloured else gray(picture),

@@ -6,12 +6,12 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.capture.dataset.document import lasting_hash
+from foveacam_pipeline.capture.dataset.document import permanent_hash
 from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import views_of
 from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
-from foveacam_pipeline.capture.rail_stops import RailStop, footing_of
+from foveacam_pipeline.capture.rail_stops import RailStop, reference_basis
 from foveacam_pipeline.capture.reference.adjust import AdjustedRays, adjusted, longest_m
 from foveacam_pipeline.capture.reference.compare import compare
 from foveacam_pipeline.capture.reference.fovea_views import (
@@ -73,8 +73,8 @@ def build_reference(
     Raise InvalidInput (one place only, no overlap, a damaged frame), NotCalibrated, Cancelled.
     """
     settings = settings or ReferenceSettings()
-    footing = footing_of(dataset, scan=settings.scan, bracket=settings.bracket)
-    calibration, stops, judged = footing.calibration, footing.stops, footing.judged
+    basis = reference_basis(dataset, scan=settings.scan, bracket=settings.bracket)
+    calibration, stops, judged = basis.calibration, basis.stops, basis.judged
     sights = sights_of(dataset, stops, calibration, settings)
     anchors = _anchors(sights, judged)
     work = _Work(
@@ -274,7 +274,7 @@ def _stop(work: _Work, number: int, model: RailModel, found: AdjustedRays) -> St
 def _recipe(work: _Work) -> dict[str, object]:
     return {
         "dataset": work.dataset.document.header.id,
-        "dataset_hash": lasting_hash(work.dataset.document),
+        "dataset_hash": permanent_hash(work.dataset.document),
         "calibration": work.calibration.id,
         "settings": asdict(work.settings),
     }

@@ -69,7 +69,7 @@ def sights_of(
         if volts is None or point.place.scan not in numbers:
             continue
         for eye, role in enumerate(EYES):
-            if any(kept.role is role and kept.bracket == settings.bracket for kept in point.frames):
+            if any(frame.role is role and frame.bracket == settings.bracket for frame in point.frames):
                 look = EyeLook.of(calibration, role, eye_volts(volts, role))
                 stop = numbers[point.place.scan]
                 found.append(FoveaView(number=len(found), point=point, stop=stop, eye=eye, look=look))

@@ -9,16 +9,16 @@ from dataclasses import asdict, astuple, fields
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset.derived import (
+from foveacam_pipeline.capture.dataset.reference_folder import (
     REFERENCE,
     REFERENCE_DOCUMENT,
     REFERENCE_FORMAT,
     REFERENCE_PICTURE,
     REFERENCE_SAMPLES,
-    VERSION,
+    REFERENCE_VERSION,
     begin_reference,
-    drop_half_made,
     finish_reference,
+    remove_unfinished_reference,
 )
 from foveacam_pipeline.capture.reference.plot import comparison_pictures
 from foveacam_pipeline.capture.reference.values import ReferenceSample, WideBaselineReference
@@ -35,7 +35,7 @@ def write_reference(dataset: Path, reference: WideBaselineReference) -> Path:
     contents |= {f"{REFERENCE_PICTURE}.{form}": content for form, content in pictures.items()}
     document = {
         "format": REFERENCE_FORMAT,
-        "version": VERSION,
+        "version": REFERENCE_VERSION,
         "recipe": reference.recipe,
         "figures": asdict(reference.figures),
         "files": {
@@ -52,7 +52,7 @@ def write_reference(dataset: Path, reference: WideBaselineReference) -> Path:
             folder = finish_reference(dataset)
             sync_folder(dataset)
         finally:
-            drop_half_made(dataset)
+            remove_unfinished_reference(dataset)
     return folder
 
 

@@ -1,6 +1,34 @@
-"""Datasets for other programs: Hugging Face, COLMAP, nerfstudio, and the authors' own folders."""
+"""Exports of a dataset for other programs: Hugging Face, COLMAP, nerfstudio, the authors' application."""
 
-from foveacam_pipeline.capture.dataset.export.choice import ExportChoice
-from foveacam_pipeline.capture.dataset.export.formats import FORMATS, export_dataset
+from collections.abc import Callable
+from pathlib import Path
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.capture.dataset.export.authors import export_authors
+from foveacam_pipeline.capture.dataset.export.colmap import export_colmap
+from foveacam_pipeline.capture.dataset.export.hugging_face import export_hugging_face
+from foveacam_pipeline.capture.dataset.export.nerfstudio import export_nerfstudio
+from foveacam_pipeline.capture.dataset.export.target import ExportChoice, new_folder
+from foveacam_pipeline.capture.dataset.reader import Dataset
 
 __all__ = ["FORMATS", "ExportChoice", "export_dataset"]
+
+_WRITERS: dict[str, Callable[[Dataset, Path, ExportChoice], None]] = {
+    "hugging-face": export_hugging_face,
+    "colmap": export_colmap,
+    "nerfstudio": export_nerfstudio,
+    "authors": export_authors,
+}
+FORMATS = tuple(_WRITERS)
+DEFAULT = ExportChoice()
+
+
+def export_dataset(dataset: Dataset, path: Path, *, to: str, choice: ExportChoice = DEFAULT) -> Path:
+    """Export a dataset to the format `to`, into a new folder, completely or not at all; return the folder."""
+    if to not in _WRITERS:
+        raise InvalidInput(f"there is no export to {to!r}; the formats are {', '.join(FORMATS)}")
+    if len(dataset) == 0:
+        raise InvalidInput(f"{dataset.folder} has no points yet: nothing to export")
+    with new_folder(path) as folder:
+        _WRITERS[to](dataset, folder, choice)
+    return path

@@ -1,8 +1,8 @@
-"""The folder that the authors' application saves: wide, and fovea, center, left, right, diff numbered.
+"""Export to the folders of the authors' application: wide, and numbered fovea, center, left, right, diff.
 
 `fovea` holds Q (millimetres) and the baseline; `left` and `right` are the rectified foveae at 16 bits with
-volts, angles and intrinsics beside them; `center` is the wide view around the target; `diff` left minus
-right. Q and images go together: both foveae are windows of the virtual pinholes, and zero disparity is where
+volts, angles and intrinsics beside them; `center` is the wide view around the target; `diff` is left minus
+right. Q belongs to these images: both foveae are windows of the virtual pinholes, with zero disparity where
 the gazes cross.
 """
 
@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Role, StereoVolts
-from foveacam_pipeline.capture.dataset.export.choice import ExportChoice
-from foveacam_pipeline.capture.dataset.export.files import put_png
-from foveacam_pipeline.capture.dataset.export.views import Matrix, calibration_of, wide_view
+from foveacam_pipeline.capture.dataset.export.target import ExportChoice, write_png
+from foveacam_pipeline.capture.dataset.export.views import Matrix, pose_calibration, wide_view
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.stereo.rectify import crossing_z_m, plane_from_raw
@@ -28,7 +27,7 @@ MM = 1e3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Window16:
-    """A rectified fovea: (h, w) or (h, w, 3) uint16, at (u0, v0) of its plane, px at full scale."""
+    """A rectified fovea image: (h, w) or (h, w, 3) uint16, at (u0, v0) of its plane, px at full scale."""
 
     image: NDArray[np.uint16]
     u0_px: float
@@ -36,15 +35,15 @@ class Window16:
 
 
 def export_authors(dataset: Dataset, folder: Path, choice: ExportChoice) -> None:
-    """Write the whole dataset into an empty folder; one point alone is not numbered."""
-    calibration = calibration_of(dataset)
+    """Write the whole dataset into an empty folder; the files of a single point carry no number."""
+    calibration = pose_calibration(dataset)
     count = len(dataset)
     digits = max(2, len(str(count)))
     for number, point in enumerate(dataset):
         index = f"{number:0{digits}d}" if count > 1 else None
         flat = wide_view(point, calibration).image if _has_wide(point) else None
         if number == 0:
-            _put(folder, "wide", None, flat, _wide_facts(calibration))
+            _write_resource(folder, "wide", None, flat, _wide_facts(calibration))
         sighting = point.sighting()
         windows = windows_of(calibration, sighting.left, sighting.right, sighting.volts)
         facts = {
@@ -52,9 +51,9 @@ def export_authors(dataset: Dataset, folder: Path, choice: ExportChoice) -> None
             "baseline": calibration.baseline_m * MM,
             "baseline.unit": "millimeter",
         }
-        _put(folder, "fovea", index, None, facts)
+        _write_resource(folder, "fovea", index, None, facts)
         for frame, window in zip((sighting.left, sighting.right), windows, strict=True):
-            _put(
+            _write_resource(
                 folder,
                 frame.role.value,
                 index,
@@ -62,15 +61,15 @@ def export_authors(dataset: Dataset, folder: Path, choice: ExportChoice) -> None
                 _eye_facts(calibration, frame.role, sighting.volts, window),
             )
         if flat is not None:
-            _put(folder, "center", index, _centre(calibration, flat, sighting.volts), None)
-        _put(folder, "diff", index, _difference(*(window.image for window in windows)), None)
-        choice.told(point.index)
+            _write_resource(folder, "center", index, _centre(calibration, flat, sighting.volts), None)
+        _write_resource(folder, "diff", index, _difference(*(window.image for window in windows)), None)
+        choice.report_point(point.index)
 
 
 def windows_of(
     calibration: Calibration, left: Frame, right: Frame, volts: StereoVolts
 ) -> tuple[Window16, Window16]:
-    """Return both foveae in windows of their planes that share v0, at full scale and 16 bits."""
+    """Return both foveae as 16-bit windows of their planes, at full scale, sharing v0."""
     depth_m = crossing_z_m(calibration, volts)
     size = calibration.fovea_width, calibration.fovea_height
     middle = np.array([(size[0] - 1) / 2, (size[1] - 1) / 2, 1.0])
@@ -131,7 +130,7 @@ def _eye_facts(
 
 
 def _centre(calibration: Calibration, flat: NDArray[np.uint8], volts: StereoVolts) -> NDArray[np.uint8]:
-    """Return the part of the undistorted wide view that is as large as a fovea's field, about the target."""
+    """Return the part of the undistorted wide view around the target that is as large as a fovea's field."""
     wide = calibration.wide
     left, right = calibration.gaze_rad(volts)
     tangents = [(math.tan(a) + math.tan(b)) / 2 for a, b in zip(left, right, strict=True)]
@@ -145,7 +144,7 @@ def _centre(calibration: Calibration, flat: NDArray[np.uint8], volts: StereoVolt
 
 
 def _difference(left: NDArray[np.uint16], right: NDArray[np.uint16]) -> NDArray[np.uint16]:
-    """Return left minus right about middle grey."""
+    """Return left minus right, centred on middle grey."""
     signed = (left.astype(np.int32) - right.astype(np.int32)) // 2 + 32768
     return np.clip(signed, 0, 65535).astype(np.uint16)
 
@@ -155,20 +154,20 @@ def _as_16_bits(frame: Frame) -> NDArray[np.uint16]:
 
 
 def _has_wide(point: DatasetPoint) -> bool:
-    return any(kept.role is Role.WIDE for kept in point.frames)
+    return any(frame.role is Role.WIDE for frame in point.frames)
 
 
-def _put(
+def _write_resource(
     folder: Path,
     name: str,
     index: str | None,
     image: NDArray[np.uint8] | NDArray[np.uint16] | None,
     facts: dict[str, object] | None,
 ) -> None:
-    """Write a resource as NAME.png and NAME.json, or NAME/INDEX.png and .json."""
+    """Write a resource as NAME.png and NAME.json, or NAME/INDEX.png and NAME/INDEX.json."""
     stem = folder / name if index is None else folder / name / index
     stem.parent.mkdir(parents=True, exist_ok=True)
     if image is not None:
-        put_png(stem.with_suffix(".png"), image)
+        write_png(stem.with_suffix(".png"), image)
     if facts is not None:
         stem.with_suffix(".json").write_text(json.dumps(facts, indent=2), encoding="utf-8")

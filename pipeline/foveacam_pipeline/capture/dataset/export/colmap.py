@@ -1,6 +1,6 @@
-"""A COLMAP model in text: cameras.txt, images.txt, points3D.txt, and the images they speak of.
+"""Export to a COLMAP text model: cameras.txt, images.txt, points3D.txt, and their images.
 
-COLMAP counts the centre of the first pixel as (0.5, 0.5) and gives poses as camera_from_world.
+COLMAP's first pixel has its centre at (0.5, 0.5); its poses are camera_from_world.
 """
 
 from collections.abc import Iterable
@@ -11,35 +11,35 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.capture.dataset.export.choice import ExportChoice
-from foveacam_pipeline.capture.dataset.export.files import put_png
-from foveacam_pipeline.capture.dataset.export.seeds import Seeds, seeds_of
+from foveacam_pipeline.capture.dataset.export.target import ExportChoice, write_png
 from foveacam_pipeline.capture.dataset.export.views import (
     ExportPinhole,
     ExportView,
     Matrix,
-    calibration_of,
+    Seeds,
     fovea_camera,
     fovea_views,
+    pose_calibration,
+    seeds_of,
     wide_view,
 )
 from foveacam_pipeline.capture.dataset.reader import Dataset
 
 FOVEA, WIDE = 1, 2
-"""Numbers of the two cameras."""
+"""COLMAP ids of the two cameras."""
 MODEL = Path("sparse") / "0"
 
 
 @dataclass(slots=True)
-class _Model:
-    """The lines of the three files, as they grow."""
+class _ColmapModel:
+    """The lines of images.txt and points3D.txt, collected view by view."""
 
     images: list[str] = field(default_factory=list)
     points: list[str] = field(default_factory=list)
     count: int = 0
 
     def add_view(self, view: ExportView, seen: NDArray[np.float64], first: int) -> None:
-        """Add one image and where it sees the points numbered from `first`, (n, 2) px."""
+        """Add one image and its pixels, (n, 2), of the points numbered from `first`."""
         self.count += 1
         pose = " ".join(f"{value:.17g}" for value in camera_from_world(view.world_from_camera))
         camera = WIDE if view.name.startswith("wide/") else FOVEA
@@ -49,7 +49,7 @@ class _Model:
         )
 
     def add_points(self, seeds: Seeds, images: tuple[int, int]) -> None:
-        """Add points that both `images` see, each as the n-th of its own."""
+        """Add points that both `images` see; the n-th point is the n-th pixel of each."""
         for n, (place, colour) in enumerate(zip(seeds.points_world_m, seeds.colors, strict=True)):
             x, y, z = place.tolist()
             red, green, blue = colour.tolist()
@@ -60,34 +60,34 @@ class _Model:
 
 def export_colmap(dataset: Dataset, folder: Path, choice: ExportChoice) -> None:
     """Write images/ and sparse/0/ into an empty folder."""
-    calibration = calibration_of(dataset)
-    model, scans = _Model(), set()
+    calibration = pose_calibration(dataset)
+    model, scans = _ColmapModel(), set()
     wide_camera: ExportPinhole | None = None
     for point in dataset:
-        seeds = seeds_of(point, most=choice.seeds_per_pair)
+        seeds = seeds_of(point, max_points=choice.seeds_per_pair)
         first = len(model.points) + 1
         for view in fovea_views(point, calibration, scale=choice.scale):
-            put_png(folder / "images" / view.name, view.image)
+            write_png(folder / "images" / view.name, view.image)
             model.add_view(view, view.pixels(seeds.points_world_m), first)
         model.add_points(seeds, (model.count - 1, model.count))
-        if point.place.scan not in scans and any(kept.role == "wide" for kept in point.frames):
+        if point.place.scan not in scans and any(frame.role == "wide" for frame in point.frames):
             view = wide_view(point, calibration)
-            put_png(folder / "images" / view.name, view.image)
+            write_png(folder / "images" / view.name, view.image)
             model.add_view(view, np.empty((0, 2)), 0)
             wide_camera = view.camera
         scans.add(point.place.scan)
-        choice.told(point.index)
+        choice.report_point(point.index)
     cameras = [_camera_line(FOVEA, fovea_camera(calibration, scale=choice.scale))]
     if wide_camera is not None:
         cameras.append(_camera_line(WIDE, wide_camera))
     (folder / MODEL).mkdir(parents=True)
-    _put(folder / MODEL / "cameras.txt", "CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]", cameras)
-    _put(
+    _write_lines(folder / MODEL / "cameras.txt", "CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]", cameras)
+    _write_lines(
         folder / MODEL / "images.txt",
         "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME / POINTS2D[] as X Y POINT3D_ID",
         model.images,
     )
-    _put(folder / MODEL / "points3D.txt", "POINT3D_ID X Y Z R G B ERROR TRACK[]", model.points)
+    _write_lines(folder / MODEL / "points3D.txt", "POINT3D_ID X Y Z R G B ERROR TRACK[]", model.points)
 
 
 def camera_from_world(world_from_camera: Matrix) -> tuple[float, ...]:
@@ -105,5 +105,5 @@ def _camera_line(number: int, camera: ExportPinhole) -> str:
     return f"{number} PINHOLE {camera.width} {camera.height} {camera.f_px:.17g} {camera.f_px:.17g} {place}"
 
 
-def _put(path: Path, title: str, lines: Iterable[str]) -> None:
+def _write_lines(path: Path, title: str, lines: Iterable[str]) -> None:
     path.write_text("\n".join([f"# {title}", *lines]) + "\n", encoding="utf-8")

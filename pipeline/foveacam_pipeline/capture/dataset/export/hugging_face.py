@@ -1,4 +1,4 @@
-"""A dataset as Hugging Face's `datasets` loads it: parquet with the images inside, and a card.
+"""Export for Hugging Face's `datasets`: parquet files that contain the images, and a dataset card.
 
 `load_dataset("path/of/the/export")` needs nothing else. Writing parquet needs pyarrow, the extra `export`.
 """
@@ -12,7 +12,7 @@ from types import ModuleType
 
 from foveacam_hardware.contract import InvalidInput, Role, install_command
 from foveacam_pipeline.capture.dataset.document import DOCUMENT
-from foveacam_pipeline.capture.dataset.export.choice import ExportChoice
+from foveacam_pipeline.capture.dataset.export.target import ExportChoice
 from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 
@@ -26,7 +26,7 @@ PICTURES = tuple(role.value for role in (Role.LEFT, Role.RIGHT, Role.WIDE))
 
 
 def export_hugging_face(dataset: Dataset, folder: Path, choice: ExportChoice) -> None:
-    """Write data/*.parquet, README.md and the dataset's own description into an empty folder."""
+    """Write data/*.parquet, README.md and the dataset's `dataset.json` into an empty folder."""
     arrow, parquet = _pyarrow()
     schema = _schema(arrow)
     files = [dataset[start : start + POINTS_A_FILE] for start in range(0, len(dataset), POINTS_A_FILE)]
@@ -36,13 +36,13 @@ def export_hugging_face(dataset: Dataset, folder: Path, choice: ExportChoice) ->
         with parquet.ParquetWriter(path, schema, compression="none") as writer:
             for point in part:
                 writer.write_table(arrow.Table.from_pylist(list(rows_of(point)), schema=schema))
-                choice.told(point.index)
+                choice.report_point(point.index)
     (folder / "README.md").write_text(card(dataset), encoding="utf-8")
     shutil.copyfile(dataset.folder / DOCUMENT, folder / DOCUMENT)
 
 
 def rows_of(point: DatasetPoint) -> Iterator[dict[str, object]]:
-    """Yield one row for each bracket: numbers, and images as PNG in `datasets`' form."""
+    """Yield one row per bracket: numbers, and images as PNG in the form that `datasets` expects."""
     for bracket in point.brackets:
         place = point.place
         first = {
@@ -63,7 +63,7 @@ def rows_of(point: DatasetPoint) -> Iterator[dict[str, object]]:
 
 
 def features() -> dict[str, dict[str, str]]:
-    """Return the columns as `datasets` names their kinds."""
+    """Return the columns with their types as `datasets` names them."""
     return {
         **{name: {"dtype": "int64", "_type": "Value"} for name in NUMBERS},
         **{name: {"dtype": "float64", "_type": "Value"} for name in ANGLES},
@@ -72,7 +72,7 @@ def features() -> dict[str, dict[str, str]]:
 
 
 def card(dataset: Dataset) -> str:
-    """Return README.md: what `datasets` reads at its head, and what people do."""
+    """Return README.md: the metadata block for `datasets`, and a description for people."""
     header = dataset.document.header
     lines = [
         "---",
@@ -95,7 +95,7 @@ def card(dataset: Dataset) -> str:
 
 def _picture(point: DatasetPoint, role: Role, bracket: int) -> dict[str, object] | None:
     bracket = 0 if role is Role.WIDE else bracket
-    if not any(kept.role is role and kept.bracket == bracket for kept in point.frames):
+    if not any(frame.role is role and frame.bracket == bracket for frame in point.frames):
         return None
     frame = point.stacked(role, bracket=bracket)
     name = f"{point.index:05d}-{role.value}-b{bracket}.png"

@@ -1,18 +1,17 @@
-"""nerfstudio's transforms.json: fovea views with poses in OpenGL's axes, z of the world up; seeds as PLY."""
+"""Export to nerfstudio: fovea views with poses in OpenGL axes (world z up), and seed points as PLY."""
 
 import json
 from pathlib import Path
 
 import numpy as np
 
-from foveacam_pipeline.capture.dataset.export.choice import ExportChoice
-from foveacam_pipeline.capture.dataset.export.files import put_png
-from foveacam_pipeline.capture.dataset.export.seeds import seeds_of
+from foveacam_pipeline.capture.dataset.export.target import ExportChoice, write_png
 from foveacam_pipeline.capture.dataset.export.views import (
     ExportView,
-    calibration_of,
     fovea_camera,
     fovea_views,
+    pose_calibration,
+    seeds_of,
 )
 from foveacam_pipeline.capture.dataset.reader import Dataset
 
@@ -27,17 +26,17 @@ SEEDS = "seeds.ply"
 
 def export_nerfstudio(dataset: Dataset, folder: Path, choice: ExportChoice) -> None:
     """Write images/, transforms.json and seeds.ply into an empty folder."""
-    calibration = calibration_of(dataset)
+    calibration = pose_calibration(dataset)
     camera = fovea_camera(calibration, scale=choice.scale)
     frames, points, colours = [], [], []
     for point in dataset:
         for view in fovea_views(point, calibration, scale=choice.scale):
-            put_png(folder / "images" / view.name, view.image)
+            write_png(folder / "images" / view.name, view.image)
             frames.append(_frame(view))
-        seeds = seeds_of(point, most=choice.seeds_per_pair)
+        seeds = seeds_of(point, max_points=choice.seeds_per_pair)
         points.append(seeds.points_world_m @ NERF_FROM_RIG[:3, :3].T)
         colours.append(seeds.colors)
-        choice.told(point.index)
+        choice.report_point(point.index)
     document = {
         "camera_model": "OPENCV",
         "w": camera.width,
@@ -56,7 +55,7 @@ def export_nerfstudio(dataset: Dataset, folder: Path, choice: ExportChoice) -> N
 
 
 def ply_of(points_m: np.ndarray, colours: np.ndarray) -> bytes:
-    """Return a binary PLY of (n, 3) points, m, and (n, 3) uint8 RGB."""
+    """Return a binary PLY of (n, 3) points, m, and (n, 3) uint8 RGB colours."""
     kind = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("red", "u1"), ("green", "u1"), ("blue", "u1")]
     vertices = np.empty(len(points_m), dtype=kind)
     for column, name in enumerate("xyz"):

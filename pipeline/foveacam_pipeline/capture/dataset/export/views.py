@@ -1,9 +1,8 @@
-"""Fovea views as plain pinhole cameras: what COLMAP and nerfstudio understand.
+"""Fovea views as plain pinhole cameras, and sparse 3D points (seeds), as COLMAP and nerfstudio expect them.
 
-The virtual pinhole of Sec. 3.2 is put where the pupil is under this gaze and turned until it looks along it:
-same focal length, principal point in the middle of the image, no roll. So all foveae share one camera, none
-has a principal point thousands of pixels outside its image, which those programs refuse, and what is nearer
-or farther than where the eyes meet lies where the pose says, too.
+The virtual pinhole of Sec. 3.2 is placed at the pupil for the gaze and turned along it: same focal length,
+principal point in the image centre, no roll. All foveae so share one camera, whose principal point lies in
+the image as those programs require, and the pose also holds off the depth where the gazes cross.
 """
 
 import math
@@ -17,9 +16,13 @@ from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role, Stereo
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.depth import cloud, depth_map
+from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8, warp
+from foveacam_pipeline.stereo.values import Cloud
 
 Matrix = NDArray[np.float64]
+SEED_SCALE = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +43,10 @@ class ExportPinhole:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ExportView:
-    """One image of such a camera. `world_from_camera`: (4, 4); the world is the rig at the rail's middle."""
+    """One image of such a camera.
+
+    `world_from_camera`: (4, 4); the world is the rig frame at the rail's middle.
+    """
 
     name: str
     role: Role
@@ -50,14 +56,14 @@ class ExportView:
     image: NDArray[np.uint8]
 
     def pixels(self, points_world_m: Matrix) -> Matrix:
-        """Return (n, 2) pixels of (n, 3) points."""
+        """Return the (n, 2) pixels of (n, 3) points."""
         camera_from_world = np.linalg.inv(self.world_from_camera)
         points = points_world_m @ camera_from_world[:3, :3].T + camera_from_world[:3, 3]
         return homography_apply(self.camera.matrix, points[:, :2] / points[:, 2:])
 
 
-def calibration_of(dataset: Dataset) -> Calibration:
-    """Return the calibration that poses come from; refuse a dataset whose poses are not known."""
+def pose_calibration(dataset: Dataset) -> Calibration:
+    """Return the dataset's calibration; raise where the poses of its views cannot be known."""
     if dataset.calibration is None:
         raise NotCalibrated(f"{dataset.folder} has no calibration: the poses of its views are not known")
     bearings = {(point.place.pan_rad, point.place.tilt_rad) for point in dataset}
@@ -84,7 +90,7 @@ def fovea_camera(calibration: Calibration, *, scale: float) -> ExportPinhole:
 def fovea_views(
     point: DatasetPoint, calibration: Calibration, *, scale: float, bracket: int = 0
 ) -> tuple[ExportView, ExportView]:
-    """Return the left and the right fovea of a point, warped into pinholes turned to their gazes."""
+    """Return the left and right fovea of a point, warped into pinholes turned along their gazes."""
     sighting = point.sighting(bracket=bracket)
     camera = fovea_camera(calibration, scale=scale)
     views = []
@@ -109,18 +115,18 @@ def fovea_views(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EyePinhole:
-    """Where the turned pinhole of an eye stands, (4, 4), and its rays (X/Z, Y/Z, 1) of raw px, (3, 3)."""
+    """The turned pinhole of an eye: its pose (4, 4), and the (3, 3) map of raw px to rays (X/Z, Y/Z, 1)."""
 
     rig_from_camera: Matrix
     camera_from_raw: Matrix
 
 
 def eye_pinhole(calibration: Calibration, role: Role, volts: StereoVolts) -> EyePinhole:
-    """Return the pinhole of an eye under `volts`, for things at any depth."""
+    """Return the pinhole of an eye under `volts`, valid for any depth."""
     plane = plane_from_raw(calibration, role, volts, depth_m=math.inf)
     middle = [[(calibration.fovea_width - 1) / 2, (calibration.fovea_height - 1) / 2]]
     u_px, v_px = homography_apply(plane, middle)[0].tolist()
-    rotation = looking_along(u_px / calibration.fovea_f_px, v_px / calibration.fovea_f_px)
+    rotation = rotation_looking_along(u_px / calibration.fovea_f_px, v_px / calibration.fovea_f_px)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation, _centre_rig_m(calibration, role, volts)
     to_rays = np.diag([1.0 / calibration.fovea_f_px, 1.0 / calibration.fovea_f_px, 1.0])
@@ -128,11 +134,11 @@ def eye_pinhole(calibration: Calibration, role: Role, volts: StereoVolts) -> Eye
 
 
 def _centre_rig_m(calibration: Calibration, role: Role, volts: StereoVolts) -> Matrix:
-    """Return (3,) where the rays of an eye's pixels meet, m, rig frame.
+    """Return (3,), the point where the rays of an eye's pixels meet, m, rig frame.
 
-    With t the tangents of the gaze and h px about it, `Calibration.rectification` sees at depth Z what lies
-    at Z t + o + (Z + p) h / f from the reference point, where o is how far the pivot stands aside and p how
-    far the pupil stands behind it: at Z = -p that is one place, whatever h.
+    With t the tangents of the gaze and h the px relative to it, `Calibration.rectification` shows at depth Z
+    what lies at Z t + o + (Z + p) h / f from the reference point, where o is the pivot's lateral offset and p
+    the pupil's distance behind it: at Z = -p this is one point, whatever h.
     """
     eye = calibration.eye(role)
     gaze_rad = eye.mirror.angles_rad(volts.left if role is Role.LEFT else volts.right)
@@ -143,7 +149,7 @@ def _centre_rig_m(calibration: Calibration, role: Role, volts: StereoVolts) -> M
 
 
 def wide_view(point: DatasetPoint, calibration: Calibration) -> ExportView:
-    """Return the wide view of a point, its lens distortion taken out."""
+    """Return the wide view of a point without its lens distortion."""
     lens = calibration.wide
     f_px = math.sqrt(lens.fx_px * lens.fy_px)
     camera = ExportPinhole(
@@ -163,9 +169,36 @@ def wide_view(point: DatasetPoint, calibration: Calibration) -> ExportView:
     )
 
 
-def looking_along(tan_x: float, tan_y: float) -> Matrix:
-    """Return (3, 3) rig_from_camera of a camera that looks along (tan_x, tan_y, 1), its rows level."""
+def rotation_looking_along(tan_x: float, tan_y: float) -> Matrix:
+    """Return (3, 3) rig_from_camera of a camera that looks along (tan_x, tan_y, 1), with horizontal rows."""
     z = np.array([tan_x, tan_y, 1.0]) / math.hypot(tan_x, tan_y, 1.0)
     x = np.cross([0.0, 1.0, 0.0], z)
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(z, x), z])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Seeds:
+    """3D points that both foveae of a dataset point see; (n, 3) m world, (n, 3) uint8 RGB."""
+
+    points_world_m: NDArray[np.float64]
+    colors: NDArray[np.uint8]
+
+
+def seeds_of(point: DatasetPoint, *, max_points: int, bracket: int = 0) -> Seeds:
+    """Return at most `max_points` points of the pair's depth; none where nothing was matched."""
+    found = _cloud(point, max_points, bracket) if max_points > 0 else None
+    if found is None:
+        return Seeds(points_world_m=np.empty((0, 3)), colors=np.empty((0, 3), dtype=np.uint8))
+    points = found.points_rig_m.astype(np.float64)
+    points[:, 0] += point.place.rail_m or 0.0
+    return Seeds(points_world_m=points, colors=found.colors)
+
+
+def _cloud(point: DatasetPoint, max_points: int, bracket: int) -> Cloud | None:
+    try:
+        pair = point.rectified(scale=SEED_SCALE, bracket=bracket)
+    except NotCalibrated:
+        return None
+    depth = depth_map(pair, match(pair))
+    return cloud(pair, depth, max_points=max_points) if np.isfinite(depth.z_m).any() else None
