@@ -29,7 +29,14 @@ from foveacam_pipeline.capture.dataset import (
     DatasetWriter,
     check_dataset,
 )
-from foveacam_pipeline.capture.plan import RasterPlan, plan_from, points, prepared, shot_limit_ms, steer
+from foveacam_pipeline.capture.plan import (
+    RasterPlan,
+    fill_in_plan,
+    plan_from,
+    point_volts,
+    points_of_plan,
+    shot_limit_ms,
+)
 from foveacam_pipeline.capture.run import CapturePhase, CaptureReport, RunSettings, prepare, run_capture
 from foveacam_pipeline.storage.disk import write_part
 
@@ -43,7 +50,7 @@ GIVEN: dict[str, Any] = {"verging": {"mode": "given", "distance_m": 4.0}}
 
 def plan_of(columns: int = 2, rows: int = 2, **more: Any) -> RasterPlan:  # noqa: ANN401 - JSON values
     grid = {"kind": "grid", "columns": columns, "rows": rows}
-    return prepared(plan_from({**GIVEN, "points": grid, **more}), CALIBRATION)
+    return fill_in_plan(plan_from({**GIVEN, "points": grid, **more}), CALIBRATION)
 
 
 @dataclass
@@ -115,11 +122,11 @@ def test_a_capture_takes_every_point_with_its_volts_and_a_wide_frame(rig: StubRi
     assert check_dataset(tmp_path / "a") == []
     assert dataset.document.state is DatasetState.COMPLETE
     assert [(point.place.column, point.place.row) for point in dataset] == [(0, 0), (1, 0), (1, 1), (0, 1)]
-    for taken, planned in zip(dataset, points(plan), strict=True):
+    for taken, planned in zip(dataset, points_of_plan(plan), strict=True):
         volts = taken.pose.volts
         assert volts is not None
-        assert volts.left.x_v == pytest.approx(steer(planned, CALIBRATION).left.x_v)
-        assert volts.right.y_v == pytest.approx(steer(planned, CALIBRATION).right.y_v)
+        assert volts.left.x_v == pytest.approx(point_volts(planned, CALIBRATION).left.x_v)
+        assert volts.right.y_v == pytest.approx(point_volts(planned, CALIBRATION).right.y_v)
         assert {frame.role for frame in taken.frames} == set(Role)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import foveacam_server
 from foveacam_hardware.contract import OutOfRange, Role
-from foveacam_pipeline.capture.plan import PlanCoverage, RasterPlan, coverage, draw_coverage, plan_from
+from foveacam_pipeline.capture.plan import PlanCoverage, RasterPlan, coverage_of, draw_coverage, plan_from
 from foveacam_pipeline.models import eye_volts, fovea_footprint_px, load_calibration
 
 RIG120 = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
@@ -26,12 +26,12 @@ def grid(columns: int, rows: int, *, half_width_deg: float = 4.0, half_height_de
 
 @pytest.fixture(scope="module")
 def dense() -> PlanCoverage:
-    return coverage(grid(5, 5), RIG120)
+    return coverage_of(grid(5, 5), RIG120)
 
 
 @pytest.fixture(scope="module")
 def loose() -> PlanCoverage:
-    return coverage(grid(3, 3), RIG120)
+    return coverage_of(grid(3, 3), RIG120)
 
 
 def test_a_dense_raster_leaves_nothing_unseen(dense: PlanCoverage) -> None:
@@ -69,22 +69,24 @@ def test_footprints_are_the_calibrations_own(loose: PlanCoverage) -> None:
 
 
 def test_set_points_overlap_with_their_nearest() -> None:
-    near = coverage(plan_from({"points": {"kind": "set_points", "points": "0,0,5\n1,0,5\n9,0,30"}}), RIG120)
+    near = coverage_of(
+        plan_from({"points": {"kind": "set_points", "points": "0,0,5\n1,0,5\n9,0,30"}}), RIG120
+    )
     assert near.overlap_across == near.overlap_down == 0.0
-    pair = coverage(plan_from({"points": {"kind": "set_points", "points": "0,0,5\n1,0,5"}}), RIG120)
+    pair = coverage_of(plan_from({"points": {"kind": "set_points", "points": "0,0,5\n1,0,5"}}), RIG120)
     assert pair.overlap_across == pytest.approx(1.0 - 1.0 / 2.87, abs=0.05)
     assert pair.seen_either == 1.0
 
 
 def test_a_single_point_has_no_neighbour() -> None:
-    single = coverage(plan_from({"points": {"kind": "set_points", "points": "2,1,5"}}), RIG120)
+    single = coverage_of(plan_from({"points": {"kind": "set_points", "points": "2,1,5"}}), RIG120)
     assert single.overlap_across is None and single.overlap_down is None
     assert single.warnings == ()
 
 
 def test_a_point_beyond_reach_has_no_footprint() -> None:
     with pytest.raises(OutOfRange, match="point 0"):
-        coverage(grid(3, 3, half_width_deg=12.0), RIG120)
+        coverage_of(grid(3, 3, half_width_deg=12.0), RIG120)
 
 
 def test_the_picture_shows_what_is_seen_over_the_wide_view(dense: PlanCoverage, loose: PlanCoverage) -> None:

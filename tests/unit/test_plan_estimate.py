@@ -15,7 +15,7 @@ from foveacam_pipeline.capture.plan import (
     assumed_ratio,
     check_disk,
     corrected_ratio,
-    estimate,
+    estimate_capture,
     point_limit_ms,
 )
 from foveacam_pipeline.capture.plan.plan_estimate import READOUT_10BIT_MS
@@ -29,7 +29,7 @@ RIG120 = CapturePace(settle_ms=10.0, exposure_ms=5.0)
 def of(
     plan: RasterPlan, pace: CapturePace = RIG120, *, done: int = 0, stored_ratio: float | None = None
 ) -> CaptureEstimate:
-    return estimate(plan, pace, fovea=GREY, wide=GREY, done=done, stored_ratio=stored_ratio)
+    return estimate_capture(plan, pace, fovea=GREY, wide=GREY, done=done, stored_ratio=stored_ratio)
 
 
 @pytest.mark.parametrize(

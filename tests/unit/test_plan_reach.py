@@ -13,16 +13,16 @@ from foveacam_pipeline.capture.plan import (
     GridPoints,
     PlanPoint,
     RasterPlan,
+    all_point_volts,
     average_distance_m,
     check_plan,
     check_rail,
+    fill_in_plan,
     gazes_rad,
     largest_field_deg,
     plan_from,
-    points,
-    prepared,
-    steer,
-    steer_all,
+    point_volts,
+    points_of_plan,
     survey_directions_rad,
 )
 from foveacam_pipeline.capture.plan.plan_field import beyond_hull_rad
@@ -44,11 +44,11 @@ def grid(half_width_deg: float, half_height_deg: float, *, distance_m: float = 5
 
 @pytest.mark.parametrize("average_m", [math.inf, 10.0, 2.0])
 def test_an_empty_plan_is_filled_in_and_within_reach(average_m: float) -> None:
-    plan = prepared(RasterPlan(), RIG120, average_m=average_m)
+    plan = fill_in_plan(RasterPlan(), RIG120, average_m=average_m)
     check_plan(plan, RIG120, rail=None)
-    assert len(points(plan)) == 81
-    assert {point.distance_m for point in points(plan)} == {average_m}
-    assert prepared(plan, RIG120, average_m=3.0) == plan  # what is filled in stays
+    assert len(points_of_plan(plan)) == 81
+    assert {point.distance_m for point in points_of_plan(plan)} == {average_m}
+    assert fill_in_plan(plan, RIG120, average_m=3.0) == plan  # what is filled in stays
 
 
 @pytest.mark.parametrize("distance_m", [math.inf, 4.0, 1.5])
@@ -56,7 +56,7 @@ def test_the_field_is_as_large_as_the_calibration_allows(distance_m: float) -> N
     width_deg, height_deg = largest_field_deg(RIG120, distance_m)
 
     def reached(more_deg: float, higher_deg: float) -> bool:
-        plan = prepared(
+        plan = fill_in_plan(
             RasterPlan(
                 points=GridPoints(
                     half_width_deg=width_deg + more_deg, half_height_deg=height_deg + higher_deg
@@ -127,17 +127,17 @@ def test_both_eyes_meet_on_a_point_and_part_by_the_shift() -> None:
 
 
 def test_all_points_steered_at_once_get_the_volts_of_each_alone() -> None:
-    sequence = points(grid(5.0, 4.0))[::20]
-    for point, volts in zip(sequence, steer_all(sequence, RIG120), strict=True):
-        alone = steer(point, RIG120)
+    sequence = points_of_plan(grid(5.0, 4.0))[::20]
+    for point, volts in zip(sequence, all_point_volts(sequence, RIG120), strict=True):
+        alone = point_volts(point, RIG120)
         assert volts.left.x_v == pytest.approx(alone.left.x_v, abs=1e-6)
         assert volts.right.y_v == pytest.approx(alone.right.y_v, abs=1e-6)
-    assert steer_all((), RIG120) == ()
+    assert all_point_volts((), RIG120) == ()
 
 
 def test_points_beyond_reach_are_not_steered() -> None:
     with pytest.raises(OutOfRange, match=r"point 0 .*beyond the calibrated field"):
-        steer_all(points(grid(9.0, 9.0)), RIG120)
+        all_point_volts(points_of_plan(grid(9.0, 9.0)), RIG120)
 
 
 def test_a_rail_that_is_not_there_is_refused() -> None:
@@ -162,7 +162,7 @@ def test_a_distance_that_nobody_measured_is_refused(distances_m: list[float | No
     with pytest.raises(InvalidInput, match="average distance"):
         average_distance_m(distances_m)
     with pytest.raises(InvalidInput, match="average distance is needed, None was given"):
-        prepared(RasterPlan(), RIG120)
+        fill_in_plan(RasterPlan(), RIG120)
 
 
 def test_the_survey_looks_over_the_middle_of_the_field() -> None:

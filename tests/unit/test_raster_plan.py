@@ -16,7 +16,7 @@ from foveacam_pipeline.capture.plan import (
     SetPoints,
     Verging,
     plan_from,
-    points,
+    points_of_plan,
 )
 
 THREE_BY_TWO: dict[str, Any] = {  # Any: as JSON comes
@@ -82,7 +82,7 @@ def test_a_plan_cannot_be_changed() -> None:
 
 
 def test_points_run_from_the_top_left_and_turn_at_every_row() -> None:
-    sequence = points(plan_from(THREE_BY_TWO))
+    sequence = points_of_plan(plan_from(THREE_BY_TWO))
     assert [(p.column, p.row) for p in sequence] == [(0, 0), (1, 0), (2, 0), (2, 1), (1, 1), (0, 1)]
     deg = [(round(math.degrees(p.ax_rad), 9), round(math.degrees(p.ay_rad), 9)) for p in sequence]
     assert deg == [(-4.0, -1.5), (0.0, -1.5), (4.0, -1.5), (4.0, 1.5), (0.0, 1.5), (-4.0, 1.5)]
@@ -91,11 +91,18 @@ def test_points_run_from_the_top_left_and_turn_at_every_row() -> None:
 
 def test_rows_may_all_start_from_the_left() -> None:
     grid = {**THREE_BY_TWO["points"], "order": "rows"}
-    assert [p.column for p in points(plan_from({**THREE_BY_TWO, "points": grid}))] == [0, 1, 2, 0, 1, 2]
+    assert [p.column for p in points_of_plan(plan_from({**THREE_BY_TWO, "points": grid}))] == [
+        0,
+        1,
+        2,
+        0,
+        1,
+        2,
+    ]
 
 
 def test_every_place_on_the_rail_is_a_full_scan_in_the_order_given() -> None:
-    sequence = points(plan_from({**THREE_BY_TWO, "rail_positions_mm": [100, -300]}))
+    sequence = points_of_plan(plan_from({**THREE_BY_TWO, "rail_positions_mm": [100, -300]}))
     assert [p.index for p in sequence] == list(range(12))
     assert [(p.scan, p.point) for p in sequence] == [(s, k) for s in range(2) for k in range(6)]
     assert [p.rail_m for p in sequence] == [0.1] * 6 + [-0.3] * 6
@@ -111,7 +118,7 @@ def test_the_sequence_stays_the_same_over_versions() -> None:
             "rail_positions_mm": list(PAPER_RAIL_MM),
         }
     )
-    sequence = points(plan)
+    sequence = points_of_plan(plan)
     assert len(sequence) == 405
     point = sequence[2 * 81 + 9 + 3]
     assert (point.index, point.scan, point.column, point.row, point.rail_m) == (174, 2, 5, 1, 0.0)
@@ -128,7 +135,7 @@ def test_set_points_keep_their_order_distance_and_shift() -> None:
             SetPoint(ax_deg=-2.0, ay_deg=0.5, distance_m="infinity", shift_deg=0.25),
         ),
     )
-    first, second = points(RasterPlan(points=given, verging=Verging(mode="given", distance_m=6.0)))
+    first, second = points_of_plan(RasterPlan(points=given, verging=Verging(mode="given", distance_m=6.0)))
     assert (first.column, first.row, first.distance_m, first.shift_rad) == (0, 0, 6.0, 0.0)
     assert (second.column, second.row, second.distance_m) == (1, 0, math.inf)
     assert second.shift_rad == math.radians(0.25)
@@ -151,4 +158,4 @@ def test_set_points_as_text_are_kept_written_out() -> None:
 )
 def test_a_plan_that_is_not_filled_in_has_no_points_yet(document: object, missing: str) -> None:
     with pytest.raises(InvalidInput, match=missing):
-        points(plan_from(document))
+        points_of_plan(plan_from(document))

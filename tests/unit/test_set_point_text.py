@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.plan import SetPoint, format_set_points, parse_set_points
-from foveacam_pipeline.capture.plan.set_point_text import LONGEST_TEXT
+from foveacam_pipeline.capture.plan.set_points import LONGEST_TEXT
 
 
 def xy(text: str) -> list[tuple[float, float]]:

@@ -43,7 +43,7 @@ from foveacam_pipeline.capture.mosaic.build import PlacedScan, build_mosaic
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.links import places
 from foveacam_pipeline.capture.mosaic.views import MosaicView
-from foveacam_pipeline.capture.plan import RasterPlan, plan_from, points, prepared, steer
+from foveacam_pipeline.capture.plan import RasterPlan, fill_in_plan, plan_from, point_volts, points_of_plan
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.runtime.calibrations import SHIPPED
@@ -119,7 +119,7 @@ def plan_of(side: int, calibration: Calibration) -> RasterPlan:
     """Return the paper's raster, or a smaller one whose views lie as close, verged at `DISTANCE_M`."""
     verging = {"mode": "given", "distance_m": DISTANCE_M}
     if side == WHOLE:
-        return prepared(plan_from({"verging": verging}), calibration)
+        return fill_in_plan(plan_from({"verging": verging}), calibration)
     half_width_deg, half_height_deg = (step * (side - 1) / 2 for step in STEP_DEG)
     grid = {
         "kind": "grid",
@@ -137,11 +137,11 @@ def captured(rig: Rig, calibration: Calibration, folder: Path, plan: RasterPlan)
     """Take a raster; return how long it took, s."""
     began_s = time.perf_counter()
     rig.mirrors.enable()
-    wanted = list(points(plan))
+    wanted = list(points_of_plan(plan))
     header = DatasetHeader(points=len(wanted), calibration=calibration, label="bench mosaic")
     with DatasetWriter.create(folder, header) as writer:
         for point in wanted:
-            seen = rig.head.look(steer(point, calibration))
+            seen = rig.head.look(point_volts(point, calibration))
             place = PlanPosition(
                 index=point.index,
                 column=point.column,

@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 from foveacam_pipeline.capture.dataset import ImageCodec
-from foveacam_pipeline.capture.plan import RasterPlan, check_plan, check_rail, coverage, prepared
+from foveacam_pipeline.capture.plan import RasterPlan, check_plan, check_rail, coverage_of, fill_in_plan
 from foveacam_pipeline.capture.run import check_exposures
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.capturing.documents import coverage_document, estimate_document
@@ -17,7 +17,7 @@ def check_possible(plan: RasterPlan, calibration: Calibration, facts: RigFacts) 
     """Refuse what the rig cannot do at the plan's distance, or at none where that is left open."""
     check_rail(plan, facts.rail)
     check_exposures(plan, facts.exposures_ns)
-    check_plan(prepared(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
+    check_plan(fill_in_plan(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
 
 
 def estimated(
@@ -30,10 +30,10 @@ def estimated(
     folder: Path,
 ) -> Document:
     """Return time, size, warnings and footprints; `assumed_m`: the distance where the plan leaves it open."""
-    whole = prepared(plan, calibration, average_m=assumed_m)
+    whole = fill_in_plan(plan, calibration, average_m=assumed_m)
     check_plan(whole, calibration, rail=facts.rail)
     check_exposures(whole, facts.exposures_ns)
-    cover = coverage(whole, calibration)
+    cover = coverage_of(whole, calibration)
     needed = facts.estimate(whole, calibration, codec=codec)
     return {
         "plan": whole.model_dump(mode="json"),

@@ -4,7 +4,13 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import CameraSettings, PixelFormat, RailLimits, ValueRange
 from foveacam_pipeline.capture.dataset import ImageCodec
-from foveacam_pipeline.capture.plan import CaptureEstimate, CapturePace, ImageSize, RasterPlan, estimate
+from foveacam_pipeline.capture.plan import (
+    CaptureEstimate,
+    CapturePace,
+    ImageSize,
+    RasterPlan,
+    estimate_capture,
+)
 from foveacam_pipeline.capture.plan.plan_estimate import READOUT_10BIT_MS, READOUT_12BIT_MS
 from foveacam_pipeline.capture.run import CaptureRig, image_size, trigger_head
 from foveacam_pipeline.models.calibration import Calibration
@@ -50,7 +56,7 @@ class RigFacts:
         """Return what the points from `done` on take."""
         fovea, wide = self.sizes(calibration)
         ratio = 1.0 if codec is ImageCodec.TIFF else None
-        return estimate(plan, self.pace(), fovea=fovea, wide=wide, done=done, stored_ratio=ratio)
+        return estimate_capture(plan, self.pace(), fovea=fovea, wide=wide, done=done, stored_ratio=ratio)
 
 
 def rig_facts(rig: CaptureRig) -> RigFacts:

@@ -1,6 +1,9 @@
-"""Raster plans: what a capture takes, in which order; how long, how large, how much of it. No device."""
+"""Raster plans: the points of a capture and their order, its duration, size and coverage.
 
-from foveacam_pipeline.capture.plan.plan_coverage import PlanCoverage, coverage
+No device is used.
+"""
+
+from foveacam_pipeline.capture.plan.plan_coverage import PlanCoverage, coverage_of, draw_coverage
 from foveacam_pipeline.capture.plan.plan_document import (
     PAPER_RAIL_MM,
     GridPoints,
@@ -17,29 +20,27 @@ from foveacam_pipeline.capture.plan.plan_estimate import (
     assumed_ratio,
     check_disk,
     corrected_ratio,
-    estimate,
+    estimate_capture,
     point_limit_ms,
     shot_limit_ms,
 )
 from foveacam_pipeline.capture.plan.plan_field import largest_field_deg
-from foveacam_pipeline.capture.plan.plan_picture import draw_coverage
 from foveacam_pipeline.capture.plan.plan_points import (
     PlanPoint,
+    all_point_volts,
     gazes_rad,
-    points,
+    point_volts,
+    points_of_plan,
     points_of_scan,
-    steer,
-    steer_all,
 )
 from foveacam_pipeline.capture.plan.plan_reach import (
     average_distance_m,
     check_plan,
     check_rail,
-    prepared,
+    fill_in_plan,
     survey_directions_rad,
 )
-from foveacam_pipeline.capture.plan.set_point import SetPoint
-from foveacam_pipeline.capture.plan.set_point_text import format_set_points, parse_set_points
+from foveacam_pipeline.capture.plan.set_points import SetPoint, format_set_points, parse_set_points
 
 __all__ = [
     "PAPER_RAIL_MM",
@@ -54,26 +55,26 @@ __all__ = [
     "SetPoint",
     "SetPoints",
     "Verging",
+    "all_point_volts",
     "assumed_ratio",
     "average_distance_m",
     "check_disk",
     "check_plan",
     "check_rail",
     "corrected_ratio",
-    "coverage",
+    "coverage_of",
     "draw_coverage",
-    "estimate",
+    "estimate_capture",
+    "fill_in_plan",
     "format_set_points",
     "gazes_rad",
     "largest_field_deg",
     "parse_set_points",
     "plan_from",
     "point_limit_ms",
-    "points",
+    "point_volts",
+    "points_of_plan",
     "points_of_scan",
-    "prepared",
     "shot_limit_ms",
-    "steer",
-    "steer_all",
     "survey_directions_rad",
 ]

@@ -1,4 +1,4 @@
-"""Which part of its field a plan covers, with one eye and with both, and how far neighbours overlap."""
+"""How a plan's views cover its field, by one eye and by both, how far neighbours overlap, and a drawing."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, StereoVolts
 from foveacam_pipeline.capture.plan.plan_document import GridPoints, RasterPlan
-from foveacam_pipeline.capture.plan.plan_points import PlanPoint, points_of_scan, steer_all
+from foveacam_pipeline.capture.plan.plan_points import PlanPoint, all_point_volts, points_of_scan
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.footprint import fovea_footprints_px
 
@@ -17,23 +17,29 @@ EYES = (Role.LEFT, Role.RIGHT)
 SCALE = 0.5
 """Areas are counted on the wide image at half its size: cells of 2 x 2 px, 1/72 of a fovea's width."""
 LEAST_COVERED = 0.995
-"""What is covered less is told; the rest is the grain of the cells."""
-LEAST_BOTH = 0.95
-"""A view's corners are turned up to 10° against the other eye's, so that single views overlap no better."""
+"""A smaller covered share causes a warning; the rest is due to the size of the cells."""
+LEAST_SEEN_BY_BOTH = 0.95
+"""A smaller share causes a warning: a view's corners are rotated by up to 10° against the other eye's, so
+that even single views overlap no better."""
 _SHIFT = 4
+"""Fractional bits of OpenCV's fixed-point coordinates."""
+BOTH, ONE, FIELD, PATH = (80, 220, 100), (255, 190, 60), (90, 170, 255), (240, 240, 240)
+EYE_COLOURS = ((90, 220, 230), (190, 230, 80))
+_DARK = (17, 20, 26)
+_OVERLAY_SHARE = 0.28
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlanCoverage:
-    """How the views of one scan lie in the wide image; every scan of a plan has the same.
+    """How the views of one scan lie in the wide image; every scan of a plan has the same views.
 
     `footprints_px`: (n, 2, 4, 2) float64 wide px: point, eye (left, right), corner (clockwise from the top
-    left of its image), x and y; taken at the distance at which the eyes meet. `counts`: (2, h/2, w/2)
-    uint16: how many views of each eye hold a cell of the wide image at half size. `field`: (h/2, w/2) bool:
-    between the outermost directions of the plan. `seen_either`, `seen_both`: shares of the field, 0 to 1.
-    `overlap_across`, `overlap_down`: the least share of a view that is in its neighbour too, of both eyes:
-    of a grid in its rows and in its columns, of set points (both alike) to the nearest other; None without
-    neighbours. `outside_wide`: how many points look past the wide image.
+    left of its image), x and y; for the distance at which the eyes meet. `counts`: (2, h/2, w/2) uint16:
+    number of views of each eye that contain a cell of the wide image at half size. `field`: (h/2, w/2)
+    bool: the area between the outermost directions of the plan. `seen_either`, `seen_both`: shares of the
+    field, 0 to 1. `overlap_across`, `overlap_down`: smallest share of a view that its neighbour contains
+    too, over both eyes: for a grid along rows and along columns, for set points (both alike) with the
+    nearest other; None without neighbours. `outside_wide`: number of points that look past the wide image.
     """
 
     footprints_px: NDArray[np.float64]
@@ -47,30 +53,30 @@ class PlanCoverage:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What an operator should know before the start; empty when all is well."""
-        told = []
+        """What an operator should know before the start; empty without problems."""
+        warnings = []
         for overlap, neighbours in ((self.overlap_across, "beside"), (self.overlap_down, "below")):
             if overlap == 0.0:
-                told.append(
+                warnings.append(
                     f"some views do not overlap those {neighbours} them: a mosaic will have gaps; "
                     "take more points or a smaller field"
                 )
         if self.seen_either < LEAST_COVERED:
-            told.append(f"{100.0 * (1.0 - self.seen_either):.1f} % of the field is seen by neither eye")
-        elif self.seen_both < LEAST_BOTH:
-            told.append(f"{100.0 * (1.0 - self.seen_both):.1f} % of the field is seen by one eye alone")
+            warnings.append(f"{100.0 * (1.0 - self.seen_either):.1f} % of the field is seen by neither eye")
+        elif self.seen_both < LEAST_SEEN_BY_BOTH:
+            warnings.append(f"{100.0 * (1.0 - self.seen_both):.1f} % of the field is seen by one eye alone")
         if self.outside_wide:
-            told.append(f"{self.outside_wide} points look past the wide image")
-        return tuple(told)
+            warnings.append(f"{self.outside_wide} points look past the wide image")
+        return tuple(warnings)
 
 
-def coverage(plan: RasterPlan, calibration: Calibration) -> PlanCoverage:
-    """Return how a plan's views lie in the wide image; raise OutOfRange for a point beyond reach."""
+def coverage_of(plan: RasterPlan, calibration: Calibration) -> PlanCoverage:
+    """Return how a plan's views lie in the wide image; raise OutOfRange for a point out of reach."""
     scan_points = points_of_scan(plan)
-    volts = steer_all(scan_points, calibration)
+    volts = all_point_volts(scan_points, calibration)
     footprints = _footprints(scan_points, volts, calibration)
     shape = round(calibration.wide.height * SCALE), round(calibration.wide.width * SCALE)
-    counts = np.stack([_counted(footprints[:, eye], shape) for eye in range(2)])
+    counts = np.stack([_view_counts(footprints[:, eye], shape) for eye in range(2)])
     middles = calibration.wide.pixels([(point.ax_rad, point.ay_rad) for point in scan_points])
     field = _field(middles, counts)
     across, down = _neighbours(plan, scan_points)
@@ -105,12 +111,12 @@ def _footprints(
 
 
 def _cells(polygon_px: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return wide px as px of the image at half size; both count from the centre of their first pixel."""
+    """Return wide px as px of the image at half size; in both the first pixel's centre is (0, 0)."""
     cells: NDArray[np.float64] = (polygon_px + 0.5) * SCALE - 0.5
     return cells
 
 
-def _counted(polygons_px: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.uint16]:
+def _view_counts(polygons_px: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.uint16]:
     counts = np.zeros(shape, dtype=np.uint16)
     for polygon in polygons_px:
         cells = _cells(polygon)
@@ -129,7 +135,7 @@ def _fill(mask: NDArray[np.uint8], cells: NDArray[np.float64]) -> None:
 
 
 def _field(middles_px: NDArray[np.float64], counts: NDArray[np.uint16]) -> NDArray[np.bool_]:
-    """Return the cells between the outermost directions; of points on one line, all that is seen."""
+    """Return the cells between the outermost directions; for points on one line, all cells that are seen."""
     hull = cv2.convexHull(middles_px.astype(np.float32))[:, 0, :]
     if len(hull) < 3 or cv2.contourArea(hull) < 1.0:
         return np.asarray((counts > 0).any(axis=0))
@@ -141,7 +147,7 @@ def _field(middles_px: NDArray[np.float64], counts: NDArray[np.uint16]) -> NDArr
 def _neighbours(
     plan: RasterPlan, scan_points: tuple[PlanPoint, ...]
 ) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """Return the pairs of points that lie beside each other, and those one below the other."""
+    """Return the pairs of points that are horizontal neighbours, and those that are vertical neighbours."""
     if not isinstance(plan.points, GridPoints):
         nearest = _nearest(scan_points)
         return nearest, nearest
@@ -171,8 +177,48 @@ def _least_overlap(footprints_px: NDArray[np.float64], pairs: list[tuple[int, in
 
 
 def _overlap(one_px: NDArray[np.float64], other_px: NDArray[np.float64]) -> float:
-    """Return the share of one view's area that another one holds too."""
+    """Return the share of one view's area that another view contains too."""
     polygon, other = one_px.astype(np.float32), other_px.astype(np.float32)
     area = float(cv2.contourArea(polygon))
     common = float(cv2.intersectConvexConvex(polygon, other)[0])
     return min(1.0, common / area) if area > 0.0 and math.isfinite(common) else 0.0
+
+
+def draw_coverage(cover: PlanCoverage, wide_image: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
+    """Return (h/2, w/2, 3) uint8 RGB: green where both eyes see, amber where one does, blue around the field.
+
+    `wide_image`: (h, w) or (h, w, 3) uint8 background; None: a dark one. Left views are outlined in cyan,
+    right ones in lime; the path of the capture begins at the dot.
+    """
+    picture = _background(cover, wide_image)
+    seen = (cover.counts > 0).sum(axis=0)
+    veiled = picture.copy()
+    veiled[seen == 2] = BOTH
+    veiled[seen == 1] = ONE
+    picture = cv2.addWeighted(picture, 1.0 - _OVERLAY_SHARE, veiled, _OVERLAY_SHARE, 0.0).astype(np.uint8)
+    for eye, colour in enumerate(EYE_COLOURS):
+        cv2.polylines(
+            picture, list(_fixed_point(cover.footprints_px[:, eye])), True, colour, 1, cv2.LINE_AA, _SHIFT
+        )
+    outline, _ = cv2.findContours(cover.field.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    cv2.drawContours(picture, outline, -1, FIELD, 1, cv2.LINE_AA)
+    way = _fixed_point(cover.footprints_px.mean(axis=(1, 2)))
+    cv2.polylines(picture, [way], False, PATH, 1, cv2.LINE_AA, _SHIFT)
+    x, y = way[0].tolist()
+    cv2.circle(picture, (x, y), 4 << _SHIFT, PATH, -1, cv2.LINE_AA, _SHIFT)
+    return picture
+
+
+def _background(cover: PlanCoverage, wide_image: NDArray[np.uint8] | None) -> NDArray[np.uint8]:
+    height, width = cover.field.shape
+    if wide_image is None:
+        return np.full((height, width, 3), _DARK, dtype=np.uint8)
+    small = cv2.resize(wide_image, (width, height), interpolation=cv2.INTER_AREA)
+    coloured = cv2.cvtColor(small, cv2.COLOR_GRAY2RGB) if small.ndim == 2 else small
+    return np.asarray(coloured, dtype=np.uint8)
+
+
+def _fixed_point(places_px: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Return wide px as OpenCV's fixed-point coordinates in the picture at half size."""
+    cells = (places_px + 0.5) * SCALE - 0.5
+    return np.rint(cells * (1 << _SHIFT)).astype(np.int32)

@@ -1,7 +1,7 @@
 """The plan of a raster capture as a frozen, versioned document: degrees, millimetres, milliseconds.
 
-It is the body of a REST request and a part of a dataset's `dataset.json`. An empty document is a whole plan:
-9 x 9 points over the field that the rig can steer, verged at the scene's average distance (Sec. 5.1).
+It is the body of a REST request and a part of a dataset's `dataset.json`. An empty document is a valid
+plan: 9 x 9 points over the field that the rig can steer, verged at the scene's average distance (Sec. 5.1).
 """
 
 import json
@@ -10,18 +10,24 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.plan.set_point import LARGEST_DEG, AngleDeg, Distance, PlanModel, SetPoint
 from foveacam_pipeline.capture.plan.set_point_commands import MOST_SET_POINTS
-from foveacam_pipeline.capture.plan.set_point_text import parse_set_points
+from foveacam_pipeline.capture.plan.set_points import (
+    LARGEST_DEG,
+    AngleDeg,
+    Distance,
+    PlanModel,
+    SetPoint,
+    parse_set_points,
+)
 from foveacam_pipeline.models.content import content_id
 
 FORMAT = "foveacam-raster-plan"
 VERSION = 1
 MOST_POINTS = 20_000
-"""Of all scans together: with three grey images of 1.6 MB each, 93 GB."""
+"""Limit over all scans: with three grey images of 1.6 MB each, 93 GB."""
 MOST_ALONG_AN_AXIS = 101
 PAPER_RAIL_MM = (-300.0, -100.0, 0.0, 100.0, 300.0)
-"""Sec. 5.1: five places along the x axis, each with a full scan."""
+"""Sec. 5.1: five positions along the x axis, each with a full scan."""
 
 HalfDeg: TypeAlias = Annotated[float, Field(gt=0.0, le=45.0)]
 ExposureMs: TypeAlias = Annotated[float, Field(gt=0.0, le=10_000.0)]
@@ -65,8 +71,8 @@ class GridPoints(PlanModel):
         return self
 
 
-def _written_out(value: object) -> object:
-    """Take set points as text too; a refusal of the text becomes one of the document."""
+def _parse_text(value: object) -> object:
+    """Accept set points as text too; turn an error of the text into one of the document."""
     if not isinstance(value, str):
         return value
     try:
@@ -82,7 +88,7 @@ class SetPoints(PlanModel):
     points: Annotated[
         tuple[SetPoint, ...],
         Field(max_length=MOST_SET_POINTS, strict=False),
-        BeforeValidator(_written_out, json_schema_input_type=_SetPointList | str),
+        BeforeValidator(_parse_text, json_schema_input_type=_SetPointList | str),
     ]
 
     @model_validator(mode="after")
@@ -109,7 +115,7 @@ class Verging(PlanModel):
 
 
 class RasterPlan(PlanModel):
-    """What a raster capture takes, in which order; `points()` of it is the same for ever."""
+    """What a raster capture takes, in which order; the points follow from it alone."""
 
     format: Literal["foveacam-raster-plan"] = "foveacam-raster-plan"
     version: Literal[1] = 1
@@ -147,18 +153,18 @@ class RasterPlan(PlanModel):
 
     @property
     def scans(self) -> int:
-        """How many full scans there are."""
+        """Number of full scans."""
         return max(1, len(self.rail_positions_mm))
 
     @property
     def points_per_scan(self) -> int:
-        """How many points every scan has."""
+        """Number of points of every scan."""
         source = self.points
         return source.columns * source.rows if isinstance(source, GridPoints) else len(source.points)
 
     @property
     def exposures_per_point(self) -> int:
-        """How many exposures the bracket has; 1 without one."""
+        """Number of exposures of the bracket; 1 without one."""
         return max(1, len(self.exposures_ms))
 
     @property
@@ -175,12 +181,12 @@ class RasterPlan(PlanModel):
 
     @property
     def id(self) -> str:
-        """Name of the plan: a hash of its content."""
+        """Identifier of the plan: a hash of its content."""
         return content_id(self.model_dump(mode="json"))
 
 
 def plan_from(document: object, *, what: str = "raster plan") -> RasterPlan:
-    """Return the plan of a JSON document; raise InvalidInput naming `what` and the place that is wrong."""
+    """Return the plan of a JSON document; raise InvalidInput that names `what` and the wrong field."""
     if isinstance(document, RasterPlan):
         return document
     if isinstance(document, dict):

@@ -1,7 +1,7 @@
-"""How long a plan takes at least, and how much room it needs: told before the start.
+"""The least duration of a plan and the disk space that it needs, computed before the start.
 
-The limit is physics alone: mirrors that settle while the last image is read out, and exposures. What a
-program adds to it is its own.
+The duration is a physical limit: mirrors settle while the last image is read out, then the cameras expose.
+The program's own overhead is not included.
 """
 
 import math
@@ -15,28 +15,28 @@ READOUT_10BIT_MS = 4.38
 """IMX273: 1080 + 42 lines of 290 / 74.25 MHz; a frame is read out while the mirrors move on."""
 READOUT_12BIT_MS = 5.98
 MARGIN_MS = 0.5
-"""Between the end of an exposure and the next move, as the trigger's budget has it."""
+"""Time between the end of an exposure and the next move, as in the trigger's time budget."""
 REVERGE_MS = 100.0
 """Deduced: two steps of the vergence loop, each a look of 20 ms and 29 ms of one core."""
 STORED_RATIO = {1: 0.6, 2: 0.7}
-"""PNG's size over raw, by bytes a sample; deduced: simulated and real pictures have 0.41 to 0.63 and
-0.62 to 0.69. A running capture corrects it (`corrected_ratio`)."""
+"""Size of PNG over raw, by bytes a sample; deduced: simulated and real images have 0.41 to 0.63 and 0.62 to
+0.69. A running capture corrects it (`corrected_ratio`)."""
 RECORD_BYTES = 2_000
-"""Of index and journal, for each image."""
-MORE_ROOM = "free some, choose another folder, or take fewer points"
+"""Size of index and journal entries, for each image."""
+DISK_REMEDY = "free some, choose another folder, or take fewer points"
 ASSUMED_WEIGHT_BYTES = 16 << 20
-"""The assumed ratio counts as much as so many bytes measured: some ten images."""
+"""The assumed ratio counts as much as this many measured bytes: some ten images."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CapturePace:
-    """What a rig takes for each thing that a capture does.
+    """Durations of the steps of a capture on a rig.
 
-    `exposure_ms`: as the cameras are set, for plans without exposures of their own. `exposure_change_ms`:
-    until cameras expose anew after a change. `wide_period_ms`: a point with a wide frame of its own takes at
-    least so long; 0 when the wide camera is never waited for. `reverge_ms`: verging anew at one point.
-    `rail_mm_s`: None for a rail that is pushed by hand; its moves are counted and not timed.
-    `rail_settle_s`: until a rig that was moved stands still.
+    `exposure_ms`: the cameras' present setting, for plans without exposures of their own.
+    `exposure_change_ms`: time until cameras use a changed exposure. `wide_period_ms`: least time of a point
+    with its own wide frame; 0 when the wide camera is never waited for. `reverge_ms`: verging anew at one
+    point. `rail_mm_s`: None for a rail pushed by hand, whose moves are counted, not timed. `rail_settle_s`:
+    time until a moved rig is at rest.
     """
 
     settle_ms: float
@@ -69,7 +69,7 @@ class CapturePace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImageSize:
-    """Size of one camera's images as they come; more than 8 bits are kept in 16."""
+    """Size of one camera's images as delivered; more than 8 bits are stored in 16."""
 
     width: int
     height: int
@@ -77,17 +77,17 @@ class ImageSize:
     bits: int = 8
 
     def raw_bytes(self, *, mean: bool = False) -> int:
-        """Return the bytes of one image; a mean of several is kept in 16 bits."""
+        """Return the size of one image, bytes; a mean of several images is stored in 16 bits."""
         return self.width * self.height * self.channels * self.sample_bytes(mean=mean)
 
     def sample_bytes(self, *, mean: bool = False) -> int:
-        """Return the bytes of one sample: 1 or 2."""
+        """Return the size of one sample: 1 or 2 bytes."""
         return 2 if mean or self.bits > 8 else 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KindSize:
-    """What one kind of images ("fovea", "wide") takes: files, their raw size, and on disk."""
+    """The images of one kind ("fovea", "wide"): number of files, their raw size, and their size on disk."""
 
     kind: str
     files: int
@@ -97,10 +97,10 @@ class KindSize:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaptureEstimate:
-    """What is still to come of a plan.
+    """The remaining duration and size of a plan.
 
-    `limit_s`: the least that mirrors and sensors need. `reverge_s`, `rail_s`: on top of it. `hand_moves`:
-    moves of a rail without a motor; how long they take nobody knows.
+    `limit_s`: the least time that mirrors and sensors need. `reverge_s`, `rail_s`: in addition to it.
+    `hand_moves`: moves of a rail without a motor, whose duration is unknown.
     """
 
     points: int
@@ -113,32 +113,32 @@ class CaptureEstimate:
 
     @property
     def total_s(self) -> float:
-        """All times together."""
+        """Sum of all times."""
         return self.limit_s + self.reverge_s + self.rail_s
 
     @property
     def files(self) -> int:
-        """All images."""
+        """Number of all images."""
         return sum(kind.files for kind in self.kinds)
 
     @property
     def raw_bytes(self) -> int:
-        """All images, not compressed."""
+        """Size of all images without compression."""
         return sum(kind.raw_bytes for kind in self.kinds)
 
     @property
     def stored_bytes(self) -> int:
-        """All images as they are kept, and what is kept about them."""
+        """Size of all images as stored, with their records."""
         return sum(kind.stored_bytes for kind in self.kinds) + RECORD_BYTES * self.files
 
 
 def shot_limit_ms(*, settle_ms: float, readout_ms: float, exposure_ms: float) -> float:
-    """Return the least time of one shot: settling and the last readout overlap, then it is exposed."""
+    """Return the least time of one shot: settling overlaps the previous readout, then the shot is exposed."""
     return max(settle_ms, readout_ms) + exposure_ms + MARGIN_MS
 
 
 def point_limit_ms(plan: RasterPlan, pace: CapturePace) -> float:
-    """Return the least time of one point: its first shot after a move, the others at rest."""
+    """Return the least time of one point: only its first shot waits for the mirrors."""
     exposures_ms = plan.exposures_ms or (pace.exposure_ms,)
     total_ms, settle_ms = 0.0, pace.settle_ms
     for exposure_ms in exposures_ms:
@@ -152,7 +152,7 @@ def point_limit_ms(plan: RasterPlan, pace: CapturePace) -> float:
     return max(total_ms, pace.wide_period_ms) if plan.wide == "point" else total_ms
 
 
-def estimate(
+def estimate_capture(
     plan: RasterPlan,
     pace: CapturePace,
     *,
@@ -161,9 +161,9 @@ def estimate(
     done: int = 0,
     stored_ratio: float | None = None,
 ) -> CaptureEstimate:
-    """Return what the points from index `done` on take; the plan need not be filled in.
+    """Return the duration and size of the points from index `done` on; the plan need not be filled in.
 
-    `stored_ratio`: size on disk over raw; None: assumed for PNG, 1 for files that are not compressed.
+    `stored_ratio`: size on disk over raw; None: as assumed for PNG; 1 for files that are not compressed.
     """
     total = plan.scans * plan.points_per_scan
     if not 0 <= done <= total:
@@ -182,32 +182,32 @@ def estimate(
 
 
 def corrected_ratio(assumed: float, *, raw_bytes: int, stored_bytes: int) -> float:
-    """Return the ratio to go on with after so much was written: the assumed one fades as images come."""
+    """Return the ratio to continue with: the assumed one loses weight as images are written."""
     return (assumed * ASSUMED_WEIGHT_BYTES + stored_bytes) / (ASSUMED_WEIGHT_BYTES + raw_bytes)
 
 
 def assumed_ratio(image: ImageSize, *, mean: bool = False) -> float:
-    """Return the ratio of PNG to raw to begin with."""
+    """Return the assumed ratio of PNG to raw size."""
     return STORED_RATIO[image.sample_bytes(mean=mean)]
 
 
 def check_disk(needed: CaptureEstimate, *, free_bytes: int, where: str = "the disk") -> None:
-    """Raise OutOfRange, or StorageFull for a full disk, with both figures when it does not fit."""
+    """Raise OutOfRange, or StorageFull for a full disk, with both sizes when the capture does not fit."""
     needed_bytes = needed.stored_bytes + RESERVE_BYTES
     if needed_bytes > free_bytes:
         raise free_space_error(
             f"capture: {needed.files} images need about {_size(needed_bytes)}, with the {RESERVE_TEXT};"
-            f" {_size(free_bytes)} are free on {where}; {MORE_ROOM}",
+            f" {_size(free_bytes)} are free on {where}; {DISK_REMEDY}",
             needed_bytes=needed_bytes,
             free_bytes=free_bytes,
-            remedy=MORE_ROOM,
+            remedy=DISK_REMEDY,
         )
 
 
 def _rail(plan: RasterPlan, pace: CapturePace, done: int) -> tuple[float, int]:
-    """Return the time of the moves to come, s, and how many are made by hand.
+    """Return the time of the remaining moves, s, and the number of moves made by hand.
 
-    The first place counts with the way from the middle when nothing is done; an unfinished scan's is reached.
+    The first move starts at the rail's middle when nothing is done; an unfinished scan's position is reached.
     """
     places_mm = plan.rail_positions_mm
     if not places_mm or done == plan.scans * plan.points_per_scan:

@@ -1,4 +1,4 @@
-"""The largest grid that both eyes can look at from corner to corner, at one distance."""
+"""The largest grid whose every point both eyes can look at, at one distance."""
 
 import math
 
@@ -12,7 +12,7 @@ from foveacam_pipeline.models.mirror import MirrorModel
 
 EYES = (Role.LEFT, Role.RIGHT)
 STEP_DEG = 0.1
-"""So finely it is sought; the sizes are then figures that people can read."""
+"""Step of the search; the sizes are then readable figures."""
 _RIM = np.array(
     [
         (x, y)
@@ -28,8 +28,8 @@ def largest_field_deg(
 ) -> tuple[float, float]:
     """Return the half width and half height, degrees, of the largest grid that both eyes reach at a distance.
 
-    Of all boxes about the centre, in steps of 0.1°, it has the largest area; its directions are also in the
-    wide view. Near things make it narrower: each eye turns inwards by atan(0.1 m / Z). Raise OutOfRange when
+    Of all boxes about the centre, in steps of 0.1°, it has the largest area, and its directions are in the
+    wide view. A short distance narrows it: each eye turns inwards by atan(0.1 m / Z). Raise OutOfRange when
     there is none.
     """
     field_deg = np.abs(np.rad2deg(calibration.wide.field_rad)).reshape(2, 2).max(axis=1)
@@ -46,7 +46,7 @@ def largest_field_deg(
 
 
 def beyond_hull_rad(mirror: MirrorModel, gazes_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n,) float64: how far gazes, (n, 2) rad, lie beyond the calibrated ones; below 0 inside."""
+    """Return (n,) float64: how far gazes, (n, 2) rad, lie outside the calibrated ones; negative inside."""
     edges = np.roll(mirror.hull_rad, -1, axis=0) - mirror.hull_rad
     lengths = np.linalg.norm(edges, axis=1)
     edges, corners = edges[lengths > 0.0], mirror.hull_rad[lengths > 0.0]
@@ -58,7 +58,7 @@ def beyond_hull_rad(mirror: MirrorModel, gazes_rad: NDArray[np.float64]) -> NDAr
 def _largest_in_hulls(
     calibration: Calibration, distance_m: float, centre_deg: tuple[float, float], most: tuple[int, int]
 ) -> tuple[int, int]:
-    """Return the largest box, in steps, that lies in the wide view and in both hulls."""
+    """Return the largest box, in steps, that lies in the wide view and in the hulls of both mirrors."""
     heights = np.arange(1, most[1] + 1)
     least, beyond = np.zeros_like(heights), np.full_like(heights, most[0] + 1)
     while int((beyond - least).max()) > 1:
@@ -77,7 +77,7 @@ def _largest_in_hulls(
 def _steered(
     calibration: Calibration, distance_m: float, centre_deg: tuple[float, float], box: tuple[int, int]
 ) -> bool:
-    """Tell whether both mirrors have volts for the rim of a box."""
+    """Return whether both mirrors have volts for the edge of a box."""
     directions = _rims_rad(centre_deg, np.array([box]))
     return all(
         bool(calibration.eye(role).mirror.inside(_gazes(calibration, role, directions, distance_m)).all())
@@ -86,7 +86,7 @@ def _steered(
 
 
 def _rims_rad(centre_deg: tuple[float, float], boxes: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return (n * 16, 2) directions, rad, on the rims of boxes: (n, 2) half widths and heights in steps."""
+    """Return (n * 16, 2) directions, rad, on the edges of boxes: (n, 2) half widths and heights in steps."""
     rims_deg = np.array(centre_deg) + STEP_DEG * boxes[:, None, :] * _RIM
     directions: NDArray[np.float64] = np.deg2rad(rims_deg).reshape(-1, 2)
     return directions

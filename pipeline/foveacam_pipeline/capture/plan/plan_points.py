@@ -1,6 +1,6 @@
-"""The points of a plan, numbered, and where each eye has to look for one.
+"""The points of a plan in order, and the gaze and volts of each eye at a point.
 
-The sequence depends on the plan alone, so that a capture that was cut off goes on at the exact next point.
+The sequence depends on the plan alone, so that an interrupted capture continues at the exact next point.
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, OutOfRange, Role, StereoVolts
 from foveacam_pipeline.capture.plan.plan_document import GridPoints, RasterPlan
-from foveacam_pipeline.capture.plan.set_point import SetPoint, metres
+from foveacam_pipeline.capture.plan.set_points import SetPoint, metres
 from foveacam_pipeline.geometry.verging import vergence_angles
 from foveacam_pipeline.models.calibration import Calibration
 
@@ -21,12 +21,12 @@ Angles = tuple[float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanPoint:
-    """One stop of the mirrors.
+    """One position of the mirrors.
 
-    `index` counts all points of the plan in the order in which they are taken, `point` those of one scan.
-    `column`, `row`: place in the grid from its top left; of set points, their number and 0. `distance_m`:
-    from the rig's origin to where the eyes meet, infinity when they look parallel. `shift_rad`: so much
-    lower looks the left eye, and so much higher the right. `rail_m`: where the rig stands; None: wherever it
+    `index` counts all points of the plan in the order of capture, `point` those of one scan. `column`,
+    `row`: position in the grid from its top left; for set points, their number and 0. `distance_m`: from
+    the rig's origin to where the eyes meet, infinity when they look parallel. `shift_rad`: the left eye
+    looks this much lower, the right eye this much higher. `rail_m`: position of the rig; None: wherever it
     is.
     """
 
@@ -47,25 +47,27 @@ class PlanPoint:
         return f"point {self.point} (column {self.column}, row {self.row}; {place}, {how})"
 
 
-def points(plan: RasterPlan) -> tuple[PlanPoint, ...]:
-    """Return all points of all scans in the order in which they are taken.
+def points_of_plan(plan: RasterPlan) -> tuple[PlanPoint, ...]:
+    """Return all points of all scans in the order of capture.
 
-    Raise InvalidInput while the distance or the size of the field is not filled in (`prepared`).
+    Raise InvalidInput while the distance or the size of the field is not filled in (`fill_in_plan`).
     """
     scan_points = points_of_scan(plan)
     places_mm: tuple[float | None, ...] = plan.rail_positions_mm or (None,)
     return tuple(
-        _moved(point, scan, len(scan_points), place_mm)
+        _in_scan(point, scan, len(scan_points), place_mm)
         for scan, place_mm in enumerate(places_mm)
         for point in scan_points
     )
 
 
 def points_of_scan(plan: RasterPlan) -> tuple[PlanPoint, ...]:
-    """Return the points of the first scan; all others are the same from other places of the rail."""
+    """Return the points of the first scan; all others are the same from other positions of the rail."""
     _check_filled_in(plan)
     source = plan.points
-    places = _walk(source) if isinstance(source, GridPoints) else [(k, 0) for k in range(len(source.points))]
+    places = (
+        _grid_order(source) if isinstance(source, GridPoints) else [(k, 0) for k in range(len(source.points))]
+    )
     return tuple(
         _point(plan, number, place, where)
         for number, (place, where) in enumerate(zip(places, _set_points(plan), strict=True))
@@ -82,8 +84,8 @@ def gazes_rad(point: PlanPoint, calibration: Calibration) -> tuple[Angles, Angle
     return (left[0], left[1] + point.shift_rad), (right[0], right[1] - point.shift_rad)
 
 
-def steer(point: PlanPoint, calibration: Calibration) -> StereoVolts:
-    """Return the volts with which both eyes meet on a point; raise OutOfRange naming the point."""
+def point_volts(point: PlanPoint, calibration: Calibration) -> StereoVolts:
+    """Return the volts that make both eyes meet on a point; raise OutOfRange naming the point."""
     left, right = gazes_rad(point, calibration)
     try:
         return StereoVolts(
@@ -93,13 +95,13 @@ def steer(point: PlanPoint, calibration: Calibration) -> StereoVolts:
         raise OutOfRange(f"{point}: {error}") from error
 
 
-def steer_all(sequence: Sequence[PlanPoint], calibration: Calibration) -> tuple[StereoVolts, ...]:
-    """Return the volts of many points, faster than one by one; raise OutOfRange naming the first beyond."""
+def all_point_volts(sequence: Sequence[PlanPoint], calibration: Calibration) -> tuple[StereoVolts, ...]:
+    """Return the volts of many points, vectorised; raise OutOfRange naming the first point out of reach."""
     gazes = np.array([gazes_rad(point, calibration) for point in sequence]).reshape(-1, 2, 2)
     mirrors = calibration.left.mirror, calibration.right.mirror
     inside = mirrors[0].inside(gazes[:, 0]) & mirrors[1].inside(gazes[:, 1])
     if not inside.all():
-        steer(sequence[int(np.argmin(inside))], calibration)
+        point_volts(sequence[int(np.argmin(inside))], calibration)
     left, right = (mirror.volts_for(gazes[:, eye]).tolist() for eye, mirror in enumerate(mirrors))
     return tuple(
         StereoVolts(left=MirrorVolts(x_v=lx_v, y_v=ly_v), right=MirrorVolts(x_v=rx_v, y_v=ry_v))
@@ -120,8 +122,8 @@ def _check_filled_in(plan: RasterPlan) -> None:
         )
 
 
-def _walk(grid: GridPoints) -> list[tuple[int, int]]:
-    """Return (column, row) of every node in the order of the walk."""
+def _grid_order(grid: GridPoints) -> list[tuple[int, int]]:
+    """Return (column, row) of every node in the order of capture."""
     places = []
     for row in range(grid.rows):
         back = grid.order == "serpentine" and row % 2 == 1
@@ -136,7 +138,7 @@ def _set_points(plan: RasterPlan) -> tuple[SetPoint, ...]:
         return source.points
     across = _nodes_deg(source.columns, source.centre_ax_deg, source.half_width_deg or 0.0)
     down = _nodes_deg(source.rows, source.centre_ay_deg, source.half_height_deg or 0.0)
-    return tuple(SetPoint(ax_deg=across[column], ay_deg=down[row]) for column, row in _walk(source))
+    return tuple(SetPoint(ax_deg=across[column], ay_deg=down[row]) for column, row in _grid_order(source))
 
 
 def _nodes_deg(count: int, centre_deg: float, half_deg: float) -> list[float]:
@@ -162,7 +164,7 @@ def _point(plan: RasterPlan, number: int, place: tuple[int, int], where: SetPoin
     )
 
 
-def _moved(point: PlanPoint, scan: int, per_scan: int, place_mm: float | None) -> PlanPoint:
+def _in_scan(point: PlanPoint, scan: int, per_scan: int, place_mm: float | None) -> PlanPoint:
     return PlanPoint(
         index=scan * per_scan + point.point,
         scan=scan,

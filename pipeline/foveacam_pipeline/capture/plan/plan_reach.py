@@ -1,4 +1,4 @@
-"""Plans against a rig: what is filled in from its calibration, and what is refused before anything moves."""
+"""Plans against a rig: fills in what its calibration determines, and refuses what it cannot reach."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from foveacam_hardware.contract import InvalidInput, OutOfRange, RailLimits, Rol
 from foveacam_pipeline.capture.plan.plan_document import GridPoints, RasterPlan
 from foveacam_pipeline.capture.plan.plan_field import EYES, beyond_hull_rad, largest_field_deg
 from foveacam_pipeline.capture.plan.plan_points import PlanPoint, gazes_rad, points_of_scan
-from foveacam_pipeline.capture.plan.set_point import distance_of, metres
+from foveacam_pipeline.capture.plan.set_points import document_distance, metres
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.mirror import MirrorModel
 
@@ -19,10 +19,10 @@ RAIL_SLACK_M = 1e-6
 
 
 def average_distance_m(distances_m: Sequence[float | None]) -> float:
-    """Return the distance that stands for a scene: the mean of 1 / distance over its fixations, inverted.
+    """Return the average distance of a scene: the harmonic mean over its fixations.
 
-    So the disparities that are left are as often near as far (they go with 1 / Z). None: nothing was found
-    there; infinity counts as 0. Raise InvalidInput when nothing was found at all.
+    The remaining disparities are then as often near as far, as they are proportional to 1 / Z. None:
+    nothing was found there; infinity counts as 1 / Z = 0. Raise InvalidInput when nothing was found at all.
     """
     found = [distance_m for distance_m in distances_m if distance_m is not None]
     if not found:
@@ -37,9 +37,9 @@ def average_distance_m(distances_m: Sequence[float | None]) -> float:
 
 
 def survey_directions_rad(plan: RasterPlan, calibration: Calibration) -> NDArray[np.float64]:
-    """Return (n, 2) float64 (ax, ay), rad: where to fixate to learn the scene's average distance.
+    """Return (n, 2) float64 (ax, ay), rad: where to fixate to measure the scene's average distance.
 
-    A 3 x 3 grid over two thirds of the plan's field, or of what both eyes reach while it is not known.
+    A 3 x 3 grid over two thirds of the plan's field, or of what both eyes reach while the field is unknown.
     """
     left, right, top, bottom = _extent_rad(plan, calibration)
     across = _middle_part(left, right)
@@ -47,8 +47,8 @@ def survey_directions_rad(plan: RasterPlan, calibration: Calibration) -> NDArray
     return np.array([(x, y) for y in down for x in across])
 
 
-def prepared(plan: RasterPlan, calibration: Calibration, *, average_m: float | None = None) -> RasterPlan:
-    """Return the plan with its distance and the size of its grid filled in; what is filled in stays.
+def fill_in_plan(plan: RasterPlan, calibration: Calibration, *, average_m: float | None = None) -> RasterPlan:
+    """Return the plan with its distance and the size of its grid filled in; given values stay.
 
     `average_m`: the scene's average distance, for a plan that `needs_distance`.
     """
@@ -58,7 +58,7 @@ def prepared(plan: RasterPlan, calibration: Calibration, *, average_m: float | N
                 f"raster plan: the scene's average distance is needed, {average_m} was given; measure it by"
                 " fixations, or give distance_m"
             )
-        verging = plan.verging.model_copy(update={"distance_m": distance_of(average_m)})
+        verging = plan.verging.model_copy(update={"distance_m": document_distance(average_m)})
         plan = plan.model_copy(update={"verging": verging})
     grid = plan.points
     if isinstance(grid, GridPoints) and grid.half_width_deg is None:
@@ -70,7 +70,7 @@ def prepared(plan: RasterPlan, calibration: Calibration, *, average_m: float | N
 
 
 def check_plan(plan: RasterPlan, calibration: Calibration, *, rail: RailLimits | None) -> None:
-    """Raise OutOfRange for the first point or place that the rig cannot take: which one, and how far beyond.
+    """Raise OutOfRange for the first point or rail position out of reach: which one, and how far beyond.
 
     `rail`: None on a rig without one. Raise InvalidInput for a plan that is not filled in.
     """
@@ -86,7 +86,7 @@ def check_plan(plan: RasterPlan, calibration: Calibration, *, rail: RailLimits |
     first = int(beyond[0])
     eye = int(np.argmin(inside[first]))
     mirror = calibration.eye(EYES[eye]).mirror
-    found = _too_far(scan_points[first], EYES[eye], gazes[first, eye], mirror)
+    found = _out_of_reach(scan_points[first], EYES[eye], gazes[first, eye], mirror)
     raise OutOfRange(
         f"raster plan: {found}; {len(beyond)} of {len(scan_points)} points are beyond reach;"
         f" {_remedy(plan, calibration)}"
@@ -94,7 +94,7 @@ def check_plan(plan: RasterPlan, calibration: Calibration, *, rail: RailLimits |
 
 
 def check_rail(plan: RasterPlan, rail: RailLimits | None) -> None:
-    """Raise OutOfRange when the plan wants a rail that there is not, or a place beyond it."""
+    """Raise OutOfRange when the plan needs a rail that does not exist, or a position beyond its ends."""
     if not plan.rail_positions_mm:
         return
     if rail is None:
@@ -137,7 +137,7 @@ def _middle_part(low: float, high: float) -> list[float]:
     return [middle] if half == 0.0 else [middle - half, middle, middle + half]
 
 
-def _too_far(point: PlanPoint, role: Role, gaze_rad: NDArray[np.float64], mirror: MirrorModel) -> str:
+def _out_of_reach(point: PlanPoint, role: Role, gaze_rad: NDArray[np.float64], mirror: MirrorModel) -> str:
     ax_deg, ay_deg = np.rad2deg(gaze_rad).tolist()
     wanted = f"{point} needs the {role} eye at ax {ax_deg:.2f}°, ay {ay_deg:.2f}°"
     beyond_rad = float(beyond_hull_rad(mirror, gaze_rad[None])[0])

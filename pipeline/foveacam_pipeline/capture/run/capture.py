@@ -16,7 +16,7 @@ from foveacam_hardware.contract import (
     StereoVolts,
 )
 from foveacam_pipeline.capture.dataset import CapturedPoint, DatasetWriter, PlanPosition, Shot
-from foveacam_pipeline.capture.plan import PlanPoint, RasterPlan, plan_from, points, steer_all
+from foveacam_pipeline.capture.plan import PlanPoint, RasterPlan, all_point_volts, plan_from, points_of_plan
 from foveacam_pipeline.capture.run.access import CaptureWatcher, RigAccess
 from foveacam_pipeline.capture.run.describe import bearing, rail_m
 from foveacam_pipeline.capture.run.rail_mover import RailMover
@@ -78,8 +78,8 @@ class _Run:
 
     def take_all(self) -> None:
         """Take every point that is missing."""
-        sequence = points(self._plan)[self._first :]
-        planned = [shots_of(self._plan, volts) for volts in steer_all(sequence, self._calibration)]
+        sequence = points_of_plan(self._plan)[self._first :]
+        planned = [shots_of(self._plan, volts) for volts in all_point_volts(sequence, self._calibration)]
         self._pose, self._rail_m = self._access.still(lambda rig: (bearing(rig), rail_m(rig)))
         self._tell(CapturePhase.POINTS)
         scan: int | None = None

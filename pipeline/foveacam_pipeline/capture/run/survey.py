@@ -5,7 +5,7 @@ from foveacam_pipeline.capture.plan import (
     RasterPlan,
     average_distance_m,
     check_plan,
-    prepared,
+    fill_in_plan,
     survey_directions_rad,
 )
 from foveacam_pipeline.capture.run.access import CaptureRig, CaptureWatcher, RigAccess
@@ -27,7 +27,7 @@ def prepare(
     if plan.needs_distance:
         measured = surveyed_m(access, plan, calibration, watch=watch)
         average_m = average_distance_m(measured)
-    whole = prepared(plan, calibration, average_m=average_m)
+    whole = fill_in_plan(plan, calibration, average_m=average_m)
     rail, exposures_ns = access.still(_limits)
     check_plan(whole, calibration, rail=rail)
     check_exposures(whole, exposures_ns)
