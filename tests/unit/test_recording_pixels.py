@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Image, InvalidInput
 from foveacam_pipeline.capture.recording.pixels import (
-    eight_bit,
     pack_12p,
     payload_of,
     picture_of,
     pixels_of,
     stream_format,
+    to_eight_bits,
     unpack_12p,
 )
 from foveacam_pipeline.capture.recording.values import StreamFormat
@@ -156,6 +156,6 @@ def test_metadata_that_describe_no_picture_are_refused(wrong: dict[str, str]) ->
 
 
 def test_twelve_bits_are_shown_at_their_full_scale() -> None:
-    shown = eight_bit(np.array([[0, 2048, 4095]], dtype=np.uint16), bits=12)
+    shown = to_eight_bits(np.array([[0, 2048, 4095]], dtype=np.uint16), bits=12)
 
     assert shown.tolist() == [[0, 128, 255]]

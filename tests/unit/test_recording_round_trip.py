@@ -12,7 +12,7 @@ from foveacam_pipeline.capture.recording.pixels import pack_12p
 from foveacam_pipeline.capture.recording.poses import raw_frame, wide_from_fovea
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
-from foveacam_pipeline.capture.recording.session import RigDescription, wide_lens_of
+from foveacam_pipeline.capture.recording.session import RigDescription, read_wide_lens
 from foveacam_pipeline.capture.recording.values import RawFrame, StreamFormat, TrackedBox
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models import Calibration, load_calibration
@@ -61,7 +61,7 @@ def test_frames_are_found_by_time_and_stream(tmp_path: Path) -> None:
         assert recording.nearest("left", BEGIN_NS + round(2.4 * PERIOD_NS)).seq == 2
         assert recording.span_ns == (BEGIN_NS, BEGIN_NS + 5 * PERIOD_NS)
         assert recording.stream("left").fps == pytest.approx(50.0)
-        assert recording.of_role(Role.WIDE) is recording.stream("center")
+        assert recording.stream_of_role(Role.WIDE) is recording.stream("center")
 
 
 def test_frames_outlive_their_recording(tmp_path: Path) -> None:
@@ -158,9 +158,9 @@ def test_the_library_reads_it_and_finds_telemetry_before_its_frame(tmp_path: Pat
 def test_tracked_boxes_come_back(tmp_path: Path) -> None:
     given = TrackedBox(slot="target 1", t_ns=BEGIN_NS, bbox_px=(1.0, 2.0, 30.0, 40.0), frames={"center": 3})
     with Recorder(tmp_path / "a.fcap", SESSION) as recorder:
-        recorder.describe(given)
+        recorder.publish_box(given)
         recorder.publish("center", raw(picture("center", 0), tick=0))
-        recorder.describe(TrackedBox(slot="lost", t_ns=BEGIN_NS + 1, bbox_px=None))
+        recorder.publish_box(TrackedBox(slot="lost", t_ns=BEGIN_NS + 1, bbox_px=None))
 
     with Recording(tmp_path / "a.fcap") as recording:
         assert recording.slots == ("lost", "target 1")
@@ -181,7 +181,7 @@ def test_the_rig_comes_back_with_its_calibration(tmp_path: Path, calibration: Ca
     record(tmp_path / "a.fcap", ticks=1, rig=rig)
 
     with Recording(tmp_path / "a.fcap") as recording:
-        found, lens = recording.rig, wide_lens_of(recording.metadata)
+        found, lens = recording.rig, read_wide_lens(recording.metadata)
         assert found is not None and found.calibration is not None and lens is not None
         assert (found.calibration.id, found.problem) == (calibration.id, None)
         assert (found.rig_id, found.cameras["left"].serial) == (calibration.rig_id, "42")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Busy, Frame, InvalidInput, MonotonicClock, OutOfRange, Role
-from foveacam_pipeline.capture.recording.bounds import USUAL_S, EndCause, RecordingBounds
+from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, EndCause, RecordingBounds
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
@@ -223,10 +223,10 @@ def test_a_recording_for_which_nobody_gave_a_time_says_when_it_ends(bench: Bench
     found = bench.until(recording_id, lambda document: document["room_s"] is not None)
     bench.recordings.stop(recording_id)
 
-    assert asked["total"] == USUAL_S
+    assert asked["total"] == DEFAULT_S
     assert "ends by itself after 300 s" in asked["note"]
-    assert found["asked_s"] == USUAL_S
-    assert USUAL_S - PATIENCE_S < found["left_s"] < USUAL_S
+    assert found["asked_s"] == DEFAULT_S
+    assert DEFAULT_S - PATIENCE_S < found["left_s"] < DEFAULT_S
     assert found["room_bytes"] == bench.free_bytes - RESERVE_BYTES
     assert found["room_s"] > 0.0
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foveacam_pipeline.capture.recording.bounds import LONGEST_S, USUAL_S, EndCause
+from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, LONGEST_S, EndCause
 from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_server.api.capture_models import Text
 from foveacam_server.api.models import RequestModel, ResponseModel
@@ -25,7 +25,7 @@ class RecordingRequest(RequestModel):
     )
     duration_s: Annotated[
         Annotated[float, Field(ge=0.1, le=LONGEST_S)] | None,
-        Field(description=f"It ends by itself after so long, at the latest; null: after {USUAL_S:g} s."),
+        Field(description=f"It ends by itself after so long, at the latest; null: after {DEFAULT_S:g} s."),
     ] = None
     rate: Rate = "full"
     """Look after look with the wide camera's frames between them, or what live views show."""

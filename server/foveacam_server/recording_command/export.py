@@ -53,7 +53,7 @@ def quiet_encoders() -> None:
 
 
 def _wide_stream(recording: Recording) -> str:
-    wide = recording.of_role(Role.WIDE)
+    wide = recording.stream_of_role(Role.WIDE)
     if wide is None:
         raise InvalidInput(
             f"export: there is no wide stream; say --show and {', '.join(recording.streams) or 'none'}"

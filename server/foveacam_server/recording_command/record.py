@@ -12,7 +12,7 @@ from rich.table import Table
 
 from foveacam_hardware.contract import PARKED, Frame, InvalidInput, StereoVolts
 from foveacam_hardware.rig import Rig
-from foveacam_pipeline.capture.recording.bounds import EndCause, RecordingBounds, reserve_words
+from foveacam_pipeline.capture.recording.bounds import EndCause, RecordingBounds, early_end_message
 from foveacam_pipeline.capture.recording.poses import raw_frame
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
 from foveacam_pipeline.capture.recording.session import RecordingSession
@@ -67,7 +67,7 @@ def record_opened(
     return {
         "file": str(recorded.file),
         "ended": ended.value,
-        "why": reserve_words(recorded.file) if ended is EndCause.DISK_RESERVE else "",
+        "why": early_end_message(recorded.file) if ended is EndCause.DISK_RESERVE else "",
         "bytes": recorder.bytes_written,
         "streams": {stream: found.document() for stream, found in recorder.statistics.items()},
     }

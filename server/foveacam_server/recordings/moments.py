@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, InvalidInput, NotCalibrated, Role, Sighting, StereoVolts
-from foveacam_pipeline.capture.recording.movie import composed, rgb_of
+from foveacam_pipeline.capture.recording.movie import compose_picture, rgb_picture
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.streams import RecordedStream, nearest_index
-from foveacam_pipeline.capture.recording.values import FramePose, RecordedFrame
+from foveacam_pipeline.capture.recording.values import FramePose, RecordedFrame, RecordedStream, nearest_index
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.footprint import fovea_footprint_px
@@ -75,7 +74,7 @@ def moment_of_frame(recording: Recording, role: Role, index: int) -> float:
 
 def stream_of(recording: Recording, role: Role) -> RecordedStream:
     """Return the stream of an eye that has frames; raise InvalidInput where there is none."""
-    stream = recording.of_role(role)
+    stream = recording.stream_of_role(role)
     if stream is None or len(stream) == 0:
         raise InvalidInput(
             f"recording {recording.path.name} holds no frames of the {role.value} camera; its streams are"
@@ -129,11 +128,11 @@ def anaglyph(
     """Return (h, w, 3) RGB: left in red, right in cyan; rectified where the look is known, else as taken."""
     if look is not None:
         return pictures.anaglyph(rectify(look[0], look[1], scale=0.5))
-    return composed([rgb_of(frame) for frame in pair], "anaglyph")
+    return compose_picture([rgb_picture(frame) for frame in pair], "anaglyph")
 
 
 def _streams(recording: Recording) -> dict[Role, RecordedStream]:
-    found = {role: recording.of_role(role) for role in Role}
+    found = {role: recording.stream_of_role(role) for role in Role}
     return {role: stream for role, stream in found.items() if stream is not None and len(stream)}
 
 

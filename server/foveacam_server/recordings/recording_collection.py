@@ -8,7 +8,7 @@ from pathlib import Path
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.values import OLDER_SUFFIX, SUFFIX
+from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.errors import NotFound
 from foveacam_server.recordings.contents import contents
@@ -151,7 +151,7 @@ def _files(home: Path) -> list[Path]:
     return [
         path
         for path in home.iterdir()
-        if path.suffix in (SUFFIX, OLDER_SUFFIX) and not path.name.startswith(".") and path.is_file()
+        if path.suffix in (SUFFIX, OLD_SUFFIX) and not path.name.startswith(".") and path.is_file()
     ]
 
 

@@ -17,7 +17,12 @@ from foveacam_hardware.contract import (
     Role,
     StorageFull,
 )
-from foveacam_pipeline.capture.recording.bounds import USUAL_S, EndCause, RecordingBounds, reserve_words
+from foveacam_pipeline.capture.recording.bounds import (
+    DEFAULT_S,
+    EndCause,
+    RecordingBounds,
+    early_end_message,
+)
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RecordingSession
 from foveacam_pipeline.storage.free_space import free_bytes
@@ -207,7 +212,7 @@ class RecordingService:
         ended, why = EndCause.FAILED, "an error that nobody foresaw; the cause is in the server's log"
         try:
             ended = self._record(context, live)
-            why = reserve_words(live.path) if ended is EndCause.DISK_RESERVE else ""
+            why = early_end_message(live.path) if ended is EndCause.DISK_RESERVE else ""
         except FoveaError as error:
             ended = EndCause.CANCELLED if isinstance(error, Cancelled) else EndCause.FAILED
             why = str(error)
@@ -223,7 +228,7 @@ class RecordingService:
             with self._tools.tap.listening(live.roles, live.take, every=live.every):
                 ended = self._wait(context, live)
         finally:
-            recorder.close(as_meant=not context.cancelled() and live.failure is None)
+            recorder.close(finalize=not context.cancelled() and live.failure is None)
         if live.failure is not None:
             raise live.failure
         context.check()
@@ -302,7 +307,7 @@ class RecordingService:
 
     def _bounds(self, duration_s: float | None) -> RecordingBounds:
         return RecordingBounds(
-            longest_s=USUAL_S if duration_s is None else duration_s, free_bytes=self._free_bytes
+            longest_s=DEFAULT_S if duration_s is None else duration_s, free_bytes=self._free_bytes
         )
 
     def _free_bytes(self) -> int:

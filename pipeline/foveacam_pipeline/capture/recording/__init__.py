@@ -1,1 +1,1 @@
-"""Recordings (.fcap, an MCAP file): written at full rate, read by time and stream, recovered when cut off."""
+"""Recordings (.fcap, an MCAP file): written at full rate, read by time and stream, readable when cut off."""

@@ -1,4 +1,4 @@
-"""When a recording ends by itself: its time is over, or the disk is down to what is kept free."""
+"""The limits at which a recording ends by itself: its duration, and the reserve of free disk space."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,14 +7,14 @@ from pathlib import Path
 
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT
 
-USUAL_S = 300.0
-"""Of a recording for which nobody gave a time: 30 GB at 100 MB/s."""
+DEFAULT_S = 300.0
+"""Duration of a recording for which none was given: 30 GB at 100 MB/s."""
 LONGEST_S = 86_400.0
-"""That can be asked for: a day."""
+"""Longest duration that can be requested: a day."""
 
 
 class EndCause(StrEnum):
-    """What ended a recording; its file is whole after the first three."""
+    """What ended a recording; its file is complete after the first three."""
 
     DURATION = "duration"
     STOPPED = "stopped"
@@ -26,24 +26,24 @@ class EndCause(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingBounds:
-    """How long a recording may become, and how small the disk's free space, which `free_bytes` returns."""
+    """The longest duration of a recording, and a function that returns the disk's free space."""
 
     longest_s: float
     free_bytes: Callable[[], int]
 
     def reached(self, elapsed_s: float) -> EndCause | None:
-        """Return which bound it has come to after so long; None while it may go on."""
+        """Return the limit that is reached after `elapsed_s`; None while the recording may continue."""
         if elapsed_s >= self.longest_s:
             return EndCause.DURATION
         return EndCause.DISK_RESERVE if self.free_bytes() < RESERVE_BYTES else None
 
-    def room_bytes(self) -> int:
-        """Return how much it may still write."""
+    def remaining_bytes(self) -> int:
+        """Return how much the recording may still write, bytes."""
         return max(0, self.free_bytes() - RESERVE_BYTES)
 
 
-def reserve_words(path: Path) -> str:
-    """Return why a recording ended before its time, for the operator."""
+def early_end_message(path: Path) -> str:
+    """Return the message that tells the operator why a recording ended early."""
     return (
         f"recording {path.stem} has ended early: the disk of {path.parent} is down to the"
         f" {RESERVE_TEXT}; what was recorded is whole; free some space, and record anew"

@@ -1,6 +1,6 @@
-"""One recording as a file that grows: header, channels, a chunk a frame, and the summary at its end.
+"""Writes one recording as an MCAP file: header, channels, a chunk a frame, and the summary at its end.
 
-One thread only. After an `OSError` the file is brought back to its last whole frame by `recover`.
+For use by one thread. After an `OSError`, `recover` restores the file up to its last complete frame.
 """
 
 import json
@@ -36,7 +36,7 @@ from foveacam_pipeline.capture.recording.telemetry import (
     RAW_JSON_SCHEMA,
     TELEMETRY_JSON_SCHEMA,
     descriptor_message,
-    telemetry_of,
+    telemetry_message,
 )
 from foveacam_pipeline.capture.recording.values import (
     DESCRIPTOR_PREFIX,
@@ -58,13 +58,14 @@ SCHEMAS = (
     (3, DESCRIPTOR_SCHEMA, DESCRIPTOR_JSON_SCHEMA),
 )
 FOOTER_LENGTH = 8 + 8 + 4
-WAITING_MOST = 1024
-"""Descriptors that may wait for a frame to go with; then they are written by themselves."""
+MOST_WAITING = 1024
+"""Descriptors that may wait for a frame to be written with; beyond, they are written in a chunk of their
+own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Chunk:
-    """What must be known of a chunk to index it, or to take it back."""
+    """What is needed to index a chunk, or to remove it."""
 
     index: ChunkIndex
     stream: str | None
@@ -72,7 +73,7 @@ class _Chunk:
 
 
 class McapContainer:
-    """Writes records in order and remembers where they lie."""
+    """Writes records in order and remembers their offsets."""
 
     def __init__(self, disk: RecordingDisk) -> None:
         self._disk = disk
@@ -84,11 +85,11 @@ class McapContainer:
 
     @property
     def length(self) -> int:
-        """Bytes written whole."""
+        """Bytes written completely."""
         return self._length
 
     def begin(self) -> None:
-        """Write what every recording begins with."""
+        """Write the header, schemas and telemetry channel."""
         schemas = record_bytes(Header(PROFILE, LIBRARY), *_schemas())
         self._append([MAGIC, schemas])
         self._add_channel(TELEMETRY, "json", 2, {})
@@ -105,27 +106,29 @@ class McapContainer:
         self._metadata.append(MetadataIndex(offset=at, length=len(data), name=name))
 
     def add_frame(self, stream: str, frame: RawFrame) -> int:
-        """Write telemetry and frame as one chunk; return how many bytes it took."""
-        telemetry, raw = self._channels[TELEMETRY].id, self._channels[stream].id
-        told = McapMessage(
-            channel=telemetry, seq=frame.seq, t_ns=frame.t_ns, data=telemetry_of(stream, frame)
+        """Write a frame and its telemetry as one chunk; return its size, bytes."""
+        telemetry_id, raw_id = self._channels[TELEMETRY].id, self._channels[stream].id
+        telemetry_record = McapMessage(
+            channel=telemetry_id, seq=frame.seq, t_ns=frame.t_ns, data=telemetry_message(stream, frame)
         )
-        pixels = McapMessage(channel=raw, seq=frame.seq, t_ns=frame.t_ns, data=frame.payload.data.cast("B"))
-        return self._add_chunk([*self._waiting, told, pixels], stream)
+        pixels = McapMessage(
+            channel=raw_id, seq=frame.seq, t_ns=frame.t_ns, data=frame.payload.data.cast("B")
+        )
+        return self._add_chunk([*self._waiting, telemetry_record, pixels], stream)
 
     def add_descriptor(self, descriptor: TrackedBox) -> None:
-        """Keep a tracked box; it is written with the next frame."""
+        """Queue a tracked box, to be written with the next frame."""
         topic = DESCRIPTOR_PREFIX + descriptor.slot
         if topic not in self._channels:
             self._add_channel(topic, "json", 3, {})
         channel = self._channels[topic].id
         data = descriptor_message(descriptor)
         self._waiting.append(McapMessage(channel=channel, seq=0, t_ns=descriptor.t_ns, data=data))
-        if len(self._waiting) >= WAITING_MOST:
+        if len(self._waiting) >= MOST_WAITING:
             self._add_chunk(self._waiting, None)
 
     def finish(self) -> None:
-        """Write the summary, which makes the file quick to open, and close it."""
+        """Write the summary, by which the file opens quickly, and close the file."""
         if self._waiting:
             self._add_chunk(self._waiting, None)
         data_end = record_bytes(DataEnd(0))
@@ -134,9 +137,9 @@ class McapContainer:
         self._disk.close()
 
     def recover(self) -> list[tuple[str, int]]:
-        """Make a valid file of what the disk took; return (stream, bytes) of frames that had to go for it.
+        """Make the file valid with what the disk took; return (stream, bytes) of frames removed to make room.
 
-        Raise `OSError` when not even that can be written: then the file ends after its last whole frame.
+        Raise `OSError` when even that cannot be written: then the file ends after its last complete frame.
         """
         lost: list[tuple[str, int]] = []
         self._waiting.clear()
@@ -154,8 +157,8 @@ class McapContainer:
                 if chunk.stream is not None:
                     lost.append((chunk.stream, chunk.index.chunk_length + chunk.index.message_index_length))
 
-    def give_up(self) -> None:
-        """Let go of the file as it is."""
+    def close(self) -> None:
+        """Close the file as it is."""
         self._disk.close()
 
     def _add_channel(self, topic: str, encoding: str, schema: int, metadata: Mapping[str, str]) -> None:
@@ -169,12 +172,12 @@ class McapContainer:
         self._append([record_bytes(channel)])
         self._channels[topic] = channel
 
-    def _add_chunk(self, notes: list[McapMessage], stream: str | None) -> int:
-        chunk = chunk_of(notes, offset=self._length)
+    def _add_chunk(self, messages: list[McapMessage], stream: str | None) -> int:
+        chunk = chunk_of(messages, offset=self._length)
         self._append(chunk.buffers)
         counts = dict[int, int]()
-        for note in notes:
-            counts[note.channel] = counts.get(note.channel, 0) + 1
+        for message in messages:
+            counts[message.channel] = counts.get(message.channel, 0) + 1
         self._chunks.append(_Chunk(index=chunk.index, stream=stream, counts=counts))
         self._waiting.clear()
         return chunk.size
@@ -184,7 +187,7 @@ class McapContainer:
         self._length += sum(len(buffer) for buffer in buffers)
 
     def _summary(self, start: int) -> bytes:
-        """Return summary, summary offsets and footer of a summary that begins at `start`."""
+        """Return the summary section, summary offsets and footer, for a summary that begins at `start`."""
         indexes = [chunk.index for chunk in self._chunks]
         groups: list[tuple[Opcode, list[McapRecord]]] = [
             (Opcode.SCHEMA, [*_schemas()]),

@@ -1,4 +1,4 @@
-"""Appends bytes to one new file, without gathering them first; what a full disk cut off can be taken back."""
+"""Appends buffers to one new file without joining them first, and truncates it after a failed write."""
 
 import os
 from collections.abc import Sequence
@@ -10,34 +10,34 @@ from foveacam_pipeline.storage.disk import describe_disk_error, disk_error_class
 
 Buffer: TypeAlias = bytes | memoryview
 MOST_BUFFERS = 512
-"""In one call of the system, which allows at least 1024."""
+"""Buffers per system call, which allows at least 1024."""
 
 
 class RecordingDisk(Protocol):
-    """Where a recording goes. Every call may raise `OSError`."""
+    """The file of a recording. Every call may raise `OSError`."""
 
     def append(self, buffers: Sequence[Buffer]) -> None:
-        """Write all of them at the end, in order."""
+        """Write all buffers at the end, in order."""
         ...
 
     def truncate(self, length: int) -> None:
-        """Take back what lies beyond `length` bytes."""
+        """Remove what lies beyond `length` bytes."""
         ...
 
     def close(self) -> None:
-        """Put everything on the disk for good and let go."""
+        """Make everything durable and close."""
         ...
 
 
 class FileDisk:
-    """A file that there was not before."""
+    """A new file; opening it fails if the file exists."""
 
     def __init__(self, path: Path) -> None:
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0)
         self._file = os.open(path, flags, 0o644)
 
     def append(self, buffers: Sequence[Buffer]) -> None:
-        """Write all of them; the system may take them in parts."""
+        """Write all buffers; the system may write them in parts."""
         left = [memoryview(buffer) for buffer in buffers if len(buffer)]
         while left:
             taken = os.writev(self._file, left[:MOST_BUFFERS])
@@ -47,12 +47,12 @@ class FileDisk:
                 left[0] = left[0][taken:]
 
     def truncate(self, length: int) -> None:
-        """Cut the file, and go on from there."""
+        """Cut the file, and continue from there."""
         os.ftruncate(self._file, length)
         os.lseek(self._file, length, os.SEEK_SET)
 
     def close(self) -> None:
-        """Sync and close; harmless when closed."""
+        """Sync and close; do nothing when closed."""
         file, self._file = self._file, -1
         if file >= 0:
             try:
@@ -61,7 +61,7 @@ class FileDisk:
                 os.close(file)
 
 
-def new_file(path: Path) -> RecordingDisk:
+def new_recording_file(path: Path) -> RecordingDisk:
     """Return a new file at `path`; raise `InvalidInput` for a name in use, else as `disk_fault`."""
     try:
         return FileDisk(path)
@@ -75,11 +75,11 @@ def new_file(path: Path) -> RecordingDisk:
         raise disk_fault(error, what=f"recording {path.name}", folder=path.parent) from error
 
 
-def disk_failure(path: Path, error: OSError, *, kept: str) -> FoveaError:
-    """Return what ended a recording, for the operator; `kept`: what the file holds."""
+def recording_disk_error(path: Path, error: OSError, *, content: str) -> FoveaError:
+    """Return the error that ended a recording, for the operator; `content`: what the file contains."""
     found, remedy = describe_disk_error(error, path.parent, again="or choose another one, and record anew")
     return disk_error_class(error)(
-        f"recording {path}: the disk took no more: {found}; {kept}; {remedy}",
+        f"recording {path}: the disk took no more: {found}; {content}; {remedy}",
         asked="write a recording",
         found=found,
         remedy=remedy,

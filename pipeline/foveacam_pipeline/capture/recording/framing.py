@@ -1,6 +1,6 @@
-"""MCAP's records as bytes: small ones by the library, the chunk of a frame by hand, its pixels not copied.
+"""MCAP records as bytes: small ones by the library, a frame's chunk by hand, without copying its pixels.
 
-The library's own writer copies a frame four times, which is a quarter of what the disk takes.
+The library's own writer copies a frame four times, which takes a quarter of the time of the disk.
 """
 
 import struct
@@ -53,15 +53,15 @@ def _built(builder: RecordBuilder) -> bytes:
     return bytes(builder.end())  # type: ignore[no-untyped-call]  # the library leaves out what it returns
 
 
-def chunk_of(notes: Sequence[McapMessage], *, offset: int) -> ChunkBytes:
-    """Return one uncompressed chunk of messages, and their index behind it, to be written at `offset`."""
-    bodies, size, places = _messages(notes)
-    times = [note.t_ns for note in notes]
+def chunk_of(messages: Sequence[McapMessage], *, offset: int) -> ChunkBytes:
+    """Return one uncompressed chunk of messages, followed by their index, to be written at `offset`."""
+    bodies, size, entries_by_channel = _messages(messages)
+    times = [message.t_ns for message in messages]
     head = RECORD_HEAD.pack(Opcode.CHUNK, CHUNK_HEAD.size + size)
     head += CHUNK_HEAD.pack(min(times), max(times), size, 0, 0, size)
     chunk_length = len(head) + size
     tail, channels = b"", dict[int, int]()
-    for channel, entries in places.items():
+    for channel, entries in entries_by_channel.items():
         channels[channel] = offset + chunk_length + len(tail)
         tail += record_bytes(MessageIndex(channel_id=channel, records=entries))
     index = ChunkIndex(
@@ -78,15 +78,15 @@ def chunk_of(notes: Sequence[McapMessage], *, offset: int) -> ChunkBytes:
     return ChunkBytes(buffers=[head, *bodies, tail], size=chunk_length + len(tail), index=index)
 
 
-def _messages(notes: Sequence[McapMessage]) -> tuple[list[Buffer], int, dict[int, list[tuple[int, int]]]]:
+def _messages(messages: Sequence[McapMessage]) -> tuple[list[Buffer], int, dict[int, list[tuple[int, int]]]]:
     """Return the messages' buffers, their length, and (time, offset) of each by channel."""
     buffers: list[Buffer] = []
-    size, places = 0, dict[int, list[tuple[int, int]]]()
-    for note in notes:
-        data = memoryview(note.data).cast("B")
-        places.setdefault(note.channel, []).append((note.t_ns, size))
+    size, entries_by_channel = 0, dict[int, list[tuple[int, int]]]()
+    for message in messages:
+        data = memoryview(message.data).cast("B")
+        entries_by_channel.setdefault(message.channel, []).append((message.t_ns, size))
         head = RECORD_HEAD.pack(Opcode.MESSAGE, MESSAGE_HEAD.size + len(data))
-        head += MESSAGE_HEAD.pack(note.channel, note.seq & LARGEST_SEQUENCE, note.t_ns, note.t_ns)
+        head += MESSAGE_HEAD.pack(message.channel, message.seq & LARGEST_SEQUENCE, message.t_ns, message.t_ns)
         buffers += [head, data]
         size += len(head) + len(data)
-    return buffers, size, places
+    return buffers, size, entries_by_channel

@@ -1,6 +1,6 @@
-"""Where everything lies in an MCAP file: by its summary, or, when that is missing, by reading it through.
+"""Reads where the messages of an MCAP file lie: from its summary, or, when that is missing, by a full scan.
 
-Offsets into the file only; no frame is touched. Nothing of a file is believed before it was checked.
+Only offsets are read, no pixels. Nothing in a file is trusted before it is checked.
 """
 
 import io
@@ -21,14 +21,14 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.recording.framing import CHUNK_HEAD, MAGIC, MESSAGE_HEAD, RECORD_HEAD
 
 UNREADABLE = (McapError, struct.error, ValueError, KeyError, IndexError, OverflowError, EOFError, MemoryError)
-"""What a damaged file makes the library raise."""
+"""Exceptions that the library raises for a damaged file."""
 LARGEST_CHUNK = 1 << 30
 SHORTEST = 2 * len(MAGIC) + RECORD_HEAD.size + 20
-"""A file with a footer is longer."""
+"""Length of the shortest file with a footer, bytes."""
 
 
 class MessageLocation(NamedTuple):
-    """One message: when, of which channel, at `offset` of its chunk's records (or of the file: chunk -1)."""
+    """One message: its time and channel, at `offset` of its chunk's records (or of the file: chunk -1)."""
 
     t_ns: int
     channel: int
@@ -47,7 +47,7 @@ class ChunkLocation(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truncation:
-    """A recording that was cut off: `lost_bytes` after the last whole record, and what they held."""
+    """What a cut-off recording lost: `lost_bytes` after the last complete record, and their content."""
 
     at_byte: int
     lost_bytes: int
@@ -57,7 +57,7 @@ class Truncation:
 
 @dataclass(slots=True)
 class McapIndex:
-    """All that lies in a file."""
+    """The locations of everything in a file."""
 
     channels: dict[int, Channel] = field(default_factory=dict)
     chunks: list[ChunkLocation] = field(default_factory=list)
@@ -66,18 +66,18 @@ class McapIndex:
     truncation: Truncation | None = None
 
 
-def index_of(data: memoryview, file: io.BufferedReader, *, what: str) -> McapIndex:
-    """Return where everything lies; raise `InvalidInput` for what is no recording."""
+def read_index(data: memoryview, file: io.BufferedReader, *, what: str) -> McapIndex:
+    """Return the index of a file; raise `InvalidInput` for a file that is no recording."""
     if bytes(data[: len(MAGIC)]) != MAGIC:
         raise InvalidInput(
             f"{what}: it does not begin as an MCAP file does; give a recording ({len(data)} bytes were found)"
         )
-    found = _by_summary(data, file)
-    return scanned(data) if found is None else found
+    found = _read_summary(data, file)
+    return scan_file(data) if found is None else found
 
 
-def _by_summary(data: memoryview, file: io.BufferedReader) -> McapIndex | None:
-    """Return what the file's own summary says; None when there is none or it cannot be believed."""
+def _read_summary(data: memoryview, file: io.BufferedReader) -> McapIndex | None:
+    """Return the index by the file's own summary; None when there is none or it is not consistent."""
     if len(data) < SHORTEST:
         return None
     try:
@@ -87,13 +87,15 @@ def _by_summary(data: memoryview, file: io.BufferedReader) -> McapIndex | None:
             return None
         index = McapIndex(channels=dict(summary.channels))
         for chunk in sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset):
-            place = chunk_place(data, chunk.chunk_start_offset)
-            index.chunks.append(place)
+            location = chunk_location(data, chunk.chunk_start_offset)
+            index.chunks.append(location)
             known = list(chunk.message_index_offsets.values())
             number = len(index.chunks) - 1
-            index.entries.extend(_indexed(data, known, number) if known else messages_in(data, place, number))
+            index.entries.extend(
+                _indexed_messages(data, known, number) if known else chunk_messages(data, location, number)
+            )
         for at in summary.metadata_indexes:
-            record = Metadata.read(_stream(_body(data, at.offset, Opcode.METADATA)))
+            record = Metadata.read(_stream(_record_body(data, at.offset, Opcode.METADATA)))
             index.metadata[record.name] = record.metadata
         count = None if summary.statistics is None else summary.statistics.message_count
         if count is not None and count != len(index.entries):
@@ -103,10 +105,10 @@ def _by_summary(data: memoryview, file: io.BufferedReader) -> McapIndex | None:
     return index
 
 
-def _indexed(data: memoryview, places: list[int], chunk: int) -> Iterator[MessageLocation]:
-    """Yield the messages that a chunk's own indexes name."""
-    for place in places:
-        body = _body(data, place, Opcode.MESSAGE_INDEX)
+def _indexed_messages(data: memoryview, offsets: list[int], chunk: int) -> Iterator[MessageLocation]:
+    """Yield the messages that a chunk's own indexes list."""
+    for location in offsets:
+        body = _record_body(data, location, Opcode.MESSAGE_INDEX)
         channel, size = struct.unpack_from("<HI", body)
         if 6 + size > len(body):
             raise ValueError("a message index is longer than its record")
@@ -114,17 +116,17 @@ def _indexed(data: memoryview, places: list[int], chunk: int) -> Iterator[Messag
             yield MessageLocation(t_ns, channel, chunk, offset)
 
 
-def chunk_place(data: memoryview, offset: int) -> ChunkLocation:
-    """Return where the records of the chunk at `offset` lie; raise `ValueError` unless in the file."""
-    body = _body(data, offset, Opcode.CHUNK)
-    place = _place(data, offset, len(body))
-    if place.start + place.size > offset + RECORD_HEAD.size + len(body):
+def chunk_location(data: memoryview, offset: int) -> ChunkLocation:
+    """Return where the records of the chunk at `offset` lie; raise `ValueError` unless inside the file."""
+    body = _record_body(data, offset, Opcode.CHUNK)
+    location = _chunk_head(data, offset, len(body))
+    if location.start + location.size > offset + RECORD_HEAD.size + len(body):
         raise ValueError("a chunk is longer than its record")
-    return place
+    return location
 
 
-def _place(data: memoryview, offset: int, length: int) -> ChunkLocation:
-    """Return what a chunk's head says, which may be more than there is."""
+def _chunk_head(data: memoryview, offset: int, length: int) -> ChunkLocation:
+    """Return the location stated by a chunk's head, which may reach beyond the end of the file."""
     at = offset + RECORD_HEAD.size
     _, _, uncompressed, _, name_length = struct.unpack_from("<QQQII", data, at)
     if name_length > length or uncompressed > LARGEST_CHUNK:
@@ -135,38 +137,38 @@ def _place(data: memoryview, offset: int, length: int) -> ChunkLocation:
     return ChunkLocation(name_at + name_length + 8, size, name, uncompressed)
 
 
-def records_of(data: memoryview, place: ChunkLocation) -> memoryview:
+def chunk_records(data: memoryview, location: ChunkLocation) -> memoryview:
     """Return a chunk's records, decompressed; raise one of `UNREADABLE`."""
-    inside = data[place.start : place.start + place.size]
-    if not place.compression:
+    inside = data[location.start : location.start + location.size]
+    if not location.compression:
         return inside
     chunk = ChunkRecord(
-        compression=place.compression,
+        compression=location.compression,
         data=bytes(inside),
         message_end_time=0,
         message_start_time=0,
         uncompressed_crc=0,
-        uncompressed_size=place.uncompressed_size,
+        uncompressed_size=location.uncompressed_size,
     )
     stream, length = get_chunk_data_stream(chunk)
     return memoryview(stream.read(length))
 
 
-def messages_in(
+def chunk_messages(
     data: memoryview,
-    place: ChunkLocation,
+    location: ChunkLocation,
     chunk: int,
     *,
-    learn: Callable[[int, memoryview], None] | None = None,
+    on_record: Callable[[int, memoryview], None] | None = None,
 ) -> list[MessageLocation]:
-    """Return the messages of a chunk; `learn` is told of its schemas and channels."""
-    return walk(records_of(data, place), chunk, learn=learn)
+    """Return the messages of a chunk; `on_record` is called with its other records."""
+    return messages_among(chunk_records(data, location), chunk, on_record=on_record)
 
 
-def walk(
-    records: memoryview, chunk: int, *, learn: Callable[[int, memoryview], None] | None = None
+def messages_among(
+    records: memoryview, chunk: int, *, on_record: Callable[[int, memoryview], None] | None = None
 ) -> list[MessageLocation]:
-    """Return the whole messages among `records`, up to the first that is cut off."""
+    """Return the complete messages among `records`, up to the first that is cut off."""
     found, at = list[MessageLocation](), 0
     while at + RECORD_HEAD.size <= len(records):
         opcode, length = RECORD_HEAD.unpack_from(records, at)
@@ -176,19 +178,19 @@ def walk(
         if opcode == Opcode.MESSAGE and length >= MESSAGE_HEAD.size:
             channel, _, t_ns, _ = MESSAGE_HEAD.unpack_from(records, at + RECORD_HEAD.size)
             found.append(MessageLocation(t_ns, channel, chunk, at))
-        elif learn is not None:
-            learn(opcode, records[at + RECORD_HEAD.size : end])
+        elif on_record is not None:
+            on_record(opcode, records[at + RECORD_HEAD.size : end])
         at = end
     return found
 
 
-def scanned(data: memoryview) -> McapIndex:
-    """Return what lies in a file without a summary, as far as it goes."""
-    return _Scan(data).run()
+def scan_file(data: memoryview) -> McapIndex:
+    """Return the index of a file without a summary, as far as it can be read."""
+    return _FileScan(data).run()
 
 
-class _Scan:
-    """Reads a file through, record by record, without touching pixels."""
+class _FileScan:
+    """Scans a file record by record, without reading pixels."""
 
     def __init__(self, data: memoryview) -> None:
         self._data = data
@@ -196,7 +198,7 @@ class _Scan:
         self._ended = False
 
     def run(self) -> McapIndex:
-        """Read until the end of the data, or of the file."""
+        """Read until the end of the data section, or of the file."""
         at, size = len(MAGIC), len(self._data)
         why = "the file ends before its recording does"
         while at + RECORD_HEAD.size <= size and not self._ended:
@@ -207,26 +209,28 @@ class _Scan:
             if at + RECORD_HEAD.size + length > size:
                 break
             try:
-                self._take(opcode, at, length)
+                self._add_record(opcode, at, length)
             except UNREADABLE as error:
                 why = f"a record cannot be read ({type(error).__name__}: {error})"
                 break
             at += RECORD_HEAD.size + length
         if self._ended:
             why = "its summary is missing or damaged"
-        lost = "" if self._ended else self._rescue(at)
+        lost = "" if self._ended else self._recover_cut_chunk(at)
         self._index.truncation = Truncation(
             at_byte=at, lost_bytes=0 if self._ended else size - at, lost=lost, reason=why
         )
         return self._index
 
-    def _take(self, opcode: int, at: int, length: int) -> None:
+    def _add_record(self, opcode: int, at: int, length: int) -> None:
         body = self._data[at + RECORD_HEAD.size : at + RECORD_HEAD.size + length]
         if opcode == Opcode.CHUNK:
-            place = chunk_place(self._data, at)
-            self._index.chunks.append(place)
+            location = chunk_location(self._data, at)
+            self._index.chunks.append(location)
             number = len(self._index.chunks) - 1
-            self._index.entries.extend(messages_in(self._data, place, number, learn=self._learn))
+            self._index.entries.extend(
+                chunk_messages(self._data, location, number, on_record=self._add_channel)
+            )
         elif opcode == Opcode.MESSAGE and length >= MESSAGE_HEAD.size:
             channel, _, t_ns, _ = MESSAGE_HEAD.unpack_from(body)
             self._index.entries.append(MessageLocation(t_ns, channel, -1, at))
@@ -236,33 +240,33 @@ class _Scan:
         elif opcode == Opcode.DATA_END:
             self._ended = True
         else:
-            self._learn(opcode, body)
+            self._add_channel(opcode, body)
 
-    def _learn(self, opcode: int, body: memoryview) -> None:
+    def _add_channel(self, opcode: int, body: memoryview) -> None:
         if opcode == Opcode.CHANNEL:
             channel = Channel.read(_stream(body))
             self._index.channels[channel.id] = channel
 
-    def _rescue(self, at: int) -> str:
-        """Take the whole messages of a chunk that was cut off; return what was lost with it, in words."""
+    def _recover_cut_chunk(self, at: int) -> str:
+        """Index the complete messages of a chunk that was cut off; return in words what was lost with it."""
         data = self._data
         if at + RECORD_HEAD.size + CHUNK_HEAD.size > len(data) or data[at] != Opcode.CHUNK:
             return ""
         try:
-            place = _place(data, at, len(data))
+            location = _chunk_head(data, at, len(data))
         except UNREADABLE:
             return ""
-        if place.compression or place.size == 0:
+        if location.compression or location.size == 0:
             return ""
-        size = min(place.size, len(data) - place.start)
-        self._index.chunks.append(place._replace(size=size))
-        inside = data[place.start : place.start + size]
-        found = walk(inside, len(self._index.chunks) - 1, learn=self._learn)
+        size = min(location.size, len(data) - location.start)
+        self._index.chunks.append(location._replace(size=size))
+        inside = data[location.start : location.start + size]
+        found = messages_among(inside, len(self._index.chunks) - 1, on_record=self._add_channel)
         self._index.entries.extend(found)
         return self._cut_message(inside, found)
 
     def _cut_message(self, inside: memoryview, found: list[MessageLocation]) -> str:
-        """Return of which stream the message is that was cut off."""
+        """Return in words which stream's message was cut off."""
         at = 0
         if found:
             at = found[-1].offset
@@ -273,8 +277,8 @@ class _Scan:
         return "" if channel is None else f"a message of {channel.topic}"
 
 
-def _body(data: memoryview, offset: int, opcode: int) -> memoryview:
-    """Return the body of the record at `offset`; raise `ValueError` unless it is whole and of that kind."""
+def _record_body(data: memoryview, offset: int, opcode: int) -> memoryview:
+    """Return the body of the record at `offset`; raise `ValueError` unless complete and of that opcode."""
     found, length = RECORD_HEAD.unpack_from(data, offset)
     end = offset + RECORD_HEAD.size + length
     if found != opcode or end > len(data):

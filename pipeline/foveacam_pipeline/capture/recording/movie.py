@@ -1,4 +1,4 @@
-"""A recording as a film: one stream, both eyes side by side, or an anaglyph; MP4 by OpenCV's encoders."""
+"""Exports a recording as an MP4 film: one stream, both eyes side by side, or an anaglyph, by OpenCV."""
 
 import shutil
 from collections.abc import Callable, Iterator
@@ -12,22 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault, InvalidInput, Role, StorageFull
-from foveacam_pipeline.capture.recording.pixels import eight_bit
+from foveacam_pipeline.capture.recording.pixels import to_eight_bits
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.streams import RecordedStream, nearest_index
-from foveacam_pipeline.capture.recording.values import RecordedFrame
+from foveacam_pipeline.capture.recording.values import RecordedFrame, RecordedStream, nearest_index
 from foveacam_pipeline.storage.free_space import FULL_BYTES
 
 SUFFIX = ".mp4"
 UNFINISHED = f".*.part{SUFFIX}"
-"""Names of films that are being written, as a pattern."""
+"""Pattern of the names of unfinished films."""
 SLOWEST_HZ, FASTEST_HZ = 0.1, 240.0
 Progress = Callable[[int, int], None]
-"""Called with frames done and frames in all."""
+"""Called with the number of finished frames and of all frames."""
 
 
 class MovieCodec(StrEnum):
-    """How a film is encoded, the best first: H.264 and VP9 play in every browser, MPEG-4 in most players."""
+    """The codecs in order of preference: H.264 and VP9 play in every browser, MPEG-4 in most players."""
 
     H264 = "avc1"
     VP9 = "vp09"
@@ -35,7 +34,7 @@ class MovieCodec(StrEnum):
 
 
 class MovieLayout(StrEnum):
-    """What a film shows besides a single stream."""
+    """What a film can show besides a single stream."""
 
     SIDE_BY_SIDE = "side-by-side"
     ANAGLYPH = "anaglyph"
@@ -44,9 +43,9 @@ class MovieLayout(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MovieSpec:
-    """What to make. `show`: a stream's name or a layout. `fps`: None as recorded, else resampled in time.
+    """The film to make. `show`: a stream's name or a layout. `fps`: None as recorded, else resampled in time.
 
-    `codec`: None takes the best that there is. `start_s`, `end_s`: part of the recording, from its begin.
+    `codec`: None takes the best available. `start_s`, `end_s`: part of the recording, from its beginning.
     """
 
     show: str
@@ -58,7 +57,7 @@ class MovieSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Movie:
-    """What was made."""
+    """A finished film."""
 
     path: Path
     codec: MovieCodec
@@ -69,11 +68,11 @@ class Movie:
 
 
 def available_codecs(folder: Path) -> tuple[MovieCodec, ...]:
-    """Return what this machine can encode: each is tried on a small picture in `folder`."""
-    return tuple(codec for codec in MovieCodec if _opens(folder / f".codec-{codec}{SUFFIX}", codec))
+    """Return the codecs that this machine can encode: each is tried on a small picture in `folder`."""
+    return tuple(codec for codec in MovieCodec if _can_encode(folder / f".codec-{codec}{SUFFIX}", codec))
 
 
-def _opens(trial: Path, codec: MovieCodec) -> bool:
+def _can_encode(trial: Path, codec: MovieCodec) -> bool:
     try:
         return (writer := _writer(trial, codec, fps=25.0, width=64, height=64)).isOpened()
     finally:
@@ -87,50 +86,50 @@ def _writer(path: Path, codec: MovieCodec, *, fps: float, width: int, height: in
 
 
 def export_movie(
-    recording: Recording, wish: MovieSpec, target: Path, *, progress: Progress = lambda done, total: None
+    recording: Recording, spec: MovieSpec, target: Path, *, progress: Progress = lambda done, total: None
 ) -> Movie:
-    """Write the film; what was begun is taken away when it fails or is interrupted.
+    """Write a film; an unfinished one is removed when the export fails or is interrupted.
 
-    Raise `InvalidInput` for what cannot be asked, `DeviceFault` where nothing can encode it.
+    Raise `InvalidInput` for an invalid request, `DeviceFault` where no codec is available.
     """
-    _check(wish, target)
-    streams = shown_streams(recording, wish.show)
-    fps = wish.fps or streams[0].fps
+    _check(spec, target)
+    streams = shown_streams(recording, spec.show)
+    fps = spec.fps or streams[0].fps
     if not SLOWEST_HZ <= fps <= FASTEST_HZ:
         raise InvalidInput(
             f"export: {fps:g} frames a second were found or asked; say another rate,"
             f" {SLOWEST_HZ:g} to {FASTEST_HZ:g}"
         )
-    moments = _moments(streams, recording.span_ns[0], wish, fps)
+    moments = _picture_times(streams, recording.span_ns[0], spec, fps)
     if len(moments) == 0:
-        raise InvalidInput(f"export: {wish.show} has no frame in that part of the recording; choose another")
-    codec = _chosen(wish.codec, target.parent)
-    with _Film(target, codec, fps=fps) as film:
-        for done, picture in enumerate(_pictures(recording, streams, moments, wish.show), start=1):
+        raise InvalidInput(f"export: {spec.show} has no frame in that part of the recording; choose another")
+    codec = _choose_codec(spec.codec, target.parent)
+    with _MovieWriter(target, codec, fps=fps) as film:
+        for done, picture in enumerate(_pictures(recording, streams, moments, spec.show), start=1):
             film.add(picture)
             progress(done, len(moments))
     return film.made
 
 
-def _check(wish: MovieSpec, target: Path) -> None:
+def _check(spec: MovieSpec, target: Path) -> None:
     if target.suffix.lower() != SUFFIX:
         raise InvalidInput(f"export: {target.name} is no name of a film; end it in {SUFFIX}")
     if target.exists():
         raise InvalidInput(f"export: {target} is there already; give another name")
     if not target.parent.is_dir():
         raise InvalidInput(f"export: there is no folder {target.parent}; make it")
-    if wish.end_s is not None and wish.end_s <= wish.start_s:
+    if spec.end_s is not None and spec.end_s <= spec.start_s:
         raise InvalidInput(
-            f"export: it would begin at {wish.start_s:g} s and end at {wish.end_s:g} s; give a later end"
+            f"export: it would begin at {spec.start_s:g} s and end at {spec.end_s:g} s; give a later end"
         )
 
 
 def shown_streams(recording: Recording, show: str) -> list[RecordedStream]:
-    """Return the streams that a film shows; the first gives the rate."""
+    """Return the streams that a film shows; the first one sets the frame rate."""
     if show not in [layout.value for layout in MovieLayout]:
         streams = [recording.stream(show)]
     else:
-        pair = [recording.of_role(role) for role in (Role.LEFT, Role.RIGHT)]
+        pair = [recording.stream_of_role(role) for role in (Role.LEFT, Role.RIGHT)]
         streams = [stream for stream in pair if stream is not None]
         if len(streams) < len(pair):
             raise InvalidInput(
@@ -143,18 +142,20 @@ def shown_streams(recording: Recording, show: str) -> list[RecordedStream]:
     return streams
 
 
-def _moments(streams: list[RecordedStream], begin_ns: int, wish: MovieSpec, fps: float) -> NDArray[np.int64]:
-    """Return the moments of which the film has a picture."""
-    low_ns = begin_ns + round(wish.start_s * 1e9)
-    high_ns = None if wish.end_s is None else begin_ns + round(wish.end_s * 1e9)
+def _picture_times(
+    streams: list[RecordedStream], begin_ns: int, spec: MovieSpec, fps: float
+) -> NDArray[np.int64]:
+    """Return the times at which the film has a picture, ns."""
+    low_ns = begin_ns + round(spec.start_s * 1e9)
+    high_ns = None if spec.end_s is None else begin_ns + round(spec.end_s * 1e9)
     times = streams[0].t_ns
     times = times[times >= low_ns] if high_ns is None else times[(times >= low_ns) & (times < high_ns)]
-    if wish.fps is None or len(times) == 0:
+    if spec.fps is None or len(times) == 0:
         return times
     return np.arange(int(times[0]), int(times[-1]) + 1, 1e9 / fps).astype(np.int64)
 
 
-def _chosen(codec: MovieCodec | None, folder: Path) -> MovieCodec:
+def _choose_codec(codec: MovieCodec | None, folder: Path) -> MovieCodec:
     found = available_codecs(folder)
     if codec is None and found:
         return found[0]
@@ -170,26 +171,26 @@ def _chosen(codec: MovieCodec | None, folder: Path) -> MovieCodec:
 def _pictures(
     recording: Recording, streams: list[RecordedStream], moments: NDArray[np.int64], show: str
 ) -> Iterator[NDArray[np.uint8]]:
-    """Yield (h, w, 3) RGB for every moment; a stream's picture is decoded once however often it is shown."""
-    kept: dict[str, tuple[int, NDArray[np.uint8]]] = {}
+    """Yield (h, w, 3) RGB for every time; a frame is decoded once however often it is shown."""
+    latest: dict[str, tuple[int, NDArray[np.uint8]]] = {}
     for t_ns in moments:
         shown = []
         for stream in streams:
             index = nearest_index(stream.t_ns, int(t_ns))
-            if kept.get(stream.name, (-1, None))[0] != index:
-                kept[stream.name] = index, rgb_of(recording.frame(stream.name, index))
-            shown.append(kept[stream.name][1])
-        yield composed(shown, show)
+            if latest.get(stream.name, (-1, None))[0] != index:
+                latest[stream.name] = index, rgb_picture(recording.frame(stream.name, index))
+            shown.append(latest[stream.name][1])
+        yield compose_picture(shown, show)
 
 
-def rgb_of(frame: RecordedFrame) -> NDArray[np.uint8]:
-    """Return a frame's picture as (h, w, 3) RGB of eight bits."""
-    image = eight_bit(frame.image, bits=frame.bits)
+def rgb_picture(frame: RecordedFrame) -> NDArray[np.uint8]:
+    """Return a frame as (h, w, 3) RGB of eight bits."""
+    image = to_eight_bits(frame.image, bits=frame.bits)
     return image if image.ndim == 3 else np.repeat(image[:, :, None], 3, axis=2)
 
 
-def composed(pictures: list[NDArray[np.uint8]], show: str) -> NDArray[np.uint8]:
-    """Return one picture (h, w, 3) RGB of those of the streams, cut to even sides, as encoders want them."""
+def compose_picture(pictures: list[NDArray[np.uint8]], show: str) -> NDArray[np.uint8]:
+    """Return one picture (h, w, 3) RGB of the streams' pictures, cut to even sides as encoders require."""
     height = min(picture.shape[0] for picture in pictures)
     width = min(picture.shape[1] for picture in pictures)
     same = [picture[:height, :width] for picture in pictures]
@@ -201,8 +202,8 @@ def composed(pictures: list[NDArray[np.uint8]], show: str) -> NDArray[np.uint8]:
     return np.ascontiguousarray(found[: found.shape[0] // 2 * 2, : found.shape[1] // 2 * 2], dtype=np.uint8)
 
 
-class _Film:
-    """A film that is being written beside its name; it gets its name when it is whole."""
+class _MovieWriter:
+    """Writes a film under a temporary name, and renames it when it is complete."""
 
     def __init__(self, target: Path, codec: MovieCodec, *, fps: float) -> None:
         self._target = target
@@ -229,7 +230,7 @@ class _Film:
 
     @property
     def made(self) -> Movie:
-        """What was made."""
+        """The finished film."""
         width, height = self._size
         return Movie(
             path=self._target,
@@ -240,7 +241,7 @@ class _Film:
             height=height,
         )
 
-    def __enter__(self) -> "_Film":
+    def __enter__(self) -> "_MovieWriter":
         return self
 
     def __exit__(
@@ -256,7 +257,7 @@ class _Film:
             self._part.unlink(missing_ok=True)
 
     def _check_whole(self) -> None:
-        """Raise unless the film has its frames: the encoder does not tell of a full disk."""
+        """Raise unless the film has all its frames: the encoder does not report a full disk."""
         film = cv2.VideoCapture(str(self._part))
         found = int(film.get(cv2.CAP_PROP_FRAME_COUNT)) if film.isOpened() else 0
         film.release()

@@ -1,4 +1,4 @@
-"""Between pictures and the bytes of a stream: packed twelve bits, mosaics, channel orders, zlib."""
+"""Converts between pictures and a stream's bytes: packed 12 bit, Bayer mosaics, channel orders, zlib."""
 
 import zlib
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from foveacam_hardware.contract import Image, InvalidInput
 from foveacam_pipeline.capture.recording.values import RawFrame, StreamFormat
 
 ZLIB_LEVEL = 1
-"""Sensor noise compresses no further with more effort."""
+"""Sensor noise compresses no further at a higher level."""
 FULL_12 = 4095
 
 Bytes: TypeAlias = bytes | memoryview
@@ -26,9 +26,9 @@ MOSAICS = {
 }
 """OpenCV names a mosaic by its second row and column: GenICam's RG is its BG."""
 SMALL_PX = 8
-"""A mosaic with a shorter side is interpolated as a whole, a larger one's borders in strips."""
+"""A mosaic with a shorter side is interpolated as a whole; of a larger one only the borders, in strips."""
 REFLECTED_PX = 2
-"""Reflected pixels beyond a border have the colours that the mosaic would go on with."""
+"""Reflected pixels beyond a border have the colours with which the mosaic would continue."""
 ORDERS: dict[str, Callable[[Image], NDArray[np.generic]]] = {
     "RGB8": lambda image: image,
     "RGB16": lambda image: image,
@@ -40,10 +40,10 @@ GREY = ("Mono8", "Mono16", "Mono12", "Mono12p")
 
 
 def stream_format(image: Image, *, bits: int, packed: bool = False) -> StreamFormat:
-    """Return how a picture is recorded: (h, w) grey or (h, w, 3) RGB, uint8 or uint16 of `bits` bits.
+    """Return the stream format of a picture: (h, w) grey or (h, w, 3) RGB, uint8 or uint16 of `bits` bits.
 
-    `packed`: grey of twelve bits in three bytes for two pixels. RGB of more than eight bits is called RGB16,
-    a name that the authors' application does not know.
+    `packed`: grey of twelve bits in three bytes for two pixels. RGB of more than eight bits is called
+    RGB16, a name that the authors' application does not know.
     """
     height, width = image.shape[:2]
     channels = image.shape[2] if image.ndim == 3 else 1
@@ -64,20 +64,20 @@ def stream_format(image: Image, *, bits: int, packed: bool = False) -> StreamFor
 
 
 def payload_of(image: Image, form: StreamFormat) -> NDArray[np.uint8] | NDArray[np.uint16]:
-    """Return the picture as it lies on the file, contiguous; not a copy when it lies so already."""
+    """Return the picture as it is stored, contiguous; not copied when it is stored unchanged."""
     if form.packed:
         return pack_12p(image)
     return image if image.flags.c_contiguous else image.copy()
 
 
-def compressed(frame: RawFrame) -> RawFrame:
+def compress_frame(frame: RawFrame) -> RawFrame:
     """Return the frame as one zlib stream."""
     data = zlib.compress(frame.payload.data.cast("B"), ZLIB_LEVEL)
-    return frame.of_form(replace(frame.form, compressed=True), np.frombuffer(data, dtype=np.uint8))
+    return frame.with_payload(replace(frame.form, compressed=True), np.frombuffer(data, dtype=np.uint8))
 
 
 def pack_12p(image: Image) -> NDArray[np.uint8]:
-    """Return (n,) uint8 of GenICam's 12p: two pixels in three bytes, low bits first."""
+    """Return (n,) uint8 in GenICam's 12p: two pixels in three bytes, low bits first."""
     flat = image.reshape(-1).astype(np.uint16)
     even, odd = flat[0::2], flat[1::2]
     if odd.size < even.size:
@@ -90,7 +90,7 @@ def pack_12p(image: Image) -> NDArray[np.uint8]:
 
 
 def unpack_12p(packed: NDArray[np.uint8], *, height: int, width: int) -> NDArray[np.uint16]:
-    """Return (height, width) uint16 of GenICam's 12p; `packed`: (n,) uint8 of exactly as many bytes."""
+    """Return (height, width) uint16 from GenICam's 12p; `packed`: (n,) uint8 of exactly as many bytes."""
     pixels = height * width
     whole = (pixels + 1) // 2 * 3
     data = np.concatenate([packed, np.zeros(whole - packed.size, dtype=np.uint8)])
@@ -102,13 +102,13 @@ def unpack_12p(packed: NDArray[np.uint8], *, height: int, width: int) -> NDArray
 
 
 def pixels_of(payload: Bytes, form: StreamFormat, *, what: str) -> Image:
-    """Return the pixels of a message as they were recorded, a copy of its own: (h, w) or (h, w, channels).
+    """Return a copy of the recorded pixels of a message: (h, w) or (h, w, channels).
 
-    Raise `InvalidInput` for bytes that are no frame of this form.
+    Raise `InvalidInput` for bytes that are no frame of this format.
     """
     data = payload
     if form.compressed:
-        data = _inflated(payload, form, what)
+        data = _inflate(payload, form, what)
     if len(data) != form.frame_bytes:
         raise InvalidInput(
             f"{what}: {form.width} x {form.height} of {form.pixel_format} are {form.frame_bytes} bytes,"
@@ -121,8 +121,8 @@ def pixels_of(payload: Bytes, form: StreamFormat, *, what: str) -> Image:
     return flat.reshape(shape).copy() if form.dtype == "U8" else flat.view(np.uint16).reshape(shape).copy()
 
 
-def _inflated(payload: Bytes, form: StreamFormat, what: str) -> bytes:
-    """Return what a zlib stream holds, and never more than a frame: it may be made to explode."""
+def _inflate(payload: Bytes, form: StreamFormat, what: str) -> bytes:
+    """Return the content of a zlib stream, at most one frame: a crafted stream may expand without limit."""
     inflater = zlib.decompressobj()
     try:
         return inflater.decompress(payload, form.frame_bytes + 1)
@@ -133,30 +133,30 @@ def _inflated(payload: Bytes, form: StreamFormat, what: str) -> bytes:
 
 
 def picture_of(pixels: Image, form: StreamFormat, *, what: str) -> Image:
-    """Return recorded pixels as grey or RGB, contiguous: themselves where they are that already.
+    """Return recorded pixels as contiguous grey or RGB: unchanged where they are that already.
 
-    Raise `InvalidInput` for a format that is not known.
+    Raise `InvalidInput` for an unknown format.
     """
     name, image = form.pixel_format, pixels
     mosaic = MOSAICS.get(name[:7]) if name.startswith("Bayer") else None
     if mosaic is not None and image.ndim == 2:
-        return demosaiced(image, mosaic)
+        return demosaic(image, mosaic)
     if name in GREY and image.ndim == 2:
         return image
     if name in ORDERS and image.ndim == 3:
-        return _of_kind(np.ascontiguousarray(ORDERS[name](image)))
+        return _as_image(np.ascontiguousarray(ORDERS[name](image)))
     raise InvalidInput(
         f"{what}: pixels of format {name!r} and shape {image.shape} are not known here; known are"
         f" {', '.join([*GREY, *ORDERS, *(f'{mosaic}8, 16 or 12p' for mosaic in MOSAICS)])}"
     )
 
 
-def demosaiced(mosaic: Image, code: int) -> Image:
-    """Return (h, w, 3) RGB of an (h, w) mosaic, its borders interpolated as its inside is."""
+def demosaic(mosaic: Image, code: int) -> Image:
+    """Return (h, w, 3) RGB of an (h, w) mosaic, its borders interpolated like its inside."""
     height, width = mosaic.shape
     if min(height, width) < SMALL_PX:
         return _reflected(mosaic, code)
-    rgb = _of_kind(cv2.cvtColor(mosaic, code))  # here OpenCV replaces each border by what lies beside it
+    rgb = _as_image(cv2.cvtColor(mosaic, code))  # here OpenCV replaces each border by what lies beside it
     bottom, right = (height - 3) // 2 * 2, (width - 3) // 2 * 2  # where a strip begins as the mosaic does
     rgb[0], rgb[-1] = _reflected(mosaic[:4], code)[0], _reflected(mosaic[bottom:], code)[-1]
     rgb[:, 0] = _reflected(mosaic[:, :4], code)[:, 0]
@@ -168,17 +168,17 @@ def _reflected(mosaic: Image, code: int) -> Image:
     """Return a mosaic as RGB, as if it were reflected at its borders."""
     reflected = cv2.copyMakeBorder(mosaic, *(REFLECTED_PX,) * 4, cv2.BORDER_REFLECT_101)
     inner = slice(REFLECTED_PX, -REFLECTED_PX)
-    return _of_kind(np.ascontiguousarray(cv2.cvtColor(reflected, code)[inner, inner]))
+    return _as_image(np.ascontiguousarray(cv2.cvtColor(reflected, code)[inner, inner]))
 
 
-def _of_kind(pixels: object) -> Image:
+def _as_image(pixels: object) -> Image:
     found = np.asarray(pixels)
     if found.dtype == np.uint8:
         return found.astype(np.uint8, copy=False)
     return found.astype(np.uint16, copy=False)
 
 
-def eight_bit(image: Image, *, bits: int) -> NDArray[np.uint8]:
+def to_eight_bits(image: Image, *, bits: int) -> NDArray[np.uint8]:
     """Return a picture in eight bits: full scale stays full scale."""
     if image.dtype == np.uint8:
         return image.astype(np.uint8, copy=False)

@@ -1,4 +1,4 @@
-"""From a camera's frame to what is recorded of it: pixels as they came, and the pose of the exposure."""
+"""Converts a camera's frame into what is recorded: its pixels as delivered, and the pose of the exposure."""
 
 import math
 from dataclasses import replace
@@ -12,13 +12,13 @@ from foveacam_pipeline.capture.recording.values import FramePose, RawFrame
 from foveacam_pipeline.models.calibration import Calibration
 
 AVERAGED = "fin-averaged"
-"""The volts are the mean over the exposure, as the controller reported it at its end."""
+"""The volts are the mean over the exposure, as the controller reported it at the end."""
 
 
 def wide_from_fovea(
     calibration: Calibration, role: Role, *, angles_rad: tuple[float, float]
 ) -> NDArray[np.float64]:
-    """Return (3, 3) float64: raw fovea px to px of the undistorted wide view, for what lies at infinity."""
+    """Return (3, 3) float64: raw fovea px to px of the undistorted wide view, for objects at infinity."""
     ax_rad, ay_rad = angles_rad
     f_px = calibration.fovea_f_px
     tangents = np.array(

@@ -1,4 +1,4 @@
-"""Reads a recording by stream and time, each frame when it is asked for; one cut off, as far as it goes."""
+"""Reads a recording by stream and time, each frame on demand; one that was cut off, as far as it goes."""
 
 import io
 import mmap
@@ -17,35 +17,39 @@ from foveacam_pipeline.capture.recording.index import (
     McapIndex,
     MessageLocation,
     Truncation,
-    index_of,
-    records_of,
+    chunk_records,
+    read_index,
 )
 from foveacam_pipeline.capture.recording.pixels import picture_of, pixels_of
-from foveacam_pipeline.capture.recording.session import FINALIZE, RigDescription, rig_of
-from foveacam_pipeline.capture.recording.streams import RecordedStream, nearest_index
-from foveacam_pipeline.capture.recording.telemetry import descriptor_of, pose_of, told_of
+from foveacam_pipeline.capture.recording.session import FINALIZE, RigDescription, read_rig
+from foveacam_pipeline.capture.recording.telemetry import parse_descriptor, parse_message, telemetry_pose
 from foveacam_pipeline.capture.recording.values import (
     DESCRIPTOR_PREFIX,
     RAW_ENCODING,
     TELEMETRY,
     FramePose,
     RecordedFrame,
+    RecordedStream,
     StreamFormat,
     TrackedBox,
+    nearest_index,
     role_of,
 )
 
 LAST_NS = (1 << 63) - 1
 NEAR = 3
-"""Messages before and after a frame among which its telemetry is looked for first."""
+"""Messages before and after a frame among which its telemetry is searched first."""
 
 
 class Recording:
-    """An open recording, a context manager. Frames are copies and outlive it; one thread at a time."""
+    """An open recording, a context manager.
+
+    Frames are copies and outlive it; for use by one thread at a time.
+    """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._file = _opened(self.path)
+        self._file = _open_file(self.path)
         try:
             self._map = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
         except (OSError, ValueError) as error:
@@ -56,14 +60,14 @@ class Recording:
         self._data = memoryview(self._map)
         self._unpacked: tuple[int, memoryview] | None = None
         try:
-            self._index = index_of(self._data, self._file, what=f"recording {self.path}")
+            self._index = read_index(self._data, self._file, what=f"recording {self.path}")
             self._order = self._in_order(self._index)
             self.streams = self._streams()
         except BaseException:
             self.close()
             raise
 
-    # What it is -------------------------------------------------------------------------------------------
+    # Description ------------------------------------------------------------------------------------------
 
     @property
     def metadata(self) -> Mapping[str, Mapping[str, str]]:
@@ -72,18 +76,18 @@ class Recording:
 
     @property
     def truncation(self) -> Truncation | None:
-        """What was lost, when it was cut off; None when it was not."""
+        """What was lost when the recording was cut off; None when it was not."""
         return self._index.truncation
 
     @property
     def finalized(self) -> bool:
-        """Whether whoever recorded it ended it as meant."""
+        """Whether the recorder ended the recording regularly."""
         return FINALIZE in self.metadata
 
     @cached_property
     def rig(self) -> RigDescription | None:
-        """The rig that it shows, with its calibration; None when it does not say."""
-        return rig_of(self.metadata, what=f"recording {self.path}")
+        """The recorded rig with its calibration; None when the file does not describe it."""
+        return read_rig(self.metadata, what=f"recording {self.path}")
 
     @property
     def slots(self) -> tuple[str, ...]:
@@ -95,14 +99,14 @@ class Recording:
 
     @property
     def span_ns(self) -> tuple[int, int]:
-        """First and last moment at which a frame was exposed; (0, 0) without frames."""
+        """Time of the first and of the last frame; (0, 0) without frames."""
         shown = [stream.t_ns for stream in self.streams.values() if len(stream)]
         if not shown:
             return 0, 0
         return int(min(t_ns[0] for t_ns in shown)), int(max(t_ns[-1] for t_ns in shown))
 
     def stream(self, name: str) -> RecordedStream:
-        """Return a stream; raise `InvalidInput` for one that there is not."""
+        """Return a stream; raise `InvalidInput` for a name that does not exist."""
         if name not in self.streams:
             raise InvalidInput(
                 f"recording {self.path}: there is no stream {name!r}; there are"
@@ -110,12 +114,12 @@ class Recording:
             )
         return self.streams[name]
 
-    def of_role(self, role: Role) -> RecordedStream | None:
+    def stream_of_role(self, role: Role) -> RecordedStream | None:
         """Return the stream of an eye; the first by name when there are several."""
         found = [stream for _, stream in sorted(self.streams.items()) if stream.role is role]
         return found[0] if found else None
 
-    # What it holds ----------------------------------------------------------------------------------------
+    # Content ----------------------------------------------------------------------------------------------
 
     def frame(self, name: str, index: int) -> RecordedFrame:
         """Return frame `index` of a stream; negative ones count from the end."""
@@ -128,13 +132,13 @@ class Recording:
         return self._frame(stream, index % len(stream))
 
     def pose(self, name: str, index: int) -> FramePose:
-        """Return what was known of an exposure besides its picture, without reading that."""
+        """Return the pose of a frame without reading its pixels."""
         self.stream(name)
         number = self._numbers[name][index]
         return self._pose(name, self._message(self._index.entries[number])[0], number)
 
     def nearest(self, name: str, t_ns: int) -> RecordedFrame:
-        """Return the frame of a stream that was exposed nearest to a moment."""
+        """Return the frame of a stream whose exposure is nearest to a time."""
         stream = self.stream(name)
         return self.frame(name, nearest_index(stream.t_ns, t_ns))
 
@@ -163,16 +167,16 @@ class Recording:
                 continue
             for number in self._order.get(channel_id, ()):
                 entry = self._index.entries[number]
-                found = descriptor_of(own, bytes(self._message(entry)[1]), t_ns=entry.t_ns)
+                found = parse_descriptor(own, bytes(self._message(entry)[1]), t_ns=entry.t_ns)
                 if found is not None:
                     yield found
 
     def close(self) -> None:
-        """Let go of the file; harmless when closed."""
+        """Close the file; do nothing when closed."""
         if self._unpacked is not None:
             self._unpacked[1].release()
         self._unpacked = None
-        with suppress(BufferError):  # an error that is being told may still hold a piece; it goes with that
+        with suppress(BufferError):  # a pending error may still refer to a part of it
             self._data.release()
             self._map.close()
         self._file.close()
@@ -185,11 +189,11 @@ class Recording:
     ) -> None:
         self.close()
 
-    # Inside -----------------------------------------------------------------------------------------------
+    # Implementation ---------------------------------------------------------------------------------------
 
     @staticmethod
     def _in_order(index: McapIndex) -> dict[int, list[int]]:
-        """Return the numbers of each channel's entries in order of time, without times that cannot be."""
+        """Return the numbers of each channel's entries in order of time, without impossible times."""
         found: dict[int, list[int]] = {}
         for number, entry in enumerate(index.entries):
             if entry.t_ns <= LAST_NS:
@@ -247,41 +251,41 @@ class Recording:
             ) from error
 
     def _records(self, chunk: int) -> memoryview:
-        place = self._index.chunks[chunk]
-        if not place.compression:
-            return records_of(self._data, place)
+        location = self._index.chunks[chunk]
+        if not location.compression:
+            return chunk_records(self._data, location)
         if self._unpacked is None or self._unpacked[0] != chunk:
-            self._unpacked = chunk, records_of(self._data, place)
+            self._unpacked = chunk, chunk_records(self._data, location)
         return self._unpacked[1]
 
     def _pose(self, stream: str, seq: int, number: int) -> FramePose:
-        """Return what the telemetry says of a frame, whether it was written before it or after."""
+        """Return the pose that telemetry states for a frame, written before or after the frame."""
         nearby = range(max(0, number - NEAR), min(len(self._index.entries), number + NEAR + 1))
         for near in nearby:
-            told = self._told(self._index.entries[near])
-            if told is not None and told.get("stream") == stream and told.get("seq") == seq:
-                return pose_of(told)
+            telemetry = self._telemetry_at(self._index.entries[near])
+            if telemetry is not None and telemetry.get("stream") == stream and telemetry.get("seq") == seq:
+                return telemetry_pose(telemetry)
         far = self._telemetry.get((stream, seq))
-        return pose_of(None if far is None else self._told(self._index.entries[far]))
+        return telemetry_pose(None if far is None else self._telemetry_at(self._index.entries[far]))
 
-    def _told(self, entry: MessageLocation) -> dict[str, object] | None:
+    def _telemetry_at(self, entry: MessageLocation) -> dict[str, object] | None:
         channel = self._index.channels.get(entry.channel)
         if channel is None or channel.topic != TELEMETRY:
             return None
-        return told_of(bytes(self._message(entry)[1]))
+        return parse_message(bytes(self._message(entry)[1]))
 
     @cached_property
     def _telemetry(self) -> dict[tuple[str, int], int]:
-        """Entry of every frame's telemetry, by stream and number; made when one is not beside its frame."""
+        """Entry of every frame's telemetry, by stream and number; built when one is not beside its frame."""
         found = {}
         for number, entry in enumerate(self._index.entries):
-            told = self._told(entry)
-            if told is not None and isinstance(told.get("seq"), int):
-                found[str(told.get("stream")), int(str(told["seq"]))] = number
+            telemetry = self._telemetry_at(entry)
+            if telemetry is not None and isinstance(telemetry.get("seq"), int):
+                found[str(telemetry.get("stream")), int(str(telemetry["seq"]))] = number
         return found
 
 
-def _opened(path: Path) -> io.BufferedReader:
+def _open_file(path: Path) -> io.BufferedReader:
     try:
         return path.open("rb")
     except FileNotFoundError as error:

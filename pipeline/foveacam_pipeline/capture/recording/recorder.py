@@ -1,7 +1,7 @@
-"""Records: frames are handed over without waiting, a thread of its own writes them.
+"""Records frames: callers queue them without waiting, and a thread writes them.
 
-Between both stands a bounded ring. When it is full, the newest frame is lost and counted: what was
-recorded has no hole that nobody knows of.
+The queue is a bounded ring. When it is full, the newest frame is dropped and counted, so that every gap in
+a recording is known.
 """
 
 import json
@@ -15,19 +15,19 @@ from types import TracebackType
 
 from foveacam_hardware.contract import DeviceFault, FoveaError, Timeout
 from foveacam_pipeline.capture.recording.container import McapContainer
-from foveacam_pipeline.capture.recording.disk import RecordingDisk, disk_failure, new_file
-from foveacam_pipeline.capture.recording.pixels import compressed
+from foveacam_pipeline.capture.recording.disk import RecordingDisk, new_recording_file, recording_disk_error
+from foveacam_pipeline.capture.recording.pixels import compress_frame
 from foveacam_pipeline.capture.recording.session import FINALIZE, STATISTICS, RecordingSession
 from foveacam_pipeline.capture.recording.statistics import FrameLoss, StreamStatistics
 from foveacam_pipeline.capture.recording.values import RawFrame, StreamFormat, TrackedBox
 
 _log = logging.getLogger(__name__)
 
-KEPT = "what it took can be read"
+READABLE = "what it took can be read"
 RING_FRAMES = 64
-"""Two thirds of a second of three cameras at 30 Hz; 100 MB of their grey pictures."""
+"""Two thirds of a second of three cameras at 30 Hz; 100 MB of their grey images."""
 FINISH_S = 30.0
-"""How long finishing may take; then the file is left as a crash would leave it, readable."""
+"""Longest time to finish; after it the file is left as a crash would leave it, readable."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,13 +39,13 @@ class RecordingOptions:
     finish_s: float = FINISH_S
 
 
-USUAL = RecordingOptions()
+DEFAULT_OPTIONS = RecordingOptions()
 
 
 class Recorder:
-    """A recording that is being made. `publish` may be called by any thread and never waits for the disk.
+    """A recording in progress. `publish` may be called by any thread and never waits for the disk.
 
-    `close` (or the end of the `with`) writes the rest and the file's end, and raises what went wrong.
+    `close` (or the end of the `with`) writes the rest and the file's end, and raises the error that occurred.
     """
 
     def __init__(
@@ -53,17 +53,17 @@ class Recorder:
         path: Path,
         session: RecordingSession,
         *,
-        options: RecordingOptions = USUAL,
+        options: RecordingOptions = DEFAULT_OPTIONS,
         disk: RecordingDisk | None = None,
     ) -> None:
         self.path = path
         self._options = options
-        self._container = McapContainer(disk or new_file(path))
+        self._container = McapContainer(disk or new_recording_file(path))
         self._forms: dict[str, StreamFormat] = {}
         self._streams: dict[str, StreamStatistics] = {}
         self._ring: deque[tuple[str, RawFrame] | TrackedBox] = deque()
         self._changed = threading.Condition()
-        self._closing = self._as_meant = False
+        self._closing = self._finalize = False
         self._deadline_s = float("inf")
         self._failure: FoveaError | None = None
         self._thread = threading.Thread(target=self._run, name="foveacam-recording", daemon=True)
@@ -72,15 +72,15 @@ class Recorder:
             for name, values in session.records().items():
                 self._container.add_metadata(name, values)
         except OSError as error:
-            self._let_go()
-            raise disk_failure(path, error, kept="nothing was recorded") from error
+            self._close_file()
+            raise recording_disk_error(path, error, content="nothing was recorded") from error
         self._thread.start()
 
-    # What others ask --------------------------------------------------------------------------------------
+    # Interface --------------------------------------------------------------------------------------------
 
     @property
     def statistics(self) -> dict[str, StreamStatistics]:
-        """What became of the frames of every stream so far."""
+        """The frame counts of every stream so far."""
         with self._changed:
             return dict(self._streams)
 
@@ -91,14 +91,14 @@ class Recorder:
 
     @property
     def failure(self) -> FoveaError | None:
-        """What ended the recording early; None while all is well."""
+        """The error that ended the recording early; None without one."""
         return self._failure
 
     def publish(self, stream: str, frame: RawFrame) -> bool:
-        """Hand over a frame; tell whether it will be written unless the disk fails. Never waits."""
+        """Queue a frame without waiting; return whether it will be written unless the disk fails."""
         with self._changed:
             self._streams[stream] = self._streams.get(stream, StreamStatistics()).with_published(frame.seq)
-            loss = self._refusal(stream, frame)
+            loss = self._loss_of(stream, frame)
             if loss is not None:
                 self._streams[stream] = self._streams[stream].with_lost(loss)
                 return False
@@ -106,8 +106,8 @@ class Recorder:
             self._changed.notify()
             return True
 
-    def describe(self, descriptor: TrackedBox) -> bool:
-        """Hand over a tracked box; tell whether there was room."""
+    def publish_box(self, descriptor: TrackedBox) -> bool:
+        """Queue a tracked box; return whether there was room."""
         with self._changed:
             if self._closing or self._failure is not None or len(self._ring) >= self._options.ring_frames:
                 return False
@@ -115,14 +115,14 @@ class Recorder:
             self._changed.notify()
             return True
 
-    def close(self, *, as_meant: bool = True) -> dict[str, StreamStatistics]:
-        """Write what waits and the file's end; return the counts, or raise what ended the recording.
+    def close(self, *, finalize: bool = True) -> dict[str, StreamStatistics]:
+        """Write what is queued and the file's end; return the counts, or raise the error that occurred.
 
-        `as_meant`: whether the recording ends because it was to; else the file says that it did not.
+        `finalize`: whether to mark the recording as ended regularly.
         """
         with self._changed:
             if not self._closing:
-                self._closing, self._as_meant = True, as_meant
+                self._closing, self._finalize = True, finalize
                 self._deadline_s = time.monotonic() + self._options.finish_s
             self._changed.notify()
         self._thread.join(self._options.finish_s + 1.0)
@@ -142,12 +142,12 @@ class Recorder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            self.close(as_meant=error is None)
+            self.close(finalize=error is None)
         except FoveaError:
             if error is None:
                 raise
 
-    def _refusal(self, stream: str, frame: RawFrame) -> FrameLoss | None:
+    def _loss_of(self, stream: str, frame: RawFrame) -> FrameLoss | None:
         if self._closing:
             return FrameLoss.CLOSED
         if self._failure is not None:
@@ -156,7 +156,7 @@ class Recorder:
             return FrameLoss.FORMAT
         return FrameLoss.QUEUE if len(self._ring) >= self._options.ring_frames else None
 
-    # The thread -------------------------------------------------------------------------------------------
+    # Writer thread ----------------------------------------------------------------------------------------
 
     def _run(self) -> None:
         begun: set[str] = set()
@@ -165,13 +165,13 @@ class Recorder:
                 self._write(item, begun)
             self._finish()
         except OSError as error:
-            self._fail(disk_failure(self.path, error, kept=KEPT))
-        except Exception as error:  # noqa: BLE001 - nobody would hear of it: the recording ends, and says why
+            self._fail(recording_disk_error(self.path, error, content=READABLE))
+        except Exception as error:  # noqa: BLE001 - the thread's outermost frame: the recording ends, and says why
             _log.exception("recording %s", self.path)
-            self._fail(DeviceFault(f"recording {self.path}: {error}; {KEPT}; begin another one"))
+            self._fail(DeviceFault(f"recording {self.path}: {error}; {READABLE}; begin another one"))
 
     def _next(self) -> tuple[str, RawFrame] | TrackedBox | None:
-        """Return what is to be written next; None when all is."""
+        """Return the next item to write; None after the last."""
         with self._changed:
             self._changed.wait_for(lambda: self._ring or self._closing)
             if self._ring and time.monotonic() > self._deadline_s:
@@ -184,7 +184,7 @@ class Recorder:
             return
         stream, frame = item
         try:
-            frame = compressed(frame) if self._options.compress else frame
+            frame = compress_frame(frame) if self._options.compress else frame
             if stream not in begun:
                 self._container.add_stream(stream, frame.form)
                 begun.add(stream)
@@ -200,37 +200,37 @@ class Recorder:
         counts = {stream: json.dumps(found.document()) for stream, found in self.statistics.items()}
         self._container.add_metadata(STATISTICS, counts)
         in_time = not any(FrameLoss.DEADLINE in found.losses for found in self.statistics.values())
-        if in_time and self._as_meant:
+        if in_time and self._finalize:
             self._container.add_metadata(FINALIZE, {"durationSec": json.dumps(self._duration_s())})
         self._container.finish()
 
     def _duration_s(self) -> float:
         found = self.statistics.values()
-        first = min((one.first_t_ns for one in found if one.first_t_ns is not None), default=0)
-        last = max((one.last_t_ns for one in found if one.last_t_ns is not None), default=0)
+        first = min((counts.first_t_ns for counts in found if counts.first_t_ns is not None), default=0)
+        last = max((counts.last_t_ns for counts in found if counts.last_t_ns is not None), default=0)
         return (last - first) / 1e9
 
     def _fail(self, failure: FoveaError) -> None:
-        """End early, with a file that can be read: whole if the disk has room for its end."""
+        """End early with a readable file, complete if the disk has room for its end."""
         lost: list[tuple[str, int]] = []
         try:
             lost = self._container.recover()
         except OSError:
-            self._let_go()
+            self._close_file()
         with self._changed:
             for stream, size in lost:
                 self._streams[stream] = self._streams[stream].with_taken_back(size)
             self._failure = failure
             self._lose_waiting(FrameLoss.DISK)
 
-    def _let_go(self) -> None:
+    def _close_file(self) -> None:
         try:
-            self._container.give_up()
+            self._container.close()
         except OSError:
-            return  # the disk has failed already, and this was told
+            return  # the disk has failed already, and that is reported
 
     def _lose_waiting(self, loss: FrameLoss) -> None:
-        """Count everything that waits as lost; called with the lock held."""
+        """Count all queued frames as lost; called with the lock held."""
         for item in self._ring:
             if not isinstance(item, TrackedBox):
                 self._streams[item[0]] = self._streams[item[0]].with_lost(loss)

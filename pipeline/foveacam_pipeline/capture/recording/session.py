@@ -1,6 +1,6 @@
-"""What a recording says of itself: when, by what, of which rig, with which lens and calibration.
+"""The metadata records of a recording: time, software, rig, wide lens and calibration.
 
-`fovea:…` records are the authors' names; `foveacam:rig` is ours, and other readers pass it over.
+`fovea:…` records have the authors' names; `foveacam:rig` is ours, and other readers ignore it.
 """
 
 import json
@@ -21,7 +21,7 @@ RIG_VERSION = "1"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigDescription:
-    """The rig that was recorded. `cameras`: who each stream's camera was."""
+    """The recorded rig. `cameras`: the device behind each stream."""
 
     rig_id: str
     name: str
@@ -29,7 +29,7 @@ class RigDescription:
     cameras: Mapping[str, DeviceInfo] = field(default_factory=dict)
     calibration: Calibration | None = None
     problem: str | None = None
-    """Why the calibration on the file cannot be used; None when it can, or there is none."""
+    """Why the calibration in the file cannot be used; None when it can, or there is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +68,7 @@ def _rig_record(rig: RigDescription) -> dict[str, str]:
 
 
 def _wide_record(calibration: Calibration) -> dict[str, str]:
-    """Return the wide lens in the authors' words: px, rad, mm, each value as JSON."""
+    """Return the wide lens under the authors' names: px, rad, mm, each value as JSON."""
     wide = calibration.wide
     ax_low, ax_high, ay_low, ay_high = wide.field_rad
     values = {
@@ -83,8 +83,8 @@ def _wide_record(calibration: Calibration) -> dict[str, str]:
     return {name: json.dumps(value) for name, value in values.items()}
 
 
-def rig_of(metadata: Mapping[str, Mapping[str, str]], *, what: str) -> RigDescription | None:
-    """Return the rig that a recording names; None when it names none, or in a way that cannot be read."""
+def read_rig(metadata: Mapping[str, Mapping[str, str]], *, what: str) -> RigDescription | None:
+    """Return the rig that a recording describes; None when it describes none or cannot be read."""
     record = metadata.get(RIG)
     if record is None:
         return None
@@ -116,7 +116,7 @@ def _calibration(record: Mapping[str, str], *, what: str) -> tuple[Calibration |
         return None, str(error)
 
 
-def wide_lens_of(metadata: Mapping[str, Mapping[str, str]]) -> tuple[Intrinsics, float | None] | None:
+def read_wide_lens(metadata: Mapping[str, Mapping[str, str]]) -> tuple[Intrinsics, float | None] | None:
     """Return the wide lens and the baseline, m, of `fovea:wide-camera`; None where they cannot be read."""
     record = metadata.get(WIDE_CAMERA)
     if record is None:

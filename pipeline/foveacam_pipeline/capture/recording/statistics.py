@@ -1,31 +1,31 @@
-"""Honest counts of a recording: of every published frame, whether it lies on the file, or why not."""
+"""Frame counts of a recording: for every published frame, whether it was written, or why not."""
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 
 class FrameLoss(StrEnum):
-    """Why a frame that was published is not on the file."""
+    """Why a published frame is not in the file."""
 
     QUEUE = "queue"
     """The ring was full: the disk is slower than the cameras."""
     FORMAT = "format"
-    """It was not of the format that its stream began with."""
+    """It had another format than its stream began with."""
     DISK = "disk"
-    """The disk took no more."""
+    """The disk refused it."""
     CLOSED = "closed"
     """It came after the end."""
     DEADLINE = "deadline"
-    """It was still waiting when finishing had to end."""
+    """It was still queued when finishing had to end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreamStatistics:
-    """One stream; published = written + dropped + waiting, and waiting is 0 once the recording is over."""
+    """One stream; published = written + dropped + waiting, and waiting is 0 once the recording has ended."""
 
     published: int = 0
     missing: int = 0
-    """Numbers that are missing between the frames published: nobody read those, or they never came."""
+    """Sequence numbers missing between published frames: nobody read those frames, or they never came."""
     last_seq: int | None = None
     written: int = 0
     waiting: int = 0
@@ -36,18 +36,18 @@ class StreamStatistics:
 
     @property
     def dropped(self) -> int:
-        """Frames that are not on the file, for whatever reason."""
+        """Frames that are not in the file, for any reason."""
         return sum(self.losses.values())
 
     @property
     def fps(self) -> float:
-        """Mean rate of the frames written, Hz; 0 when there are too few."""
+        """Mean rate of the written frames, Hz; 0 when there are too few."""
         if self.first_t_ns is None or self.last_t_ns is None or self.last_t_ns <= self.first_t_ns:
             return 0.0
         return (self.written - 1) * 1e9 / (self.last_t_ns - self.first_t_ns)
 
     def with_published(self, seq: int) -> "StreamStatistics":
-        """Count one that came, and those whose numbers are missing before it."""
+        """Count a published frame, and the missing numbers before it."""
         gap = 0 if self.last_seq is None else max(0, seq - self.last_seq - 1)
         return replace(
             self,
@@ -58,7 +58,7 @@ class StreamStatistics:
         )
 
     def with_written(self, size: int, *, t_ns: int) -> "StreamStatistics":
-        """Count one that waited and is on the file, `size` bytes of it."""
+        """Count a queued frame as written, `size` bytes."""
         return replace(
             self,
             written=self.written + 1,
@@ -69,17 +69,17 @@ class StreamStatistics:
         )
 
     def with_lost(self, loss: FrameLoss) -> "StreamStatistics":
-        """Count one that waited and will not be on the file."""
+        """Count a queued frame as lost."""
         losses = {**self.losses, loss: self.losses.get(loss, 0) + 1}
         return replace(self, waiting=self.waiting - 1, losses=losses)
 
     def with_taken_back(self, size: int) -> "StreamStatistics":
-        """Count one that was written, `size` bytes, and had to make room for the file's end."""
+        """Count a written frame, `size` bytes, as removed to make room for the file's end."""
         losses = {**self.losses, FrameLoss.DISK: self.losses.get(FrameLoss.DISK, 0) + 1}
         return replace(self, written=self.written - 1, bytes_written=self.bytes_written - size, losses=losses)
 
     def document(self) -> dict[str, object]:
-        """Return it for people and programs."""
+        """Return the counts as JSON."""
         return {
             "published": self.published,
             "written": self.written,

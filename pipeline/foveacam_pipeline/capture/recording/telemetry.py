@@ -1,4 +1,4 @@
-"""The words beside the frames: telemetry and descriptors as JSON, with the names that the authors use."""
+"""Telemetry and descriptor messages of a recording: JSON with the names that the authors use."""
 
 import json
 import math
@@ -31,50 +31,50 @@ DESCRIPTOR_JSON_SCHEMA = {
 }
 
 
-def telemetry_of(stream: str, frame: RawFrame) -> bytes:
-    """Return the telemetry message that goes before a frame."""
+def telemetry_message(stream: str, frame: RawFrame) -> bytes:
+    """Return the telemetry message that precedes a frame."""
     pose = frame.pose
-    told: dict[str, object] = {"stream": stream, "seq": frame.seq, "t": frame.t_ns / 1e9}
+    message_json: dict[str, object] = {"stream": stream, "seq": frame.seq, "t": frame.t_ns / 1e9}
     if pose.frame_id is not None:
-        told["frame_id"] = pose.frame_id
+        message_json["frame_id"] = pose.frame_id
     if pose.volts is not None:
-        told["volt"] = {"x": pose.volts.x_v, "y": pose.volts.y_v}
-        told["volt.unit"] = "volt"
-        told["volt.source"] = pose.volts_source or "live-snapshot"
+        message_json["volt"] = {"x": pose.volts.x_v, "y": pose.volts.y_v}
+        message_json["volt.unit"] = "volt"
+        message_json["volt.source"] = pose.volts_source or "live-snapshot"
     if pose.angles_rad is not None:
-        told["angle"] = {"x": pose.angles_rad[0], "y": pose.angles_rad[1]}
-        told["angle.unit"] = "radian"
+        message_json["angle"] = {"x": pose.angles_rad[0], "y": pose.angles_rad[1]}
+        message_json["angle.unit"] = "radian"
     if pose.wide_from_fovea is not None:
-        told["affine"] = pose.wide_from_fovea.reshape(-1).tolist()
+        message_json["affine"] = pose.wide_from_fovea.reshape(-1).tolist()
     if pose.exposure_ns is not None:
-        told["exposure_ns"] = pose.exposure_ns
-    return json.dumps(told, separators=(",", ":")).encode()
+        message_json["exposure_ns"] = pose.exposure_ns
+    return json.dumps(message_json, separators=(",", ":")).encode()
 
 
-def told_of(message: bytes) -> dict[str, Any] | None:  # Any: JSON that anybody may have written
-    """Return what a telemetry message says; None when it cannot be read."""
+def parse_message(message: bytes) -> dict[str, Any] | None:  # Any: JSON that anybody may have written
+    """Return the content of a telemetry message; None when it cannot be read."""
     try:
-        told = json.loads(message)
+        message_json = json.loads(message)
     except ValueError:
         return None
-    return told if isinstance(told, dict) else None
+    return message_json if isinstance(message_json, dict) else None
 
 
-def pose_of(told: Mapping[str, Any] | None) -> FramePose:  # Any: as above
-    """Return the pose that telemetry tells; what is missing or no number is None."""
-    if told is None:
+def telemetry_pose(message_json: Mapping[str, Any] | None) -> FramePose:  # Any: as above
+    """Return the pose that telemetry states; missing or non-numeric values are None."""
+    if message_json is None:
         return NO_POSE
-    volts, angles = _pair(told.get("volt")), _pair(told.get("angle"))
-    if angles is not None and str(told.get("angle.unit", "radian")).startswith("deg"):
+    volts, angles = _pair(message_json.get("volt")), _pair(message_json.get("angle"))
+    if angles is not None and str(message_json.get("angle.unit", "radian")).startswith("deg"):
         angles = math.radians(angles[0]), math.radians(angles[1])
-    frame_id, exposure_ns = told.get("frame_id"), told.get("exposure_ns")
-    source = told.get("volt.source")
+    frame_id, exposure_ns = message_json.get("frame_id"), message_json.get("exposure_ns")
+    source = message_json.get("volt.source")
     return FramePose(
         frame_id=int(frame_id) if _is_number(frame_id) else None,
         volts=None if volts is None else MirrorVolts(x_v=volts[0], y_v=volts[1]),
         volts_source=source if isinstance(source, str) else None,
         angles_rad=angles,
-        wide_from_fovea=_matrix(told.get("affine")),
+        wide_from_fovea=_matrix(message_json.get("affine")),
         exposure_ns=int(exposure_ns) if _is_number(exposure_ns) else None,
     )
 
@@ -82,29 +82,29 @@ def pose_of(told: Mapping[str, Any] | None) -> FramePose:  # Any: as above
 def descriptor_message(descriptor: TrackedBox) -> bytes:
     """Return the message of one tracked box."""
     box = descriptor.bbox_px
-    told = {
+    message_json = {
         "tNs": descriptor.t_ns,
         "bbox": None if box is None else dict(zip(("x", "y", "width", "height"), box, strict=True)),
         "frames": dict(descriptor.frames),
     }
-    return json.dumps(told, separators=(",", ":")).encode()
+    return json.dumps(message_json, separators=(",", ":")).encode()
 
 
-def descriptor_of(slot: str, message: bytes, *, t_ns: int) -> TrackedBox | None:
+def parse_descriptor(slot: str, message: bytes, *, t_ns: int) -> TrackedBox | None:
     """Return the tracked box of a message; None when it cannot be read."""
-    told = told_of(message)
-    if told is None:
+    message_json = parse_message(message)
+    if message_json is None:
         return None
-    frames = told.get("frames")
+    frames = message_json.get("frames")
     found = {
         str(stream): int(seq) if _is_number(seq) else None
         for stream, seq in (frames.items() if isinstance(frames, dict) else ())
     }
-    own_t_ns = told.get("tNs")
+    own_t_ns = message_json.get("tNs")
     return TrackedBox(
         slot=slot,
         t_ns=int(own_t_ns) if isinstance(own_t_ns, int | str) and str(own_t_ns).isdecimal() else t_ns,
-        bbox_px=_box(told.get("bbox")),
+        bbox_px=_box(message_json.get("bbox")),
         frames=found,
     )
 

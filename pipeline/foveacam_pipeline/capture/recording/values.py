@@ -1,6 +1,6 @@
-"""What a recording holds: formats of streams, frames with the pose of their exposure, tracked boxes.
+"""The value types of a recording: stream formats, streams, frames with their poses, tracked boxes.
 
-The names on the file are those of the authors' application, so that its reader and viewer open our files.
+The names in the file are those of the authors' application, so that its reader and viewer open our files.
 """
 
 import json
@@ -13,24 +13,24 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Image, InvalidInput, MirrorVolts, Role
 
-SUFFIX, OLDER_SUFFIX = ".fcap", ".fovea"
+SUFFIX, OLD_SUFFIX = ".fcap", ".fovea"
 PROFILE = "fovea"
 RAW_ENCODING, RAW_SCHEMA = "x-fovea-raw", "fovea.raw_frame/v1"
 TELEMETRY, TELEMETRY_SCHEMA = "telemetry", "fovea.frame_meta/v1"
 DESCRIPTOR_PREFIX, DESCRIPTOR_SCHEMA = "fovea/", "fovea.descriptor/v1"
 ZLIB_SUFFIX = "/zlib"
 STREAM_OF_ROLE = {Role.LEFT: "left", Role.WIDE: "center", Role.RIGHT: "right"}
-"""What our own recordings call the cameras."""
+"""Stream names of the cameras in our own recordings."""
 ITEM_BYTES = {"U8": 1, "U16": 2}
 LARGEST_SIDE = 65_536
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreamFormat:
-    """How the frames of one stream lie on the file.
+    """How the frames of one stream are stored.
 
     `pixel_format`: GenICam's name. `dtype`: U8 or U16; U8 with a name that ends in 12p is packed. `bits`:
-    significant ones of a pixel. `compressed`: every message is one zlib stream.
+    significant bits of a pixel. `compressed`: every message is one zlib stream.
     """
 
     pixel_format: str
@@ -43,7 +43,7 @@ class StreamFormat:
 
     @property
     def packed(self) -> bool:
-        """Whether two pixels of twelve bits lie in three bytes."""
+        """Whether two pixels of twelve bits are packed into three bytes."""
         return self.pixel_format.endswith("12p") and self.dtype == "U8"
 
     @property
@@ -61,7 +61,7 @@ class StreamFormat:
         return self.row_bytes * self.height
 
     def metadata(self) -> dict[str, str]:
-        """Return it as the channel's metadata."""
+        """Return the format as the channel's metadata."""
         shape = [self.height, self.width] + ([self.channels] if self.channels > 1 else [])
         return {
             "dtype": self.dtype,
@@ -76,7 +76,7 @@ class StreamFormat:
 
     @classmethod
     def of_metadata(cls, found: Mapping[str, str], *, what: str) -> "StreamFormat":
-        """Return what a channel's metadata says; raise `InvalidInput` when it makes no picture."""
+        """Return the format of a channel's metadata; raise `InvalidInput` when it is invalid."""
         try:
             shape = [int(side) for side in json.loads(found["shape"])]
             name = found["pixelFormat"]
@@ -104,8 +104,28 @@ class StreamFormat:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RecordedStream:
+    """One camera of a recording; `t_ns`: (n,) int64, ascending, the recording's monotonic clock."""
+
+    name: str
+    role: Role | None
+    form: StreamFormat
+    t_ns: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.t_ns)
+
+    @property
+    def fps(self) -> float:
+        """Mean rate, Hz; 0 when there are too few frames."""
+        span_ns = int(self.t_ns[-1] - self.t_ns[0]) if len(self) > 1 else 0
+        return (len(self) - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FramePose:
-    """What was known of one exposure besides its picture; None where nobody knew.
+    """What was known of an exposure besides its picture; None where unknown.
 
     `volts_source`: `fin-averaged` (over the exposure), `history-interpolated` or `live-snapshot`.
     `angles_rad`: (ax, ay) of the gaze. `wide_from_fovea`: (3, 3), raw fovea px to undistorted wide px.
@@ -124,7 +144,7 @@ NO_POSE = FramePose()
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RawFrame:
-    """One frame on its way to the file: `payload` is contiguous and no longer written to by anybody."""
+    """One frame to be written: `payload` is contiguous and no longer changed by anybody."""
 
     payload: NDArray[np.uint8] | NDArray[np.uint16]
     form: StreamFormat
@@ -132,8 +152,8 @@ class RawFrame:
     t_ns: int
     pose: FramePose = NO_POSE
 
-    def of_form(self, form: StreamFormat, payload: NDArray[np.uint8]) -> "RawFrame":
-        """Return the same frame, its payload written another way."""
+    def with_payload(self, form: StreamFormat, payload: NDArray[np.uint8]) -> "RawFrame":
+        """Return the same frame with its payload in another format."""
         return replace(self, form=form, payload=payload)
 
 
@@ -141,9 +161,9 @@ class RawFrame:
 class RecordedFrame:
     """One frame of a recording.
 
-    `image`: (h, w) grey or (h, w, 3) RGB, uint8, or uint16 with `bits` significant bits; a mosaic was made
-    RGB. `raw`: the pixels as they were recorded, unpacked and else unchanged: a mosaic is (h, w), and what
-    was recorded as grey or RGB is `image` itself. `t_ns`: on the recording's own monotonic clock.
+    `image`: (h, w) grey or (h, w, 3) RGB, uint8, or uint16 with `bits` significant bits; a mosaic is
+    converted to RGB. `raw`: the pixels as recorded, only unpacked: a mosaic is (h, w), and recorded grey or
+    RGB is `image` itself. `t_ns`: on the recording's own monotonic clock.
     """
 
     stream: str
@@ -158,9 +178,9 @@ class RecordedFrame:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackedBox:
-    """A tracked box: `bbox_px` is (x, y, width, height) in the wide picture.
+    """A tracked box: `bbox_px` is (x, y, width, height) in the wide image.
 
-    `frames`: the number of the frame that it was found with, of every stream that has one.
+    `frames`: the number of the frame in which it was found, for every stream that has one.
     """
 
     slot: str
@@ -170,10 +190,18 @@ class TrackedBox:
 
 
 def role_of(stream: str) -> Role | None:
-    """Return which eye a stream's name tells: center or wide, left, right; None for another one."""
+    """Return the role that a stream's name states: center or wide, left, right; None for any other name."""
     name = stream.lower()
     if "center" in name or "wide" in name:
         return Role.WIDE
     if "left" in name:
         return Role.LEFT
     return Role.RIGHT if "right" in name else None
+
+
+def nearest_index(times_ns: NDArray[np.int64], t_ns: int) -> int:
+    """Return the index of the nearest time; `times_ns` is ascending and not empty."""
+    after = int(np.searchsorted(times_ns, t_ns))
+    before = max(0, after - 1)
+    after = min(after, len(times_ns) - 1)
+    return before if abs(int(times_ns[before]) - t_ns) <= abs(int(times_ns[after]) - t_ns) else after
