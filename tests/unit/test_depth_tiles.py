@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from foveacam_pipeline.capture.mosaic.depth_tiles import (
     STEP_M,
     TILE_CELLS,
+    depth_range_m,
     nearest_of_four,
-    span_m,
     write_depth_tiles,
 )
 
@@ -49,8 +49,8 @@ def test_a_coarser_level_shows_the_nearest_of_four_and_makes_nothing_up() -> Non
 def test_the_scale_leaves_outliers_out_and_has_no_ends_where_nothing_is_known() -> None:
     z_m = np.full((100, 100), 6.0, dtype=np.float32)
     z_m[0, 0] = 900.0
-    near_m, far_m = span_m(z_m)
+    near_m, far_m = depth_range_m(z_m)
     assert near_m is not None
     assert far_m is not None
     assert 5.9 < near_m < 6.0 < far_m < 6.1
-    assert span_m(np.full((4, 4), NAN, dtype=np.float32)) == (None, None)
+    assert depth_range_m(np.full((4, 4), NAN, dtype=np.float32)) == (None, None)

@@ -14,9 +14,9 @@ from foveacam_pipeline.capture.mosaic.build import Mosaic, build_mosaic, chart_o
 from foveacam_pipeline.capture.mosaic.chart import CELL
 from foveacam_pipeline.capture.mosaic.fuse import fuse
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
-from foveacam_pipeline.capture.mosaic.views import ViewPictureCache, views_of
-from foveacam_pipeline.capture.mosaic.wide import wide_of
-from foveacam_pipeline.capture.mosaic.wide_depth import with_wide
+from foveacam_pipeline.capture.mosaic.views import ViewPictureCache, mosaic_views
+from foveacam_pipeline.capture.mosaic.wide import wide_view_of
+from foveacam_pipeline.capture.mosaic.wide_depth import add_wide_depth
 from foveacam_server import cli
 
 from .dataset_scenes import written
@@ -36,7 +36,7 @@ def made(raster: Dataset, tmp_path_factory: pytest.TempPathFactory) -> tuple[Pat
 
 def test_the_plane_is_shown_as_it_is(made: tuple[Path, Mosaic]) -> None:
     folder, mosaic = made
-    chart = mosaic.laid.chart
+    chart = mosaic.placed.chart
     overview = cv2.imread(str(folder / "overview.png"), cv2.IMREAD_GRAYSCALE)
     assert overview is not None
     assert overview.shape == (chart.height, chart.width)
@@ -70,13 +70,13 @@ def test_seams_and_depth_are_measured(made: tuple[Path, Mosaic]) -> None:
 @pytest.mark.parametrize("eye", [Role.LEFT, Role.RIGHT])
 def test_where_stereo_has_no_depth_the_wide_view_tells(raster: Dataset, eye: Role) -> None:
     calibration, settings = small_calibration(), MosaicSettings(eye=eye)
-    views, pictures = views_of(raster, calibration, settings), ViewPictureCache(settings)
+    views, pictures = mosaic_views(raster, calibration, settings), ViewPictureCache(settings)
     chart = chart_of(views, calibration)
-    wide = wide_of(raster, calibration, pictures, views[0])
-    found = with_wide(fuse(chart, []), views, pictures, chart=chart, wide=wide)
+    wide = wide_view_of(raster, calibration, pictures, views[0])
+    found = add_wide_depth(fuse(chart, []), views, pictures, chart=chart, wide=wide)
     assert np.isnan(found.per_depth).all()
-    told = found.surmised[np.isfinite(found.surmised)]
-    assert told.size > 0.5 * found.surmised.size
+    told = found.provisional[np.isfinite(found.provisional)]
+    assert told.size > 0.5 * found.provisional.size
     assert np.median(np.abs(told * Z_M - 1.0)) < 0.02
     assert np.abs(np.median(found.filled) * Z_M - 1.0) < 0.02
 

@@ -9,13 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, Role, StereoVolts
-from foveacam_pipeline.capture.mosaic.adjust import adjusted
-from foveacam_pipeline.capture.mosaic.chart import Chart, chart_about
-from foveacam_pipeline.capture.mosaic.fuse import fill, fuse
-from foveacam_pipeline.capture.mosaic.links import ViewCorrespondence
+from foveacam_pipeline.capture.mosaic.adjust import adjust_views
+from foveacam_pipeline.capture.mosaic.chart import Chart, chart_around
+from foveacam_pipeline.capture.mosaic.correspondences import ViewCorrespondence
+from foveacam_pipeline.capture.mosaic.fuse import fill_gaps, fuse
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
-from foveacam_pipeline.capture.mosaic.pyramid import TilePyramid, half, paint_tiles
+from foveacam_pipeline.capture.mosaic.pyramid import TilePyramid, halve, paint_tiles
 from foveacam_pipeline.capture.mosaic.register import register
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.stereo.rectify import plane_from_raw
@@ -35,17 +35,17 @@ def test_a_look_is_the_calibrated_homography_at_every_depth_and_back(role: Role,
     look = EyeLook.of(moved, Role.LEFT, VOLTS.left)
     expected = homography_apply(plane_from_raw(moved, Role.LEFT, VOLTS, depth_m=z_m), RAW)
     np.testing.assert_allclose(look.plane(RAW, 1.0 / z_m), expected, atol=1e-6)
-    adjusted_look = look.adjusted(np.array([3.0, -1.0]), np.array([[1.0, 2e-3], [-2e-3, 1.001]]))
+    adjusted_look = look.with_adjustment(np.array([3.0, -1.0]), np.array([[1.0, 2e-3], [-2e-3, 1.001]]))
     plane = adjusted_look.plane(RAW, 1.0 / z_m)
     x, y = adjusted_look.raw(plane[:, 0], plane[:, 1], np.full(3, 1.0 / z_m))
     np.testing.assert_allclose(np.column_stack([x, y]), RAW, atol=1e-6)
 
 
 def test_a_chart_holds_its_corners_in_whole_cells_and_refuses_wild_poses() -> None:
-    chart = chart_about(np.array([[-13.5, 4.0], [30.0, 90.0]]), f_px=1000.0)
+    chart = chart_around(np.array([[-13.5, 4.0], [30.0, 90.0]]), f_px=1000.0)
     assert (chart.u0_px, chart.v0_px, chart.columns, chart.rows) == (-16, 0, 6, 12)
     with pytest.raises(InvalidInput, match="volts or its calibration"):
-        chart_about(np.array([[0.0, 0.0], [1e6, 10.0]]), f_px=1000.0)
+        chart_around(np.array([[0.0, 0.0], [1e6, 10.0]]), f_px=1000.0)
 
 
 def picture(height: int, width: int) -> NDArray[np.uint8]:
@@ -60,10 +60,10 @@ def test_deep_zoom_tiles_make_the_picture_at_every_level(tmp_path: Path) -> None
     paint_tiles(pyramid, lambda x, y, w, h: whole[y : y + h, x : x + w], painted.append)
     assert sum(painted) == pyramid.leaves == 6
     assert pyramid.size(0) == (1, 1)
-    assert np.abs(pyramid.whole(pyramid.top).astype(int) - whole).max() <= 8
-    smaller = pyramid.whole(pyramid.top - 1)
+    assert np.abs(pyramid.read_level(pyramid.top).astype(int) - whole).max() <= 8
+    smaller = pyramid.read_level(pyramid.top - 1)
     assert smaller.shape == (300, 551)
-    assert np.abs(smaller.astype(int) - half(whole)).mean() < 1.0
+    assert np.abs(smaller.astype(int) - halve(whole)).mean() < 1.0
 
 
 def test_tiles_that_are_there_are_not_painted_again_and_torn_ones_are(tmp_path: Path) -> None:
@@ -108,28 +108,30 @@ def test_other_things_and_bare_walls_are_not_registered() -> None:
     assert register(noise, noise[::-1].copy()) is None
 
 
-def chain(apart_px: list[tuple[float, float]], *, noise_px: float, seed: int = 5) -> list[ViewCorrespondence]:
-    """Return links of views in a row, each `apart_px` of its neighbour, half of them kept for judging."""
+def chain(
+    offset_px: list[tuple[float, float]], *, noise_px: float, seed: int = 5
+) -> list[ViewCorrespondence]:
+    """Return links of views in a row, each `offset_px` of its neighbour, half of them kept for held_out."""
     rng = np.random.default_rng(seed)
     return [
         ViewCorrespondence(
             first=k,
             second=k + 1,
             place_px=(0.0, 0.0),
-            apart_px=np.array(apart) + rng.normal(0.0, noise_px, 2),
+            offset_px=np.array(apart) + rng.normal(0.0, noise_px, 2),
             covariance=0.05**2 * np.eye(2),
-            about=np.array([[500.0, y], [-500.0, y]]),
+            relative_px=np.array([[500.0, y], [-500.0, y]]),
             brightness=0.02 if k == 0 else 0.0,
-            judging=count % 2 == 1,
+            held_out=count % 2 == 1,
         )
-        for k, apart in enumerate(apart_px)
+        for k, apart in enumerate(offset_px)
         for count, y in enumerate(range(-300, 301, 60))
     ]
 
 
 def test_shifts_larger_than_their_error_are_spread_over_the_views() -> None:
     links = chain([(0.0, 2.0), (1.5, 0.0), (0.0, -2.5)], noise_px=0.05)
-    found = adjusted(4, links, rejected=0)
+    found = adjust_views(4, links, rejected=0)
     assert found.figures.adjusted
     assert found.figures.before_rms_px > 1.9
     assert found.figures.after_rms_px < 0.12
@@ -137,7 +139,7 @@ def test_shifts_larger_than_their_error_are_spread_over_the_views() -> None:
 
 
 def test_noise_of_the_measurement_moves_nothing() -> None:
-    found = adjusted(4, chain([(0.0, 0.0)] * 3, noise_px=0.05), rejected=0)
+    found = adjust_views(4, chain([(0.0, 0.0)] * 3, noise_px=0.05), rejected=0)
     assert not found.figures.adjusted
     assert np.all(found.shifts_px == 0.0)
     assert found.figures.after_rms_px == found.figures.before_rms_px
@@ -175,4 +177,4 @@ def test_gaps_take_the_nearest_depth_and_specks_go() -> None:
     found = fuse(CHART, [patch(0.2), lone])
     assert np.isnan(found.per_depth[43, 3])
     assert found.filled[43, 3] == pytest.approx(0.2)
-    assert not fill(np.full((3, 3), np.nan, dtype=np.float32)).any()
+    assert not fill_gaps(np.full((3, 3), np.nan, dtype=np.float32)).any()

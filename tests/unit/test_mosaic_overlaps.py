@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.mosaic.build import chart_of
-from foveacam_pipeline.capture.mosaic.chart import Chart, chart_about
+from foveacam_pipeline.capture.mosaic.chart import Chart, chart_around
 from foveacam_pipeline.capture.mosaic.fuse import fuse
 from foveacam_pipeline.capture.mosaic.look import EyeLook
-from foveacam_pipeline.capture.mosaic.parallax import overlap_cells, strip_of, with_overlaps
+from foveacam_pipeline.capture.mosaic.parallax import add_overlap_depth, overlap_cells, overlap_strip
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
-from foveacam_pipeline.capture.mosaic.views import ViewPictureCache, views_of
+from foveacam_pipeline.capture.mosaic.views import ViewPictureCache, mosaic_views
 
 from .mosaic_scenes import SIDE, STEP_DEG, Z_M, painted, scan, small_calibration, texture
 
@@ -26,15 +26,15 @@ Picture = NDArray[np.uint8]
 
 def test_overlaps_lie_as_both_views_tell(tmp_path: Path) -> None:
     calibration, settings = small_calibration(), MosaicSettings()
-    views = views_of(scan(tmp_path / "raster"), calibration, settings)
+    views = mosaic_views(scan(tmp_path / "raster"), calibration, settings)
     chart = chart_of(views, calibration)
-    steps = list(with_overlaps(fuse(chart, []), views, ViewPictureCache(settings), chart=chart))
+    steps = list(add_overlap_depth(fuse(chart, []), views, ViewPictureCache(settings), chart=chart))
     assert [done for done, _ in steps] == [1, 2, 3, 4]
     found = steps[-1][1]
     assert np.isnan(found.per_depth).all()  # it is for laying alone: no depth in the files
-    told = found.surmised[np.isfinite(found.surmised)]
-    assert told.size > 0.3 * found.surmised.size
-    strip = strip_of(views[0].look, views[1].look, (_half(texture()[:360, :480]),) * 2)
+    told = found.provisional[np.isfinite(found.provisional)]
+    assert told.size > 0.3 * found.provisional.size
+    strip = overlap_strip(views[0].look, views[1].look, (_half(texture()[:360, :480]),) * 2)
     assert strip is not None
     seams_px = np.abs(told - 1.0 / Z_M) * 2.0 * strip.pair.f_px
     assert np.median(seams_px) < 0.15
@@ -58,7 +58,7 @@ def told() -> tuple[Chart, NDArray[np.float32]]:
     seen = [card_before_the_plane(side * STEP_DEG / 2) for side in (-1.0, 1.0)]
     looks, halves = (seen[0][0], seen[1][0]), (_half(seen[0][1]), _half(seen[1][1]))
     corners = np.concatenate([look.corners(small_calibration(), 0.0) for look in looks])
-    chart = chart_about(corners, f_px=small_calibration().fovea_f_px)
+    chart = chart_around(corners, f_px=small_calibration().fovea_f_px)
     cells = overlap_cells(looks, halves, chart)
     assert cells is not None
     whole = np.full((chart.rows, chart.columns), np.nan, dtype=np.float32)
@@ -84,7 +84,7 @@ def test_beside_a_jump_every_cell_is_laid_on_its_own_side(told: tuple[Chart, NDA
 
 def test_views_that_hardly_move_apart_tell_nothing() -> None:
     look, picture = card_before_the_plane(0.2)
-    assert strip_of(look, look, (_half(picture), _half(picture))) is None
+    assert overlap_strip(look, look, (_half(picture), _half(picture))) is None
 
 
 def _half(picture: Picture) -> Picture:

@@ -22,13 +22,13 @@ from foveacam_pipeline.capture.reference import (
     build_reference,
     read_rows,
 )
-from foveacam_pipeline.capture.reference.adjust import adjusted
+from foveacam_pipeline.capture.reference.adjust import adjust_rays
 from foveacam_pipeline.capture.reference.compare import compare
-from foveacam_pipeline.capture.reference.fovea_views import FoveaView, sights_of
 from foveacam_pipeline.capture.reference.matching import SampleMatch
 from foveacam_pipeline.capture.reference.rail_model import RailModel
-from foveacam_pipeline.capture.reference.rays import Rays, linear
+from foveacam_pipeline.capture.reference.rays import Rays, linearize
 from foveacam_pipeline.capture.reference.values import RailTrust, ReferenceSample
+from foveacam_pipeline.capture.reference.views import FoveaView, fovea_views
 from foveacam_server import cli
 
 from .dataset_scenes import noise_texture, painted, plane_point, written
@@ -80,7 +80,7 @@ def test_a_sample_is_a_place_of_its_own_left_fovea(scan: Dataset, reference: Wid
     calibration = small_calibration()
     volts = scan[1].pose.volts
     assert volts is not None
-    look = sights_of(scan, rail_stops(scan)[0], calibration, FEW)[2].look
+    look = fovea_views(scan, rail_stops(scan)[0], calibration, FEW)[2].look
     for row in reference.rows[:5]:
         u, v = look.plane(np.array([[row.x_px, row.y_px]]), 1.0 / Z_M)[0]
         assert np.arctan(u / calibration.fovea_f_px) == pytest.approx(row.ax_rad, abs=2e-6)
@@ -90,32 +90,32 @@ def test_a_sample_is_a_place_of_its_own_left_fovea(scan: Dataset, reference: Wid
 def test_slopes_are_those_of_the_residuals(scan: Dataset) -> None:
     rays, points, model = _rays(scan)
     unknowns = np.random.default_rng(1).normal(0.0, 0.1, len(model.sigmas))
-    at = linear(rays, points, model, unknowns)
-    for k in range(model.first_sight + 2):
+    at = linearize(rays, points, model, unknowns)
+    for k in range(model.first_view + 2):
         step = np.zeros_like(unknowns)
         step[k] = 1e-3
-        there = linear(rays, points, model, unknowns + step).residual_px - at.residual_px
+        there = linearize(rays, points, model, unknowns + step).residual_px - at.residual_px
         told = np.where(at.columns == k, 1.0, 0.0)[:, None, :] * at.by_unknowns
         assert there == pytest.approx(1e-3 * told.sum(axis=2), abs=1e-5)
-    moved = linear(rays, points + np.array([0.0, 0.0, 1e-5]), model, unknowns).residual_px - at.residual_px
+    moved = linearize(rays, points + np.array([0.0, 0.0, 1e-5]), model, unknowns).residual_px - at.residual_px
     assert moved == pytest.approx(1e-5 * at.by_point[:, :, 2], abs=1e-5)
 
 
 def test_a_ray_that_contradicts_the_others_is_left_out(scan: Dataset) -> None:
     rays, points, model = _rays(scan)
-    wrong = rays.about_px.copy()
+    wrong = rays.relative_px.copy()
     wrong[8] += [0.0, 5.0]
-    found = adjusted(replace(rays, about_px=wrong), points + 0.01, model, baseline_m=0.2)
+    found = adjust_rays(replace(rays, relative_px=wrong), points + 0.01, model, baseline_m=0.2)
     assert found.outliers >= 1
-    assert not ((found.rays.sample == rays.sample[8]) & (found.rays.sight == rays.sight[8])).any()
+    assert not ((found.rays.sample == rays.sample[8]) & (found.rays.view == rays.view[8])).any()
     assert found.points_m == pytest.approx(points, abs=2e-4)
 
 
 def test_two_rays_alone_make_no_reference(scan: Dataset) -> None:
     rays, points, model = _rays(scan)
-    two = rays.only(rays.sight < 2)
+    two = rays.select(rays.view < 2)
     assert len(two) == 2 * len(points)
-    assert np.isnan(adjusted(two, points, model, baseline_m=0.2).points_m).all()
+    assert np.isnan(adjust_rays(two, points, model, baseline_m=0.2).points_m).all()
 
 
 def test_the_expected_error_grows_with_the_square_of_the_distance() -> None:
@@ -226,28 +226,28 @@ def _rays(scan: Dataset) -> tuple[Rays, np.ndarray[tuple[int, int], np.dtype[np.
     """Return rays of made-up points, exact where the rail and the gazes are as told."""
     calibration = small_calibration()
     stops, judged = rail_stops(scan)
-    sights = sights_of(scan, stops, calibration, FEW)
+    views = fovea_views(scan, stops, calibration, FEW)
     model = RailModel.of(
-        stops, judged, sights=len(sights), trust=RailTrust(), calibration=calibration, depth_m=Z_M
+        stops, judged, views=len(views), trust=RailTrust(), calibration=calibration, depth_m=Z_M
     )
     rng = np.random.default_rng(3)
     points = rng.uniform([-0.05, -0.05, 5.0], [0.05, 0.05, 7.0], (12, 3))
-    rays = Rays.of(list(_exact(points, sights, model)), sights, calibration, floor_px=0.05)
+    rays = Rays.of(list(_exact(points, views, model)), views, calibration, floor_px=0.05)
     return rays, points, model
 
 
 def _exact(
-    points: np.ndarray[tuple[int, int], np.dtype[np.float64]], sights: list[FoveaView], model: RailModel
+    points: np.ndarray[tuple[int, int], np.dtype[np.float64]], views: list[FoveaView], model: RailModel
 ) -> Iterator[SampleMatch]:
     calibration = small_calibration()
-    stands = model.stands(np.zeros(len(model.sigmas)))
+    stop_poses = model.stop_poses(np.zeros(len(model.sigmas)))
     for number, point in enumerate(points):
-        for sight in sights:
-            own = stands[sight.stop].own(point) - calibration.reference_rig_m(sight.role)
+        for view in views:
+            own = stop_poses[view.stop].to_stop_frame(point) - calibration.reference_rig_m(view.role)
             u, v = calibration.fovea_f_px * own[:2] / own[2]
-            about = sight.look.about(np.asarray(u), np.asarray(v), np.asarray(1.0 / own[2]))
+            about = view.look.gaze_relative(np.asarray(u), np.asarray(v), np.asarray(1.0 / own[2]))
             yield SampleMatch(
-                sample=number, sight=sight.number, about_px=np.array(about), covariance=0.01 * np.eye(2)
+                sample=number, view=view.number, relative_px=np.array(about), covariance=0.01 * np.eye(2)
             )
 
 

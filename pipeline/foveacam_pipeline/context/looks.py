@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, Sighting
-from foveacam_pipeline.capture.mosaic.pair_depth import NEAREST_M, matched, triangulated
+from foveacam_pipeline.capture.mosaic.pair_depth import NEAREST_M, match_pair, triangulate_pair
 from foveacam_pipeline.context.values import DepthSource
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.context.wide_matches import BLOCK_PX, contradicted, wide_matches
@@ -22,10 +22,10 @@ MEASURED = (Basis.BOTH_FOVEAE, Basis.FOVEA_AND_WIDE)
 
 def overlap_samples(sighting: Sighting, calibration: Calibration) -> DepthSamples:
     """Return the depth where the foveae overlap, matched at a quarter of the size."""
-    found = matched(halved(rectify(sighting, calibration, scale=0.5)))
+    found = match_pair(halved(rectify(sighting, calibration, scale=0.5)))
     if found is None:
         return DepthSamples.none()
-    seen = triangulated(*found, calibration, sighting.volts, eye=Role.LEFT)
+    seen = triangulate_pair(*found, calibration, sighting.volts, eye=Role.LEFT)
     kept = ~seen.edge
     q = seen.per_depth[kept]
     if len(q) == 0:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_pipeline.capture.mosaic.look import EyeLook
-from foveacam_pipeline.capture.mosaic.pair_depth import beside_jumps
+from foveacam_pipeline.capture.mosaic.pair_depth import near_jumps
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray, match
 from foveacam_pipeline.stereo.rectify import crossing_z_m, to_uint8
@@ -90,13 +90,13 @@ def eye_matches(sighting: Sighting, calibration: Calibration, role: Role) -> Dep
         t_ns=frame.t_ns,
     )
     found = match(pair, SETTINGS)
-    known = np.isfinite(found.residual_px) & ~beside_jumps(pair, found)
+    known = np.isfinite(found.residual_px) & ~near_jumps(pair, found)
     rows, columns = np.nonzero(known[::STEP_PX, ::STEP_PX])
     rows, columns = rows * STEP_PX, columns * STEP_PX
     shift = found.residual_px[rows, columns].astype(np.float64)
     hx, hy = window.hx_px[rows, columns], window.hy_px[rows, columns]
     x_m = float(calibration.reference_rig_m(role)[0])
-    moving = look.aside_px_m[0] + look.pupil_m * hx + calibration.fovea_f_px * x_m
+    moving = look.pivot_px_m[0] + look.pupil_m * hx + calibration.fovea_f_px * x_m
     q = q_ref - window.turn * shift * window.step_px * (1.0 + look.pupil_m * q_ref) / moving
     sigma_px = np.hypot(found.sigma_px[rows, columns], LEAST_SIGMA_PX)
     depth_m = float(1.0 / np.clip(np.median(q), 1e-3, 1.0)) if len(q) else 1.0
@@ -125,7 +125,7 @@ def _fovea_view(
     image: NDArray[np.uint8], look: EyeLook, window: _Window
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     """Return a raw fovea, (h, w) uint8, in the window, and which pixels lie in the frame."""
-    back = np.linalg.inv(look.about_gaze)
+    back = np.linalg.inv(look.gaze_from_raw)
     w = back[2, 0] * window.hx_px + back[2, 1] * window.hy_px + back[2, 2]
     x = (back[0, 0] * window.hx_px + back[0, 1] * window.hy_px + back[0, 2]) / w
     y = (back[1, 0] * window.hx_px + back[1, 1] * window.hy_px + back[1, 2]) / w
@@ -182,7 +182,7 @@ def _directions(
 ) -> NDArray[np.float64]:
     """Return (n, 2) tangents from the rig's origin of places about the gaze, (n,) each, at 1/Z = `q`."""
     about = np.column_stack([hx, hy])
-    places = look.gaze_px + look.aside_px_m * q[:, None] + (1.0 + look.pupil_m * q[:, None]) * about
+    places = look.gaze_px + look.pivot_px_m * q[:, None] + (1.0 + look.pupil_m * q[:, None]) * about
     tangents = places / calibration.fovea_f_px
     tangents[:, 0] += x_m * q
     return np.asarray(tangents, dtype=np.float64)

@@ -41,7 +41,7 @@ from foveacam_pipeline.capture.dataset import (
 )
 from foveacam_pipeline.capture.mosaic.build import PlacedScan, build_mosaic
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
-from foveacam_pipeline.capture.mosaic.links import places
+from foveacam_pipeline.capture.mosaic.correspondences import overlap_points
 from foveacam_pipeline.capture.mosaic.views import MosaicView
 from foveacam_pipeline.capture.plan import RasterPlan, fill_in_plan, plan_from, point_volts, points_of_plan
 from foveacam_pipeline.models import Calibration, load_calibration
@@ -99,7 +99,7 @@ def mosaic_figures(folder: Path, *, side: int) -> dict[str, object]:
         mosaic = build_mosaic(Dataset.open(folder / "raster"), folder / "mosaic", mesh_file=glb_of)
         mosaic_s, cpu_s = time.perf_counter() - began_s, time.process_time() - began_cpu_s
         peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        judged = judge(mosaic.laid, truth_of(rig), calibration)
+        judged = judge(mosaic.placed, truth_of(rig), calibration)
     made = mosaic.figures
     return {
         **figures_of(judged),
@@ -167,7 +167,7 @@ def judge(laid: PlacedScan, truth: Truth, calibration: Calibration, *, eye: Role
     t_ns = _frame_ns(laid.views[0], eye)
     true_z_m, textured = true_depth_m(truth, chart, eye_rig_m, t_ns)
     seams, blank = [], []
-    for place in places(laid.views, chart):
+    for place in overlap_points(laid.views, chart):
         here = place.row, place.column
         if textured[here]:
             u = chart.u0_px + CELL * place.column + (CELL - 1) / 2
@@ -175,7 +175,7 @@ def judge(laid: PlacedScan, truth: Truth, calibration: Calibration, *, eye: Role
             ray = np.array([u / chart.f_px, v / chart.f_px, 1.0])
             pair = [laid.views[k] for k in (place.first, place.second)]
             thing = eye_rig_m + float(true_z_m[here]) * ray
-            seams.append(apart_px(pair, thing, truth, eye=eye, per_depth=float(depth.filled[here])))
+            seams.append(offset_px(pair, thing, truth, eye=eye, per_depth=float(depth.filled[here])))
             blank.append(spread(truth, (u, v), chart.f_px, eye_rig_m, t_ns) < BLANK_SHARE)
     relative = depth.z_m / true_z_m - 1.0
     known = np.isfinite(relative)
@@ -192,12 +192,12 @@ def judge(laid: PlacedScan, truth: Truth, calibration: Calibration, *, eye: Role
     )
 
 
-def apart_px(
+def offset_px(
     pair: Sequence[MosaicView], thing_rig_m: Floats, truth: Truth, *, eye: Role, per_depth: float
 ) -> tuple[float, float, float]:
     """Return how far a thing lies apart in two views: as laid, not adjusted, and at the pairs' own depths."""
     raw = [truth.projection(eye, _frame_ns(view, eye)).project(thing_rig_m[None]) for view in pair]
-    still = [view.look.adjusted(np.zeros(2), np.eye(2)) for view in pair]
+    still = [view.look.with_adjustment(np.zeros(2), np.eye(2)) for view in pair]
     laid = [view.look.plane(px, per_depth) for view, px in zip(pair, raw, strict=True)]
     plain = [look.plane(px, per_depth) for look, px in zip(still, raw, strict=True)]
     flat = [look.plane(px, view.per_depth) for look, px, view in zip(still, raw, pair, strict=True)]

@@ -40,7 +40,7 @@ def needs_of(dataset: Dataset, wish: MosaicSpec, folder: Path) -> MosaicNeeds:
     from foveacam_pipeline.capture.mosaic.build import chart_of
     from foveacam_pipeline.capture.mosaic.chart import CELL
     from foveacam_pipeline.capture.mosaic.values import MosaicSettings
-    from foveacam_pipeline.capture.mosaic.views import views_of
+    from foveacam_pipeline.capture.mosaic.views import mosaic_views
 
     name = dataset.folder.name
     if dataset.calibration is None:
@@ -52,7 +52,7 @@ def needs_of(dataset: Dataset, wish: MosaicSpec, folder: Path) -> MosaicNeeds:
             remedy="capture it again with a calibration in use",
         )
     settings = MosaicSettings(eye=Role(wish.eye), scan=wish.scan, bracket=wish.bracket)
-    views = views_of(_scan(dataset, wish), dataset.calibration, settings)
+    views = mosaic_views(_scan(dataset, wish), dataset.calibration, settings)
     _check_overlap(views, name)
     chart = chart_of(views, dataset.calibration)
     pixels, cells = chart.width * chart.height, chart.rows * chart.columns

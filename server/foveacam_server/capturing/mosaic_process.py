@@ -36,14 +36,14 @@ def make(dataset: Path, folder: Path, wish: MosaicSpec) -> None:
     from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
     from foveacam_pipeline.capture.mosaic.folder import recipe_of
     from foveacam_pipeline.capture.mosaic.values import MosaicSettings
-    from foveacam_pipeline.capture.mosaic.views import calibration_of, views_of
+    from foveacam_pipeline.capture.mosaic.views import mosaic_calibration, mosaic_views
     from foveacam_pipeline.storage.disk import disk_errors
     from foveacam_web.glb import write_glb
 
     settings = MosaicSettings(eye=Role(wish.eye), scan=wish.scan, bracket=wish.bracket)
     opened = Dataset.open(dataset)
-    calibration, scan = calibration_of(opened), opened.scan(wish.scan)
-    views = views_of(scan, calibration, settings)
+    calibration, scan = mosaic_calibration(opened), opened.scan(wish.scan)
+    views = mosaic_views(scan, calibration, settings)
     chart = chart_of(views, calibration)
     if folder.exists() and begun_as(folder) != recipe_of(scan, settings, chart):
         shutil.rmtree(folder)
@@ -55,7 +55,7 @@ def make(dataset: Path, folder: Path, wish: MosaicSpec) -> None:
         mesh_file=lambda mesh: write_glb(mesh, y_up=True),
     )
     with disk_errors("the mosaic", folder.parent):
-        write_depth_tiles(folder, made.laid.depth.z_m)
+        write_depth_tiles(folder, made.placed.depth.z_m)
 
 
 def main() -> int:

@@ -1,1 +1,1 @@
-"""All foveae of a scan as one picture of the field of regard, its depth, its points: see `build`."""
+"""Mosaics: all foveae of a scan as one picture of the field of regard, with its depth. Start at `build`."""

@@ -1,7 +1,7 @@
-"""A small least-squares adjustment: every view may shift, and all may turn and stretch alike.
+"""Least-squares adjustment of a mosaic: each view may shift, and all may turn and stretch alike.
 
-What a mount drifts during a scan moves views one by one; its roll, and an error of the focal length, turn or
-stretch all of them about their gazes. Weak expectations of no change hold what the overlaps do not tell.
+Drift of a mount during a scan shifts views one by one; its roll, or an error of the focal length, turns or
+stretches all of them about their gazes. Weak priors for no change determine what the overlaps do not.
 """
 
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foveacam_pipeline.capture.mosaic.links import ViewCorrespondence
+from foveacam_pipeline.capture.mosaic.correspondences import ViewCorrespondence
 from foveacam_pipeline.capture.mosaic.values import SeamFigures
 from foveacam_pipeline.capture.mosaic.views import Floats, MosaicView
 
@@ -17,17 +17,17 @@ SHIFT_PRIOR_PX = 3.0
 TURN_PRIOR = 0.005
 GAIN_PRIOR = 0.3
 GAIN_NOISE = 0.01
-"""What two views of one place differ by in brightness for other reasons, relative."""
+"""Relative difference in brightness of two views of one point for other reasons."""
 HUBER_SIGMAS = 3.0
 ROUNDS = 4
-LEAST_F = 2.0
-"""The overlaps must agree better by so much more than free parameters alone would make them."""
-TURNS = 4
+LEAST_F_RATIO = 2.0
+"""F ratio by which the overlaps must agree better than the free parameters alone would make them."""
+TURN_PARAMETERS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Adjustment:
-    """`shifts_px`: (n, 2) per view; `turn`: (2, 2) of all; `gains`: (n,); how good it was and became."""
+    """`shifts_px`: (n, 2) per view; `turn`: (2, 2) of all; `gains`: (n,); residuals before and after."""
 
     shifts_px: Floats
     turn: Floats
@@ -35,22 +35,22 @@ class Adjustment:
     figures: SeamFigures
 
 
-def adjusted(
+def adjust_views(
     count: int, links: Sequence[ViewCorrespondence], *, rejected: int, allowed: bool = True
 ) -> Adjustment:
-    """Return the adjustment of `count` views; nothing moves when it is not larger than its own error."""
-    fitting = [link for link in links if not link.judging]
-    judging = [link for link in links if link.judging]
+    """Return the adjustment of `count` views; no change when it is not larger than its own error."""
+    fitting = [link for link in links if not link.held_out]
+    held_out = [link for link in links if link.held_out]
     shifts, turn, worth = np.zeros((count, 2)), np.eye(2), False
     if allowed and fitting:
         shifts, turn, worth = _solve(count, fitting)
-    before = seam_rms_px(judging, np.zeros((count, 2)), np.eye(2))
-    after = seam_rms_px(judging, shifts, turn)
+    before = seam_rms_px(held_out, np.zeros((count, 2)), np.eye(2))
+    after = seam_rms_px(held_out, shifts, turn)
     worth = worth and not after > before
     if not worth:
         shifts, turn, after = np.zeros((count, 2)), np.eye(2), before
     gains = _gains(count, links)
-    own = [float(np.trace(link.covariance)) for link in judging]
+    own = [float(np.trace(link.covariance)) for link in held_out]
     figures = SeamFigures(
         links=len(links),
         rejected=rejected,
@@ -64,32 +64,32 @@ def adjusted(
     return Adjustment(shifts_px=shifts, turn=turn, gains=gains, figures=figures)
 
 
-def moved(views: Sequence[MosaicView], adjustment: Adjustment) -> list[MosaicView]:
-    """Return the views as the adjustment has them."""
+def apply_adjustment(views: Sequence[MosaicView], adjustment: Adjustment) -> list[MosaicView]:
+    """Return the views with the adjustment applied."""
     return [
-        view.moved(view.look.adjusted(shift, adjustment.turn), float(gain))
+        view.with_adjustment(view.look.with_adjustment(shift, adjustment.turn), float(gain))
         for view, shift, gain in zip(views, adjustment.shifts_px, adjustment.gains, strict=True)
     ]
 
 
 def residuals_px(links: Sequence[ViewCorrespondence], shifts_px: Floats, turn: Floats) -> Floats:
-    """Return (n, 2): how far the things of links stand apart after an adjustment."""
+    """Return (n, 2): the offsets of corresponding points after an adjustment."""
     if not links:
         return np.empty((0, 2))
     extra = turn - np.eye(2)
     return np.array(
         [
-            link.apart_px
+            link.offset_px
             + shifts_px[link.second]
             - shifts_px[link.first]
-            + extra @ (link.about[1] - link.about[0])
+            + extra @ (link.relative_px[1] - link.relative_px[0])
             for link in links
         ]
     )
 
 
 def seam_rms_px(links: Sequence[ViewCorrespondence], shifts_px: Floats, turn: Floats) -> float:
-    """Return the rms distance between the places of one thing in two views, px; NaN without links."""
+    """Return the rms distance between corresponding points of two views, px; NaN without correspondences."""
     apart = residuals_px(links, shifts_px, turn)
     return float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))) if len(apart) else float("nan")
 
@@ -97,7 +97,7 @@ def seam_rms_px(links: Sequence[ViewCorrespondence], shifts_px: Floats, turn: Fl
 def _solve(count: int, links: Sequence[ViewCorrespondence]) -> tuple[Floats, Floats, bool]:
     """Return shifts, turn, and whether they explain more than chance would."""
     design, apart = _equations(count, links)
-    prior = np.concatenate([np.full(2 * count, SHIFT_PRIOR_PX), np.full(TURNS, TURN_PRIOR)]) ** -2.0
+    prior = np.concatenate([np.full(2 * count, SHIFT_PRIOR_PX), np.full(TURN_PARAMETERS, TURN_PRIOR)]) ** -2.0
     weights: Floats = np.ones(len(links), dtype=np.float64)
     unknowns: Floats = np.zeros(design.shape[1])
     for _ in range(ROUNDS):
@@ -112,30 +112,32 @@ def _solve(count: int, links: Sequence[ViewCorrespondence]) -> tuple[Floats, Flo
     scale = np.repeat(np.sqrt(weights), 2)
     before = float(np.sum((scale * apart) ** 2))
     after = float(np.sum((scale * (design @ unknowns + apart)) ** 2))
-    free = 2 * (count - 1) + TURNS
+    free = 2 * (count - 1) + TURN_PARAMETERS
     spare = max(1, 2 * len(links) - free)
     gain = (before - after) / free / max(after / spare, 1e-12)
     shifts = unknowns[: 2 * count].reshape(count, 2)
-    return shifts, np.eye(2) + unknowns[2 * count :].reshape(2, 2), gain > LEAST_F
+    return shifts, np.eye(2) + unknowns[2 * count :].reshape(2, 2), gain > LEAST_F_RATIO
 
 
 def _equations(count: int, links: Sequence[ViewCorrespondence]) -> tuple[Floats, Floats]:
-    """Return design (2 n, 2 count + 4) and what is apart (2 n,), both divided by their errors."""
-    design = np.zeros((len(links), 2, 2 * count + TURNS))
+    """Return the design (2 n, 2 count + 4) and the offsets (2 n,), both divided by their errors."""
+    design = np.zeros((len(links), 2, 2 * count + TURN_PARAMETERS))
     apart = np.zeros((len(links), 2))
     for k, link in enumerate(links):
         for axis in (0, 1):
             design[k, axis, 2 * link.second + axis] += 1.0
             design[k, axis, 2 * link.first + axis] -= 1.0
-            design[k, axis, 2 * count + 2 * axis : 2 * count + 2 * axis + 2] = link.about[1] - link.about[0]
+            design[k, axis, 2 * count + 2 * axis : 2 * count + 2 * axis + 2] = (
+                link.relative_px[1] - link.relative_px[0]
+            )
         whitening = np.linalg.inv(np.linalg.cholesky(link.covariance))
         design[k] = whitening @ design[k]
-        apart[k] = whitening @ link.apart_px
-    return design.reshape(-1, 2 * count + TURNS), apart.ravel()
+        apart[k] = whitening @ link.offset_px
+    return design.reshape(-1, 2 * count + TURN_PARAMETERS), apart.ravel()
 
 
 def _gains(count: int, links: Sequence[ViewCorrespondence]) -> Floats:
-    """Return (count,) factors that make the views equally bright where they overlap, their mean log 0."""
+    """Return (count,) factors that make overlapping views equally bright, with a mean logarithm of 0."""
     if not links:
         return np.ones(count)
     design = np.zeros((len(links), count))

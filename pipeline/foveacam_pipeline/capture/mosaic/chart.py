@@ -1,8 +1,8 @@
 """The chart of a mosaic: the virtual pinhole plane of one eye (Sec. 3.2), cut to what its foveae saw.
 
-Its focal length is the telephoto's, so one chart pixel is one fovea pixel in the middle and 3 % less at 10°.
-A plane was chosen, not a chart of angles: straight things stay straight, fovea to chart is a homography, and
-depth is f B / d everywhere on it. Cells of 8 x 8 px carry depth.
+Its focal length is the telephoto's, so one chart pixel is one fovea pixel in the middle and 3 % less at
+10°. A plane, not a chart of angles: straight lines stay straight, fovea to chart is a homography, and depth
+is f B / d everywhere on it. Cells of 8 x 8 px carry depth.
 """
 
 import math
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 CELL = 8
 """Side of a cell, px: depth is matched over windows of this size."""
 MOST_PX = 40_000
-"""A chart wider than this comes of poses that are wrong: 70° at the telephoto's resolution."""
+"""Largest side of a chart: a larger one means wrong poses (70° at the telephoto's resolution)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +44,7 @@ class Chart:
         """Cells down."""
         return self.height // CELL
 
-    def cell_places(self, row: slice, column: slice) -> tuple[Floats, Floats]:
+    def cell_centres(self, row: slice, column: slice) -> tuple[Floats, Floats]:
         """Return plane coordinates u (1, n), v (m, 1) of the centres of cells; slices may reach outside."""
         middle = (CELL - 1) / 2
         u = self.u0_px + CELL * np.arange(column.start, column.stop, dtype=np.float64) + middle
@@ -52,8 +52,8 @@ class Chart:
         return u[None, :], v[:, None]
 
 
-def chart_about(corners_px: Floats, *, f_px: float) -> Chart:
-    """Return the smallest chart that holds plane places (n, 2)."""
+def chart_around(corners_px: Floats, *, f_px: float) -> Chart:
+    """Return the smallest chart that contains plane positions (n, 2)."""
     low = np.floor(corners_px.min(axis=0) / CELL).astype(int) * CELL
     high = np.ceil(corners_px.max(axis=0) / CELL).astype(int) * CELL
     width, height = (high - low).tolist()

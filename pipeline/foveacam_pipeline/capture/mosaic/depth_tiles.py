@@ -1,7 +1,7 @@
-"""The fused depth as Deep Zoom tiles that a browser reads exactly: PNG, whose colours are metres.
+"""The fused depth as Deep Zoom tiles that a browser decodes exactly: PNG whose colours encode depth.
 
-A pixel is a cell of the chart; red * 65536 + green * 256 + blue is its depth in steps of `STEP_M`, 0 unknown.
-A coarser level shows the nearest of four cells: means would lie where nothing is.
+A pixel is a cell of the chart; red * 65536 + green * 256 + blue is its depth in steps of `STEP_M`, 0
+unknown. A coarser level shows the nearest of four cells: a mean depth would lie where nothing is.
 """
 
 import json
@@ -25,7 +25,10 @@ VERSION = 1
 
 
 def write_depth_tiles(folder: Path, z_m: Cells) -> None:
-    """Write depth.dzi, its tiles and what they mean. `z_m`: (rows, columns), NaN unknown. Raise OSError."""
+    """Write depth.dzi, its tiles and their description. `z_m`: (rows, columns), NaN unknown.
+
+    Raise OSError.
+    """
     height, width = z_m.shape
     top = math.ceil(math.log2(max(width, height)))
     level_m = z_m
@@ -39,7 +42,7 @@ def write_depth_tiles(folder: Path, z_m: Cells) -> None:
         f'  <Size Width="{width}" Height="{height}"/>\n</Image>\n'
     )
     write_file(folder / "depth.dzi", text.encode())
-    near_m, far_m = span_m(z_m)
+    near_m, far_m = depth_range_m(z_m)
     document = {
         "format": FORMAT,
         "version": VERSION,
@@ -54,8 +57,8 @@ def write_depth_tiles(folder: Path, z_m: Cells) -> None:
     write_file(folder / DOCUMENT, (json.dumps(document, indent=1) + "\n").encode())
 
 
-def coded(z_m: Cells) -> NDArray[np.uint8]:
-    """Return depth as (h, w, 3) uint8; what is unknown or beyond 1677 m is black."""
+def encode_depth(z_m: Cells) -> NDArray[np.uint8]:
+    """Return depth as (h, w, 3) uint8; unknown depth and depth beyond 1677 m is black."""
     steps = np.rint(np.nan_to_num(z_m.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0) / STEP_M)
     steps[(steps < 0) | (steps > LARGEST)] = 0
     whole = steps.astype(np.uint32)
@@ -63,15 +66,15 @@ def coded(z_m: Cells) -> NDArray[np.uint8]:
 
 
 def nearest_of_four(z_m: Cells) -> Cells:
-    """Return half the size, rounded up: of 2 x 2 cells the nearest that is known."""
+    """Return half the size, rounded up: the nearest known depth of every 2 x 2 cells."""
     height, width = z_m.shape
     even = np.pad(z_m, ((0, height % 2), (0, width % 2)), constant_values=np.nan)
     rows = np.fmin(even[0::2], even[1::2])
     return np.asarray(np.fmin(rows[:, 0::2], rows[:, 1::2]), dtype=np.float32)
 
 
-def span_m(z_m: Cells) -> tuple[float | None, float | None]:
-    """Return the ends of a scale for these depths, m, without their outer 2 %; None where none is known."""
+def depth_range_m(z_m: Cells) -> tuple[float | None, float | None]:
+    """Return the limits of a colour scale, m, without the outer 2 % of depths; None where none is known."""
     known = z_m[np.isfinite(z_m)]
     if known.size == 0:
         return None, None
@@ -86,4 +89,4 @@ def _write_level(folder: Path, level_m: Cells) -> None:
     for row, y in enumerate(range(0, height, TILE_CELLS)):
         for column, x in enumerate(range(0, width, TILE_CELLS)):
             tile_m = level_m[y : y + TILE_CELLS, x : x + TILE_CELLS]
-            write_file(folder / f"{column}_{row}.png", encode(coded(tile_m), ImageCodec.PNG))
+            write_file(folder / f"{column}_{row}.png", encode(encode_depth(tile_m), ImageCodec.PNG))

@@ -1,4 +1,4 @@
-"""The folder of a mosaic: what it is made of stands in `mosaic.json`, and a half-made one is gone on with."""
+"""The folder of a mosaic: `mosaic.json` states its recipe, and an unfinished mosaic can be continued."""
 
 import hashlib
 import io
@@ -33,7 +33,7 @@ class MosaicFolder:
 
     @classmethod
     def open(cls, path: Path, scan: Dataset, settings: MosaicSettings, chart: Chart) -> "MosaicFolder":
-        """Make the folder, or go on with one of the same recipe; refuse any other. Raise OSError."""
+        """Create the folder, or continue one of the same recipe; refuse any other. Raise OSError."""
         recipe = recipe_of(scan, settings, chart)
         found = cls(path=path, recipe=recipe)
         if not path.exists():
@@ -46,28 +46,28 @@ class MosaicFolder:
         found._write("running", None)
         return found
 
-    def finished(self, figures: MosaicFigures) -> None:
-        """Say that all is there, and remove what only its making needed. Raise OSError."""
+    def finish(self, figures: MosaicFigures) -> None:
+        """Mark the mosaic as complete, and remove its working files. Raise OSError."""
         self._write("complete", figures)
         shutil.rmtree(self.path / WORK, ignore_errors=True)
 
-    def kept_cells(self, pair: tuple[int, int]) -> CellDepth | None:
-        """Return the depth of a pair that was worked out before."""
+    def load_cells(self, pair: tuple[int, int]) -> CellDepth | None:
+        """Return the stored depth of a pair; None when it is not there."""
         try:
-            with np.load(self._cells(pair)) as kept:
+            with np.load(self._cells(pair)) as stored:
                 return CellDepth(
-                    row=int(kept["row"]),
-                    column=int(kept["column"]),
-                    per_depth=kept["per_depth"],
-                    sigma=kept["sigma"],
-                    edge=kept["edge"],
-                    pose_sigma=float(kept["pose_sigma"]),
+                    row=int(stored["row"]),
+                    column=int(stored["column"]),
+                    per_depth=stored["per_depth"],
+                    sigma=stored["sigma"],
+                    edge=stored["edge"],
+                    pose_sigma=float(stored["pose_sigma"]),
                 )
         except (FileNotFoundError, ValueError, KeyError, EOFError):
             return None
 
-    def keep_cells(self, pair: tuple[int, int], cells: CellDepth) -> None:
-        """Keep the depth of a pair for another start. Raise OSError."""
+    def save_cells(self, pair: tuple[int, int], cells: CellDepth) -> None:
+        """Store the depth of a pair for a later continuation. Raise OSError."""
         content = io.BytesIO()
         np.savez(content, **asdict(cells))
         path = self._cells(pair)
@@ -90,7 +90,7 @@ class MosaicFolder:
 
 
 def recipe_of(scan: Dataset, settings: MosaicSettings, chart: Chart) -> dict[str, object]:
-    """Return everything that decides how a mosaic looks, as JSON."""
+    """Return everything that determines a mosaic, as JSON."""
     files = "".join(f"{frame.file}{frame.sha256}" for point in scan for frame in point.frames)
     recipe = {
         "dataset": scan.document.header.id,
@@ -104,7 +104,7 @@ def recipe_of(scan: Dataset, settings: MosaicSettings, chart: Chart) -> dict[str
 
 
 def finite(value: object) -> object:
-    """Return the same with null for numbers that JSON lacks."""
+    """Return the value with null for numbers that JSON lacks."""
     if isinstance(value, dict):
         return {key: finite(inner) for key, inner in value.items()}
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""The depths of all pairs on one chart: the weighted mean of those that agree; the rest is left out."""
+"""Fuses the depths of all pairs on one chart: the weighted mean of those that agree, without outliers."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,27 +14,27 @@ from foveacam_pipeline.capture.mosaic.values import DepthFigures
 
 Cells = NDArray[np.float32]
 BLOCK = 128
-"""Cells of a block, each way: memory does not depend on how many pairs there are."""
+"""Side of a block, cells: memory does not depend on the number of pairs."""
 AGREE_SIGMAS = 4.0
 AGREE_SHARE = 0.003
-"""Estimates agree within so many of their errors, and so much of q for what the errors do not know."""
+"""Estimates agree within `AGREE_SIGMAS` of their errors plus this share of q, for what the errors omit."""
 SMOOTH_CELLS = 2.0
 SPECKLE_CELLS = 300
 SPECKLE_STEP = 0.02
-"""So few cells that hang together, each within this share of the depth of the next, are noise."""
+"""Connected regions of fewer than `SPECKLE_CELLS` cells, neighbours within this share of depth, are noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FieldDepth:
     """Depth of a chart's cells: q = 1 / Z, 1/m, (rows, columns) float32, NaN unknown, and its standard error.
 
-    `surmised`: q for laying pictures alone: as known; what lies beside a jump is taken for the nearer thing.
-    `filled`: q everywhere: a gap gets the nearest cell's, smoothed.
+    `provisional`: q for rendering only: as known, and beside a depth jump that of the nearer object.
+    `filled`: q everywhere: a gap gets the nearest cell's q, smoothed.
     """
 
     per_depth: Cells
     sigma: Cells
-    surmised: Cells
+    provisional: Cells
     filled: Cells
     figures: DepthFigures
 
@@ -50,7 +50,7 @@ class FieldDepth:
 
 
 @dataclass(slots=True)
-class _Tally:
+class _FusionCounts:
     estimates: int = 0
     left_out: int = 0
     several: int = 0
@@ -59,17 +59,19 @@ class _Tally:
 
 
 def fuse(chart: Chart, patches: Sequence[CellDepth]) -> FieldDepth:
-    """Return the depth of a chart from patches that overlap."""
+    """Return the depth of a chart from overlapping patches."""
     shape = chart.rows, chart.columns
     per_depth, sigma, edge = (np.full(shape, np.nan, dtype=np.float32) for _ in range(3))
-    tally = _Tally()
+    tally = _FusionCounts()
     for rows, columns in blocks(shape):
-        layers = [cut(patch, rows, columns) for patch in patches if meets(patch, rows, columns)]
+        layers = [
+            crop_layers(patch, rows, columns) for patch in patches if overlaps_block(patch, rows, columns)
+        ]
         if layers:
             block = np.array(layers)
-            per_depth[rows, columns], sigma[rows, columns] = _agreed(block, tally)
-            edge[rows, columns] = _middle(block[:, 3])
-    lone = specks(per_depth)
+            per_depth[rows, columns], sigma[rows, columns] = _consensus(block, tally)
+            edge[rows, columns] = _median(block[:, 3])
+    lone = speckle_mask(per_depth)
     tally.left_out += int(lone.sum())
     per_depth[lone], sigma[lone] = np.nan, np.nan
     known = np.isfinite(per_depth)
@@ -80,15 +82,19 @@ def fuse(chart: Chart, patches: Sequence[CellDepth]) -> FieldDepth:
         outliers=tally.left_out / max(1, tally.estimates),
         median_sigma_rel=float(np.median(sigma[known] / per_depth[known])) if known.any() else float("nan"),
     )
-    surmised = np.where(known, per_depth, edge)
-    surmised[specks(surmised)] = np.nan
+    provisional = np.where(known, per_depth, edge)
+    provisional[speckle_mask(provisional)] = np.nan
     return FieldDepth(
-        per_depth=per_depth, sigma=sigma, surmised=surmised, filled=fill(surmised), figures=figures
+        per_depth=per_depth,
+        sigma=sigma,
+        provisional=provisional,
+        filled=fill_gaps(provisional),
+        figures=figures,
     )
 
 
-def fill(values: Cells) -> Cells:
-    """Return (h, w) without NaN: gaps get what the nearest cells have, smoothed; zeros if none has any."""
+def fill_gaps(values: Cells) -> Cells:
+    """Return (h, w) without NaN: gaps get the nearest cell's value, smoothed; zeros if no cell is known."""
     known = np.isfinite(values)
     if not known.any():
         return np.zeros_like(values)
@@ -98,19 +104,19 @@ def fill(values: Cells) -> Cells:
 
 
 def blocks(shape: tuple[int, ...]) -> Iterator[tuple[slice, slice]]:
-    """Yield rows and columns of blocks that make up (rows, columns) of cells."""
+    """Yield rows and columns of the blocks that make up (rows, columns) of cells."""
     for top in range(0, shape[0], BLOCK):
         for left in range(0, shape[1], BLOCK):
             yield slice(top, min(shape[0], top + BLOCK)), slice(left, min(shape[1], left + BLOCK))
 
 
-def meets(patch: CellDepth, rows: slice, columns: slice) -> bool:
-    """Return whether a patch has cells there."""
+def overlaps_block(patch: CellDepth, rows: slice, columns: slice) -> bool:
+    """Return whether a patch has cells in a block."""
     over = patch.rows.start < rows.stop and rows.start < patch.rows.stop
     return bool(over and patch.columns.start < columns.stop and columns.start < patch.columns.stop)
 
 
-def cut(patch: CellDepth, rows: slice, columns: slice) -> Cells:
+def crop_layers(patch: CellDepth, rows: slice, columns: slice) -> Cells:
     """Return (4, h, w): q, its matching error, the pose's, and q beside jumps; NaN outside the patch."""
     out = np.full((4, rows.stop - rows.start, columns.stop - columns.start), np.nan, dtype=np.float32)
     top, bottom = max(rows.start, patch.rows.start), min(rows.stop, patch.rows.stop)
@@ -122,8 +128,8 @@ def cut(patch: CellDepth, rows: slice, columns: slice) -> Cells:
     return out
 
 
-def _agreed(layers: Cells, tally: _Tally) -> tuple[Cells, Cells]:
-    """Return q and its error, (h, w), of the weightiest group that agrees, where it has more than half."""
+def _consensus(layers: Cells, tally: _FusionCounts) -> tuple[Cells, Cells]:
+    """Return q and its error, (h, w), of the group with the most weight, where it has more than half."""
     q, own, pose = layers[:, 0], layers[:, 1], layers[:, 2]
     known = np.isfinite(q)
     variance = own**2 + pose**2
@@ -149,7 +155,11 @@ def _agreed(layers: Cells, tally: _Tally) -> tuple[Cells, Cells]:
 
 
 def _count(
-    tally: _Tally, q: Cells, known: NDArray[np.bool_], group: NDArray[np.bool_], mean: NDArray[np.floating]
+    tally: _FusionCounts,
+    q: Cells,
+    known: NDArray[np.bool_],
+    group: NDArray[np.bool_],
+    mean: NDArray[np.floating],
 ) -> None:
     tally.estimates += int(known.sum())
     tally.left_out += int((known & ~group).sum())
@@ -162,7 +172,7 @@ def _count(
     tally.degrees += int(np.sum(np.where(several, members - 1, 0)))
 
 
-def _middle(values: Cells) -> Cells:
+def _median(values: Cells) -> Cells:
     """Return the median over the first axis, NaN where there is none."""
     ordered = np.sort(values, axis=0)
     count = np.isfinite(values).sum(axis=0)
@@ -170,10 +180,12 @@ def _middle(values: Cells) -> Cells:
     return np.asarray(np.take_along_axis(ordered, chosen[None], axis=0)[0], dtype=np.float32)
 
 
-def specks(per_depth: Cells, *, cells: int = SPECKLE_CELLS, step_q: float | None = None) -> NDArray[np.bool_]:
-    """Return known cells that hang together with too few others: steps of depth part them.
+def speckle_mask(
+    per_depth: Cells, *, cells: int = SPECKLE_CELLS, step_q: float | None = None
+) -> NDArray[np.bool_]:
+    """Return the known cells whose connected region is too small; steps of depth separate regions.
 
-    `step_q`: what a step is, 1/m; else `SPECKLE_STEP`, a share of the depth.
+    `step_q`: size of such a step, 1/m; else `SPECKLE_STEP`, a share of the depth.
     """
     known = np.isfinite(per_depth)
     scaled = np.zeros(per_depth.shape, dtype=np.int16)

@@ -1,8 +1,9 @@
-"""Which foveae of a scan are matched with each other, and the depth of all of them.
+"""Selects which foveae of a scan are matched with each other, and computes the depth of all pairs.
 
 Verged on the scene's average, a pair shows a wall behind it in half of its view only: its left fovea sees
-there what the right fovea of the next point sees. So a left fovea is matched with every right one on its rows
-whose gaze crosses its own in front of the rig. What moved between the two contradicts other pairs, and goes.
+there what the right fovea of the next point sees. So a left fovea is matched with every right one on its
+rows whose gaze crosses its own in front of the rig. What moved between the two contradicts other pairs and
+is rejected.
 """
 
 from collections.abc import Sequence
@@ -19,40 +20,42 @@ from foveacam_pipeline.models.calibration import Calibration
 NEAREST_M, FARTHEST_M = 1.2, 40.0
 """Gazes of different points that cross nearer or farther are not matched."""
 ROW_SHARE = 0.2
-"""Nor those whose rows differ by more than this share of a view's height."""
+"""Nor are those whose rows differ by more than this share of a view's height."""
 
 
-def depths_of(
+def pair_depths(
     views: Sequence[MosaicView],
     calibration: Calibration,
     chart: Chart,
     *,
     settings: MosaicSettings,
     steps: ProgressSteps,
-    kept: MosaicFolder,
+    store: MosaicFolder,
 ) -> list[CellDepth]:
     """Return the depth of all pairs. Raise Cancelled, OSError."""
     patches = []
     for view in views:
-        for other in partners(view, views, calibration):
+        for other in matching_partners(view, views, calibration):
             key = view.point.index, other.point.index
-            cells = kept.kept_cells(key)
+            cells = store.load_cells(key)
             if cells is None:
-                sighting = together(view, other, settings)
+                sighting = combined_look(view, other, settings)
                 cells = pair_cells(sighting, calibration, chart, eye=settings.eye)
-                kept.keep_cells(key, cells)
+                store.save_cells(key, cells)
             if cells.per_depth.size:
                 patches.append(cells)
         steps.step("depth of the pairs")
     return patches
 
 
-def partners(view: MosaicView, views: Sequence[MosaicView], calibration: Calibration) -> list[MosaicView]:
-    """Return the views whose right fovea is matched with the left one of `view`: its own, and others."""
+def matching_partners(
+    view: MosaicView, views: Sequence[MosaicView], calibration: Calibration
+) -> list[MosaicView]:
+    """Return the views whose right fovea is matched with the left one of `view`, including itself."""
     return [other for other in views if other is view or _crosses(view, other, calibration)]
 
 
-def together(left: MosaicView, right: MosaicView, settings: MosaicSettings) -> Sighting:
+def combined_look(left: MosaicView, right: MosaicView, settings: MosaicSettings) -> Sighting:
     """Return the left fovea of one point and the right one of another as one look."""
     frame = left.point.stacked(Role.LEFT, bracket=settings.bracket)
     return Sighting(

@@ -1,9 +1,9 @@
-"""Depth for laying pictures where stereo has none: from the overlaps themselves.
+"""Depth from the overlaps of one eye's views, for rendering where stereo has none.
 
-The pupil walks with the mirror, a few millimetres from view to view: neighbours of one eye see a thing from
-two places, and are a rectified pair along the line of that walk like any other. The baseline is too short for
-a depth worth keeping, but what it tells is just what the seam needs: the depth at which both show one thing
-at one place. Every overlap is matched whole: beside a jump of depth each cell has to be on its own side.
+The pupil moves with the mirror, a few millimetres from view to view: neighbouring views of one eye have a
+baseline along that motion, and form a rectified pair. It is too short for a depth worth storing, but gives
+what a seam needs: the depth at which both views show a point at one position. Every overlap is matched
+completely, so that each cell beside a depth jump is on the right side.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,7 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
-from foveacam_pipeline.capture.mosaic.fuse import Cells, FieldDepth, blocks, cut, fill, meets, specks
+from foveacam_pipeline.capture.mosaic.fuse import (
+    Cells,
+    FieldDepth,
+    blocks,
+    crop_layers,
+    fill_gaps,
+    overlaps_block,
+    speckle_mask,
+)
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
 from foveacam_pipeline.capture.mosaic.views import Floats, MosaicView, Picture, ViewPictureCache
@@ -24,29 +32,29 @@ from foveacam_pipeline.stereo.search import MatchSettings
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 NEAREST_M, FARTHEST_M = 0.8, 1e4
-"""Depths of what may be there."""
+"""Range of depths that are searched."""
 STEP_PX = 2.0
-"""Matched at half the size: what is smaller than the optics' blur is not needed."""
+"""Matched at half the size: finer detail than the optics' blur is not needed."""
 LEAST_PX_M = 6.0
-"""So much a place must move with q = 1 / Z: 0.1 px are then 0.02 per metre."""
+"""Least motion of a point with q = 1 / Z: 0.1 px are then 0.02 per metre."""
 LEAST_OVERLAP_PX = 60.0
 POSE_SIGMA_PX = 0.15
-"""What two looks of one calibration disagree by, px: all cells of an overlap share it."""
+"""Disagreement of two looks of one calibration, px, common to all cells of an overlap."""
 LEAST_SAMPLES = 4
-"""Of the 16 px that a cell has: so many must be matched."""
+"""Least number of matched px of the 16 px of a cell."""
 SPECKLE_CELLS, SPECKLE_Q = 20, 0.02
-"""So few cells that hang together, each within this of the next, 1/m, are noise."""
+"""Connected regions of fewer than `SPECKLE_CELLS` cells, neighbours within this q, 1/m, are noise."""
 SMOOTH_CELLS = 5
-"""Window of the median over cells: it keeps jumps."""
+"""Window of the median over cells, which preserves jumps."""
 SETTINGS = MatchSettings(near_m=NEAREST_M, far_m=FARTHEST_M, speckle_px=60, max_sigma_px=0.45)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OverlapStrip:
-    """An overlap as a rectified pair: `baseline_m` is 1, `f_px` what a place moves with q.
+    """An overlap as a rectified pair: `baseline_m` is 1, `f_px` the motion of a point with q.
 
-    `places_px`: (2, h, w), where its pixels lie on the plane for things at infinity. `along`: (2,), unit, the
-    line of the walk: what is nearer lies further along it in the first view.
+    `places_px`: (2, h, w), plane positions of its pixels for objects at infinity. `along`: (2,), unit, the
+    direction of the motion: a nearer object lies further along it in the first view.
     """
 
     pair: RectifiedPair
@@ -54,53 +62,53 @@ class OverlapStrip:
     along: Floats
 
 
-def with_overlaps(
+def add_overlap_depth(
     depth: FieldDepth, views: Sequence[MosaicView], pictures: ViewPictureCache, *, chart: Chart
 ) -> Iterator[tuple[int, FieldDepth]]:
-    """Yield (views done, depth so far); in the last, overlaps without stereo lie as the views tell."""
+    """Yield (views done, depth so far); the last depth includes that of overlaps without stereo."""
     patches: list[CellDepth] = []
     halves: dict[int, Picture] = {}
     for first, view in enumerate(views):
         halves = {number: half for number, half in halves.items() if number >= first}
         for second in range(first + 1, len(views)):
-            if _meet(view, views[second]):
+            if _overlap(view, views[second]):
                 for number in {first, second} - halves.keys():
-                    halves[number] = _half(pictures.of(views[number]))
+                    halves[number] = _half_size(pictures.picture(views[number]))
                 looks = view.look, views[second].look
                 cells = overlap_cells(looks, (halves[first], halves[second]), chart)
                 patches += [cells] if cells is not None else []
         if first + 1 < len(views):
             yield first + 1, depth
-    told = _middles(chart, patches)
-    told[specks(told, cells=SPECKLE_CELLS, step_q=SPECKLE_Q)] = np.nan
-    told = np.where(np.isfinite(told), cv2.medianBlur(fill(told), SMOOTH_CELLS), np.nan)
-    surmised = np.where(np.isfinite(depth.per_depth), depth.per_depth, told)
-    surmised = np.where(np.isfinite(surmised), surmised, depth.surmised)
-    yield len(views), replace(depth, surmised=surmised, filled=fill(surmised))
+    told = _weighted_medians(chart, patches)
+    told[speckle_mask(told, cells=SPECKLE_CELLS, step_q=SPECKLE_Q)] = np.nan
+    told = np.where(np.isfinite(told), cv2.medianBlur(fill_gaps(told), SMOOTH_CELLS), np.nan)
+    provisional = np.where(np.isfinite(depth.per_depth), depth.per_depth, told)
+    provisional = np.where(np.isfinite(provisional), provisional, depth.provisional)
+    yield len(views), replace(depth, provisional=provisional, filled=fill_gaps(provisional))
 
 
 def overlap_cells(
     looks: tuple[EyeLook, EyeLook], halves: tuple[Picture, Picture], chart: Chart
 ) -> CellDepth | None:
-    """Return what two views of one eye tell of depth; None where they tell nothing.
+    """Return the depth from the overlap of two views of one eye; None where there is none.
 
     `halves`: their pictures, (h, w) uint8, at half the size.
     """
-    strip = strip_of(*looks, halves)
+    strip = overlap_strip(*looks, halves)
     if strip is None:
         return None
     found = match(strip.pair, SETTINGS)
-    places_px, per_depth, sigma = _placed(strip, found, *looks)
+    places_px, per_depth, sigma = _triangulate(strip, found, *looks)
     pose_sigma = POSE_SIGMA_PX / (STEP_PX * strip.pair.f_px)
-    return _on_cells(chart, places_px, per_depth, sigma, pose_sigma=pose_sigma)
+    return _gather_cells(chart, places_px, per_depth, sigma, pose_sigma=pose_sigma)
 
 
-def strip_of(first: EyeLook, second: EyeLook, halves: tuple[Picture, Picture]) -> OverlapStrip | None:
-    """Return an overlap, turned so that parallax moves along rows; None where it hardly moves."""
+def overlap_strip(first: EyeLook, second: EyeLook, halves: tuple[Picture, Picture]) -> OverlapStrip | None:
+    """Return an overlap, rotated so that parallax runs along rows; None where the parallax is too small."""
     corners = [_corners(look, half) for look, half in zip((first, second), halves, strict=True)]
     low = np.maximum(corners[0].min(axis=1), corners[1].min(axis=1))
     middle = (low + np.minimum(corners[0].max(axis=1), corners[1].max(axis=1))) / 2
-    way = _moving(second, middle) - _moving(first, middle)
+    way = _parallax_px_m(second, middle) - _parallax_px_m(first, middle)
     length = float(np.linalg.norm(way))
     if length < LEAST_PX_M:
         return None
@@ -114,7 +122,7 @@ def strip_of(first: EyeLook, second: EyeLook, halves: tuple[Picture, Picture]) -
         return None
     grid = np.stack(np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5))
     places_px = np.tensordot(turn.T, low[:, None, None] + STEP_PX * grid, axes=1)
-    views = [_seen(look, half, places_px) for look, half in zip((first, second), halves, strict=True)]
+    views = [_sample_view(look, half, places_px) for look, half in zip((first, second), halves, strict=True)]
     pair = RectifiedPair(
         left=views[0][0],
         right=views[1][0],
@@ -131,15 +139,15 @@ def strip_of(first: EyeLook, second: EyeLook, halves: tuple[Picture, Picture]) -
     return OverlapStrip(pair=pair, places_px=places_px, along=along)
 
 
-def _placed(
+def _triangulate(
     strip: OverlapStrip, found: DisparityMap, first: EyeLook, second: EyeLook
 ) -> tuple[Floats, Floats, Floats]:
-    """Return plane places (2, n), q and its error (n,), of the matched px: solved exactly, as pairs are."""
+    """Return plane positions (2, n), q and its error (n,), of the matched px, solved exactly."""
     known = np.isfinite(found.residual_px)
     apart = STEP_PX * found.residual_px[known].astype(np.float64)
     here = strip.places_px[:, known]
-    moving = _moving(first, here)
-    other = _moving(second, here - strip.along[:, None] * apart)
+    moving = _parallax_px_m(first, here)
+    other = _parallax_px_m(second, here - strip.along[:, None] * apart)
     per_depth = apart / (strip.along @ (other - moving))
     sigma = found.sigma_px[known].astype(np.float64) / strip.pair.f_px
     good = (per_depth > 1.0 / FARTHEST_M) & (per_depth < 1.0 / NEAREST_M)
@@ -147,10 +155,10 @@ def _placed(
     return places_px[:, good], per_depth[good], sigma[good]
 
 
-def _on_cells(
+def _gather_cells(
     chart: Chart, places_px: Floats, per_depth: Floats, sigma: Floats, *, pose_sigma: float
 ) -> CellDepth | None:
-    """Gather samples in cells: the middle one of each, as a mean of both sides of a jump is neither."""
+    """Collect samples in cells: the median of each, as a mean over a jump would be neither side."""
     origin = np.array([[chart.u0_px], [chart.v0_px]])
     column, row = np.floor((places_px + 0.5 - origin) / CELL).astype(int)
     inside = (column >= 0) & (column < chart.columns) & (row >= 0) & (row < chart.rows)
@@ -170,11 +178,13 @@ def _on_cells(
     return CellDepth(row=top, column=left, per_depth=kept, sigma=errors, edge=edge, pose_sigma=pose_sigma)
 
 
-def _middles(chart: Chart, patches: Sequence[CellDepth]) -> Cells:
-    """Return the weighted median of what overlaps tell of each cell, NaN where they tell nothing."""
+def _weighted_medians(chart: Chart, patches: Sequence[CellDepth]) -> Cells:
+    """Return the weighted median of the overlaps' depth per cell, NaN where there is none."""
     out = np.full((chart.rows, chart.columns), np.nan, dtype=np.float32)
     for rows, columns in blocks(out.shape):
-        layers = [cut(patch, rows, columns) for patch in patches if meets(patch, rows, columns)]
+        layers = [
+            crop_layers(patch, rows, columns) for patch in patches if overlaps_block(patch, rows, columns)
+        ]
         if layers:
             block = np.array(layers)
             with np.errstate(invalid="ignore"):
@@ -187,8 +197,8 @@ def _middles(chart: Chart, patches: Sequence[CellDepth]) -> Cells:
     return out
 
 
-def _seen(look: EyeLook, half: Picture, places_px: Floats) -> tuple[Picture, NDArray[np.bool_]]:
-    """Return a view at places (2, h, w) of things at infinity, and where it reaches."""
+def _sample_view(look: EyeLook, half: Picture, places_px: Floats) -> tuple[Picture, NDArray[np.bool_]]:
+    """Return a view at positions (2, h, w) of objects at infinity, and where it covers them."""
     x, y = look.raw(places_px[0], places_px[1], np.zeros(1))
     maps = [((raw + 0.5) / STEP_PX - 0.5).astype(np.float32) for raw in (x, y)]
     image = cv2.remap(half, maps[0], maps[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
@@ -199,25 +209,25 @@ def _seen(look: EyeLook, half: Picture, places_px: Floats) -> tuple[Picture, NDA
 
 
 def _corners(look: EyeLook, half: Picture) -> Floats:
-    """Return (2, 4) plane places of the frame's corners for things at infinity."""
+    """Return (2, 4) plane positions of the frame's corners for objects at infinity."""
     height, width = (STEP_PX * size - 1 for size in half.shape)
     raw_px = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
     return look.plane(raw_px, 0.0).T
 
 
-def _moving(look: EyeLook, places_px: Floats) -> Floats:
-    """Return by how much what lies at places (2, ...) at infinity moves with q, px m."""
+def _parallax_px_m(look: EyeLook, places_px: Floats) -> Floats:
+    """Return the motion with q of objects at positions (2, ...) at infinity, px m."""
     beside = (2,) + (1,) * (places_px.ndim - 1)
     about = places_px - (look.gaze_px + look.shift_px).reshape(beside)
-    return np.asarray(look.aside_px_m.reshape(beside) + look.pupil_m * about, dtype=np.float64)
+    return np.asarray(look.pivot_px_m.reshape(beside) + look.pupil_m * about, dtype=np.float64)
 
 
-def _meet(first: MosaicView, second: MosaicView) -> bool:
+def _overlap(first: MosaicView, second: MosaicView) -> bool:
     a, b = first.box, second.box
     across, down = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
     return min(across, down) > LEAST_OVERLAP_PX
 
 
-def _half(picture: Picture) -> Picture:
+def _half_size(picture: Picture) -> Picture:
     size = (picture.shape[1] // int(STEP_PX), picture.shape[0] // int(STEP_PX))
     return np.asarray(cv2.resize(gray(picture), size, interpolation=cv2.INTER_AREA), dtype=np.uint8)

@@ -1,7 +1,7 @@
-"""A picture of any size as Deep Zoom: tiles on the disk, each level half of the one before.
+"""A picture of any size as Deep Zoom: tiles on disk, each level half the size of the one before.
 
-Tiles are painted depth first, four and then what they make together: memory holds a few tiles whatever the
-size. A tile that is on the disk is not painted again.
+Tiles are made depth first, four and then the one that combines them, so that memory holds a few tiles
+whatever the size. A tile that is on disk is not made again.
 """
 
 import math
@@ -23,7 +23,7 @@ NAME = "mosaic"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TilePyramid:
-    """Where tiles lie. Level 0 is one pixel, `top` the whole picture."""
+    """The files of the tiles. Level 0 is one pixel, `top` the whole picture."""
 
     folder: Path
     width: int
@@ -41,7 +41,7 @@ class TilePyramid:
         return -(-self.width // step), -(-self.height // step)
 
     def tiles(self, level: int) -> tuple[int, int]:
-        """Return how many tiles a level has across and down."""
+        """Return the number of tiles of a level, across and down."""
         width, height = self.size(level)
         return -(-width // TILE_PX), -(-height // TILE_PX)
 
@@ -51,12 +51,12 @@ class TilePyramid:
 
     @property
     def leaves(self) -> int:
-        """Tiles of the whole picture."""
+        """Number of tiles of the whole picture."""
         across, down = self.tiles(self.top)
         return across * down
 
     def read(self, level: int, column: int, row: int) -> Picture | None:
-        """Return a tile that is on the disk whole."""
+        """Return a tile that is on disk; None where it is missing or unreadable."""
         try:
             content = self.path(level, column, row).read_bytes()
         except FileNotFoundError:
@@ -68,14 +68,14 @@ class TilePyramid:
         return np.asarray(image, dtype=np.uint8)
 
     def write(self, level: int, column: int, row: int, image: Picture) -> None:
-        """Put a tile on the disk, whole. Raise OSError."""
+        """Write a tile atomically. Raise OSError."""
         path = self.path(level, column, row)
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_part(path, jpeg(image, quality=self.quality))
+        write_part(path, jpeg_bytes(image, quality=self.quality))
         finish_part(path)
 
-    def describe(self) -> None:
-        """Write the `.dzi` file, which says that all tiles are there. Raise OSError."""
+    def write_descriptor(self) -> None:
+        """Write the `.dzi` file, which marks all tiles as complete. Raise OSError."""
         text = (
             '<?xml version="1.0" encoding="UTF-8"?>\n'
             '<Image xmlns="http://schemas.microsoft.com/deepzoom/2008" '
@@ -84,7 +84,7 @@ class TilePyramid:
         )
         write_file(self.folder / f"{NAME}.dzi", text.encode())
 
-    def whole(self, level: int) -> Picture:
+    def read_level(self, level: int) -> Picture:
         """Return a level as one picture, from its tiles."""
         across, down = self.tiles(level)
         rows = []
@@ -105,11 +105,11 @@ Paint = Callable[[int, int, int, int], Picture]
 
 
 def paint_tiles(pyramid: TilePyramid, paint: Paint, on_leaf: Callable[[int], None]) -> None:
-    """Make all tiles that are not there; `on_leaf(n)` is told how many more of the finest are done."""
-    _made(pyramid, 0, 0, 0, paint=paint, on_leaf=on_leaf)
+    """Make all missing tiles; `on_leaf(n)` is called when n more tiles of the top level are finished."""
+    _build_tile(pyramid, 0, 0, 0, paint=paint, on_leaf=on_leaf)
 
 
-def _made(
+def _build_tile(
     pyramid: TilePyramid, level: int, column: int, row: int, *, paint: Paint, on_leaf: Callable[[int], None]
 ) -> Picture:
     image = pyramid.read(level, column, row)
@@ -126,14 +126,14 @@ def _made(
     rows = [
         np.concatenate(
             [
-                _made(pyramid, level + 1, c, r, paint=paint, on_leaf=on_leaf)
+                _build_tile(pyramid, level + 1, c, r, paint=paint, on_leaf=on_leaf)
                 for c in range(2 * column, min(across, 2 * column + 2))
             ],
             axis=1,
         )
         for r in range(2 * row, min(down, 2 * row + 2))
     ]
-    image = half(np.concatenate(rows, axis=0))
+    image = halve(np.concatenate(rows, axis=0))
     pyramid.write(level, column, row, image)
     return image
 
@@ -145,7 +145,7 @@ def _leaves_below(pyramid: TilePyramid, level: int, column: int, row: int) -> in
     return wide * (min(down, (row + 1) * step) - row * step)
 
 
-def half(image: Picture) -> Picture:
+def halve(image: Picture) -> Picture:
     """Return a picture at half the size, rounded up: means of 2 x 2 px."""
     height, width = image.shape[:2]
     even = cv2.copyMakeBorder(image, 0, height % 2, 0, width % 2, cv2.BORDER_REPLICATE)
@@ -153,8 +153,8 @@ def half(image: Picture) -> Picture:
     return np.asarray(cv2.resize(even, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
-def jpeg(image: Picture, *, quality: int) -> bytes:
-    """Return a JPEG file of (h, w) or (h, w, 3) RGB."""
+def jpeg_bytes(image: Picture, *, quality: int) -> bytes:
+    """Return (h, w) or (h, w, 3) RGB as a JPEG file."""
     stored = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
     done, content = cv2.imencode(".jpg", stored, [cv2.IMWRITE_JPEG_QUALITY, quality])
     if not done:

@@ -1,4 +1,4 @@
-"""How far a small picture is moved against another, with its error: phase correlation, then `match_point`."""
+"""Measures the shift between two small pictures, with its error: phase correlation, then `match_point`."""
 
 from dataclasses import dataclass
 
@@ -11,21 +11,21 @@ from foveacam_pipeline.matching.point import PlacePrior, match_point
 from foveacam_pipeline.matching.windows import MatchWindow
 
 REACH_PX = 16
-"""Margin of the pictures, and the farthest that is found."""
+"""Margin of the pictures, and the largest shift that is found."""
 SIGMA_PX = 1.0
-"""Both are smoothed by this: the optics pass nothing finer, noise loses four fifths."""
-EVEN_PX = 1e4
+"""Both are smoothed by this: the optics resolve nothing finer, and noise falls by four fifths."""
+UNIFORM_WEIGHT_SIGMA_PX = 1e4
 """Standard deviation of the weights: all px of the window count alike."""
 LEAST_SCORE = 0.7
 LEAST_CONTRAST = 1.5
-"""Standard deviation, grey levels: less is noise."""
+"""Standard deviation, grey levels; less is noise."""
 FLOOR_SIGMA_PX = 0.03
 WORST_SIGMA_PX = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RegisteredShift:
-    """`shift_px`: (2,) how much further right and down a thing is in the second picture, and its error."""
+    """`shift_px`: (2,) how much further right and down an object is in the second picture, and its error."""
 
     shift_px: NDArray[np.float64]
     covariance: NDArray[np.float64]
@@ -33,7 +33,7 @@ class RegisteredShift:
 
 
 def register(first: NDArray[np.float32], second: NDArray[np.float32]) -> RegisteredShift | None:
-    """Return how two pictures (n, n) of the same thing lie; None where they tell nothing or do not match."""
+    """Return the shift of two pictures (n, n) of one object; None for low contrast or no match."""
     a, b = (
         np.asarray(cv2.GaussianBlur(image, (0, 0), SIGMA_PX), dtype=np.float32) for image in (first, second)
     )
@@ -46,7 +46,7 @@ def register(first: NDArray[np.float32], second: NDArray[np.float32]) -> Registe
     best: RegisteredShift | None = None
     pictures, half_px = (InterpolatedPicture.of(a), InterpolatedPicture.of(b)), (a.shape[0] - 1) // 2 - m
     for shift in (np.array(start), np.zeros(2)):
-        found = _refined(*pictures, shift, half_px)
+        found = _refine(*pictures, shift, half_px)
         if found is not None and (best is None or found.score > best.score):
             best = found
         if best is not None and best.score > 0.95:
@@ -54,7 +54,7 @@ def register(first: NDArray[np.float32], second: NDArray[np.float32]) -> Registe
     return best
 
 
-def _refined(
+def _refine(
     first: InterpolatedPicture, second: InterpolatedPicture, start: NDArray[np.float64], half_px: int
 ) -> RegisteredShift | None:
     if float(np.abs(start).max()) > REACH_PX - 2:
@@ -64,7 +64,7 @@ def _refined(
         first,
         second,
         WindowPlacement(x_px=x_px, y_px=y_px),
-        window=MatchWindow(half_px=half_px, weight_sigma_px=EVEN_PX),
+        window=MatchWindow(half_px=half_px, weight_sigma_px=UNIFORM_WEIGHT_SIGMA_PX),
         prior=PlacePrior(slopes=0),
     )
     if found is None or found.score < LEAST_SCORE or float(np.abs(found.place_px).max()) > REACH_PX - 2:

@@ -1,4 +1,4 @@
-"""What a mosaic is asked for, and what is told of it."""
+"""The settings of a mosaic, and the figures that report its quality."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from foveacam_hardware.contract import InvalidInput, Role
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MosaicSettings:
-    """What to make. `eye`: whose picture it is; `scan` and `bracket` of the dataset; `quality`: of the JPEGs.
+    """What to make. `eye`: the eye whose picture it is; `scan` and `bracket` of the dataset; `quality`: JPEG.
 
-    `adjust`: whether what neighbours differ by may move the views.
+    `adjust`: whether differences between neighbours may move the views.
     """
 
     scan: int = 0
@@ -20,7 +20,7 @@ class MosaicSettings:
     cloud_points: int = 300_000
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be made."""
+        """Refuse invalid settings."""
         if self.eye is Role.WIDE:
             raise InvalidInput("a mosaic is made of foveae: ask for the left or the right eye")
         if not 1 <= self.quality <= 100:
@@ -31,10 +31,11 @@ class MosaicSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeamFigures:
-    """How far corresponding points of overlapping views lie apart, fovea px, rms of their distance.
+    """Distance between corresponding points of overlapping views, fovea px, rms.
 
-    Measured on places that the adjustment was not made from. `links`: so many; `rejected`: places where the
-    two pictures did not match. `adjusted`: whether the adjustment was larger than its own error and applied.
+    Measured on points held out of the adjustment. `links`: number of correspondences; `rejected`: points
+    where the two pictures did not match. `adjusted`: whether the adjustment was larger than its own error
+    and applied.
     """
 
     links: int
@@ -49,9 +50,9 @@ class SeamFigures:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DepthFigures:
-    """The fused depth. `known`: share of cells that have one; `seen_twice`: of those, by two pairs or more.
+    """The fused depth. `known`: share of cells with depth; `seen_twice`: of those, by two pairs or more.
 
-    `between_pairs_rel_rms`: what pairs differ by in the same cell, relative; `outliers`: share of estimates
+    `between_pairs_rel_rms`: difference of pairs in the same cell, relative; `outliers`: share of estimates
     that contradict the rest and were left out. `median_sigma_rel`: stated standard error over depth.
     """
 
@@ -64,7 +65,7 @@ class DepthFigures:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MosaicFigures:
-    """What was made: size in px, foveae, and how good."""
+    """A finished mosaic: size in px, number of foveae and tiles, and quality."""
 
     width: int
     height: int

@@ -1,4 +1,4 @@
-"""The foveae of a scan as the mosaic sees them: where each looks, its brightness, its picture when needed."""
+"""The fovea views of a mosaic: their projection, brightness and pictures, and their warping on the chart."""
 
 from collections import OrderedDict
 from dataclasses import dataclass, replace
@@ -17,8 +17,8 @@ from foveacam_pipeline.stereo.rectify import EDGE_PX, crossing_z_m, to_uint8
 
 Picture = NDArray[np.uint8]
 Floats = NDArray[np.float64]
-KEPT = 12
-"""Pictures held at once: tiles are painted in an order in which neighbours follow each other."""
+CACHED_PICTURES = 12
+"""Pictures in memory: tiles are rendered in an order in which neighbours follow each other."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -32,13 +32,13 @@ class MosaicView:
     per_depth: float
     gain: float = 1.0
 
-    def moved(self, look: EyeLook, gain: float) -> "MosaicView":
-        """Return the view with what the adjustment found."""
+    def with_adjustment(self, look: EyeLook, gain: float) -> "MosaicView":
+        """Return a copy with an adjusted projection and gain."""
         return replace(self, look=look, gain=gain)
 
 
-def views_of(scan: Dataset, calibration: Calibration, settings: MosaicSettings) -> list[MosaicView]:
-    """Return the views of an eye; points without its frame or its volts are not part of the picture."""
+def mosaic_views(scan: Dataset, calibration: Calibration, settings: MosaicSettings) -> list[MosaicView]:
+    """Return the views of an eye; points without its frame or its volts are left out."""
     views = []
     for point in scan:
         volts = point.pose.volts
@@ -57,40 +57,40 @@ def views_of(scan: Dataset, calibration: Calibration, settings: MosaicSettings) 
     return views
 
 
-def calibration_of(dataset: Dataset) -> Calibration:
-    """Return the dataset's calibration or refuse."""
+def mosaic_calibration(dataset: Dataset) -> Calibration:
+    """Return the dataset's calibration; raise NotCalibrated where it has none."""
     if dataset.calibration is None:
-        raise NotCalibrated(f"{dataset.folder} has no calibration: its views cannot be laid side by side")
+        raise NotCalibrated(f"{dataset.folder} has no calibration: its views cannot be warped side by side")
     return dataset.calibration
 
 
 class ViewPictureCache:
-    """Reads pictures of views when asked, and keeps the latest."""
+    """Reads pictures of views on demand, and caches the latest."""
 
     def __init__(self, settings: MosaicSettings) -> None:
         self._settings = settings
-        self._kept: OrderedDict[int, Picture] = OrderedDict()
+        self._cache: OrderedDict[int, Picture] = OrderedDict()
 
     @property
     def eye(self) -> Role:
-        """Whose pictures they are."""
+        """The eye whose pictures they are."""
         return self._settings.eye
 
-    def of(self, view: MosaicView) -> Picture:
-        """Return (h, w) or (h, w, 3) RGB uint8, as the camera gave it."""
+    def picture(self, view: MosaicView) -> Picture:
+        """Return (h, w) or (h, w, 3) RGB uint8, as the camera delivered it."""
         index = view.point.index
-        if index not in self._kept:
+        if index not in self._cache:
             frame = view.point.stacked(self._settings.eye, bracket=self._settings.bracket)
-            self._kept[index] = to_uint8(frame)
-            if len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
-        self._kept.move_to_end(index)
-        return self._kept[index]
+            self._cache[index] = to_uint8(frame)
+            if len(self._cache) > CACHED_PICTURES:
+                self._cache.popitem(last=False)
+        self._cache.move_to_end(index)
+        return self._cache[index]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ChartPatch:
-    """A rectangle of a chart with depth for its cells and one cell about: q, (rows + 2, columns + 2), 1/m."""
+    """A rectangle of a chart with q of its cells and one cell around: (rows + 2, columns + 2), 1/m."""
 
     rows: slice
     columns: slice
@@ -118,10 +118,10 @@ class ChartPatch:
         return np.ascontiguousarray(whole[CELL:-CELL, CELL:-CELL], dtype=np.float32)
 
 
-def patch_of(chart: Chart, filled: NDArray[np.float32], rows: slice, columns: slice) -> ChartPatch:
+def chart_patch(chart: Chart, filled: NDArray[np.float32], rows: slice, columns: slice) -> ChartPatch:
     """Return a patch of cells; `filled`: q of all cells of the chart."""
     about_rows, about_columns = (slice(cells.start - 1, cells.stop + 1) for cells in (rows, columns))
-    u_px, v_px = chart.cell_places(about_rows, about_columns)
+    u_px, v_px = chart.cell_centres(about_rows, about_columns)
     row = np.clip(np.arange(about_rows.start, about_rows.stop), 0, chart.rows - 1)
     column = np.clip(np.arange(about_columns.start, about_columns.stop), 0, chart.columns - 1)
     per_depth = filled[np.ix_(row, column)].astype(np.float64)
@@ -130,14 +130,14 @@ def patch_of(chart: Chart, filled: NDArray[np.float32], rows: slice, columns: sl
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlacedView:
-    """A view laid on a patch: (h, w) or (h, w, 3) float32, and how far inside its frame each px is, px."""
+    """A view warped on a patch: (h, w) or (h, w, 3) float32, and each px's distance inside its frame, px."""
 
     image: NDArray[np.float32]
     inside_px: NDArray[np.float32]
 
 
-def lay(view: MosaicView, picture: Picture, patch: ChartPatch) -> PlacedView | None:
-    """Return a view on a patch; None where it does not reach."""
+def warp_view(view: MosaicView, picture: Picture, patch: ChartPatch) -> PlacedView | None:
+    """Return a view warped on a patch; None where it does not cover it."""
     left, top, right, bottom = patch.box
     near = view.box[0] <= right and left <= view.box[2] and view.box[1] <= bottom and top <= view.box[3]
     if not near:

@@ -1,7 +1,7 @@
-"""Depth for laying pictures where stereo has none: the foveae of one eye against the wide view.
+"""Depth from matching one eye's foveae against the wide view, for rendering where stereo has none.
 
-At the size of cells the mosaic is as coarse as the wide view, and both are pinholes with parallel axes, half
-the baseline apart: a rectified pair like any other. It sees all that one fovea sees, to a percent or so.
+At the size of cells the mosaic is as coarse as the wide view, and both are pinholes with parallel axes,
+half the baseline apart: a rectified pair. It covers all that one fovea sees, to a percent or so.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
-from foveacam_pipeline.capture.mosaic.fuse import FieldDepth, fill, specks
+from foveacam_pipeline.capture.mosaic.fuse import FieldDepth, fill_gaps, speckle_mask
 from foveacam_pipeline.capture.mosaic.views import Floats, MosaicView, ViewPictureCache
 from foveacam_pipeline.capture.mosaic.wide import WideView
 from foveacam_pipeline.stereo.match import gray, match
@@ -25,11 +25,11 @@ SETTINGS = MatchSettings(
     near_m=NEAREST_M, far_m=FARTHEST_M, speckle_px=100, max_sigma_px=MOST_SIGMA_PX, uniqueness_percent=12
 )
 AGREE_SHARE = 0.1
-"""Where stereo knows the depth, the wide view must tell the same within this share, in the median."""
+"""Where stereo knows the depth, the wide view's median must agree within this share."""
 Cells = NDArray[np.float32]
 
 
-def with_wide(
+def add_wide_depth(
     depth: FieldDepth,
     views: Sequence[MosaicView],
     pictures: ViewPictureCache,
@@ -37,7 +37,7 @@ def with_wide(
     chart: Chart,
     wide: WideView | None,
 ) -> FieldDepth:
-    """Return the depth with gaps as the wide view tells; as it was where that contradicts stereo."""
+    """Return the depth with gaps filled from the wide view; unchanged where that contradicts stereo."""
     if wide is None:
         return depth
     pair = wide_pair(views, pictures, chart=chart, wide=wide, filled=depth.filled)
@@ -48,9 +48,9 @@ def with_wide(
     both = np.isfinite(per_depth) & np.isfinite(depth.per_depth)
     if both.any() and float(np.median(np.abs(per_depth / depth.per_depth - 1.0)[both])) > AGREE_SHARE:
         return depth
-    surmised = np.where(np.isfinite(depth.surmised), depth.surmised, per_depth)
-    surmised[specks(surmised)] = np.nan
-    return replace(depth, surmised=surmised, filled=fill(surmised))
+    provisional = np.where(np.isfinite(depth.provisional), depth.provisional, per_depth)
+    provisional[speckle_mask(provisional)] = np.nan
+    return replace(depth, provisional=provisional, filled=fill_gaps(provisional))
 
 
 def wide_pair(
@@ -58,16 +58,16 @@ def wide_pair(
 ) -> RectifiedPair:
     """Return the foveae, and the wide view at infinity, both at the size of cells.
 
-    Windows reach as far beyond the chart as the nearest things move. For the right eye both are mirrored,
+    Windows reach as far beyond the chart as the nearest objects move. For the right eye both are mirrored,
     so that the wide view is always the right one of the two.
     """
     f_px, baseline_m = chart.f_px / CELL, abs(wide.eye_x_m)
     beyond = int(f_px * baseline_m / NEAREST_M)
     mirrored = wide.eye_x_m > 0.0
-    seen, valid = _in_cells(views, pictures, chart, filled)
+    seen, valid = _views_in_cells(views, pictures, chart, filled)
     columns = slice(0, chart.columns + beyond) if mirrored else slice(-beyond, chart.columns)
-    u_px, v_px = chart.cell_places(slice(0, chart.rows), columns)
-    x, y = wide.places(u_px, v_px, np.zeros((chart.rows, chart.columns + beyond)))
+    u_px, v_px = chart.cell_centres(slice(0, chart.rows), columns)
+    x, y = wide.pixels(u_px, v_px, np.zeros((chart.rows, chart.columns + beyond)))
     maps = x.astype(np.float32), y.astype(np.float32)
     other = cv2.remap(gray(wide.picture), *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     height, width = wide.picture.shape[:2]
@@ -93,16 +93,16 @@ def wide_pair(
     )
 
 
-def _in_cells(
+def _views_in_cells(
     views: Sequence[MosaicView], pictures: ViewPictureCache, chart: Chart, filled: Cells
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     """Return the foveae at the size of cells, grey, and which cells they see."""
     total, weight = (np.zeros((chart.rows, chart.columns), dtype=np.float32) for _ in range(2))
     for view in views:
         rows, columns = _cells_of(view, chart)
-        u_px, v_px = chart.cell_places(rows, columns)
+        u_px, v_px = chart.cell_centres(rows, columns)
         x, y = view.look.raw(u_px, v_px, filled[rows, columns].astype(np.float64))
-        image, inside = _small(gray(pictures.of(view)), x, y)
+        image, inside = _sample_small(gray(pictures.picture(view)), x, y)
         share = np.maximum(inside, np.float32(0.0))
         total[rows, columns] += share * image
         weight[rows, columns] += share
@@ -111,7 +111,7 @@ def _in_cells(
 
 
 def _cells_of(view: MosaicView, chart: Chart) -> tuple[slice, slice]:
-    """Return the rows and columns of the cells that a view may reach."""
+    """Return the rows and columns of the cells that a view may cover."""
     left, top, right, bottom = (
         int((edge - origin) // CELL)
         for edge, origin in zip(view.box, 2 * (chart.u0_px, chart.v0_px), strict=True)
@@ -120,8 +120,8 @@ def _cells_of(view: MosaicView, chart: Chart) -> tuple[slice, slice]:
     return rows, slice(max(0, left), min(chart.columns, right + 1))
 
 
-def _small(picture: NDArray[np.uint8], x: Floats, y: Floats) -> tuple[Cells, Cells]:
-    """Return a picture at places (h, w) of it, as large as cells, and how far inside it they lie, px."""
+def _sample_small(picture: NDArray[np.uint8], x: Floats, y: Floats) -> tuple[Cells, Cells]:
+    """Return a picture, scaled to cells, at positions (h, w), and their distance inside it, px."""
     height, width = picture.shape
     size = (width // CELL, height // CELL)
     small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)

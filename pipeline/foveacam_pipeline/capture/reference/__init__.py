@@ -1,7 +1,7 @@
-"""Depth by triangulation over a rail's long baselines, as a reference for that of the rig's own baseline."""
+"""Depth triangulated over a rail's long baselines, as a reference for the depth of the rig's own baseline."""
 
 from foveacam_pipeline.capture.reference.build import build_reference
-from foveacam_pipeline.capture.reference.keeping import read_rows, write_reference
+from foveacam_pipeline.capture.reference.output import read_rows, write_reference
 from foveacam_pipeline.capture.reference.values import (
     RailTrust,
     ReferenceFigures,

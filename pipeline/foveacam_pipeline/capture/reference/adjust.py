@@ -1,8 +1,8 @@
-"""Least squares over all rays: the points, and what is not known of stops and gazes, within their errors.
+"""Least squares over all rays: the samples' points, and the errors of stops and gazes within their priors.
 
-Every sample's point is eliminated: what remains to be solved does not grow with the number of samples. Rays
-that contradict the rest weigh less at first and are left out at last; what the others still disagree by
-beyond their errors widens all stated errors.
+Every sample's point is eliminated, so that the system does not grow with the number of samples. Rays that
+contradict the rest get less weight at first and are rejected later; the remaining disagreement beyond the
+stated errors widens all errors.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import bsr_array, csr_array, eye_array
 
 from foveacam_pipeline.capture.reference.rail_model import RailModel
-from foveacam_pipeline.capture.reference.rays import LinearizedRays, Rays, linear
+from foveacam_pipeline.capture.reference.rays import LinearizedRays, Rays, linearize
 from foveacam_pipeline.capture.reference.values import Floats
 
 ROUNDS = 4
@@ -20,8 +20,8 @@ DROPS = 3
 HUBER = 2.0
 OUTLIER = 4.0
 """Residual over its error above which a ray counts as a wrong match."""
-TORN = 4.0
-"""Mean square of a sample's residuals over their errors above which its rays do not see one thing."""
+INCONSISTENT = 4.0
+"""Mean square of a sample's residuals over their errors above which its rays do not see one object."""
 LEAST_RAYS = 3
 LEAST_LONGER = 1.2
 """A sample needs two of its rays farther apart than this many times the rig's own baseline."""
@@ -30,11 +30,11 @@ CHUNK = 256
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AdjustedRays:
-    """Rays that agree, their samples' points (m, 3), NaN where there is none; errors are standard errors.
+    """Consistent rays and their samples' points (m, 3), NaN where there is none; errors are standard errors.
 
-    `sigma_m`: (m,) of their z, all told; `own_sigma_m`: (m,), the part that other samples do not share.
-    `unknowns`, `unknowns_covariance`: of the model. `noise_factor`: what errors were widened by.
-    `residual_px`: (n, 2) of the rays that are left; `outliers`: how many others were left out.
+    `sigma_m`: (m,) total error of z; `own_sigma_m`: (m,), the part that other samples do not share.
+    `unknowns`, `unknowns_covariance`: of the model. `noise_factor`: factor by which errors were widened.
+    `residual_px`: (n, 2) of the remaining rays; `outliers`: number of rejected rays.
     """
 
     rays: Rays
@@ -48,10 +48,10 @@ class AdjustedRays:
     outliers: int
 
 
-def adjusted(rays: Rays, points_m: Floats, model: RailModel, *, baseline_m: float) -> AdjustedRays:
-    """Return the points of samples; `points_m`: (m, 3) where to begin, `baseline_m`: of the rig itself."""
+def adjust_rays(rays: Rays, points_m: Floats, model: RailModel, *, baseline_m: float) -> AdjustedRays:
+    """Return the adjusted points of samples; `points_m`: (m, 3) start values, `baseline_m`: of the rig."""
     unknowns = np.zeros(len(model.sigmas))
-    rays = rays.only(_worth(rays, model, unknowns, least_m=LEAST_LONGER * baseline_m))
+    rays = rays.select(_usable(rays, model, unknowns, least_m=LEAST_LONGER * baseline_m))
     first = len(rays)
     points = points_m.copy()
     factor = 1.0
@@ -59,38 +59,38 @@ def adjusted(rays: Rays, points_m: Floats, model: RailModel, *, baseline_m: floa
         for _ in range(ROUNDS):
             step, move = _step(rays, points, model, unknowns, factor=factor, robust=drop == 0)
             unknowns, points = unknowns + step, points + move
-        size = _sizes(rays, linear(rays, points, model, unknowns))
+        size = _normalized_residuals(rays, linearize(rays, points, model, unknowns))
         factor = _noise(rays, size)
-        bad = _bad(rays, size / factor, every=drop >= DROPS)
+        bad = _outlying(rays, size / factor, every=drop >= DROPS)
         if not bad.any() or drop > DROPS:
             break
-        kept = rays.only(~bad)
-        rays = kept.only(_worth(kept, model, unknowns, least_m=LEAST_LONGER * baseline_m))
-    return _told(rays, points, model, unknowns, factor=factor, outliers=first - len(rays))
+        kept = rays.select(~bad)
+        rays = kept.select(_usable(kept, model, unknowns, least_m=LEAST_LONGER * baseline_m))
+    return _result(rays, points, model, unknowns, factor=factor, outliers=first - len(rays))
 
 
-def _bad(rays: Rays, size: Floats, *, every: bool) -> NDArray[np.bool_]:
-    """Return the rays to leave out: of every sample the worst, or `every` one; then samples that are torn.
+def _outlying(rays: Rays, size: Floats, *, every: bool) -> NDArray[np.bool_]:
+    """Return the rays to reject: of every sample the worst, or `every` one; then inconsistent samples.
 
-    A wrong ray pulls at the others: without the worst they may well agree.
+    A wrong ray distorts the others, which may well agree without it.
     """
     worst = np.zeros(int(rays.sample.max(initial=-1)) + 1)
     np.maximum.at(worst, rays.sample, size)
     bad = (size > OUTLIER) & (every | (size == worst[rays.sample]))
-    torn = (_square(rays, size) > TORN)[rays.sample]
+    torn = (_mean_squares(rays, size) > INCONSISTENT)[rays.sample]
     return np.asarray(bad | torn if every or not bad.any() else bad, dtype=np.bool_)
 
 
-def _worth(rays: Rays, model: RailModel, unknowns: Floats, *, least_m: float) -> NDArray[np.bool_]:
-    """Return which rays belong to samples with rays enough, and from places far enough apart."""
+def _usable(rays: Rays, model: RailModel, unknowns: Floats, *, least_m: float) -> NDArray[np.bool_]:
+    """Return which rays belong to samples with enough rays, and a long enough baseline."""
     count = np.bincount(rays.sample, minlength=1)
-    spread = longest_m(rays, model, unknowns)
+    spread = longest_baselines_m(rays, model, unknowns)
     good = (count >= LEAST_RAYS) & (spread > least_m)
     return np.asarray(good[rays.sample], dtype=np.bool_)
 
 
-def longest_m(rays: Rays, model: RailModel, unknowns: Floats) -> Floats:
-    """Return (m,) the longest baseline of every sample's rays, along x, where the rail runs."""
+def longest_baselines_m(rays: Rays, model: RailModel, unknowns: Floats) -> Floats:
+    """Return (m,) the longest baseline of every sample's rays, along x, the direction of the rail."""
     x = rays.centres_m(model, unknowns)[:, 0]
     count = int(rays.sample.max(initial=-1)) + 1
     high, low = np.full(count, -np.inf), np.full(count, np.inf)
@@ -120,7 +120,7 @@ class _Normal:
         return csr_array(self.mixed @ blocks)
 
     def reduced(self) -> tuple[Floats, Floats]:
-        """Return (k, k) and (k,): what is left for the unknowns."""
+        """Return (k, k) and (k,): the equations of the unknowns after elimination of the points."""
         through = self.through()
         matrix = (self.unknowns - through @ self.mixed.T).toarray()
         return np.asarray(matrix), np.asarray(self.right - through @ self.right_points.ravel())
@@ -159,11 +159,11 @@ def _sparse(
 def _step(
     rays: Rays, points_m: Floats, model: RailModel, unknowns: Floats, *, factor: float, robust: bool
 ) -> tuple[Floats, Floats]:
-    """Return one step of Gauss and Newton: of the unknowns (k,) and of the points (m, 3)."""
-    found = linear(rays, points_m, model, unknowns)
+    """Return one Gauss-Newton step: of the unknowns (k,) and of the points (m, 3)."""
+    found = linearize(rays, points_m, model, unknowns)
     weight = np.full(len(rays), factor**-2.0)
     if robust:
-        weight *= np.minimum(1.0, HUBER / np.maximum(_sizes(rays, found), 1e-9))
+        weight *= np.minimum(1.0, HUBER / np.maximum(_normalized_residuals(rays, found), 1e-9))
     normal = _normal(rays, found, weight, model, samples=len(points_m))
     matrix, right = normal.reduced()
     step = np.asarray(np.linalg.solve(matrix, right - unknowns), dtype=np.float64)
@@ -171,21 +171,21 @@ def _step(
     return step, np.linalg.solve(normal.points, rest[:, :, None])[:, :, 0]
 
 
-def _sizes(rays: Rays, found: LinearizedRays) -> Floats:
+def _normalized_residuals(rays: Rays, found: LinearizedRays) -> Floats:
     """Return (n,) residuals over their errors, rms of both axes."""
     whitened = np.einsum("nij,nj->ni", rays.whiten, found.residual_px)
     return np.asarray(np.linalg.norm(whitened, axis=1) / np.sqrt(2.0), dtype=np.float64)
 
 
-def _square(rays: Rays, sizes: Floats) -> Floats:
-    """Return (m,) the mean square of every sample's residuals over their errors, per free number."""
+def _mean_squares(rays: Rays, sizes: Floats) -> Floats:
+    """Return (m,) the mean square of every sample's residuals over their errors, per degree of freedom."""
     free = 2.0 * np.bincount(rays.sample) - 3.0
     return np.asarray(np.bincount(rays.sample, 2.0 * sizes**2) / np.maximum(free, 1.0), dtype=np.float64)
 
 
 def _noise(rays: Rays, size: Floats) -> float:
-    """Return by how much rays disagree beyond their stated errors, 1 or more: the median sample's."""
-    square = _square(rays, size)
+    """Return how much rays disagree beyond their stated errors, 1 or more: the median sample's factor."""
+    square = _mean_squares(rays, size)
     free = 2.0 * np.bincount(rays.sample) - 3.0
     known = free > 0.0
     if not known.any():
@@ -194,7 +194,7 @@ def _noise(rays: Rays, size: Floats) -> float:
     return max(1.0, float(np.sqrt(np.median(square[known] / median))))
 
 
-def _told(
+def _result(
     rays: Rays,
     points_m: Floats,
     model: RailModel,
@@ -203,7 +203,7 @@ def _told(
     factor: float,
     outliers: int,
 ) -> AdjustedRays:
-    found = linear(rays, points_m, model, unknowns)
+    found = linearize(rays, points_m, model, unknowns)
     normal = _normal(rays, found, np.full(len(rays), factor**-2.0), model, samples=len(points_m))
     covariance = np.asarray(np.linalg.inv(normal.reduced()[0]), dtype=np.float64)
     own = np.linalg.inv(normal.points)[:, 2, 2]
@@ -224,7 +224,7 @@ def _told(
 
 
 def _along_z(through: csr_array, covariance: Floats) -> Floats:
-    """Return (m,) what errors of the unknowns make of the points' z, m², a few samples at a time."""
+    """Return (m,) the variance of the points' z from errors of the unknowns, m², in chunks of samples."""
     every = csr_array(through[:, 2::3].T)
     parts = [every[first : first + CHUNK] for first in range(0, every.shape[0], CHUNK)]
     return np.concatenate([np.asarray((part.multiply(part @ covariance)).sum(axis=1)) for part in parts])

@@ -1,4 +1,4 @@
-"""From scans at several places on a rail to a reference for the depth of one of them: `build_reference`."""
+"""Computes a depth reference for one scan from scans at several rail positions: `build_reference`."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -9,26 +9,20 @@ from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.dataset.document import permanent_hash
 from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
-from foveacam_pipeline.capture.mosaic.views import views_of
+from foveacam_pipeline.capture.mosaic.views import mosaic_views
 from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.capture.rail_stops import RailStop, reference_basis
-from foveacam_pipeline.capture.reference.adjust import AdjustedRays, adjusted, longest_m
+from foveacam_pipeline.capture.reference.adjust import AdjustedRays, adjust_rays, longest_baselines_m
 from foveacam_pipeline.capture.reference.compare import compare
-from foveacam_pipeline.capture.reference.fovea_views import (
-    FoveaView,
-    GreyPictureCache,
-    StopPose,
-    sights_of,
-)
 from foveacam_pipeline.capture.reference.matching import (
     FINE,
     MatchingScene,
     PatchSearch,
     SampleMatch,
-    coarse,
-    find,
+    candidate_views,
+    coarse_search,
+    match_sample,
     own_match,
-    seen_by,
 )
 from foveacam_pipeline.capture.reference.rail_model import RailModel
 from foveacam_pipeline.capture.reference.rays import Rays
@@ -41,14 +35,20 @@ from foveacam_pipeline.capture.reference.values import (
     StopFigures,
     WideBaselineReference,
 )
+from foveacam_pipeline.capture.reference.views import (
+    FoveaView,
+    GreyPictureCache,
+    StopPose,
+    fovea_views,
+)
 from foveacam_pipeline.models.calibration import Calibration
 
 COARSE_SAMPLES = 300
-"""So many tell where the stops are, roughly."""
+"""Samples from which the stops are located roughly."""
 LEAST_SAMPLES = 6
 FLOOR_PX = 0.05
 COARSE_FLOOR_PX = 0.5
-ENDED = "the reference was cancelled; nothing was written, start it again"
+CANCELLED_TEXT = "the reference was cancelled; nothing was written, start it again"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,7 +60,7 @@ class _Work:
     settings: ReferenceSettings
     stops: tuple[RailStop, ...]
     judged: int
-    sights: Sequence[FoveaView]
+    views: Sequence[FoveaView]
     pictures: GreyPictureCache
     steps: ProgressSteps
 
@@ -70,53 +70,58 @@ def build_reference(
 ) -> WideBaselineReference:
     """Return the reference of a dataset; nothing is written.
 
-    Raise InvalidInput (one place only, no overlap, a damaged frame), NotCalibrated, Cancelled.
+    Raise InvalidInput (one position only, no overlap, a damaged frame), NotCalibrated, Cancelled.
     """
     settings = settings or ReferenceSettings()
     basis = reference_basis(dataset, scan=settings.scan, bracket=settings.bracket)
     calibration, stops, judged = basis.calibration, basis.stops, basis.judged
-    sights = sights_of(dataset, stops, calibration, settings)
-    anchors = _anchors(sights, judged)
+    views = fovea_views(dataset, stops, calibration, settings)
+    anchors = _anchors(views, judged)
     work = _Work(
         dataset=dataset,
         calibration=calibration,
         settings=settings,
         stops=stops,
         judged=judged,
-        sights=sights,
+        views=views,
         pictures=GreyPictureCache(settings.bracket),
-        steps=ProgressSteps(watch, 3 * len(anchors), ended=ENDED),
+        steps=ProgressSteps(watch, 3 * len(anchors), ended=CANCELLED_TEXT),
     )
-    return _made(work, anchors)
+    return _compute(work, anchors)
 
 
-def _made(work: _Work, anchors: Sequence[FoveaView]) -> WideBaselineReference:
+def _compute(work: _Work, anchors: Sequence[FoveaView]) -> WideBaselineReference:
     samples = _samples(work, anchors)
     depth_m = 1.0 / float(np.median([sample.q for sample in samples]))
     model = RailModel.of(
         work.stops,
         work.judged,
-        sights=len(work.sights),
+        views=len(work.views),
         trust=work.settings.rail,
         calibration=work.calibration,
         depth_m=depth_m,
     )
-    told = tuple(StopPose.told(stop) for stop in work.stops)
+    nominal = tuple(StopPose.from_rail(stop) for stop in work.stops)
     stride = max(1, -(-len(samples) // COARSE_SAMPLES))
-    rough = _solved(
-        work, samples[::stride], model, stands=told, search=coarse(work.calibration), floor_px=COARSE_FLOOR_PX
+    rough = _match_and_adjust(
+        work,
+        samples[::stride],
+        model,
+        stop_poses=nominal,
+        search=coarse_search(work.calibration),
+        floor_px=COARSE_FLOOR_PX,
     )
-    stands = model.stands(rough.unknowns)
-    fine = _solved(work, samples, model, stands=stands, search=FINE, floor_px=FLOOR_PX)
+    stop_poses = model.stop_poses(rough.unknowns)
+    fine = _match_and_adjust(work, samples, model, stop_poses=stop_poses, search=FINE, floor_px=FLOOR_PX)
     return _reference(work, samples, model, fine, points=len(anchors))
 
 
 def _samples(work: _Work, anchors: Sequence[FoveaView]) -> list[ShortBaselineSample]:
-    """Return what the short baseline shows of the judged scan; refuse where that is nothing."""
+    """Return the short-baseline samples of the judged scan; raise InvalidInput where there are none."""
     scan = work.stops[work.judged].scan
     both = {anchor.point.index for anchor in anchors}
     mosaic = MosaicSettings(scan=scan, bracket=work.settings.bracket)
-    every = views_of(work.dataset.scan(scan), work.calibration, mosaic)
+    every = mosaic_views(work.dataset.scan(scan), work.calibration, mosaic)
     views = [view for view in every if view.point.index in both]
     samples: list[ShortBaselineSample] = []
     for anchor in anchors:
@@ -130,28 +135,26 @@ def _samples(work: _Work, anchors: Sequence[FoveaView]) -> list[ShortBaselineSam
     return samples
 
 
-def _anchors(sights: Sequence[FoveaView], judged: int) -> list[FoveaView]:
-    both = {sight.point.index for sight in sights if sight.stop == judged and sight.role is Role.RIGHT}
+def _anchors(views: Sequence[FoveaView], judged: int) -> list[FoveaView]:
+    both = {view.point.index for view in views if view.stop == judged and view.role is Role.RIGHT}
     return [
-        sight
-        for sight in sights
-        if sight.stop == judged and sight.role is Role.LEFT and sight.point.index in both
+        view for view in views if view.stop == judged and view.role is Role.LEFT and view.point.index in both
     ]
 
 
-def _solved(
+def _match_and_adjust(
     work: _Work,
     samples: Sequence[ShortBaselineSample],
     model: RailModel,
     *,
-    stands: Sequence[StopPose],
+    stop_poses: Sequence[StopPose],
     search: PatchSearch,
     floor_px: float,
 ) -> AdjustedRays:
-    """Match and adjust; refuse where too little is seen from elsewhere."""
-    scene = MatchingScene(sights=work.sights, stands=stands, calibration=work.calibration)
-    matches, points_m = _matched(work, samples, scene, search)
-    elsewhere = {match.sample for match in matches if work.sights[match.sight].stop != work.judged}
+    """Match and adjust; raise InvalidInput where too few samples are seen from other positions."""
+    scene = MatchingScene(views=work.views, stop_poses=stop_poses, calibration=work.calibration)
+    matches, points_m = _match_samples(work, samples, scene, search)
+    elsewhere = {match.sample for match in matches if work.views[match.view].stop != work.judged}
     if len(elsewhere) < LEAST_SAMPLES:
         raise InvalidInput(
             f"{work.dataset.folder}: scan {work.stops[work.judged].scan} and the scans from other places "
@@ -162,28 +165,28 @@ def _solved(
             found=f"{len(elsewhere)} of {len(samples)}",
             remedy="capture a wider field, or from places nearer to each other",
         )
-    rays = Rays.of(matches, work.sights, work.calibration, floor_px=floor_px)
-    return adjusted(rays, points_m, model, baseline_m=work.calibration.baseline_m)
+    rays = Rays.of(matches, work.views, work.calibration, floor_px=floor_px)
+    return adjust_rays(rays, points_m, model, baseline_m=work.calibration.baseline_m)
 
 
-def _matched(
+def _match_samples(
     work: _Work, samples: Sequence[ShortBaselineSample], scene: MatchingScene, search: PatchSearch
 ) -> tuple[list[SampleMatch], Floats]:
-    """Return all matches of samples, in their order, and (n, 3) where the guess has them."""
+    """Return all matches of samples, in order, and (n, 3) their points by the present estimate."""
     matches: list[SampleMatch] = []
     points = np.zeros((len(samples), 3))
-    numbers: dict[int, list[int]] = {sight.number: [] for sight in _anchors(work.sights, work.judged)}
+    numbers: dict[int, list[int]] = {view.number: [] for view in _anchors(work.views, work.judged)}
     for number, sample in enumerate(samples):
         numbers[sample.anchor].append(number)
     for anchor, here in numbers.items():
-        sight = work.sights[anchor]
+        view = work.views[anchor]
         u, v, q = (np.array([getattr(samples[k], name) for k in here]) for name in ("u_px", "v_px", "q0"))
         if here:
-            points[here] = scene.point_m(sight, u, v, q)
-        for number, seen in zip(here, seen_by(points[here], sight, scene), strict=True):
+            points[here] = scene.point_m(view, u, v, q)
+        for number, seen in zip(here, candidate_views(points[here], view, scene), strict=True):
             matches.append(own_match(samples[number], number, scene))
             for other in seen:
-                found = find(
+                found = match_sample(
                     samples[number], number, other, scene=scene, pictures=work.pictures, search=search
                 )
                 if found is not None:
@@ -196,7 +199,7 @@ def _reference(
     work: _Work, samples: Sequence[ShortBaselineSample], model: RailModel, found: AdjustedRays, *, points: int
 ) -> WideBaselineReference:
     calibration = work.calibration
-    long_m = longest_m(found.rays, model, found.unknowns)
+    long_m = longest_baselines_m(found.rays, model, found.unknowns)
     rows = tuple(
         _row(work, sample, number, found, baseline_m=float(long_m[number]))
         for number, sample in enumerate(samples)
@@ -220,7 +223,7 @@ def _reference(
         outliers=found.outliers / max(1, found.outliers + len(found.rays)),
         residual_px=float(np.sqrt(np.mean(found.residual_px**2))),
         noise_factor=found.noise_factor,
-        stops=tuple(_stop(work, number, model, found) for number in range(len(work.stops))),
+        stops=tuple(_stop_figures(work, number, model, found) for number in range(len(work.stops))),
         comparison=compare(rows, short_baseline_m=calibration.baseline_m, baseline_m=baseline_m, f_px=f_px),
     )
     return WideBaselineReference(figures=figures, rows=rows, f_px=f_px, recipe=_recipe(work))
@@ -233,7 +236,7 @@ def _row(
     short_m = 1.0 / sample.q
     f_px = work.calibration.fovea_f_px
     return ReferenceSample(
-        point=work.sights[sample.anchor].point.index,
+        point=work.views[sample.anchor].point.index,
         right_point=sample.right_point,
         x_px=sample.raw_px[0],
         y_px=sample.raw_px[1],
@@ -252,14 +255,14 @@ def _row(
     )
 
 
-def _stop(work: _Work, number: int, model: RailModel, found: AdjustedRays) -> StopFigures:
-    stop, stand = work.stops[number], model.stands(found.unknowns)[number]
-    own = (found.unknowns * model.sigmas)[model.of_stop(number)]
-    sigma = np.sqrt(np.diag(model.place_covariance(found.unknowns_covariance, number)))
-    x, y, z = stand.place_m.tolist()
+def _stop_figures(work: _Work, number: int, model: RailModel, found: AdjustedRays) -> StopFigures:
+    stop, pose = work.stops[number], model.stop_poses(found.unknowns)[number]
+    own = (found.unknowns * model.sigmas)[model.stop_slice(number)]
+    sigma = np.sqrt(np.diag(model.position_covariance(found.unknowns_covariance, number)))
+    x, y, z = pose.position_m.tolist()
     sx, sy, sz = sigma.tolist()
     rx, ry, rz = own[3:].tolist()
-    lu, lv, ru, rv = stand.shifts_px.ravel().tolist()
+    lu, lv, ru, rv = pose.shifts_px.ravel().tolist()
     return StopFigures(
         scan=stop.scan,
         rail_m=stop.rail_m,

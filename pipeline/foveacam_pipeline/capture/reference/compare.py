@@ -1,4 +1,4 @@
-"""The short baseline's depth against the reference: bias, spread, and the curve that both should follow.
+"""Compares the short baseline's depth with the reference: bias, spread, and the expected curve.
 
 An error of the disparity |dd| is one of depth |dZ| = Z^2 / (B f) |dd| (Sec. 4.1): a baseline four times as
 long is four times as good.
@@ -51,12 +51,12 @@ def columns(rows: Sequence[ReferenceSample], *names: str) -> list[Floats]:
 
 
 def rms(values: Floats) -> float:
-    """Return the root of the mean square; 0 of nothing."""
+    """Return the root mean square; 0 without values."""
     return float(np.sqrt(np.mean(np.square(values)))) if len(values) else 0.0
 
 
 def _edges(depth_m: Floats) -> list[tuple[float, float]]:
-    """Return ranges of equal ratio over all depths, those with too few samples left out."""
+    """Return ranges of equal ratio over all depths, without those that have too few samples."""
     if not len(depth_m):
         return []
     low, high = float(depth_m.min()), float(depth_m.max()) * (1.0 + 1e-9)
@@ -66,7 +66,7 @@ def _edges(depth_m: Floats) -> list[tuple[float, float]]:
 
 
 def _bin(at: tuple[float, float], table: Floats, *, long: float, per_depth: float) -> DepthBin:
-    """Return what rows (n, 4) of short, reference, its error and its own one show in a range of depths."""
+    """Return the comparison in a range of depths; rows (n, 4): short, reference, its error, its own error."""
     short, z, sigma, own = table[(table[:, 1] >= at[0]) & (table[:, 1] < at[1])].T
     expected_m = per_depth * float(np.median(z)) ** 2
     return DepthBin(

@@ -1,4 +1,4 @@
-"""The short baseline's depth: what is judged, and where the search on the long baselines begins."""
+"""The short baseline's depth: the values that are judged, and the start of the search on long baselines."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -6,12 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.mosaic.pair_depth import MOST_SIGMA_PX, DepthPixels, matched, triangulated
-from foveacam_pipeline.capture.mosaic.pairs import partners, together
+from foveacam_pipeline.capture.mosaic.pair_depth import (
+    MOST_SIGMA_PX,
+    DepthPixels,
+    match_pair,
+    triangulate_pair,
+)
+from foveacam_pipeline.capture.mosaic.pairs import combined_look, matching_partners
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import MosaicView
-from foveacam_pipeline.capture.reference.fovea_views import FoveaView
 from foveacam_pipeline.capture.reference.values import Floats, ReferenceSettings
+from foveacam_pipeline.capture.reference.views import FoveaView
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.rectify import halved, rectify
@@ -19,26 +24,26 @@ from foveacam_pipeline.stereo.search import MAX_DISPARITIES, MatchSettings
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 SCALE = 0.5
-"""As the depth of a look is made."""
+"""As for the depth of a look."""
 MARGIN_PX = 6.0
 ABOUT_PX = 45.0
-"""Half side of the surroundings that tell how a surface lies, full-size px."""
+"""Half side of the neighbourhood to which a plane is fitted, full-size px."""
 LEAST_ABOUT = 150
 FLAT_SHARE = 0.97
 FLAT_SIGMAS = 3.5
-"""So many of the surroundings lie so near to one plane: over a step a patch may be of either side."""
+"""Share of the neighbourhood that must lie this near to one plane: over a step, a patch may be of either
+side."""
 EDGE_PX = 90.0
-"""Samples nearer than this to the frame's edge are not taken."""
+"""Samples nearer than this to the frame's edge are not used."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ShortBaselineSample:
-    """A place of a left fovea with short-baseline depth.
+    """A point of a left fovea with short-baseline depth.
 
-    `anchor`: the sight's number; `right_point`: whose right fovea it was matched
-    with. `u_px`, `v_px`: on the eye's plane for `q0`. `q`: 1 / Z as measured there,
-    `sigma` by matching, `pose_sigma` by the calibration, 1/m. `q0`, `slope`: (2,) the plane that the
-    surroundings make of 1 / Z, 1/m and 1/m a px.
+    `anchor`: the view's number; `right_point`: the point whose right fovea it was matched with. `u_px`,
+    `v_px`: on the eye's plane for `q0`. `q`: 1 / Z as measured there, `sigma` by matching, `pose_sigma` by
+    the calibration, 1/m. `q0`, `slope`: (2,) the local plane of 1 / Z, 1/m and 1/m per px.
     """
 
     anchor: int
@@ -56,20 +61,20 @@ class ShortBaselineSample:
 def samples_of(
     anchor: FoveaView, views: Sequence[MosaicView], calibration: Calibration, settings: ReferenceSettings
 ) -> list[ShortBaselineSample]:
-    """Return samples on a grid over a left fovea, away from jumps of depth.
+    """Return samples on a grid over a left fovea, away from depth jumps.
 
     `views`: all points of the judged scan. Verged on the scene's average, a point's own right fovea shows
-    less than all that its left one does; what lies nearer or farther, right foveae of other points show.
+    less than its left one; right foveae of other points show what lies nearer or farther.
     """
     view = next(each for each in views if each.point.index == anchor.point.index)
     found: dict[int, ShortBaselineSample] = {}
     mosaic = MosaicSettings(scan=view.point.place.scan, bracket=settings.bracket)
-    for other in partners(view, views, calibration):
-        sighting = together(view, other, mosaic)
-        known = _matched(rectify(sighting, calibration, scale=SCALE))
+    for other in matching_partners(view, views, calibration):
+        sighting = combined_look(view, other, mosaic)
+        known = _match_pair(rectify(sighting, calibration, scale=SCALE))
         if known is None:
             continue
-        dense = triangulated(*known, calibration, sighting.volts, eye=Role.LEFT)
+        dense = triangulate_pair(*known, calibration, sighting.volts, eye=Role.LEFT)
         for cell, index in _on_grid(anchor, dense, across=settings.across, calibration=calibration):
             sample = _sample(anchor, other.point.index, calibration, dense, index)
             if sample is not None and (cell not in found or sample.sigma < found[cell].sigma):
@@ -77,9 +82,9 @@ def samples_of(
     return [found[cell] for cell in sorted(found)]
 
 
-def _matched(pair: RectifiedPair) -> tuple[RectifiedPair, DisparityMap] | None:
-    """Return the disparities of a half-size pair, or of a smaller one where depths spread too far for it."""
-    found = matched(halved(pair))
+def _match_pair(pair: RectifiedPair) -> tuple[RectifiedPair, DisparityMap] | None:
+    """Return the disparities of a half-size pair, or of a smaller one for a large depth range."""
+    found = match_pair(halved(pair))
     if found is None:
         return None
     small, disparity = found
@@ -99,7 +104,7 @@ def _matched(pair: RectifiedPair) -> tuple[RectifiedPair, DisparityMap] | None:
 def _on_grid(
     anchor: FoveaView, dense: DepthPixels, *, across: int, calibration: Calibration
 ) -> Iterator[tuple[int, int]]:
-    """Yield the number of every cell of a grid over the frame, and the sure sample nearest to its middle."""
+    """Yield each cell's number of a grid over the frame, and the reliable sample nearest its middle."""
     x, y = anchor.look.raw(dense.u_px, dense.v_px, dense.per_depth)
     pitch = (calibration.fovea_width - 2.0 * EDGE_PX) / across
     down = max(1, round((calibration.fovea_height - 2.0 * EDGE_PX) / pitch))
@@ -117,7 +122,7 @@ def _on_grid(
 def _sample(
     anchor: FoveaView, right_point: int, calibration: Calibration, dense: DepthPixels, index: int
 ) -> ShortBaselineSample | None:
-    """Return a sample with the plane about it; None where the surroundings are none."""
+    """Return a sample with its local plane; None where the neighbourhood is not planar."""
     du, dv = dense.u_px - dense.u_px[index], dense.v_px - dense.v_px[index]
     about = (np.abs(du) < ABOUT_PX) & (np.abs(dv) < ABOUT_PX)
     if int(about.sum()) < LEAST_ABOUT:

@@ -1,4 +1,4 @@
-"""What a reference is asked for, how far the rail is trusted, and what comes of it."""
+"""The settings of a reference, the rail's stated errors, and the results."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,10 +13,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RailTrust:
-    """Standard errors of what the rail says and does; zero: taken as exact. All are estimated within these.
+    """Standard errors of the rail; zero means exact. All are estimated within these.
 
-    `scale`: of its millimetre, relative. `lean_rad`: how its axis may stand to the rig's x, up and forward.
-    `along_m`, `across_m`: of one stop, along and off the axis. `turn_rad`: of the rig at one stop, each axis.
+    `scale`: of its millimetre, relative. `lean_rad`: tilt of its axis against the rig's x, up and forward.
+    `along_m`, `across_m`: of one stop, along and off the axis. `turn_rad`: of the rig at one stop, each
+    axis.
     """
 
     scale: float = 2e-4
@@ -26,7 +27,7 @@ class RailTrust:
     turn_rad: float = 3e-5
 
     def __post_init__(self) -> None:
-        """Refuse what is no error."""
+        """Refuse invalid standard errors."""
         for name in ("scale", "lean_rad", "along_m", "across_m", "turn_rad"):
             value = getattr(self, name)
             if not 0.0 <= value < 0.1:
@@ -37,7 +38,7 @@ class RailTrust:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceSettings:
-    """What to measure. `scan`: whose depth is judged; None: of the stop nearest to the middle of all.
+    """What to measure. `scan`: the judged one; None: the stop nearest to the middle of all.
 
     `bracket`: which exposure. `across`: samples over the width of a view; as dense down its height.
     """
@@ -48,21 +49,21 @@ class ReferenceSettings:
     rail: RailTrust = field(default_factory=RailTrust)
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be measured."""
+        """Refuse invalid settings."""
         if not 2 <= self.across <= 40:
             raise InvalidInput(f"{self.across} samples across a view were asked for; choose 2 to 40")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceSample:
-    """One sample of a reference, as it stands in `samples.csv`.
+    """One sample of a reference, a row of `samples.csv`.
 
-    `point`: of the dataset, `right_point`: whose right fovea it was paired with; `x_px`, `y_px`:
-    raw px of its left frame. Depths are along z of the rig at that scan's place on the rail, m. `short_m`: by
-    that pair of 200 mm; its error from matching and from the pose
-    that a whole look shares. `sigma_m`: of the reference, all told; `own_sigma_m`: the part that its
-    neighbours do not share. `views`, `stops`: that agreed on it; `baseline_m`: the longest between two of
-    them. `residual_px`: rms of what they disagree by, fovea px.
+    `point`: of the dataset, `right_point`: the point whose right fovea it was paired with; `x_px`, `y_px`:
+    raw px of its left frame. Depths are along z of the rig at that scan's position on the rail, m.
+    `short_m`: by that pair of 200 mm; its error from matching and from the pose, which is common to a look.
+    `sigma_m`: total error of the reference; `own_sigma_m`: the part that its neighbours do not share.
+    `views`, `stops`: number that agreed on it; `baseline_m`: the longest between two of them.
+    `residual_px`: rms of their disagreement, fovea px.
     """
 
     point: int
@@ -85,10 +86,10 @@ class ReferenceSample:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StopFigures:
-    """A stop of the rail: what the rail said and what was found, relative to the judged scan's stop.
+    """A stop of the rail as reported and as estimated, relative to the judged scan's stop.
 
-    `place_m`: (x, y, z), m, rig frame; its standard errors. `turn_rad`: about x, y, z.
-    `shift_px`: what the gazes were off by at this stop, (u, v) of the left and of the right eye, fovea px.
+    `place_m`: (x, y, z), m, rig frame; its standard errors. `turn_rad`: about x, y, z. `shift_px`: error of
+    the gazes at this stop, (u, v) of the left and of the right eye, fovea px.
     """
 
     scan: int
@@ -104,8 +105,8 @@ class StopFigures:
 class DepthBin:
     """Samples of a range of depths, short baseline against reference.
 
-    `expected_*`: Z^2 / (B f) |dd| of either baseline for the same |dd|. `reference_sigma_m`: as stated, rms;
-    `reference_own_sigma_m`: the part that samples do not share. `depth_m`: median.
+    `expected_*`: Z^2 / (B f) |dd| of either baseline for the same |dd|. `reference_sigma_m`: as stated,
+    rms; `reference_own_sigma_m`: the part that samples do not share. `depth_m`: median.
     """
 
     from_m: float
@@ -123,10 +124,10 @@ class DepthBin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaselineComparison:
-    """The short baseline against the reference; `wrong`: share of samples apart by more than 5 % of Z.
+    """The short baseline against the reference; `wrong`: share of samples that differ by more than 5 % of Z.
 
-    Those are left out of the rest. `bias_rel`: median of Zs / Zr - 1. `disparity_rms_px`: |dd|, what the
-    short baseline's disparity is off by, rms about its median; `disparity_bias_px`: that median.
+    Those are left out of the rest. `bias_rel`: median of Zs / Zr - 1. `disparity_rms_px`: |dd|, error of
+    the short baseline's disparity, rms about its median; `disparity_bias_px`: that median.
     """
 
     samples: int
@@ -142,10 +143,10 @@ class BaselineComparison:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceFigures:
-    """What was made. `samples`: with short-baseline depth; `referenced`: of those, with a reference.
+    """Figures of a reference. `samples`: with short-baseline depth; `referenced`: of those, with a reference.
 
-    `outliers`: share of matches that contradicted the rest. `residual_px`: rms of what is left between rays
-    and points. `baseline_m`: median of the longest baselines.
+    `outliers`: share of matches that contradicted the rest. `residual_px`: rms distance between rays and
+    points. `baseline_m`: median of the longest baselines.
     """
 
     scan: int

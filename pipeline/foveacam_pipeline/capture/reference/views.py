@@ -1,4 +1,4 @@
-"""Every fovea of every scan on the rail: where it stood, where it looked, its picture."""
+"""The fovea views of all scans on the rail: the pose of their stop, their projection, their pictures."""
 
 from collections import OrderedDict
 from dataclasses import dataclass
@@ -16,35 +16,35 @@ from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 
-KEPT = 60
-"""Pictures held at once: as many as the views of one point and of the next look at."""
+CACHED_PICTURES = 60
+"""Pictures in memory: as many as the matching of one point and of the next needs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StopPose:
-    """Where the rig stood at a stop, as seen from the judged scan's rig frame.
+    """The pose of the rig at a stop, in the judged scan's rig frame.
 
-    `place_m`: (3,); `turn`: (3, 3) from this stop's rig frame; `shifts_px`: (2, 2) of the left and of the
-    right eye: what its gazes were off by.
+    `position_m`: (3,); `turn`: (3, 3) from this stop's rig frame; `shifts_px`: (2, 2) errors of the gazes
+    of the left and of the right eye.
     """
 
-    place_m: Floats
+    position_m: Floats
     turn: Floats
     shifts_px: Floats
 
     @classmethod
-    def told(cls, stop: RailStop) -> "StopPose":
-        """Return what the rail said."""
-        return cls(place_m=np.array([stop.along_m, 0.0, 0.0]), turn=np.eye(3), shifts_px=np.zeros((2, 2)))
+    def from_rail(cls, stop: RailStop) -> "StopPose":
+        """Return the pose that the rail reported."""
+        return cls(position_m=np.array([stop.along_m, 0.0, 0.0]), turn=np.eye(3), shifts_px=np.zeros((2, 2)))
 
-    def own(self, points_m: Floats) -> Floats:
+    def to_stop_frame(self, points_m: Floats) -> Floats:
         """Return (..., 3) points of the judged scan's rig frame in this stop's."""
-        return np.asarray((points_m - self.place_m) @ self.turn, dtype=np.float64)
+        return np.asarray((points_m - self.position_m) @ self.turn, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FoveaView:
-    """One fovea of one point. `stop`: by its number among the stops; `eye`: 0 left, 1 right."""
+    """One fovea of one point. `stop`: index of its stop; `eye`: 0 left, 1 right."""
 
     number: int
     point: DatasetPoint
@@ -54,14 +54,14 @@ class FoveaView:
 
     @property
     def role(self) -> Role:
-        """Whose it is."""
+        """Its eye."""
         return EYES[self.eye]
 
 
-def sights_of(
+def fovea_views(
     dataset: Dataset, stops: tuple[RailStop, ...], calibration: Calibration, settings: ReferenceSettings
 ) -> list[FoveaView]:
-    """Return the foveae of all stops; points without a frame or its volts are passed over."""
+    """Return the foveae of all stops; points without a frame or its volts are skipped."""
     numbers = {stop.scan: number for number, stop in enumerate(stops)}
     found: list[FoveaView] = []
     for point in dataset:
@@ -77,25 +77,25 @@ def sights_of(
 
 
 class GreyPictureCache:
-    """Reads grey pictures when asked, whole or made smaller by a whole factor, and keeps the latest."""
+    """Reads grey pictures on demand, at full size or reduced by an integer factor, and caches the latest."""
 
     def __init__(self, bracket: int) -> None:
         self._bracket = bracket
-        self._kept: OrderedDict[tuple[int, int], NDArray[np.uint8]] = OrderedDict()
+        self._cache: OrderedDict[tuple[int, int], NDArray[np.uint8]] = OrderedDict()
 
-    def of(self, sight: FoveaView, factor: int = 1) -> NDArray[np.uint8]:
-        """Return (h, w) uint8. Raise InvalidInput for a frame that is gone or damaged."""
-        key = sight.number, factor
-        if key not in self._kept:
-            whole = gray(to_uint8(sight.point.stacked(sight.role, bracket=self._bracket)))
-            self._kept[key] = whole if factor == 1 else _smaller(whole, factor)
-            if len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
-        self._kept.move_to_end(key)
-        return self._kept[key]
+    def picture(self, view: FoveaView, factor: int = 1) -> NDArray[np.uint8]:
+        """Return (h, w) uint8. Raise InvalidInput for a missing or damaged frame."""
+        key = view.number, factor
+        if key not in self._cache:
+            whole = gray(to_uint8(view.point.stacked(view.role, bracket=self._bracket)))
+            self._cache[key] = whole if factor == 1 else _downscale(whole, factor)
+            if len(self._cache) > CACHED_PICTURES:
+                self._cache.popitem(last=False)
+        self._cache.move_to_end(key)
+        return self._cache[key]
 
 
-def _smaller(image: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]:
+def _downscale(image: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]:
     height, width = (size // factor for size in image.shape)
     even = image[: factor * height, : factor * width]
     return np.asarray(cv2.resize(even, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""The fused depth as files: metres and their error as TIFF, heat map, coloured points, textured surface."""
+"""Writes the fused depth: depth and error as TIFF, a heat map, a coloured point cloud, a textured mesh."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,11 +23,11 @@ from foveacam_pipeline.storage.disk import write_file
 
 Picture = NDArray[np.uint8]
 MESH_STEP = 3
-"""Cells from vertex to vertex."""
+"""Cells between neighbouring vertices."""
 MeshFile = Callable[[DepthMesh], bytes]
 
 
-def write_solid(
+def write_depth_files(
     folder: Path,
     chart: Chart,
     depth: FieldDepth,
@@ -62,7 +62,7 @@ def write_solid(
 
 
 def cell_pair(chart: Chart, texture: Picture, calibration: Calibration) -> RectifiedPair:
-    """Return the cells of a chart as the left window of a pair, whose focal length is that of cells."""
+    """Return the cells of a chart as the left window of a pair, with a focal length in cells."""
     size = (chart.columns, chart.rows)
     image = np.asarray(cv2.resize(texture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     seen = np.ones(image.shape[:2], dtype=np.bool_)

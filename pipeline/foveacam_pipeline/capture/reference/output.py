@@ -1,28 +1,106 @@
-"""The comparison as a picture: how far short baseline and reference are apart, and what to expect."""
+"""The files of a reference in its dataset's folder: document, samples as CSV, the comparison as a figure."""
 
+import csv
+import hashlib
 import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, astuple, fields
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.capture.dataset.reference_folder import (
+    REFERENCE,
+    REFERENCE_DOCUMENT,
+    REFERENCE_FORMAT,
+    REFERENCE_PICTURE,
+    REFERENCE_SAMPLES,
+    REFERENCE_VERSION,
+    begin_reference,
+    finish_reference,
+    remove_unfinished_reference,
+)
 from foveacam_pipeline.capture.reference.compare import WRONG, columns
-from foveacam_pipeline.capture.reference.values import BaselineComparison, Floats, WideBaselineReference
+from foveacam_pipeline.capture.reference.values import (
+    BaselineComparison,
+    Floats,
+    ReferenceSample,
+    WideBaselineReference,
+)
+from foveacam_pipeline.storage.disk import disk_errors, sync_folder, write_file
 
 DPI = 120
 SHORT, LONG = "#d95f02", "#1f77b4"
 LEAST_M = 1e-5
 
 
+def write_reference(dataset: Path, reference: WideBaselineReference) -> Path:
+    """Write a reference into `reference/` of a dataset, replacing an older one; return that folder.
+
+    Raise StorageFull or DeviceFault on a disk error.
+    """
+    contents = {REFERENCE_SAMPLES: rows_text(reference.rows).encode()}
+    pictures = comparison_pictures(reference)
+    contents |= {f"{REFERENCE_PICTURE}.{form}": content for form, content in pictures.items()}
+    document = {
+        "format": REFERENCE_FORMAT,
+        "version": REFERENCE_VERSION,
+        "recipe": reference.recipe,
+        "figures": asdict(reference.figures),
+        "files": {
+            f"{REFERENCE}/{name}": hashlib.sha256(content).hexdigest() for name, content in contents.items()
+        },
+    }
+    text = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    contents[REFERENCE_DOCUMENT] = text.encode()
+    with disk_errors("the reference", dataset):
+        try:
+            making = begin_reference(dataset)
+            for name, content in contents.items():
+                write_file(making / name, content)
+            folder = finish_reference(dataset)
+            sync_folder(dataset)
+        finally:
+            remove_unfinished_reference(dataset)
+    return folder
+
+
+def read_rows(dataset: Path) -> tuple[ReferenceSample, ...]:
+    """Return the samples of a dataset's reference; raise InvalidInput when they cannot be read."""
+    path = dataset / REFERENCE / REFERENCE_SAMPLES
+    kinds = {field.name: field.type for field in fields(ReferenceSample)}
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            return tuple(
+                ReferenceSample(**{name: kinds[name](text) for name, text in row.items()})  # type: ignore[operator]  # field types are classes here
+                for row in csv.DictReader(file)
+            )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InvalidInput(f"{path} cannot be read ({error}); make the reference again") from error
+
+
+def rows_text(rows: Sequence[ReferenceSample]) -> str:
+    """Return samples as CSV; numbers keep full precision."""
+    out = io.StringIO()
+    table = csv.writer(out, lineterminator="\n")
+    table.writerow(field.name for field in fields(ReferenceSample))
+    table.writerows(astuple(row) for row in rows)
+    return out.getvalue()
+
+
 def comparison_pictures(reference: WideBaselineReference) -> dict[str, bytes]:
-    """Return the picture as SVG and as PNG, by the ends of their names."""
+    """Return the comparison as a figure in SVG and PNG, by file suffix."""
     figure = Figure(figsize=(11.0, 5.2), dpi=DPI, layout="constrained")
     sizes, relative = figure.subplots(1, 2)
     found = reference.figures.comparison
     depth, short, sigma = columns(reference.rows, "reference_m", "short_m", "sigma_m")
-    _sizes(sizes, depth, short, sigma, reference=reference, found=found)
-    _relative(relative, depth, short, sigma, found=found)
+    _draw_errors(sizes, depth, short, sigma, reference=reference, found=found)
+    _draw_relative_errors(relative, depth, short, sigma, found=found)
     figure.suptitle(_title(reference, found), fontsize=11)
     pictures = {}
     for form in ("svg", "png"):
@@ -32,7 +110,7 @@ def comparison_pictures(reference: WideBaselineReference) -> dict[str, bytes]:
     return pictures
 
 
-def _sizes(
+def _draw_errors(
     axes: Axes,
     depth: Floats,
     short: Floats,
@@ -66,11 +144,13 @@ def _sizes(
     axes.set_yscale("log")
     axes.set_ylabel("|dZ|, m")
     axes.set_title("size of the error", fontsize=10)
-    _dress(axes)
+    _format_axes(axes)
     axes.legend(fontsize=8, loc="upper left")
 
 
-def _relative(axes: Axes, depth: Floats, short: Floats, sigma: Floats, *, found: BaselineComparison) -> None:
+def _draw_relative_errors(
+    axes: Axes, depth: Floats, short: Floats, sigma: Floats, *, found: BaselineComparison
+) -> None:
     percent = 100.0 * (short / depth - 1.0)
     good = np.abs(percent) < 100.0 * WRONG
     axes.plot(depth[good], percent[good], ".", color=SHORT, alpha=0.35, markersize=3, rasterized=True)
@@ -89,11 +169,11 @@ def _relative(axes: Axes, depth: Floats, short: Floats, sigma: Floats, *, found:
     axes.set_xscale("log")
     axes.set_ylabel("short baseline off the reference, %")
     axes.set_title(f"relative error, rms {100.0 * found.rms_rel:.3f} %", fontsize=10)
-    _dress(axes)
+    _format_axes(axes)
     axes.legend(fontsize=8, loc="upper left")
 
 
-def _dress(axes: Axes) -> None:
+def _format_axes(axes: Axes) -> None:
     axes.set_xlabel("depth Z, m")
     axes.xaxis.set_major_formatter(ScalarFormatter())
     low, high = axes.get_xlim()

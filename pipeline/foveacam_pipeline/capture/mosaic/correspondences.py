@@ -1,6 +1,6 @@
-"""Corresponding places of views that overlap: how far apart one thing stands in two views, and how bright.
+"""Corresponding points of overlapping views: their offset on the chart and their ratio of brightness.
 
-Places lie on a grid over every overlap; every other one is kept from the adjustment, to judge it.
+They lie on a grid over every overlap; every other one is held out of the adjustment, to validate it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,140 +17,142 @@ from foveacam_pipeline.capture.mosaic.views import (
     Floats,
     MosaicView,
     ViewPictureCache,
-    lay,
-    patch_of,
+    chart_patch,
+    warp_view,
 )
 from foveacam_pipeline.stereo.match import gray
 
 HALF_CELLS = 6
-"""Half side of a patch: 96 px, of which the outer 16 are reach."""
-MOST = 12
-"""Places of one overlap: half of them judge."""
+"""Half side of a patch: 96 px, of which the outer 16 are search range."""
+MOST_POINTS = 12
+"""Points of one overlap: half of them are held out."""
 STEP_CELLS = 7
 KNOWN_SHARE = 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ViewCorrespondence:
-    """A thing that views `first` and `second` (by number) both show.
+    """A point that views `first` and `second` (by number) both show.
 
-    `apart_px`: (2,) its chart place by the second minus by the first; `covariance`: (2, 2), px².
-    `about`: (2, 2) rows h of the place in the first and in the second view, px (`EyeLook`).
-    `brightness`: log of the second view's over the first's. `judging`: kept from the adjustment.
+    `offset_px`: (2,) its chart position by the second minus by the first; `covariance`: (2, 2), px².
+    `relative_px`: (2, 2) rows h of the point in the first and in the second view, px (`EyeLook`).
+    `brightness`: log of the second view's over the first's. `held_out`: not used by the adjustment.
     """
 
     first: int
     second: int
     place_px: tuple[float, float]
-    apart_px: Floats
+    offset_px: Floats
     covariance: Floats
-    about: Floats
+    relative_px: Floats
     brightness: float
-    judging: bool
+    held_out: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OverlapPlace:
-    """Where to compare two views: middle cell of a patch."""
+class OverlapPoint:
+    """Where to compare two views: the middle cell of a patch."""
 
     first: int
     second: int
     row: int
     column: int
-    judging: bool
+    held_out: bool
 
 
-def places(views: Sequence[MosaicView], chart: Chart) -> list[OverlapPlace]:
-    """Return where the overlaps of a scan are compared, at most `MOST` places of two views."""
+def overlap_points(views: Sequence[MosaicView], chart: Chart) -> list[OverlapPoint]:
+    """Return where the overlaps of a scan are compared, at most `MOST_POINTS` points per overlap."""
     return [
         place
         for first in range(len(views))
         for second in range(first + 1, len(views))
-        for place in _overlap(views, chart, first, second)
+        for place in _points_of_overlap(views, chart, first, second)
     ]
 
 
-def link(
-    place: OverlapPlace,
+def match_overlap(
+    place: OverlapPoint,
     views: Sequence[MosaicView],
     pictures: ViewPictureCache,
     *,
     chart: Chart,
     depth: FieldDepth,
 ) -> ViewCorrespondence | None:
-    """Return what two views show at a place; None where they do not match."""
-    rows, columns = around(place)
+    """Return the correspondence of two views at a point; None where they do not match."""
+    rows, columns = patch_cells(place)
     pair = [views[place.first], views[place.second]]
-    images = both(pair, pictures, patch_of(chart, depth.filled, rows, columns))
+    images = warp_pair(pair, pictures, chart_patch(chart, depth.filled, rows, columns))
     found = None if images is None else register(*images)
     if found is None or images is None:
         return None
     u = chart.u0_px + CELL * place.column - 0.5
     v = chart.v0_px + CELL * place.row - 0.5
     q = np.asarray(depth.filled[place.row, place.column], dtype=np.float64)
-    about = [view.look.about(np.asarray(u), np.asarray(v), q) for view in pair]
+    relative = [view.look.gaze_relative(np.asarray(u), np.asarray(v), q) for view in pair]
     return ViewCorrespondence(
         first=place.first,
         second=place.second,
         place_px=(u, v),
-        apart_px=found.shift_px,
+        offset_px=found.shift_px,
         covariance=found.covariance,
-        about=np.array(about, dtype=np.float64),
+        relative_px=np.array(relative, dtype=np.float64),
         brightness=float(np.log(max(1.0, float(images[1].mean())) / max(1.0, float(images[0].mean())))),
-        judging=place.judging or not _known(depth, rows, columns),
+        held_out=place.held_out or not _known(depth, rows, columns),
     )
 
 
-def around(place: OverlapPlace) -> tuple[slice, slice]:
-    """Return the rows and columns of cells that are compared."""
+def patch_cells(place: OverlapPoint) -> tuple[slice, slice]:
+    """Return the rows and columns of the cells that are compared."""
     return (
         slice(place.row - HALF_CELLS, place.row + HALF_CELLS),
         slice(place.column - HALF_CELLS, place.column + HALF_CELLS),
     )
 
 
-def both(
+def warp_pair(
     pair: Sequence[MosaicView], pictures: ViewPictureCache, patch: ChartPatch
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
-    """Return what two views show of a patch, grey; None where either does not reach."""
-    laid = [lay(view, pictures.of(view), patch) for view in pair]
-    if any(each is None or float(each.inside_px.min()) <= 0.0 for each in laid):
+    """Return a patch as two views show it, grey; None where a view does not cover it."""
+    warped = [warp_view(view, pictures.picture(view), patch) for view in pair]
+    if any(each is None or float(each.inside_px.min()) <= 0.0 for each in warped):
         return None
-    first, second = (_grey(each.image) for each in laid if each is not None)
+    first, second = (_grey(each.image) for each in warped if each is not None)
     return first, second
 
 
 def _known(depth: FieldDepth, rows: slice, columns: slice) -> bool:
-    """Return whether depth is known there: where it is surmised, what is apart tells of that as well."""
+    """Return whether the patch's depth is measured: else an offset may be due to the depth."""
     return float(np.isfinite(depth.per_depth[rows, columns]).mean()) > KNOWN_SHARE
 
 
-def _overlap(views: Sequence[MosaicView], chart: Chart, first: int, second: int) -> Iterator[OverlapPlace]:
-    """Yield places where both views surely reach, spread over the overlap."""
+def _points_of_overlap(
+    views: Sequence[MosaicView], chart: Chart, first: int, second: int
+) -> Iterator[OverlapPoint]:
+    """Yield points that both views certainly cover, spread over the overlap."""
     a, b = views[first].box, views[second].box
     left, top, right, bottom = max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), min(a[3], b[3])
     inset = HALF_CELLS * CELL
-    columns = _axis(left + inset - chart.u0_px, right - inset - chart.u0_px, chart.columns)
-    rows = _axis(top + inset - chart.v0_px, bottom - inset - chart.v0_px, chart.rows)
+    columns = _grid_axis(left + inset - chart.u0_px, right - inset - chart.u0_px, chart.columns)
+    rows = _grid_axis(top + inset - chart.v0_px, bottom - inset - chart.v0_px, chart.rows)
     grid = [
         (row, column)
         for row in rows
         for column in columns
         if all(_reaches(views[k], chart, row, column) for k in (first, second))
     ]
-    stride = max(1, -(-len(grid) // MOST))
+    stride = max(1, -(-len(grid) // MOST_POINTS))
     for count, (row, column) in enumerate(grid[stride // 2 :: stride]):
-        yield OverlapPlace(first=first, second=second, row=row, column=column, judging=count % 2 == 1)
+        yield OverlapPoint(first=first, second=second, row=row, column=column, held_out=count % 2 == 1)
 
 
-def _axis(low_px: float, high_px: float, cells: int) -> range:
+def _grid_axis(low_px: float, high_px: float, cells: int) -> range:
     low = max(HALF_CELLS, int(np.ceil(low_px / CELL)))
     high = min(cells - HALF_CELLS, int(np.floor(high_px / CELL)))
     return range(low, high + 1, STEP_CELLS)
 
 
 def _reaches(view: MosaicView, chart: Chart, row: int, column: int) -> bool:
-    """Return whether a whole patch lies within a view, with room for the depth to differ."""
+    """Return whether a view contains a whole patch, with room for the depth to differ."""
     half = HALF_CELLS * CELL
     u = chart.u0_px + CELL * column + np.array([-half, half, half, -half], dtype=np.float64)
     v = chart.v0_px + CELL * row + np.array([-half, -half, half, half], dtype=np.float64)
