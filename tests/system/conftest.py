@@ -223,14 +223,14 @@ def program(tmp_path: Path) -> Iterator[Callable[..., Program]]:
 @contextmanager
 def gated() -> Iterator[threading.Event]:
     """Let captures wait behind every look until the event is set, or the context ends."""
-    found, saw = threading.Event(), CaptureJobWatcher.saw
+    found, saw = threading.Event(), CaptureJobWatcher.show_frames
 
     def wait_behind(watch: CaptureJobWatcher, frames: tuple[Frame, ...]) -> None:
         saw(watch, frames)
         found.wait(PATIENCE_S)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(CaptureJobWatcher, "saw", wait_behind)
+        patch.setattr(CaptureJobWatcher, "show_frames", wait_behind)
         yield found
         found.set()
 

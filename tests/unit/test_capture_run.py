@@ -37,7 +37,7 @@ from foveacam_pipeline.capture.plan import (
     points_of_plan,
     shot_limit_ms,
 )
-from foveacam_pipeline.capture.run import CapturePhase, CaptureReport, RunSettings, prepare, run_capture
+from foveacam_pipeline.capture.run import CapturePhase, CaptureReport, RunSettings, prepare_plan, run_capture
 from foveacam_pipeline.storage.disk import write_part
 
 from .dataset_scenes import CALIBRATION
@@ -76,11 +76,11 @@ class Watch:
         self.pauses -= 1
         return self.pauses >= 0
 
-    def ask(self, wish: str) -> None:
-        self.asked.append(wish)
+    def ask_operator(self, request: str) -> None:
+        self.asked.append(request)
         self.pauses = 3
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         self.seen += frames
 
 
@@ -323,7 +323,7 @@ def test_what_the_rig_cannot_take_is_refused_before_anything_moves(rig: StubRig)
         (plan_of(exposures_ms=[5000.0]), "5000 ms"),
     ):
         with pytest.raises(OutOfRange, match=told):
-            prepare(rig, plan, CALIBRATION, watch=Watch())
+            prepare_plan(rig, plan, CALIBRATION, watch=Watch())
     assert rig.did == []
 
 

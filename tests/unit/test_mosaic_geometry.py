@@ -111,7 +111,7 @@ def test_other_things_and_bare_walls_are_not_registered() -> None:
 def chain(
     offset_px: list[tuple[float, float]], *, noise_px: float, seed: int = 5
 ) -> list[ViewCorrespondence]:
-    """Return links of views in a row, each `offset_px` of its neighbour, half of them kept for held_out."""
+    """Return links of views in a row, each `offset_px` of its neighbour, half of them held out."""
     rng = np.random.default_rng(seed)
     return [
         ViewCorrespondence(

@@ -150,7 +150,7 @@ def test_a_disk_that_takes_no_more_ends_it_with_a_problem_and_what_it_took_is_re
     def small(path: Path) -> SmallDisk:
         return SmallDisk(path, room=20_000, read_only=read_only)
 
-    monkeypatch.setattr("foveacam_pipeline.capture.recording.recorder.new_file", small)
+    monkeypatch.setattr("foveacam_pipeline.capture.recording.recorder.new_recording_file", small)
     job, recording_id = bench.begin()
     ended = bench.ended(job)
     found = bench.recordings.document(recording_id)
@@ -173,7 +173,8 @@ def test_a_disk_without_room_for_its_beginning_leaves_nothing(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "foveacam_pipeline.capture.recording.recorder.new_file", lambda path: SmallDisk(path, room=100)
+        "foveacam_pipeline.capture.recording.recorder.new_recording_file",
+        lambda path: SmallDisk(path, room=100),
     )
     job, recording_id = bench.begin()
 

@@ -55,7 +55,7 @@ class Watch:
     def cancelled(self) -> bool:
         return self.over
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         self.seen += frames
 
 
@@ -89,7 +89,7 @@ def test_a_press_takes_a_stack_of_every_camera_and_moves_no_mirror(rig: StubRig)
     assert {each.volts_v for each in still.exposures if each.role is Role.LEFT} == {(21.0, -4.0)}
     assert len({(each.role, each.t_ns) for each in still.exposures}) == 12  # no frame stands twice in a stack
     assert still.missing == ()
-    assert still.trouble(kept="") is None
+    assert still.missing_error(kept="") is None
 
 
 def test_a_stack_is_a_mean_of_16_bits_and_a_single_frame_stays_as_it_came(rig: StubRig) -> None:
@@ -140,7 +140,7 @@ def test_a_camera_that_stalls_is_named_with_its_count_and_costs_the_others_nothi
     write_still(tmp_path / "a", still, CALIBRATION, StillLabels())
 
     assert counts(still) == {Role.WIDE: 5, Role.LEFT: 5, Role.RIGHT: 2}
-    trouble = still.trouble(kept="what came is held")
+    trouble = still.missing_error(kept="what came is held")
     assert isinstance(trouble, DeviceFault)
     assert "camera right: 2 of 5 frames came" in str(trouble)
     assert "check its cables" in str(trouble.remedy)
@@ -176,8 +176,8 @@ def test_mirrors_that_cannot_trigger_leave_the_wide_view(rig: StubRig) -> None:
     still = taken(rig, frames=2)
 
     assert counts(still) == {Role.WIDE: 2, Role.LEFT: 0, Role.RIGHT: 0}
-    assert "camera left: 0 of 2" in str(still.trouble(kept="held"))
-    assert "camera right: 0 of 2" in str(still.trouble(kept="held"))
+    assert "camera left: 0 of 2" in str(still.missing_error(kept="held"))
+    assert "camera right: 0 of 2" in str(still.missing_error(kept="held"))
 
 
 def test_where_nothing_came_there_is_no_still(rig: StubRig) -> None:
@@ -201,7 +201,7 @@ def test_pictures_of_another_size_are_not_averaged(rig: StubRig) -> None:
     still = taken(rig, Watch(then=crop), frames=3)
 
     assert counts(still)[Role.LEFT] == 1
-    assert "changed their size" in str(still.trouble(kept=""))
+    assert "changed their size" in str(still.missing_error(kept=""))
 
 
 def test_a_cancelled_still_is_nothing(rig: StubRig) -> None:

@@ -61,10 +61,10 @@ class SilentCaptureWatcher:
         """Go on."""
         return False
 
-    def ask(self, wish: str) -> None:
+    def ask_operator(self, request: str) -> None:
         """Do nothing: this rail moves itself."""
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Look away."""
 
 

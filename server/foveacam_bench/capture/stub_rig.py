@@ -325,10 +325,10 @@ class StubRig:
     def check_may_move(self) -> None:
         """Allow it."""
 
-    def moving(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
         """Do it here and now."""
         return work(self)
 
-    def still(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_still(self, work: Callable[[CaptureRig], T]) -> T:
         """Do it here and now."""
         return work(self)

@@ -19,7 +19,7 @@ from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, InvalidInp
 from foveacam_hardware.rig import Rig
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.plan import RasterPlan
-from foveacam_pipeline.capture.run import CaptureReport, CaptureRig, prepare, run_capture
+from foveacam_pipeline.capture.run import CaptureReport, CaptureRig, prepare_plan, run_capture
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
@@ -64,11 +64,11 @@ class OwnRig:
     def check_may_move(self) -> None:
         """Allow it: nobody else has the rig."""
 
-    def moving(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
         """Do it here and now."""
         return work(self._rig)
 
-    def still(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_still(self, work: Callable[[CaptureRig], T]) -> T:
         """Do it here and now."""
         return work(self._rig)
 
@@ -98,14 +98,16 @@ class CaptureProgressBar:
         """Go on."""
         return False
 
-    def ask(self, wish: str) -> None:
+    def ask_operator(self, request: str) -> None:
         """Wait until somebody has pressed Enter."""
         try:
-            self._progress.console.input(f"{wish} [Enter]: ")
+            self._progress.console.input(f"{request} [Enter]: ")
         except EOFError as error:
-            raise Cancelled(f"{wish}: nobody is there to do it; what was taken is kept, resume it") from error
+            raise Cancelled(
+                f"{request}: nobody is there to do it; what was taken is kept, resume it"
+            ) from error
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Look away."""
 
     def interrupt(self, _signal: int, _frame: FrameType | None) -> None:
@@ -174,8 +176,8 @@ def _estimated(
 ) -> Document:
     if order.plan is None:
         raise InvalidInput("--estimate: give a plan or its options, and leave --resume out")
-    plan, _ = prepare(access, order.plan, calibration, watch=watch)
-    needed = access.still(rig_facts).estimate(plan, calibration, codec=_codec(order.codec))
+    plan, _ = prepare_plan(access, order.plan, calibration, watch=watch)
+    needed = access.run_still(rig_facts).estimate(plan, calibration, codec=_codec(order.codec))
     free_bytes = shutil.disk_usage(folder).free
     return {"plan": plan.model_dump(mode="json"), **estimate_document(needed, free_bytes=free_bytes)}
 

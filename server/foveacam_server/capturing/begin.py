@@ -14,7 +14,7 @@ from foveacam_pipeline.capture.run import (
     CaptureWatcher,
     RigAccess,
     conditions_document,
-    prepare,
+    prepare_plan,
     rig_document,
     writer_settings,
 )
@@ -41,8 +41,8 @@ def begin(
 ) -> DatasetWriter:
     """Measure what the plan lacks, check it, and return the writer of a new dataset in `folder`."""
     access.check_may_move()
-    plan, measured_m = prepare(access, wish.plan, calibration, watch=watch)
-    facts = access.still(rig_facts)
+    plan, measured_m = prepare_plan(access, wish.plan, calibration, watch=watch)
+    facts = access.run_still(rig_facts)
     check_room(plan, facts, calibration, codec=wish.codec, folder=folder.parent)
 
     def described(rig: CaptureRig) -> DatasetHeader:
@@ -60,14 +60,14 @@ def begin(
 
     fovea, wide = facts.sizes(calibration)
     return DatasetWriter.create(
-        folder, access.still(described), writer_settings(plan, fovea=fovea, wide=wide)
+        folder, access.run_still(described), writer_settings(plan, fovea=fovea, wide=wide)
     )
 
 
 def go_on(access: RigAccess, folder: Path) -> DatasetWriter:
     """Return the writer of a dataset that was interrupted, behind its last point."""
     access.check_may_move()
-    facts = access.still(rig_facts)
+    facts = access.run_still(rig_facts)
     check_rest(folder, facts)
     header = read_document(folder).header
     if header.calibration is None:

@@ -93,12 +93,12 @@ class CaptureJobWatcher:
             return False
         return True
 
-    def ask(self, wish: str) -> None:
+    def ask_operator(self, request: str) -> None:
         """Wait until somebody has done something and lets it go on."""
-        self._live.wish = wish
+        self._live.wish = request
         self._live.pausing.set()
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Show what was just taken in the live views."""
         volts = {frame.role: frame.volts for frame in frames if frame.volts is not None}
         if Role.LEFT in volts and Role.RIGHT in volts:

@@ -36,10 +36,10 @@ class ThreadAccess:
         """Raise `Stopped` or `NotConnected` when nothing may move now."""
         self._hardware.check_may_move()
 
-    def moving(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
         """Run work that steers and exposes; a stop that comes meanwhile is followed by another park."""
         return answer_of(self._hardware.shoot(work), asked="an exposure", within_s=LONGEST_S)
 
-    def still(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_still(self, work: Callable[[CaptureRig], T]) -> T:
         """Run work that moves no mirror."""
         return answer_of(self._hardware.submit(work), asked="its settings", within_s=LONGEST_S)

@@ -39,7 +39,7 @@ class StillRigAccess:
         """Raise `Stopped` while the stop is engaged or the mirrors are switched off."""
         check_may_expose(self._hardware)
 
-    def moving(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
         """Run work that exposes; a stop that comes meanwhile is followed by another park."""
 
         def exposing(rig: AssembledRig) -> T:
@@ -53,7 +53,7 @@ class StillRigAccess:
         check_may_expose(self._hardware)
         return answer_of(self._hardware.submit(exposing), asked="an exposure", within_s=LONGEST_S)
 
-    def still(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_still(self, work: Callable[[CaptureRig], T]) -> T:
         """Run work that exposes nothing."""
         return answer_of(self._hardware.submit(work), asked="its settings", within_s=LONGEST_S)
 

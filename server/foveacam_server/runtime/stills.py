@@ -44,7 +44,7 @@ class StillJobWatcher:
         """Tell whether the job shall end."""
         return self._context.cancelled()
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Show what was just taken in the live views."""
         gaze = self._tools.hardware.pose
         for frame in frames:
@@ -133,7 +133,7 @@ class StillService:
         )
         write_still(folder, still, tools.calibration.current, labels)
         context.job.result_url = url = f"{URL}/{still_id}"
-        trouble = still.trouble(kept=f"what came is held, keep or discard it: {url}")
+        trouble = still.missing_error(kept=f"what came is held, keep or discard it: {url}")
         if trouble is None and request["save"]:
             self.shelf.keep(still_id)
         self._tell("still.taken", f"still {folder.name} was taken", self.shelf.get(still_id))

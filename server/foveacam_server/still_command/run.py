@@ -78,7 +78,7 @@ class _Blind:
         """Go on."""
         return False
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Look away."""
 
 
@@ -102,7 +102,7 @@ def _taken(choice: RigChoice, order: StillOrder, *, console: Console) -> tuple[D
         labels = StillLabels(label=order.label, codec=order.codec, id=still_id)
         write_still(folder, still, shop.calibration.current, labels)
         found = shelf.keep(still_id)
-        return still_document(found), still.trouble(kept=f"what came is kept in {found.kept.folder}")
+        return still_document(found), still.missing_error(kept=f"what came is kept in {found.kept.folder}")
 
 
 def _show(document: Document, *, as_json: bool) -> None:

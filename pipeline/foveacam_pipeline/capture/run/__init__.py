@@ -1,10 +1,10 @@
-"""Raster captures: a plan taken point after point into a dataset, on any rig behind the contract."""
+"""Raster captures: take a plan point by point into a dataset, on any rig behind the contract."""
 
 from foveacam_pipeline.capture.run.access import CaptureRig, CaptureWatcher, RigAccess, trigger_head
 from foveacam_pipeline.capture.run.capture import run_capture
 from foveacam_pipeline.capture.run.describe import conditions_document, rig_document
-from foveacam_pipeline.capture.run.room import image_size, writer_settings
-from foveacam_pipeline.capture.run.survey import check_exposures, prepare
+from foveacam_pipeline.capture.run.shots import image_size, writer_settings
+from foveacam_pipeline.capture.run.survey import check_exposures, prepare_plan
 from foveacam_pipeline.capture.run.values import CapturePhase, CaptureReport, RunSettings
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
     "check_exposures",
     "conditions_document",
     "image_size",
-    "prepare",
+    "prepare_plan",
     "rig_document",
     "run_capture",
     "trigger_head",

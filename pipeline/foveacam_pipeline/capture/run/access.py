@@ -1,4 +1,4 @@
-"""What a capture needs of a rig, of whoever owns it, and of whoever watches."""
+"""The interfaces of a capture: the rig that it uses, the access to that rig, and the operator's watcher."""
 
 from collections.abc import Callable
 from typing import Protocol, TypeVar
@@ -20,11 +20,11 @@ T = TypeVar("T")
 
 
 class CaptureRig(Protocol):
-    """An opened rig; touched by the work that `RigAccess` runs, and by nothing else."""
+    """An opened rig; used only by the work that `RigAccess` runs."""
 
     @property
     def rig_id(self) -> str:
-        """What its calibrations name."""
+        """The id that its calibrations name."""
         ...
 
     @property
@@ -49,42 +49,42 @@ class CaptureRig(Protocol):
 
     @property
     def head(self) -> Head:
-        """Looks; in two steps where it can."""
+        """Takes looks, by trigger where the rig can."""
         ...
 
     @property
     def mirrors(self) -> Mirrors:
-        """Both mirrors' controller."""
+        """The controller of both mirrors."""
         ...
 
     @property
     def wide(self) -> Camera:
-        """The fixed camera."""
+        """The fixed wide camera."""
         ...
 
     @property
     def left(self) -> Camera:
-        """The left fovea's."""
+        """The camera of the left fovea."""
         ...
 
     @property
     def right(self) -> Camera:
-        """The right fovea's."""
+        """The camera of the right fovea."""
         ...
 
     @property
     def pan_tilt(self) -> PanTilt | None:
-        """What turns the rig."""
+        """The pan-tilt that turns the rig; None without one."""
         ...
 
     @property
     def rail(self) -> Rail | None:
-        """What moves the rig sideways."""
+        """The rail that moves the rig sideways; None without one."""
         ...
 
 
 class RigAccess(Protocol):
-    """The way to a rig that one capture has to itself. Errors of the work come back from the call."""
+    """Exclusive access to a rig for one capture. Errors of the work are raised by the call."""
 
     @property
     def clock(self) -> Clock:
@@ -93,19 +93,19 @@ class RigAccess(Protocol):
 
     @property
     def head(self) -> Head:
-        """Looks, for fixations."""
+        """Takes looks, for fixations."""
         ...
 
     def check_may_move(self) -> None:
-        """Raise `Stopped` or `NotConnected` when nothing may move now; callable from the work too."""
+        """Raise `Stopped` or `NotConnected` when nothing may move now; may be called from the work too."""
         ...
 
-    def moving(self, work: Callable[[CaptureRig], T]) -> T:
-        """Run work that steers and exposes, where the devices are owned; refused like a move."""
+    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
+        """Run work that steers and exposes, on the thread that owns the devices; refused like a move."""
         ...
 
-    def still(self, work: Callable[[CaptureRig], T]) -> T:
-        """Run work that moves no mirror, where the devices are owned."""
+    def run_still(self, work: Callable[[CaptureRig], T]) -> T:
+        """Run work that moves no mirror, on the thread that owns the devices."""
         ...
 
 
@@ -113,28 +113,28 @@ class CaptureWatcher(Protocol):
     """The operator's side of a capture; called on the capture's own thread."""
 
     def progress(self, report: CaptureReport) -> None:
-        """Take note of how far it is."""
+        """Receive the progress."""
         ...
 
     def cancelled(self) -> bool:
-        """Tell whether it shall end; what was taken is kept."""
+        """Return whether the capture is to end; captured points are kept."""
         ...
 
     def paused(self) -> bool:
-        """Tell whether it shall wait."""
+        """Return whether the capture is to wait."""
         ...
 
-    def ask(self, wish: str) -> None:
+    def ask_operator(self, request: str) -> None:
         """Ask the operator to do something by hand; `paused` until it is done."""
         ...
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
-        """Look at what was just taken."""
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
+        """Receive the frames that were just captured."""
         ...
 
 
 def trigger_head(rig: CaptureRig) -> TriggerHead:
-    """Return the head of a rig that exposes both foveae by a pulse; raise InvalidInput for another."""
+    """Return the head of a rig that exposes both foveae by a pulse; raise InvalidInput for another rig."""
     head = rig.head
     if not isinstance(head, TriggerHead):
         raise InvalidInput(

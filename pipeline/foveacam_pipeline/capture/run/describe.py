@@ -1,4 +1,4 @@
-"""What a dataset says of the rig that took it, and of the conditions; read where the devices are owned."""
+"""Describes the rig and the conditions of a capture; runs on the thread that owns the devices."""
 
 from pydantic import JsonValue
 
@@ -7,7 +7,7 @@ from foveacam_pipeline.capture.run.access import CaptureRig, trigger_head
 
 
 def rig_document(rig: CaptureRig) -> dict[str, JsonValue]:
-    """Return who the rig and its devices are."""
+    """Return the identity of the rig and of its devices."""
     cameras: dict[str, JsonValue] = {
         camera.role.value: _device(camera.info) for camera in (rig.wide, rig.left, rig.right)
     }
@@ -24,27 +24,27 @@ def rig_document(rig: CaptureRig) -> dict[str, JsonValue]:
 def conditions_document(
     rig: CaptureRig, *, measured_m: tuple[float | None, ...] = ()
 ) -> dict[str, JsonValue]:
-    """Return what the rig ran with; `measured_m`: distances that the fixations before it found."""
-    pose = bearing(rig)
+    """Return the settings of the rig; `measured_m`: distances found by the fixations before the capture."""
+    pose = pan_tilt_pose(rig)
     return {
         "scene": rig.scene,
         "settle_us": trigger_head(rig).settle_us,
         "low_pass_hz": rig.mirrors.low_pass_hz,
         "cameras": {camera.role.value: _settings(camera) for camera in (rig.wide, rig.left, rig.right)},
-        "rail_m": rail_m(rig),
+        "rail_m": rail_position_m(rig),
         "pan_rad": None if pose is None else pose.pan_rad,
         "tilt_rad": None if pose is None else pose.tilt_rad,
         "survey_distances_m": list(measured_m),
     }
 
 
-def bearing(rig: CaptureRig) -> PanTiltPose | None:
-    """Return where the base points; None where nobody knows."""
+def pan_tilt_pose(rig: CaptureRig) -> PanTiltPose | None:
+    """Return the pose of the pan-tilt; None where it is unknown."""
     return None if rig.pan_tilt is None else rig.pan_tilt.state.pose
 
 
-def rail_m(rig: CaptureRig) -> float | None:
-    """Return where the rig stands on its rail; None where nobody knows."""
+def rail_position_m(rig: CaptureRig) -> float | None:
+    """Return the position of the rig on its rail, m; None where it is unknown."""
     return None if rig.rail is None else rig.rail.state.position_m
 
 

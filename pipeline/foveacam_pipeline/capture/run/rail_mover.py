@@ -1,4 +1,4 @@
-"""The rig on its rail: to the place of a scan, and until it stands still there."""
+"""Moves the rig along its rail to the position of a scan, and waits until it is at rest."""
 
 from foveacam_hardware.contract import Cancelled, DeviceFault, OutOfRange, Rail, RailState, Timeout
 from foveacam_pipeline.capture.run.access import CaptureRig, CaptureWatcher, RigAccess
@@ -6,35 +6,35 @@ from foveacam_pipeline.capture.run.values import RunSettings
 
 
 class RailMover:
-    """Moves the rig to the places of a plan; one pushed by hand is asked for."""
+    """Moves the rig to the rail positions of a plan; asks the operator where the rail has no motor."""
 
     def __init__(self, access: RigAccess, *, watch: CaptureWatcher, settings: RunSettings) -> None:
         self._access = access
         self._watch = watch
         self._settings = settings
 
-    def go_to(self, place_m: float) -> None:
-        """Return when the rig stands at a place, metres from the rail's middle."""
-        if not self._access.still(_moves_itself):
-            self._access.still(lambda rig: _rail(rig).move_to(place_m))
-            self._watch.ask(f"push the rig to {1e3 * place_m:g} mm on the rail, then continue")
+    def move_to(self, place_m: float) -> None:
+        """Return when the rig is at a position, metres from the rail's middle."""
+        if not self._access.run_still(_has_motor):
+            self._access.run_still(lambda rig: _rail(rig).move_to(place_m))
+            self._watch.ask_operator(f"push the rig to {1e3 * place_m:g} mm on the rail, then continue")
             return
         try:
-            self._travel(place_m)
+            self._move(place_m)
         except Cancelled:
-            self._access.still(lambda rig: _rail(rig).hold())
+            self._access.run_still(lambda rig: _rail(rig).hold())
             raise
         clock = self._access.clock
         clock.sleep_until_ns(clock.now_ns() + round(1e6 * self._settings.rail_rest_ms))
 
-    def _travel(self, place_m: float) -> None:
+    def _move(self, place_m: float) -> None:
         state = self._until_still("the rail's last move", timeout_ms=self._settings.rail_ms)
         self._access.check_may_move()
         if not state.homed:
-            self._access.still(lambda rig: _rail(rig).home())
+            self._access.run_still(lambda rig: _rail(rig).home())
             self._until_still("the rail's homing", timeout_ms=self._settings.home_ms)
         self._access.check_may_move()
-        self._access.still(lambda rig: _rail(rig).move_to(place_m))
+        self._access.run_still(lambda rig: _rail(rig).move_to(place_m))
         state = self._until_still("the rail's move", timeout_ms=self._settings.rail_ms)
         at_m = state.position_m
         if at_m is None or abs(at_m - place_m) > self._settings.rail_near_m:
@@ -50,7 +50,7 @@ class RailMover:
     def _until_still(self, what: str, *, timeout_ms: float) -> RailState:
         clock = self._access.clock
         deadline_ns = clock.now_ns() + round(1e6 * timeout_ms)
-        while (state := self._access.still(_state)).moving:
+        while (state := self._access.run_still(_state)).moving:
             if self._watch.cancelled():
                 raise Cancelled("the capture was cancelled while the rail moved; it can be resumed")
             if clock.now_ns() > deadline_ns:
@@ -67,7 +67,7 @@ def _rail(rig: CaptureRig) -> Rail:
     return rig.rail
 
 
-def _moves_itself(rig: CaptureRig) -> bool:
+def _has_motor(rig: CaptureRig) -> bool:
     return _rail(rig).moves_itself
 
 

@@ -1,6 +1,6 @@
-"""Exposes both foveae shot after shot: the mirrors move on as soon as an exposure ends, while it is read out.
+"""Exposes both foveae shot by shot: the mirrors move on once an exposure ends, during its readout.
 
-A shot whose frames do not come is taken again, a stated number of times.
+A shot whose frames do not arrive is repeated, a given number of times.
 """
 
 import logging
@@ -25,60 +25,60 @@ from foveacam_pipeline.capture.run.values import FoveaPair, ShotPlan
 logger = logging.getLogger(__name__)
 
 MARGIN_US = 500
-"""Between the end of one readout and the next exposure's."""
+"""Time between the end of one readout and the next one's."""
 
 
 class ShotTaker:
-    """Takes shots through a `RigAccess`; not for two threads at a time."""
+    """Takes shots through a `RigAccess`; for use by one thread at a time."""
 
     def __init__(self, access: RigAccess, *, tries: int) -> None:
         self._access = access
         self._tries = tries
-        self._under_way: tuple[ShotPlan, PendingExposure] | None = None
-        self._stands: StereoVolts | None = None
+        self._pending: tuple[ShotPlan, PendingExposure] | None = None
+        self._commanded: StereoVolts | None = None
         self._before: tuple[CameraSettings, CameraSettings] | None = None
         self._asked_ns: int | None = None
         self._ended_ns = access.clock.now_ns()
         self.retaken = 0
-        """Shots that had to be taken again."""
+        """Number of shots that had to be repeated."""
 
     @property
     def ended_ns(self) -> int:
-        """When the last exposure ended, or was given up: from then on a wide frame belongs to the next."""
+        """When the last exposure ended or was discarded; later wide frames belong to the next shot."""
         return self._ended_ns
 
-    def take(self, shot: ShotPlan, following: ShotPlan | None) -> FoveaPair:
-        """Take one shot and return its frames; the following one has then begun, where that can be."""
-        return self._access.moving(lambda rig: self._until_there(rig, shot, following))
+    def capture_shot(self, shot: ShotPlan, following: ShotPlan | None) -> FoveaPair:
+        """Take one shot and return its frames; the following shot has then begun where that is possible."""
+        return self._access.run_moving(lambda rig: self._capture_with_retries(rig, shot, following))
 
     def wide_since(self, t_ns: int) -> Frame:
         """Return the newest wide frame exposed at `t_ns` or later."""
-        return self._access.still(lambda rig: trigger_head(rig).wide_since(t_ns))
+        return self._access.run_still(lambda rig: trigger_head(rig).wide_since(t_ns))
 
-    def drop(self) -> None:
-        """Let what is under way end, and forget it; the next shot steers anew."""
-        if self._under_way is not None:
-            self._access.still(lambda _: self._forget())
-        self._stands = None
+    def discard_pending(self) -> None:
+        """Let a pending exposure end without using it; the next shot steers anew."""
+        if self._pending is not None:
+            self._access.run_still(lambda _: self._await_pending())
+        self._commanded = None
         self._ended_ns = self._access.clock.now_ns()
 
     def close(self) -> None:
-        """End what is under way, and let both cameras expose as they did before."""
-        self.drop()
+        """End a pending exposure, and restore the settings of both cameras."""
+        self.discard_pending()
         before, self._before, self._asked_ns = self._before, None, None
         if before is not None:
-            self._access.still(lambda rig: _configure((rig.left, rig.right), before))
+            self._access.run_still(lambda rig: _configure((rig.left, rig.right), before))
 
-    def _until_there(self, rig: CaptureRig, shot: ShotPlan, following: ShotPlan | None) -> FoveaPair:
+    def _capture_with_retries(self, rig: CaptureRig, shot: ShotPlan, following: ShotPlan | None) -> FoveaPair:
         last: FoveaError | None = None
         for _ in range(self._tries):
             try:
-                return self._once(rig, shot, following)
+                return self._capture_once(rig, shot, following)
             except (Timeout, DeviceFault) as error:
                 logger.info("a shot is taken again: %s", error)
                 last = error
-                self._forget()
-                self._stands = None
+                self._await_pending()
+                self._commanded = None
                 self.retaken += 1
         self.retaken -= 1
         raise DeviceFault(
@@ -89,29 +89,29 @@ class ShotTaker:
             remedy="mend that, then resume the capture",
         ) from last
 
-    def _once(self, rig: CaptureRig, shot: ShotPlan, following: ShotPlan | None) -> FoveaPair:
+    def _capture_once(self, rig: CaptureRig, shot: ShotPlan, following: ShotPlan | None) -> FoveaPair:
         head = trigger_head(rig)
-        exposure = self._begun(rig, head, shot)
-        self._under_way = None
+        exposure = self._begun_exposure(rig, head, shot)
+        self._pending = None
         receipt = exposure.wait()
         exposure_ns = max(eye.settings.exposure_ns for eye in (rig.left, rig.right))
         self._ended_ns = receipt.end_ns(exposure_ns=exposure_ns)
-        if following is not None and _overlap(shot, following):
-            self._under_way = following, self._begin(rig, head, following)
+        if following is not None and _may_overlap(shot, following):
+            self._pending = following, self._begin(rig, head, following)
         left, right = head.frames_of(receipt)
         return FoveaPair(left=left, right=right)
 
-    def _begun(self, rig: CaptureRig, head: TriggerHead, shot: ShotPlan) -> PendingExposure:
-        if self._under_way is not None and self._under_way[0] == shot:
-            return self._under_way[1]
-        self._forget()
+    def _begun_exposure(self, rig: CaptureRig, head: TriggerHead, shot: ShotPlan) -> PendingExposure:
+        if self._pending is not None and self._pending[0] == shot:
+            return self._pending[1]
+        self._await_pending()
         return self._begin(rig, head, shot)
 
     def _begin(self, rig: CaptureRig, head: TriggerHead, shot: ShotPlan) -> PendingExposure:
         self._access.check_may_move()
         self._expose_for(rig, shot.exposure_ns)
-        moves = shot.volts != self._stands
-        self._stands = shot.volts
+        moves = shot.volts != self._commanded
+        self._commanded = shot.volts
         return head.begin(shot.volts, settle_us=wait_after_move_us(rig, head) if moves else 0)
 
     def _expose_for(self, rig: CaptureRig, exposure_ns: int | None) -> None:
@@ -126,12 +126,12 @@ class ShotTaker:
         _configure(eyes, (left, right))
         self._asked_ns = exposure_ns
 
-    def _forget(self) -> None:
-        under_way, self._under_way = self._under_way, None
-        if under_way is None:
+    def _await_pending(self) -> None:
+        pending, self._pending = self._pending, None
+        if pending is None:
             return
         try:
-            under_way[1].wait()
+            pending[1].wait()
         except FoveaError as error:
             logger.info("an exposure that nobody waits for failed: %s", error)
 
@@ -141,13 +141,13 @@ def _configure(eyes: tuple[Camera, Camera], settings: tuple[CameraSettings, Came
         eye.configure(wanted)
 
 
-def _overlap(shot: ShotPlan, following: ShotPlan) -> bool:
-    """Tell whether the second may begin while the first is read out: the mirrors move, the cameras stay."""
+def _may_overlap(shot: ShotPlan, following: ShotPlan) -> bool:
+    """Return whether the second shot may begin during the first one's readout: only the mirrors change."""
     return shot.volts != following.volts and shot.exposure_ns == following.exposure_ns
 
 
 def wait_after_move_us(rig: CaptureRig, head: TriggerHead) -> int:
-    """Return the wait after a move: until the mirrors stand, and both sensors have been read out."""
+    """Return the wait after a move: until the mirrors have settled, and both sensors have been read out."""
     waits_us = [head.settle_us]
     for eye in (rig.left, rig.right):
         period_us = math.ceil(1e6 / eye.ranges.frame_rate_hz.high)

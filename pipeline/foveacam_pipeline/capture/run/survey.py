@@ -1,4 +1,4 @@
-"""Before a capture: how far away the scene is on average, by fixations; whether the rig can do it."""
+"""Prepares a capture: measures the scene's average distance by fixations, and checks the plan on the rig."""
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, RailLimits, ValueRange
 from foveacam_pipeline.capture.plan import (
@@ -15,26 +15,26 @@ from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import DirectionTarget
 
 
-def prepare(
+def prepare_plan(
     access: RigAccess, plan: RasterPlan, calibration: Calibration, *, watch: CaptureWatcher
 ) -> tuple[RasterPlan, tuple[float | None, ...]]:
-    """Return the plan with everything filled in and checked against the rig, and the distances measured, m.
+    """Return the plan, filled in and checked against the rig, and the distances measured, m.
 
     A distance is None where a fixation found none.
     """
     measured: tuple[float | None, ...] = ()
     average_m = None
     if plan.needs_distance:
-        measured = surveyed_m(access, plan, calibration, watch=watch)
+        measured = measure_distances_m(access, plan, calibration, watch=watch)
         average_m = average_distance_m(measured)
     whole = fill_in_plan(plan, calibration, average_m=average_m)
-    rail, exposures_ns = access.still(_limits)
+    rail, exposures_ns = access.run_still(_limits)
     check_plan(whole, calibration, rail=rail)
     check_exposures(whole, exposures_ns)
     return whole, measured
 
 
-def surveyed_m(
+def measure_distances_m(
     access: RigAccess, plan: RasterPlan, calibration: Calibration, *, watch: CaptureWatcher
 ) -> tuple[float | None, ...]:
     """Return the distances, m, of fixations in the plan's survey directions; None where one failed."""
@@ -47,14 +47,14 @@ def surveyed_m(
         watch.progress(
             CaptureReport(phase=CapturePhase.SURVEY, done=number, total=len(directions), note=note)
         )
-        measured.append(distance_m(access, calibration, (ax_rad, ay_rad), watch=watch))
+        measured.append(measure_distance_m(access, calibration, (ax_rad, ay_rad), watch=watch))
     return tuple(measured)
 
 
-def distance_m(
+def measure_distance_m(
     access: RigAccess, calibration: Calibration, direction_rad: tuple[float, float], *, watch: CaptureWatcher
 ) -> float | None:
-    """Return how far away it is in a direction; None when the eyes do not verge there."""
+    """Return the distance in a direction, m; None when the eyes do not verge there."""
     target = DirectionTarget(ax_rad=direction_rad[0], ay_rad=direction_rad[1])
     try:
         found = fixate(access.head, calibration, target, clock=access.clock, cancelled=watch.cancelled)

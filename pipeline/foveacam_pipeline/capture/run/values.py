@@ -1,4 +1,4 @@
-"""How a capture behaves, and what it reports."""
+"""The settings of a capture, its progress reports, and its exposures."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -7,7 +7,7 @@ from foveacam_hardware.contract import Frame, StereoVolts
 
 
 class CapturePhase(StrEnum):
-    """What a capture is doing."""
+    """The phase of a capture."""
 
     SURVEY = "survey"
     """Fixations that measure the scene's average distance."""
@@ -15,27 +15,27 @@ class CapturePhase(StrEnum):
     POINTS = "points"
     PAUSED = "paused"
     CLOSING = "closing"
-    """Everything is taken; the last points are on their way to the disk."""
+    """Every point is captured; the last ones are being written."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSettings:
-    """How patient a capture is. `tries`: of one exposure whose frames do not come, the first included."""
+    """Timeouts and retries of a capture. `tries`: attempts at one exposure whose frames do not arrive."""
 
     tries: int = 3
     poll_ms: float = 50.0
     rail_ms: float = 60_000.0
     home_ms: float = 120_000.0
     rail_rest_ms: float = 1000.0
-    """After a move of the rail, until the rig stands still."""
+    """Time after a move of the rail until the rig is at rest."""
     rail_near_m: float = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaptureReport:
-    """How far a capture is. `done` of `total` points are taken, `stored` are on the disk for good.
+    """The progress of a capture. `done` of `total` points are captured, `stored` are durably on disk.
 
-    `written_bytes`, `bytes_per_s`: of this run. `left_s`: None while nobody can say.
+    `written_bytes`, `bytes_per_s`: of this run. `left_s`: None while unknown.
     """
 
     phase: CapturePhase
@@ -50,7 +50,7 @@ class CaptureReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotPlan:
-    """One exposure of both foveae. `exposure_ns`: None is as the cameras are set."""
+    """One exposure of both foveae. `exposure_ns`: None for the cameras' present setting."""
 
     volts: StereoVolts
     bracket: int = 0
@@ -60,7 +60,7 @@ class ShotPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FoveaPair:
-    """What both foveae saw in one exposure."""
+    """The frames of both foveae from one exposure."""
 
     left: Frame
     right: Frame

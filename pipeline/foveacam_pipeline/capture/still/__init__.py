@@ -1,8 +1,7 @@
-"""Still captures: a stack of every camera where the mirrors stand, kept as a dataset of one point."""
+"""Still captures: a stack of frames of every camera at the present gaze, stored as a dataset of one point."""
 
-from foveacam_pipeline.capture.still.keep import StillLabels, write_still
-from foveacam_pipeline.capture.still.room import check_still_room, still_bytes
-from foveacam_pipeline.capture.still.take import StillWatcher, take_still
+from foveacam_pipeline.capture.still.still_run import StillWatcher, take_still
+from foveacam_pipeline.capture.still.still_writer import StillLabels, write_still
 from foveacam_pipeline.capture.still.values import (
     MOST_FRAMES,
     MissingFrames,
@@ -10,6 +9,8 @@ from foveacam_pipeline.capture.still.values import (
     StillFrame,
     StillKeep,
     StillPlan,
+    check_still_room,
+    still_bytes,
 )
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""What a still is: how many frames of which cameras, what came of them, and what did not."""
+"""The value types of a still: its plan, frames and missing frames, and its need of memory and disk."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -16,34 +16,38 @@ from foveacam_hardware.contract import (
     Timeout,
 )
 from foveacam_pipeline.capture.dataset import PlanPosition, Shot
+from foveacam_pipeline.capture.plan import ImageSize
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT, free_space_error
 
 FORMAT = "foveacam-still"
 VERSION = 1
 MOST_FRAMES = 64
-_KINDS = (InvalidInput, NotConnected, Timeout, DeviceFault)
-"""What the error of a still may be, by what ailed its first camera."""
+MOST_BYTES = 1 << 30
+"""Limit of the frames, which are held in memory until they are written."""
+_ERROR_KINDS = (InvalidInput, NotConnected, Timeout, DeviceFault)
+"""Kinds of a still's error, by the error of its first failed camera."""
 EVERY_ROLE = (Role.WIDE, Role.LEFT, Role.RIGHT)
 
 
 class StillKeep(StrEnum):
-    """What is kept of a stack."""
+    """What is stored of a stack."""
 
     MEAN = "mean"
-    """Its mean in 16 bits; one frame alone as the camera gave it."""
+    """Its mean in 16 bits; a single frame as the camera delivered it."""
     ALL = "all"
-    """Every frame as the camera gave it; a reader makes the mean."""
+    """Every frame as the camera delivered it; a reader computes the mean."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StillPlan:
-    """What one press takes: `frames` of each camera of `roles`."""
+    """What one still takes: `frames` of each camera of `roles`."""
 
     frames: int = 5
     keep: StillKeep = StillKeep.MEAN
     roles: tuple[Role, ...] = EVERY_ROLE
 
     def __post_init__(self) -> None:
-        """Raise OutOfRange or InvalidInput for what no press can take."""
+        """Raise OutOfRange or InvalidInput for a plan that cannot be taken."""
         if not 1 <= self.frames <= MOST_FRAMES:
             raise OutOfRange(
                 f"still: {self.frames} frames were asked, a stack has 1 to {MOST_FRAMES}; choose one of these"
@@ -54,11 +58,11 @@ class StillPlan:
 
     @property
     def foveae(self) -> tuple[Role, ...]:
-        """The cameras that wait for a pulse."""
+        """The triggered cameras."""
         return tuple(role for role in self.roles if role is not Role.WIDE)
 
     def document(self) -> dict[str, JsonValue]:
-        """Return the plan as its dataset tells it."""
+        """Return the plan as JSON for its dataset."""
         return {
             "format": FORMAT,
             "version": VERSION,
@@ -70,7 +74,7 @@ class StillPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StillFrame:
-    """One frame of a stack, whether it is kept by itself or in a mean."""
+    """The metadata of one frame of a stack, stored by itself or in a mean."""
 
     role: Role
     seq: int
@@ -82,7 +86,7 @@ class StillFrame:
 
     @classmethod
     def of(cls, frame: Frame, *, gain_db: float) -> "StillFrame":
-        """Return what there is to say of a frame."""
+        """Return the metadata of a frame."""
         volts = None if frame.volts is None else (frame.volts.x_v, frame.volts.y_v)
         return cls(
             role=frame.role,
@@ -97,7 +101,7 @@ class StillFrame:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissingFrames:
-    """A camera of which fewer frames came than were asked for, and why."""
+    """A camera that delivered fewer frames than requested, and why."""
 
     role: Role
     came: int
@@ -110,11 +114,11 @@ class MissingFrames:
         return self.reason.remedy or str(self.reason).rpartition("; ")[2]
 
     def sentence(self) -> str:
-        """Name the camera, how many of its frames came, and why no more did."""
+        """Return a sentence with the camera, the number of its frames, and the reason."""
         return f"camera {self.role.value}: {self.came} of {self.asked} frames came ({self.reason})"
 
     def document(self) -> dict[str, JsonValue]:
-        """Return it as the dataset tells it."""
+        """Return the description as JSON for the dataset."""
         return {
             "role": self.role.value,
             "came": self.came,
@@ -126,7 +130,7 @@ class MissingFrames:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Still:
-    """What one press brought: at least one frame. `rig`, `conditions`: as a dataset tells them."""
+    """A captured still of at least one frame. `rig`, `conditions`: JSON as in a dataset."""
 
     plan: StillPlan
     shots: tuple[Shot, ...]
@@ -136,15 +140,15 @@ class Still:
     rig: dict[str, JsonValue]
     conditions: dict[str, JsonValue]
 
-    def trouble(self, *, kept: str) -> FoveaError | None:
-        """Return the error of a still that is not whole; `kept`: what became of the rest, in words."""
-        return trouble_of(self.missing, more=kept) if self.missing else None
+    def missing_error(self, *, kept: str) -> FoveaError | None:
+        """Return the error of an incomplete still; `kept`: what became of its frames, in words."""
+        return missing_frames_error(self.missing, more=kept) if self.missing else None
 
 
-def trouble_of(missing: tuple[MissingFrames, ...], *, more: str) -> FoveaError:
-    """Return one error for every camera that did not give what was asked, of the first one's kind."""
+def missing_frames_error(missing: tuple[MissingFrames, ...], *, more: str) -> FoveaError:
+    """Return one error for all cameras with missing frames, of the kind of the first one's error."""
     first = missing[0].reason
-    kind = next((kind for kind in _KINDS if isinstance(first, kind)), DeviceFault)
+    kind = next((kind for kind in _ERROR_KINDS if isinstance(first, kind)), DeviceFault)
     told = "; ".join(each.sentence() for each in missing)
     remedy = "; ".join(dict.fromkeys(each.remedy for each in missing))
     return kind(
@@ -153,3 +157,30 @@ def trouble_of(missing: tuple[MissingFrames, ...], *, more: str) -> FoveaError:
         found=", ".join(f"{each.came} of camera {each.role.value}" for each in missing),
         remedy=remedy,
     )
+
+
+def still_bytes(plan: StillPlan, *, fovea: ImageSize, wide: ImageSize) -> int:
+    """Return the size of the images of a still without compression, bytes: an upper bound."""
+    mean = plan.keep is StillKeep.MEAN and plan.frames > 1
+    count = 1 if mean else plan.frames
+    return sum(count * (wide if role is Role.WIDE else fovea).raw_bytes(mean=mean) for role in plan.roles)
+
+
+def check_still_room(needed_bytes: int, *, free_bytes: int) -> None:
+    """Raise OutOfRange, or StorageFull for a full disk, with both sizes when a still does not fit."""
+    if needed_bytes > MOST_BYTES:
+        raise OutOfRange(
+            f"still: its frames take {needed_bytes / 1e9:.2f} GB, at most {MOST_BYTES / 1e9:.2f} GB are held"
+            " in memory; keep the mean of each stack, or take fewer frames",
+            asked=f"{needed_bytes} bytes",
+            found=f"{MOST_BYTES} bytes at most",
+        )
+    wanted_bytes = needed_bytes + RESERVE_BYTES
+    if wanted_bytes > free_bytes:
+        raise free_space_error(
+            f"still: it needs up to {wanted_bytes / 1e6:.0f} MB, with the {RESERVE_TEXT};"
+            f" {free_bytes / 1e6:.0f} MB are free on the disk; free some, or keep the mean of fewer frames",
+            needed_bytes=wanted_bytes,
+            free_bytes=free_bytes,
+            remedy="free some, or keep the mean of fewer frames",
+        )

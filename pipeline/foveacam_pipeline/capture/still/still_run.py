@@ -1,6 +1,6 @@
-"""Takes a still: exposes where the mirrors stand, until every camera gave its frames or is given up.
+"""Takes a still: exposes at the present gaze until every camera has delivered its frames or is given up.
 
-A camera that stalls costs the others nothing: each has a stack of its own.
+A camera that stalls does not affect the others: each has a stack of its own.
 """
 
 import logging
@@ -9,78 +9,83 @@ from typing import Protocol
 from foveacam_hardware.contract import Cancelled, DeviceFault, FoveaError, Frame, Role, Stopped, Timeout
 from foveacam_pipeline.capture.dataset import PlanPosition, Shot
 from foveacam_pipeline.capture.run.access import CaptureRig, RigAccess, trigger_head
-from foveacam_pipeline.capture.run.describe import bearing, conditions_document, rail_m, rig_document
+from foveacam_pipeline.capture.run.describe import (
+    conditions_document,
+    pan_tilt_pose,
+    rail_position_m,
+    rig_document,
+)
+from foveacam_pipeline.capture.run.shots import StackMean
 from foveacam_pipeline.capture.run.shutter import wait_after_move_us
-from foveacam_pipeline.capture.run.stacks import StackMean
 from foveacam_pipeline.capture.still.values import (
     MissingFrames,
     Still,
     StillFrame,
     StillKeep,
     StillPlan,
-    trouble_of,
+    missing_frames_error,
 )
 
 logger = logging.getLogger(__name__)
 
 TRIES = 3
-"""Exposures in a row of which a camera may give nothing, before it is given up."""
+"""Consecutive exposures without a frame after which a camera is given up."""
 
 
 class StillWatcher(Protocol):
     """The operator's side of a still; called on the still's own thread."""
 
     def progress(self, done: int, *, total: int, note: str) -> None:
-        """Take note that `done` of `total` frames came."""
+        """Receive that `done` of `total` frames have arrived."""
         ...
 
     def cancelled(self) -> bool:
-        """Tell whether it shall end."""
+        """Return whether the still is to end."""
         ...
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
-        """Look at what was just taken."""
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
+        """Receive the frames that were just captured."""
         ...
 
 
 def take_still(access: RigAccess, plan: StillPlan, *, watch: StillWatcher) -> Still:
-    """Take the stacks of a plan; the mirrors stay where they stand.
+    """Capture the stacks of a plan without moving the mirrors.
 
-    What came of a camera that stalls is kept, and `missing` tells of it. Raise its error when nothing came
-    at all, Cancelled when the watcher has had enough, and Stopped when the stop forbids to expose.
+    The frames of a camera that stalls are kept, and `missing` describes the rest. Raise its error when no
+    frame arrived at all, Cancelled when the watcher cancels, and Stopped when the stop forbids to expose.
     """
-    run = _Run(access, plan, watch)
-    access.still(lambda rig: trigger_head(rig))  # a rig that plays a recording is refused
-    while run.round():
+    run = _StillRun(access, plan, watch)
+    access.run_still(lambda rig: trigger_head(rig))  # a rig that plays a recording is refused
+    while run.capture_round():
         pass
-    missing = tuple(stack.missing(plan.frames) for stack in run.stacks.values() if stack.wants)
+    missing = tuple(stack.missing(plan.frames) for stack in run.stacks.values() if stack.incomplete)
     if not any(stack.came for stack in run.stacks.values()):
-        raise trouble_of(missing, more="mend that, then take it again")
-    return access.still(lambda rig: run.still_of(rig, missing))
+        raise missing_frames_error(missing, more="mend that, then take it again")
+    return access.run_still(lambda rig: run.result(rig, missing))
 
 
-class _Run:
-    """One press under way."""
+class _StillRun:
+    """One still in progress."""
 
     def __init__(self, access: RigAccess, plan: StillPlan, watch: StillWatcher) -> None:
         self._access, self._plan, self._watch = access, plan, watch
-        self.stacks = {role: _Stack(role, plan) for role in plan.roles}
+        self.stacks = {role: _FrameStack(role, plan) for role in plan.roles}
         self._since_ns = access.clock.now_ns()
         self._settles = True
 
-    def round(self) -> bool:
-        """Take one frame of every camera that still owes some; tell whether there was one."""
+    def capture_round(self) -> bool:
+        """Capture one frame of every camera that lacks some; return whether there was such a camera."""
         if self._watch.cancelled():
             raise Cancelled("the still was cancelled; nothing of it is kept")
-        owing = [stack for stack in self.stacks.values() if stack.wants and not stack.given_up]
+        owing = [stack for stack in self.stacks.values() if stack.incomplete and not stack.given_up]
         foveae = [stack for stack in owing if stack.role is not Role.WIDE]
         if foveae:
-            self._access.moving(lambda rig: self._expose(rig, foveae))
+            self._access.run_moving(lambda rig: self._expose(rig, foveae))
         if (wide := self.stacks.get(Role.WIDE)) in owing and wide is not None:
-            self._access.still(lambda rig: self._wide(rig, wide))
+            self._access.run_still(lambda rig: self._add_wide(rig, wide))
         if not owing:
             return False
-        self._watch.saw(tuple(stack.newest for stack in owing if stack.newest is not None))
+        self._watch.show_frames(tuple(stack.newest for stack in owing if stack.newest is not None))
         done = sum(stack.came for stack in self.stacks.values())
         failing = [str(stack.error) for stack in owing if stack.error is not None]
         self._watch.progress(
@@ -88,9 +93,9 @@ class _Run:
         )
         return True
 
-    def still_of(self, rig: CaptureRig, missing: tuple[MissingFrames, ...]) -> Still:
-        """Return what came, with what the rig says of itself."""
-        pose = bearing(rig)
+    def result(self, rig: CaptureRig, missing: tuple[MissingFrames, ...]) -> Still:
+        """Return the captured frames with the description of the rig."""
+        pose = pan_tilt_pose(rig)
         stacks = self.stacks.values()
         exposures = tuple(exposure for stack in stacks for exposure in stack.exposures)
         return Still(
@@ -100,7 +105,7 @@ class _Run:
             missing=missing,
             place=PlanPosition(
                 index=0,
-                rail_m=rail_m(rig),
+                rail_m=rail_position_m(rig),
                 pan_rad=None if pose is None else pose.pan_rad,
                 tilt_rad=None if pose is None else pose.tilt_rad,
             ),
@@ -108,7 +113,7 @@ class _Run:
             conditions=conditions_document(rig),
         )
 
-    def _expose(self, rig: CaptureRig, foveae: "list[_Stack]") -> None:
+    def _expose(self, rig: CaptureRig, foveae: "list[_FrameStack]") -> None:
         """Expose both foveae by one pulse, and add the frame of each to its stack."""
         try:
             head = trigger_head(rig)
@@ -118,7 +123,7 @@ class _Run:
             raise
         except FoveaError as error:
             for stack in foveae:
-                stack.failed(error)
+                stack.add_failure(error)
             return
         self._settles = False
         for stack in foveae:
@@ -126,20 +131,20 @@ class _Run:
             try:
                 stack.add(head.frame_of(stack.role, receipt), gain_db=camera.settings.gain_db)
             except FoveaError as error:
-                stack.failed(error)
+                stack.add_failure(error)
 
-    def _wide(self, rig: CaptureRig, stack: "_Stack") -> None:
+    def _add_wide(self, rig: CaptureRig, stack: "_FrameStack") -> None:
         """Add a wide frame that is newer than the last."""
         try:
             frame = trigger_head(rig).wide_since(self._since_ns)
             self._since_ns = frame.t_ns + 1
             stack.add(frame, gain_db=rig.wide.settings.gain_db)
         except FoveaError as error:
-            stack.failed(error)
+            stack.add_failure(error)
 
 
-class _Stack:
-    """The frames of one camera, as they come."""
+class _FrameStack:
+    """The frames of one camera."""
 
     def __init__(self, role: Role, plan: StillPlan) -> None:
         self.role = role
@@ -154,23 +159,23 @@ class _Stack:
 
     @property
     def came(self) -> int:
-        """How many frames there are."""
+        """Number of frames."""
         return len(self.exposures)
 
     @property
-    def wants(self) -> bool:
-        """Whether it is short of frames."""
+    def incomplete(self) -> bool:
+        """Whether it lacks frames."""
         return self.came < self._plan.frames
 
     @property
     def given_up(self) -> bool:
-        """Whether nobody waits for it any more: too often late, or nothing that another try would mend."""
+        """Whether the camera is given up: too many failures, or an error that another try cannot repair."""
         if self.error is None:
             return False
         return self._failures >= TRIES or not isinstance(self.error, Timeout | DeviceFault)
 
     def add(self, frame: Frame, *, gain_db: float) -> None:
-        """Add a frame; raise DeviceFault for one that does not fit those before."""
+        """Add a frame; raise DeviceFault for one that differs in size or depth from those before."""
         self._check_alike(frame)
         self.exposures.append(StillFrame.of(frame, gain_db=gain_db))
         self.newest, self.error, self._failures = frame, None, 0
@@ -182,19 +187,19 @@ class _Stack:
         else:
             self._mean.add(frame)
 
-    def failed(self, error: FoveaError) -> None:
-        """Take note that a frame did not come."""
+    def add_failure(self, error: FoveaError) -> None:
+        """Count a frame that did not arrive."""
         logger.info("still: camera %s: %s", self.role, error)
         self.newest, self.error = None, error
         self._failures += 1
 
     def missing(self, asked: int) -> MissingFrames:
-        """Say what did not come of it."""
+        """Return a description of the missing frames."""
         reason = self.error or DeviceFault(f"camera {self.role}: it gave fewer frames than were asked")
         return MissingFrames(role=self.role, came=self.came, asked=asked, reason=reason)
 
     def shots(self) -> list[Shot]:
-        """Return what is kept: every frame, or the mean of those that came; one alone as it is."""
+        """Return what is stored: every frame, or the mean of all frames; a single frame unchanged."""
         if self._mean is not None and self.came > 1:
             return [Shot(frame=self._mean.frame())]
         return [Shot(frame=frame, stack=number) for number, frame in enumerate(self._frames)]

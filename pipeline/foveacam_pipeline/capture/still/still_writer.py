@@ -1,4 +1,4 @@
-"""Keeps a still: a dataset of one point, on the disk when the call returns."""
+"""Writes a still as a dataset of one point, which is on disk when the call returns."""
 
 import math
 import shutil
@@ -21,12 +21,12 @@ from foveacam_pipeline.capture.still.values import Still, StillFrame
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.rectify import crossing_z_m
 
-AGAIN = "then take the still again"
+RETAKE_REMEDY = "then take the still again"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StillLabels:
-    """What is written beside a still. `id`: of the dataset; None makes one up."""
+    """What is written with a still. `id`: of the dataset; None generates one."""
 
     label: str = ""
     licence: str = LICENCE
@@ -35,16 +35,15 @@ class StillLabels:
 
 
 def write_still(folder: Path, still: Still, calibration: Calibration | None, labels: StillLabels) -> None:
-    """Write a still into a folder that does not exist yet; nothing is left of one that the disk refuses.
+    """Write a still into a folder that does not exist yet; remove it if the disk refuses.
 
-    Raise StorageFull, DeviceFault.
-    Where the gazes cross, by the calibration, is the point's distance.
+    Raise StorageFull, DeviceFault. The point's distance is where the gazes cross by the calibration.
     """
     header = DatasetHeader(
         points=1,
         plan=still.plan.document(),
         rig=still.rig,
-        conditions={**still.conditions, **_told(still)},
+        conditions={**still.conditions, **_still_conditions(still)},
         calibration=calibration,
         label=labels.label,
         licence=labels.licence,
@@ -54,7 +53,7 @@ def write_still(folder: Path, still: Still, calibration: Calibration | None, lab
         header = replace(header, id=labels.id)
     place = replace(still.place, distance_m=_crossing_m(still.shots, calibration))
     try:
-        with DatasetWriter.create(folder, header, WriterSettings(depth=1, again=AGAIN)) as writer:
+        with DatasetWriter.create(folder, header, WriterSettings(depth=1, again=RETAKE_REMEDY)) as writer:
             writer.add(CapturedPoint(place=place, shots=still.shots))
             writer.finish()
     except (StorageFull, DeviceFault):
@@ -62,8 +61,8 @@ def write_still(folder: Path, still: Still, calibration: Calibration | None, lab
         raise
 
 
-def _told(still: Still) -> dict[str, JsonValue]:
-    """Return what a dataset's index does not hold: every exposure of a mean, and what did not come."""
+def _still_conditions(still: Still) -> dict[str, JsonValue]:
+    """Return what a dataset's index does not hold: every exposure of a mean, and the missing frames."""
     return {
         "exposures": [_exposure(exposure) for exposure in still.exposures],
         "missing": [each.document() for each in still.missing],
@@ -76,7 +75,7 @@ def _exposure(exposure: StillFrame) -> dict[str, JsonValue]:
 
 
 def _crossing_m(shots: tuple[Shot, ...], calibration: Calibration | None) -> float | None:
-    """Return the depth at which the gazes cross, m; None where they do not, or nobody knows."""
+    """Return the depth at which the gazes cross, m; None where they do not, or it is unknown."""
     drives: dict[Role, MirrorVolts] = {
         shot.frame.role: shot.frame.volts for shot in shots if shot.frame.volts is not None
     }
