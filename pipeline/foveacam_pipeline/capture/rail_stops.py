@@ -27,7 +27,7 @@ class RailStop:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceBasis:
-    """What a reference is computed from.
+    """The inputs of a reference.
 
     `judged`: index of the stop whose depth is judged; `pairs`: how many it has.
     """

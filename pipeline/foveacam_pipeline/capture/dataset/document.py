@@ -24,7 +24,7 @@ DOCUMENT = "dataset.json"
 FORMAT = "foveacam-dataset"
 VERSION = 1
 LICENCE = "all rights reserved"
-"""The licence of a dataset for which nobody chose one."""
+"""The licence of a dataset for which none was chosen."""
 
 
 def _now() -> str:
@@ -33,10 +33,10 @@ def _now() -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DatasetHeader:
-    """What is known of a dataset before its first point.
+    """The description of a dataset before its first point.
 
-    `points`: number of points of the plan, all scans together. `plan`, `rig`, `conditions`: any JSON objects;
-    `rig` names the devices. `licence`: an SPDX name or a sentence.
+    `points`: number of points of the plan, all scans together. `plan`, `rig`, `conditions`: any JSON
+    objects; `rig` names the devices. `licence`: an SPDX name or a sentence.
     """
 
     points: int

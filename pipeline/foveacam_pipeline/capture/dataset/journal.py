@@ -27,7 +27,10 @@ _RECORD: TypeAdapter[PointRecord] = TypeAdapter(PointRecord)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JournalContent:
-    """What a journal holds. `good_bytes`: offset of the next line; `torn`: an incomplete line is there."""
+    """The content of a journal.
+
+    `good_bytes`: offset of the next line; `torn`: an incomplete line is there.
+    """
 
     records: tuple[PointRecord, ...]
     good_bytes: int

@@ -54,7 +54,7 @@ class PairRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RectifyChoice:
-    """What to store: pairs at half or full scale, with disparities or without."""
+    """Options of stored pairs: half or full scale, with disparities or without."""
 
     scale: float = 0.5
     disparities: bool = True

@@ -52,7 +52,7 @@ RESUME_REMEDY = "then resume: what was acknowledged is safe"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WriterSettings:
-    """How a writer works. `depth`: points that may wait for the disk. `encoders`: encoding threads.
+    """Settings of a writer. `depth`: points that may wait for the disk. `encoders`: encoding threads.
 
     `on_acknowledged(index)` is called on the writer's thread for each acknowledged point. `again`: what an
     error advises after a disk is repaired.
@@ -141,7 +141,7 @@ class DatasetWriter:
 
     @property
     def header(self) -> DatasetHeader:
-        """What was known of the dataset before its first point."""
+        """The description of the dataset before its first point."""
         return self._document.header
 
     @property
@@ -151,7 +151,7 @@ class DatasetWriter:
 
     @property
     def progress(self) -> WriterProgress:
-        """How many points are planned, acknowledged and queued."""
+        """The numbers of planned, acknowledged and queued points."""
         return WriterProgress(
             planned=self.header.points,
             acknowledged=len(self._records),

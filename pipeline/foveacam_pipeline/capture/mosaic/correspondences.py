@@ -51,7 +51,7 @@ class ViewCorrespondence:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OverlapPoint:
-    """Where to compare two views: the middle cell of a patch."""
+    """A point at which two views are compared: the middle cell of a patch."""
 
     first: int
     second: int

@@ -79,10 +79,10 @@ def add_overlap_depth(
                 patches += [cells] if cells is not None else []
         if first + 1 < len(views):
             yield first + 1, depth
-    told = _weighted_medians(chart, patches)
-    told[speckle_mask(told, cells=SPECKLE_CELLS, step_q=SPECKLE_Q)] = np.nan
-    told = np.where(np.isfinite(told), cv2.medianBlur(fill_gaps(told), SMOOTH_CELLS), np.nan)
-    provisional = np.where(np.isfinite(depth.per_depth), depth.per_depth, told)
+    overlap_q = _weighted_medians(chart, patches)
+    overlap_q[speckle_mask(overlap_q, cells=SPECKLE_CELLS, step_q=SPECKLE_Q)] = np.nan
+    overlap_q = np.where(np.isfinite(overlap_q), cv2.medianBlur(fill_gaps(overlap_q), SMOOTH_CELLS), np.nan)
+    provisional = np.where(np.isfinite(depth.per_depth), depth.per_depth, overlap_q)
     provisional = np.where(np.isfinite(provisional), provisional, depth.provisional)
     yield len(views), replace(depth, provisional=provisional, filled=fill_gaps(provisional))
 

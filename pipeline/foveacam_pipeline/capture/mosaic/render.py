@@ -71,11 +71,11 @@ class TileSources:
         return found
 
     def _background(self, patch: ChartPatch) -> NDArray[np.float32]:
-        ground = np.array(BACKGROUND if self.channels == 3 else BACKGROUND[:1], dtype=np.float32)
+        background = np.array(BACKGROUND if self.channels == 3 else BACKGROUND[:1], dtype=np.float32)
         if self.wide is None:
-            return np.broadcast_to(ground, (*patch.size, self.channels))
+            return np.broadcast_to(background, (*patch.size, self.channels))
         image, seen = self.wide.on_patch(patch)
-        return np.where(seen[..., None], self._channels(image), ground).astype(np.float32)
+        return np.where(seen[..., None], self._channels(image), background).astype(np.float32)
 
     def _channels(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
         return image.reshape(*image.shape[:2], -1)

@@ -7,7 +7,7 @@ from foveacam_hardware.contract import InvalidInput, Role
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MosaicSettings:
-    """What to make. `eye`: the eye whose picture it is; `scan` and `bracket` of the dataset; `quality`: JPEG.
+    """Settings of a mosaic. `eye`: whose views; `scan` and `bracket` of the dataset; `quality`: of the JPEGs.
 
     `adjust`: whether differences between neighbours may move the views.
     """

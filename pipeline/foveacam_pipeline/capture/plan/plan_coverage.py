@@ -53,7 +53,7 @@ class PlanCoverage:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What an operator should know before the start; empty without problems."""
+        """Warnings for the operator before the start; empty without problems."""
         warnings = []
         for overlap, neighbours in ((self.overlap_across, "beside"), (self.overlap_down, "below")):
             if overlap == 0.0:

@@ -14,7 +14,7 @@ LONGEST_S = 86_400.0
 
 
 class EndCause(StrEnum):
-    """What ended a recording; its file is complete after the first three."""
+    """The cause that ended a recording; its file is complete after the first three."""
 
     DURATION = "duration"
     STOPPED = "stopped"

@@ -65,7 +65,7 @@ own."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Chunk:
-    """What is needed to index a chunk, or to remove it."""
+    """The data needed to index a chunk, or to remove it."""
 
     index: ChunkIndex
     stream: str | None

@@ -34,7 +34,7 @@ class MovieCodec(StrEnum):
 
 
 class MovieLayout(StrEnum):
-    """What a film can show besides a single stream."""
+    """The layouts of a film that shows both eyes."""
 
     SIDE_BY_SIDE = "side-by-side"
     ANAGLYPH = "anaglyph"

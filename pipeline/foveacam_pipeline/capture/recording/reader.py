@@ -76,7 +76,7 @@ class Recording:
 
     @property
     def truncation(self) -> Truncation | None:
-        """What was lost when the recording was cut off; None when it was not."""
+        """The loss of a recording that was cut off; None for a complete one."""
         return self._index.truncation
 
     @property

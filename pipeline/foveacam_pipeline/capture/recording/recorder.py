@@ -32,7 +32,7 @@ FINISH_S = 30.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingOptions:
-    """How to record. `compress`: each frame by zlib, which may not keep up at the full rate."""
+    """Options of a recording. `compress`: each frame by zlib, which may not keep up at the full rate."""
 
     compress: bool = False
     ring_frames: int = RING_FRAMES

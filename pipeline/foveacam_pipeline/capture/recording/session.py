@@ -34,7 +34,7 @@ class RigDescription:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingSession:
-    """What is written before the first frame. `timestamp`: ISO 8601."""
+    """The metadata written before the first frame. `timestamp`: ISO 8601."""
 
     timestamp: str
     rig: RigDescription | None = None

@@ -25,7 +25,7 @@ class StreamStatistics:
 
     published: int = 0
     missing: int = 0
-    """Sequence numbers missing between published frames: nobody read those frames, or they never came."""
+    """Sequence numbers missing between published frames: the frames were not read, or never arrived."""
     last_seq: int | None = None
     written: int = 0
     waiting: int = 0

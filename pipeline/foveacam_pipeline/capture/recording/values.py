@@ -27,7 +27,7 @@ LARGEST_SIDE = 65_536
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreamFormat:
-    """How the frames of one stream are stored.
+    """The storage format of the frames of one stream.
 
     `pixel_format`: GenICam's name. `dtype`: U8 or U16; U8 with a name that ends in 12p is packed. `bits`:
     significant bits of a pixel. `compressed`: every message is one zlib stream.
@@ -125,7 +125,7 @@ class RecordedStream:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FramePose:
-    """What was known of an exposure besides its picture; None where unknown.
+    """The volts, gaze and exposure of one frame; None where unknown.
 
     `volts_source`: `fin-averaged` (over the exposure), `history-interpolated` or `live-snapshot`.
     `angles_rad`: (ax, ay) of the gaze. `wide_from_fovea`: (3, 3), raw fovea px to undistorted wide px.

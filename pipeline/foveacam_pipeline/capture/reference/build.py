@@ -53,7 +53,7 @@ CANCELLED_TEXT = "the reference was cancelled; nothing was written, start it aga
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Work:
-    """What the steps of a reference share."""
+    """The inputs and helpers that the steps of a reference share."""
 
     dataset: Dataset
     calibration: Calibration

@@ -30,7 +30,7 @@ COARSE_WIDTH_PX = 360
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PatchSearch:
-    """How to search: one px of a patch is `factor` px of the fovea; `slack_px`: possible error of poses."""
+    """A patch search: one px of a patch is `factor` px of the fovea; `slack_px`: possible error of poses."""
 
     factor: int
     slack_px: float
@@ -192,5 +192,5 @@ def _warp_patch(
     height, width = picture.shape
     if not (x.min() >= 1.0 and y.min() >= 1.0 and x.max() <= width - 2.0 and y.max() <= height - 2.0):
         return None
-    laid = cv2.remap(picture, x.astype(np.float32), y.astype(np.float32), cv2.INTER_CUBIC)
-    return np.asarray(laid, dtype=np.float32)
+    warped = cv2.remap(picture, x.astype(np.float32), y.astype(np.float32), cv2.INTER_CUBIC)
+    return np.asarray(warped, dtype=np.float32)

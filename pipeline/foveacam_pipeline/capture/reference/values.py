@@ -38,7 +38,7 @@ class RailTrust:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceSettings:
-    """What to measure. `scan`: the judged one; None: the stop nearest to the middle of all.
+    """Settings of a reference. `scan`: the judged one; None: the stop nearest to the middle of all.
 
     `bracket`: which exposure. `across`: samples over the width of a view; as dense down its height.
     """

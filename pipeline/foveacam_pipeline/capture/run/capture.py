@@ -190,7 +190,7 @@ class _CaptureRun:
         )
 
     def _check(self) -> None:
-        self._writer.check()  # a point may take minutes: a disk that failed is told before the next exposure
+        self._writer.check()  # a point may take minutes: a disk error is raised before the next exposure
         if self._watch.cancelled():
             taken, total = self._writer.next_point, self._writer.header.points
             raise Cancelled(f"cancelled after {taken} of {total} points; what was taken is stored, resume it")

@@ -133,7 +133,7 @@ class ShotTaker:
         try:
             pending[1].wait()
         except FoveaError as error:
-            logger.info("an exposure that nobody waits for failed: %s", error)
+            logger.info("a discarded exposure failed: %s", error)
 
 
 def _configure(eyes: tuple[Camera, Camera], settings: tuple[CameraSettings, CameraSettings]) -> None:

@@ -26,7 +26,7 @@ RETAKE_REMEDY = "then take the still again"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StillLabels:
-    """What is written with a still. `id`: of the dataset; None generates one."""
+    """Label, licence, image format and id of a still's dataset. `id`: None generates one."""
 
     label: str = ""
     licence: str = LICENCE

@@ -30,7 +30,7 @@ EVERY_ROLE = (Role.WIDE, Role.LEFT, Role.RIGHT)
 
 
 class StillKeep(StrEnum):
-    """What is stored of a stack."""
+    """The frames that are stored of a stack."""
 
     MEAN = "mean"
     """Its mean in 16 bits; a single frame as the camera delivered it."""
@@ -40,7 +40,7 @@ class StillKeep(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StillPlan:
-    """What one still takes: `frames` of each camera of `roles`."""
+    """The plan of a still: `frames` of each camera of `roles`."""
 
     frames: int = 5
     keep: StillKeep = StillKeep.MEAN
@@ -149,10 +149,10 @@ def missing_frames_error(missing: tuple[MissingFrames, ...], *, more: str) -> Fo
     """Return one error for all cameras with missing frames, of the kind of the first one's error."""
     first = missing[0].reason
     kind = next((kind for kind in _ERROR_KINDS if isinstance(first, kind)), DeviceFault)
-    told = "; ".join(each.sentence() for each in missing)
+    sentences = "; ".join(each.sentence() for each in missing)
     remedy = "; ".join(dict.fromkeys(each.remedy for each in missing))
     return kind(
-        f"still: {told}; {more}",
+        f"still: {sentences}; {more}",
         asked=", ".join(f"{each.asked} frames of camera {each.role.value}" for each in missing),
         found=", ".join(f"{each.came} of camera {each.role.value}" for each in missing),
         remedy=remedy,

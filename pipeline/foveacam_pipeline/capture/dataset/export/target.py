@@ -1,4 +1,4 @@
-"""What an export contains, and the new folder that it is written into."""
+"""The options of an export, and the new folder that it is written into."""
 
 import shutil
 from collections.abc import Callable, Iterator
@@ -14,7 +14,7 @@ from foveacam_pipeline.storage.disk import disk_errors, sync_folder
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportChoice:
-    """What an export contains. `scale`: of warped images; `seeds_per_pair`: 3D points added per pair.
+    """Options of an export. `scale`: of warped images; `seeds_per_pair`: 3D points added per pair.
 
     `on_point(index)` is called after each exported point.
     """
