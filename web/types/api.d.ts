@@ -485,7 +485,7 @@ export interface components {
             distance_m?: number | null;
         };
         /**
-         * @description What ended a recording; its file is whole after the first three.
+         * @description The cause that ended a recording; its file is complete after the first three.
          * @enum {string}
          */
         EndCause: "duration" | "stopped" | "disk_reserve" | "cancelled" | "failed";
@@ -1354,7 +1354,7 @@ export interface components {
             /** @default 5 */
             targets?: number;
         };
-        /** @description What a raster capture takes, in which order; `points()` of it is the same for ever. */
+        /** @description What a raster capture takes, in which order; the points follow from it alone. */
         RasterPlan: {
             exposures_ms?: number[];
             /**
