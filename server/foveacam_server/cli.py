@@ -18,8 +18,6 @@ from foveacam_server import __version__
 from foveacam_server.calibrate_command.commands import app as calibrate_app
 from foveacam_server.capture_command.commands import capture
 from foveacam_server.dataset_command.commands import app as dataset_app
-from foveacam_server.dataset_command.mosaic import mosaic
-from foveacam_server.dataset_command.reference import reference
 from foveacam_server.recording_command.commands import app as recording_app
 from foveacam_server.recording_command.commands import record
 from foveacam_server.settings import checked_settings
@@ -36,8 +34,6 @@ app = typer.Typer(
 )
 
 app.add_typer(calibrate_app)
-dataset_app.command()(mosaic)
-dataset_app.command()(reference)
 app.add_typer(dataset_app)
 app.add_typer(recording_app)
 app.command()(record)

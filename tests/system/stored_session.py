@@ -15,10 +15,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_reference import nodes_to_return_to
 from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_pipeline.models.content import plain
-from foveacam_server.calibrating.documents import SETTLE
-from foveacam_server.calibrating.finished import finish
-from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
-from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
+from foveacam_server.calibrating.sessions import SETTLE, SETTLE_REPORT, CalibrationSession, SessionCollection
 from foveacam_server.calibrating.wide_documents import RESULT, views_id
 
 from .calibration_room import true_wide
@@ -57,7 +54,7 @@ def store_session(
     WideSamples(Charuco()).save(session.folder)
     stage = {"board": BOARD, "model": None, "lens": lens, "wide": {**NO_VIEWS}}
     session.write(RESULT, {"views_id": views_id(session.folder), **stage})
-    finish(session, "wide", {"views": 40})
+    session.finish_step("wide", {"views": 40})
     for station in stations:
         store_sweep(session, station, side=side, field_deg=field_deg, poses=poses)
     return session

@@ -10,7 +10,7 @@ import pytest
 
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server import cli
-from foveacam_server.capture_command.run import CaptureProgressBar
+from foveacam_server.progress_bar import ProgressBar
 
 from .conftest import EVENT_PATIENCE_S, Running
 
@@ -78,7 +78,7 @@ def soon() -> Iterator[Callable[[Callable[[], None]], None]]:
 
 def press_ctrl_c_once_it_listens(server: Running, name: str) -> None:
     def listens() -> bool:
-        hears = getattr(signal.getsignal(signal.SIGINT), "__func__", None) is CaptureProgressBar.interrupt
+        hears = getattr(signal.getsignal(signal.SIGINT), "__func__", None) is ProgressBar.interrupt
         return hears and state_of(server, name) == "running"
 
     wait_until(listens)

@@ -16,14 +16,13 @@ from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to
 from foveacam_pipeline.models import Calibration
-from foveacam_server.calibrate_command.rig import workplace_of
-from foveacam_server.calibrating.closing_step import close_drift
-from foveacam_server.calibrating.documents import DRIFT
+from foveacam_server.calibrate_command.rig import environment_of
+from foveacam_server.calibrating.documents import sweep_paths
+from foveacam_server.calibrating.drift_step import close_drift
 from foveacam_server.calibrating.fit_step import fit_of
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import FitOptions, MirrorsOptions
-from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
-from foveacam_server.calibrating.sweep_documents import sweep_paths
+from foveacam_server.calibrating.sessions import DRIFT, CalibrationSession, SessionCollection
 from foveacam_server.calibrating.wide_documents import RESULT
 
 from .calibration_room import EYES, Silent, changed_room, make_grey, true_wide
@@ -73,7 +72,7 @@ class Swept:
 
     def measure(self) -> None:
         options = MirrorsOptions(nodes=[SIDE, SIDE], extent_ax_deg=EXTENT_DEG, extent_ay_deg=EXTENT_DEG)
-        measure_mirrors(self.session, options, WIDE, workplace=workplace_of(self.rig), watch=Silent())
+        measure_mirrors(self.session, options, WIDE, environment=environment_of(self.rig), watch=Silent())
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +133,7 @@ def test_what_drifts_between_the_sweep_and_the_check_is_taken_out(swept: Swept) 
         swept.session,
         fitted,
         options,
-        workplace=workplace_of(swept.rig),
+        environment=environment_of(swept.rig),
         registry=kept,
         watch=Silent(),
     )

@@ -13,7 +13,7 @@ import pytest
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.runtime.store import Document
-from foveacam_server.still_command.remote import pressed
+from foveacam_server.still_command.run import take_on_server
 
 from .conftest import API, Running, running
 
@@ -180,9 +180,9 @@ def test_the_command_line_presses_the_button_of_a_server(server: Running) -> Non
     address = f"http://127.0.0.1:{server.port}"
     order = {"stack_frames": 1, "cameras": ["wide"], "name": "pressed from afar", "save": True}
 
-    assert pressed(address, order, token=None)["state"] == "kept"
+    assert take_on_server(address, order, token=None)["state"] == "kept"
     with pytest.raises(InvalidInput, match="already"):
-        pressed(address, order, token=None)
+        take_on_server(address, order, token=None)
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,7 @@ from foveacam_pipeline.calibrate.settle.settle_report import save_settle
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli
-from foveacam_server.calibrating.documents import SETTLE
-from foveacam_server.calibrating.sessions import SessionCollection
-from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
+from foveacam_server.calibrating.sessions import SETTLE, SETTLE_REPORT, SessionCollection
 from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.pinned import write_pin
 from foveacam_server.runtime.store import Store

@@ -10,7 +10,7 @@ import pytest
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import DatasetState
 from foveacam_pipeline.capture.dataset.document import read_document, write_document
-from foveacam_server.capture_command.plans import plan_of
+from foveacam_server.capture_command.run import plan_of
 from foveacam_server.capturing.capture_collection import CaptureCollection
 from foveacam_server.capturing.documents import capture_document
 from foveacam_server.capturing.download import zip_stream

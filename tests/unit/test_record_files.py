@@ -11,7 +11,7 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.calibrating.record_files import ImportFacts, exported, imported, known_format
+from foveacam_server.calibrating.record_files import ImportFacts, calibration_of, export_bytes, known_format
 from foveacam_server.calibrating.sessions import SessionCollection
 from foveacam_server.runtime.calibrations import SHIPPED
 
@@ -37,17 +37,17 @@ def measured(shelf: SessionCollection) -> Calibration:
 
 
 def test_our_file_comes_back_the_same(measured: Calibration, shelf: SessionCollection) -> None:
-    document = json.loads(exported(measured, "foveacam", sessions=shelf))
-    assert imported(document, ImportFacts(rig_id=measured.rig_id)).id == measured.id
+    document = json.loads(export_bytes(measured, "foveacam", sessions=shelf))
+    assert calibration_of(document, ImportFacts(rig_id=measured.rig_id)).id == measured.id
 
 
 def test_authors_bundle_carries_the_poses_and_can_be_fitted_again(
     measured: Calibration, shelf: SessionCollection
 ) -> None:
-    document = json.loads(exported(measured, "authors", sessions=shelf))
+    document = json.loads(export_bytes(measured, "authors", sessions=shelf))
     assert document["schema"] == "fovea-device-config@1"
     assert len(document["records"]) == 3
-    found = imported(document, ImportFacts(rig_id=measured.rig_id, distance_m=5.0))
+    found = calibration_of(document, ImportFacts(rig_id=measured.rig_id, distance_m=5.0))
     assert found.origin == "imported"
     assert found.rig_id == measured.rig_id
     assert max(found.left.mirror.loo_rad) < 2e-3  # a cubic's 0.1 degrees: the poses were read rightly
@@ -55,31 +55,31 @@ def test_authors_bundle_carries_the_poses_and_can_be_fitted_again(
 
 def test_bundle_without_a_session_is_refused(measured: Calibration, shelf: SessionCollection) -> None:
     with pytest.raises(InvalidInput, match="not kept here"):
-        exported(replace(measured, session_id=None), "authors", sessions=shelf)
+        export_bytes(replace(measured, session_id=None), "authors", sessions=shelf)
     with pytest.raises(InvalidInput, match="not kept here"):
-        exported(replace(measured, session_id="ses-0"), "authors", sessions=shelf)
+        export_bytes(replace(measured, session_id="ses-0"), "authors", sessions=shelf)
 
 
 @pytest.mark.parametrize("document", [None, [], "text", {}, {"schema": "other@1"}, {"format": "other"}])
 def test_what_is_no_calibration_is_refused(document: object) -> None:
     with pytest.raises(InvalidInput, match="import"):
-        imported(document, ImportFacts(rig_id="rig-1"))
+        calibration_of(document, ImportFacts(rig_id="rig-1"))
 
 
 def test_bundle_that_lacks_a_record_is_refused(measured: Calibration, shelf: SessionCollection) -> None:
-    document = json.loads(exported(measured, "authors", sessions=shelf))
+    document = json.loads(export_bytes(measured, "authors", sessions=shelf))
     document["records"] = document["records"][:2]
     with pytest.raises(InvalidInput, match="right"):
-        imported(document, ImportFacts(rig_id=measured.rig_id, distance_m=5.0))
+        calibration_of(document, ImportFacts(rig_id=measured.rig_id, distance_m=5.0))
 
 
 def test_bundle_of_another_wide_camera_is_refused_naming_both_sizes(
     measured: Calibration, shelf: SessionCollection
 ) -> None:
-    document = json.loads(exported(measured, "authors", sessions=shelf))
+    document = json.loads(export_bytes(measured, "authors", sessions=shelf))
     facts = ImportFacts(rig_id=measured.rig_id, distance_m=5.0, wide_size=(1920, 1200))
     with pytest.raises(InvalidInput, match="1440 × 1080 px, this rig's has 1920 × 1200 px"):
-        imported(document, facts)
+        calibration_of(document, facts)
 
 
 def test_unknown_format_is_refused_with_those_there_are() -> None:

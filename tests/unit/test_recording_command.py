@@ -36,7 +36,7 @@ def test_a_rig_is_recorded_look_by_look_with_the_volts_of_each(tmp_path: Path) -
     told: list[str] = []
     with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
         wish = RecordingSpec(file=tmp_path / "a.fcap", seconds=0.3)
-        found = record_opened(rig, wish, calibration=None, tell=lambda _, words: told.append(words))
+        found = record_opened(rig, wish, calibration=None, report=lambda _, words: told.append(words))
 
     streams = found["streams"]
     assert isinstance(streams, dict) and set(streams) == {"left", "center", "right"}
@@ -57,7 +57,7 @@ def test_ctrl_c_ends_a_recording_early_and_well(tmp_path: Path) -> None:
 
     with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
         found = record_opened(
-            rig, RecordingSpec(file=tmp_path / "a.fcap", seconds=9.0), calibration=None, tell=interrupt
+            rig, RecordingSpec(file=tmp_path / "a.fcap", seconds=9.0), calibration=None, report=interrupt
         )
     assert found["ended"] == "stopped"
     with Recording(tmp_path / "a.fcap") as recording:
@@ -77,10 +77,10 @@ def test_a_disk_that_comes_to_its_reserve_ends_a_recording_soundly_and_says_so(
     monkeypatch.setattr("foveacam_server.recording_command.record.free_bytes", less)
     with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
         wish = RecordingSpec(file=tmp_path / "a.fcap", seconds=9.0)
-        found = record_opened(rig, wish, calibration=None, tell=lambda *_: None)
+        found = record_opened(rig, wish, calibration=None, report=lambda *_: None)
         with pytest.raises(OutOfRange, match="MB that are kept free"):
             record_opened(
-                rig, replace(wish, file=tmp_path / "b.fcap"), calibration=None, tell=lambda *_: None
+                rig, replace(wish, file=tmp_path / "b.fcap"), calibration=None, report=lambda *_: None
             )
 
     assert found["ended"] == "disk_reserve"
@@ -97,7 +97,7 @@ def test_a_direction_needs_a_calibration(tmp_path: Path) -> None:
         replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig,
         pytest.raises(InvalidInput, match="needs a calibration"),
     ):
-        record_opened(rig, wish, calibration=None, tell=lambda *_: None)
+        record_opened(rig, wish, calibration=None, report=lambda *_: None)
     assert not (tmp_path / "a.fcap").exists()
 
 

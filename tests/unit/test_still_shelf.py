@@ -9,8 +9,7 @@ from foveacam_pipeline.capture.dataset import DatasetWriter, check_dataset
 from foveacam_server.capturing.still_collection import MOST_HELD, StillCollection, StillState
 from foveacam_server.capturing.still_documents import still_document
 from foveacam_server.errors import NotFound
-from foveacam_server.still_command.remote import pressed
-from foveacam_server.still_command.run import StillOrder
+from foveacam_server.still_command.run import StillOrder, take_on_server
 
 from .dataset_scenes import header, written
 
@@ -109,4 +108,4 @@ def test_options_that_mean_no_still_are_refused_in_words() -> None:
 )
 def test_a_server_that_is_not_there_is_said_to_be_so(address: str, error: type[Exception], told: str) -> None:
     with pytest.raises(error, match=told):
-        pressed(address, {}, token=None)
+        take_on_server(address, {}, token=None)

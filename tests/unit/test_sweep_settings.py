@@ -12,7 +12,7 @@ def nobody(_name: str) -> AbstractContextManager[ExclusiveRig]:
 
 
 def test_a_sweep_looks_for_the_markers_of_the_rig_file() -> None:
-    workplace = StepEnvironment(
+    environment = StepEnvironment(
         rig_id="lab-1",
         baseline_m=0.2,
         stations=(),
@@ -25,7 +25,7 @@ def test_a_sweep_looks_for_the_markers_of_the_rig_file() -> None:
         wait_after_moves=lambda _time: None,
     )
 
-    settings = sweep_settings(workplace)
+    settings = sweep_settings(environment)
 
     assert (settings.layout.side_m, settings.layout.spacing_m) == (0.04, 0.09)
     assert settings.layout.ids == (0, 7, 2)

@@ -18,8 +18,6 @@ from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.models.content import plain
-from foveacam_server.calibrating.documents import SETTLE
-from foveacam_server.calibrating.finished import FILE, finish
 from foveacam_server.calibrating.fit_step import inputs_of
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import (
@@ -30,11 +28,17 @@ from foveacam_server.calibrating.options import (
     MirrorsOptions,
     WideOptions,
 )
-from foveacam_server.calibrating.sessions import VIEWS, CalibrationSession, SessionCollection
-from foveacam_server.calibrating.settle_measured import REPORT as SETTLE_REPORT
+from foveacam_server.calibrating.sessions import (
+    FINISHED,
+    SETTLE,
+    SETTLE_REPORT,
+    VIEWS,
+    CalibrationSession,
+    SessionCollection,
+)
 from foveacam_server.calibrating.settle_times import SettleTime
 from foveacam_server.calibrating.step_environment import ExclusiveRig, StepEnvironment
-from foveacam_server.calibrating.whole_run import KNOWN, run_all
+from foveacam_server.calibrating.steps import KNOWN, run_all
 from foveacam_server.calibrating.wide_documents import RESULT, views_id
 from foveacam_server.runtime.calibrations import SHIPPED
 
@@ -97,7 +101,7 @@ class Desk:
         return FITTED
 
     @property
-    def workplace(self) -> StepEnvironment:
+    def environment(self) -> StepEnvironment:
         def use(what: str) -> AbstractContextManager[ExclusiveRig]:
             raise Touched(what)
 
@@ -116,7 +120,7 @@ class Desk:
 
     def run(self, **options: object) -> None:
         asked = AllOptions(activate=True).model_copy(update=options)
-        run_all(self.session, asked, workplace=self.workplace, registry=self, watch=self.heard)
+        run_all(self.session, asked, environment=self.environment, registry=self, watch=self.heard)
 
 
 def returned_to(sweep: Sweep) -> Sweep:
@@ -144,12 +148,12 @@ def desk(tmp_path: Path) -> Desk:
             "wide": {"fit": {"model": "five"}},
         },
     )
-    finish(session, "wide", {"views": 40})
+    session.finish_step("wide", {"views": 40})
     for sweep in SWEEPS:
         save_sweep(returned_to(sweep), session.folder / sweep_filename(sweep.header.station))
-    finish(session, "fit", {"of": inputs_of(session, FitOptions(), LENS), "calibration_id": FITTED.id})
+    session.finish_step("fit", {"of": inputs_of(session, FitOptions(), LENS), "calibration_id": FITTED.id})
     session.add_calibration(FITTED.id)
-    finish(session, "check", {"calibration_id": FITTED.id, "poses": None})
+    session.finish_step("check", {"calibration_id": FITTED.id, "poses": None})
     save_settle(replace(REPORT, rig_id=RIG), session.folder / SETTLE_REPORT)
     session.write(SETTLE, {"axes": [], "settle_us": 11_200})
     return Desk(session)
@@ -173,9 +177,9 @@ def test_session_that_was_copied_elsewhere_is_as_complete_as_it_was(desk: Desk) 
 
 
 def forget(desk: Desk, step: str) -> None:
-    known = desk.session.read(FILE)
+    known = desk.session.read(FINISHED)
     assert known is not None
-    desk.session.write(FILE, {name: how for name, how in known.items() if name != step})
+    desk.session.write(FINISHED, {name: how for name, how in known.items() if name != step})
 
 
 def take_another_view(desk: Desk) -> None:
@@ -245,4 +249,4 @@ def test_poses_that_an_eye_refused_are_tried_again_by_the_step_alone(desk: Desk)
     desk.run()
     assert desk.activated == [FITTED.id]
     with pytest.raises(Touched, match="the sweep at"):
-        measure_mirrors(desk.session, MirrorsOptions(), LENS, workplace=desk.workplace, watch=desk.heard)
+        measure_mirrors(desk.session, MirrorsOptions(), LENS, environment=desk.environment, watch=desk.heard)

@@ -34,7 +34,7 @@ from foveacam_pipeline.calibrate.drift.check import run_drift_check
 from foveacam_pipeline.calibrate.drift.correction import correct_calibration
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
-from foveacam_server.calibrate_command.rig import workplace_of
+from foveacam_server.calibrate_command.rig import environment_of
 from foveacam_server.calibrating.fit_step import fit_of
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import FitOptions, MirrorsOptions, WideOptions
@@ -131,12 +131,12 @@ def calibrated(
 ) -> tuple[Calibration, JudgedModel | None]:
     """Run all three stages as an operator would, and return what came of them, ours and the paper's."""
     session = SessionCollection(folder).create(label=label, rig_id=rig.rig_id, baseline_m=rig.baseline_m)
-    workplace, silent = workplace_of(rig), _Silent()
+    environment, silent = environment_of(rig), _Silent()
     with watch.timed("wide"):
-        measure_wide(session, WideOptions(), workplace=workplace, watch=silent)
+        measure_wide(session, WideOptions(), environment=environment, watch=silent)
     lens = lens_of(session)
     with watch.timed("sweep"):
-        measure_mirrors(session, MirrorsOptions(nodes=nodes), lens, workplace=workplace, watch=silent)
+        measure_mirrors(session, MirrorsOptions(nodes=nodes), lens, environment=environment, watch=silent)
     with watch.timed("fit"):
         result = fit_of(session, FitOptions(label=label, compare=False), lens)
     return result.calibration, result.paper

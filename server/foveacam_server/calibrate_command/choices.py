@@ -1,4 +1,4 @@
-"""Options that the commands of `foveacam calibrate` share: which rig, which session, how to print."""
+"""Options that commands with a rig share (rig, scene, data, printing), and the checks of step options."""
 
 import functools
 import inspect
@@ -26,7 +26,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrateOptions:
-    """What a command was told about rig and printing."""
+    """The options of a command about rig and printing."""
 
     settings: Settings
     seed: int | None
@@ -64,7 +64,7 @@ _RIG_OPTIONS: dict[str, tuple[Any, object]] = {  # Any: an annotation
 
 
 def on_rig(*, usual_scene: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command the options that name the rig, as its first argument, a `CalibrateOptions`."""
+    """Add the rig's options to a command, which gets them as its first argument, a `CalibrateOptions`."""
 
     def with_options(command: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(command)
@@ -73,13 +73,13 @@ def on_rig(*, usual_scene: str) -> Callable[[Callable[..., None]], Callable[...,
             chosen = {name: rig[name] for name in ("rig", "scene", "preset", "data")}
             if chosen["scene"] is None:
                 chosen["scene"] = usual_scene
-            wish = CalibrateOptions(
+            rig_options = CalibrateOptions(
                 settings=checked_settings(chosen),
                 seed=rig["seed"],
                 real_time=rig["real_time"],
                 as_json=rig["as_json"],
             )
-            command(wish, **given)
+            command(rig_options, **given)
 
         own = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
         shared = [
@@ -95,7 +95,7 @@ def on_rig(*, usual_scene: str) -> Callable[[Callable[..., None]], Callable[...,
 
 
 def checked(model: type[_Model], given: Mapping[str, object]) -> _Model:
-    """Return the options of a step; raise `InvalidInput` in plain words. What is None was not given."""
+    """Return the validated options of a step; None means not given. Raise `InvalidInput` in plain words."""
     try:
         return model.model_validate({name: value for name, value in given.items() if value is not None})
     except ValidationError as error:

@@ -1,8 +1,9 @@
-"""`foveacam calibrate`: the steps of a calibration on the command line, one command a step.
+"""`foveacam calibrate`: one command for each calibration step, and for the settle time in use.
 
-On the simulated rig time is virtual, so that a step takes as long as its computing, unless `--real-time`.
+A simulated rig runs in virtual time, so a step takes as long as its computation, unless `--real-time`.
 """
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +19,6 @@ from foveacam_server.calibrate_command.choices import (
     pair,
 )
 from foveacam_server.calibrate_command.record_commands import app as records_app
-from foveacam_server.calibrate_command.settle_command import app as settle_app
 from foveacam_server.calibrating import options as of_step
 
 app = typer.Typer(
@@ -45,7 +45,7 @@ OrderOption = Annotated[int | None, typer.Option(help="order of the mirrors' pol
 @app.command()
 @on_rig(usual_scene=ROOM)
 def wide(
-    wish: CalibrateOptions,
+    rig_options: CalibrateOptions,
     *,
     images: Annotated[Path | None, typer.Option(help="folder of images to use instead of the rig")] = None,
     pattern: Annotated[str, typer.Option(help="which images of the folder, such as 'left*'")] = "*",
@@ -71,20 +71,20 @@ def wide(
             "model": model,
         },
     )
-    place = SessionChoice(session=session, label=label, begin=True)
+    chosen = SessionChoice(session=session, label=label, begin=True)
     if images is None:
         run = of_step.WideRun(step="wide", options=options)
-        run_in_session(wish, run, place)
+        run_in_session(rig_options, run, chosen)
         return
     if options.board is None:
         raise InvalidInput("--images: say which board they show, such as --board 9x6 --square-mm 25")
-    run_on_images(wish, ImageFolder(folder=images, pattern=pattern), options, place)
+    run_on_images(rig_options, ImageFolder(folder=images, pattern=pattern), options, chosen)
 
 
 @app.command()
 @on_rig(usual_scene=ROOM)
 def mirrors(
-    wish: CalibrateOptions,
+    rig_options: CalibrateOptions,
     *,
     station: StationOption = None,
     nodes: NodesOption = None,
@@ -109,13 +109,15 @@ def mirrors(
             "restart": restart,
         },
     )
-    run_in_session(wish, of_step.MirrorsRun(step="mirrors", options=options), SessionChoice(session=session))
+    run_in_session(
+        rig_options, of_step.MirrorsRun(step="mirrors", options=options), SessionChoice(session=session)
+    )
 
 
 @app.command()
 @on_rig(usual_scene=ROOM)
 def rectify(
-    wish: CalibrateOptions,
+    rig_options: CalibrateOptions,
     *,
     label: LabelOption = None,
     order: OrderOption = None,
@@ -131,13 +133,13 @@ def rectify(
     options = checked(
         of_step.FitOptions, {"label": label, "order": order, "use_all_distances": not farthest_only}
     )
-    run_fit_in_session(wish, options, SessionChoice(session=session), activate=activate)
+    run_fit_in_session(rig_options, options, SessionChoice(session=session), activate=activate)
 
 
 @app.command()
 @on_rig(usual_scene=ROOM)
 def check(
-    wish: CalibrateOptions,
+    rig_options: CalibrateOptions,
     *,
     poses: Annotated[int | None, typer.Option(help="how many poses outside the sweep")] = None,
     session: SessionOption = None,
@@ -146,13 +148,15 @@ def check(
     from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session
 
     options = checked(of_step.CheckOptions, {"poses": poses})
-    run_in_session(wish, of_step.CheckRun(step="check", options=options), SessionChoice(session=session))
+    run_in_session(
+        rig_options, of_step.CheckRun(step="check", options=options), SessionChoice(session=session)
+    )
 
 
 @app.command()
 @on_rig(usual_scene=ROOM)
 def settle(
-    wish: CalibrateOptions,
+    rig_options: CalibrateOptions,
     *,
     apply: Annotated[
         bool, typer.Option("--apply", help="let the rig wait after every move as long as was measured")
@@ -163,13 +167,13 @@ def settle(
     from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session
 
     run = of_step.SettleRun(step="settle", options=of_step.SettleOptions(apply=apply))
-    run_in_session(wish, run, SessionChoice(session=session))
+    run_in_session(rig_options, run, SessionChoice(session=session))
 
 
 @app.command(name="all")
 @on_rig(usual_scene=ROOM)
-def everything(
-    wish: CalibrateOptions,
+def run_all(
+    rig_options: CalibrateOptions,
     *,
     nodes: NodesOption = None,
     station: StationOption = None,
@@ -210,13 +214,13 @@ def everything(
         },
     )
     run = of_step.AllRun(step="all", options=options)
-    run_in_session(wish, run, SessionChoice(session=session, label=label, begin=True))
+    run_in_session(rig_options, run, SessionChoice(session=session, label=label, begin=True))
 
 
 @app.command()
 @on_rig(usual_scene="bench")
 def drift(
-    wish: CalibrateOptions,
+    rig_options: CalibrateOptions,
     *,
     distance_m: Annotated[
         float | None,
@@ -227,11 +231,47 @@ def drift(
     """Look once into the scene: how far have the eyes moved since they were calibrated?"""
     from foveacam_server.calibrate_command.runs import run_drift
 
-    run_drift(wish, distance_m=distance_m, apply=apply)
+    run_drift(rig_options, distance_m=distance_m, apply=apply)
+
+
+@app.command(name="settle-time")
+@on_rig(usual_scene="calibration")
+def settle_time(
+    rig_options: CalibrateOptions,
+    *,
+    apply: Annotated[
+        bool, typer.Option("--apply", help="wait as long as the session has measured, from now on")
+    ] = False,
+    rig_file: Annotated[
+        bool, typer.Option("--rig-file", help="wait as long as the rig's file says, from now on")
+    ] = False,
+    session: SessionOption = None,
+) -> None:
+    """Show or change how long the rig waits after every move; nothing is measured for it."""
+    from foveacam_server.calibrate_command.rig import RigChoice, open_data
+    from foveacam_server.calibrate_command.runs import find_session
+    from foveacam_server.calibrating.settle_times import measured_time, settle_time_document
+
+    if apply and rig_file:
+        raise InvalidInput("settle-time: --apply and --rig-file exclude each other; give one of them")
+    choice = RigChoice.of(rig_options)
+    with open_data(choice, lock=apply or rig_file) as data:
+        if apply:
+            measured = measured_time(find_session(data, session))
+            measured.check_filter(choice.drive.low_pass_hz)
+            data.settle_times.keep(measured)
+        if rig_file:
+            data.settle_times.forget(data.rig_id)
+        known = data.settle_times.of(data.rig_id)
+    in_use = known if known is not None and known.suits(choice.drive.low_pass_hz) else None
+    found = settle_time_document(in_use, rig_file_us=choice.drive.settle_us)
+    if rig_options.as_json:
+        typer.echo(json.dumps(found))
+        return
+    typer.echo(f"{data.rig_id} waits {found['settle_us'] / 1e3:g} ms after every move: {found['source']}")
 
 
 app.registered_commands.extend(records_app.registered_commands)
-app.registered_commands.extend(settle_app.registered_commands)
 
 
 def _board(corners: str | None, square_mm: float | None, marker_mm: float | None) -> dict[str, object] | None:

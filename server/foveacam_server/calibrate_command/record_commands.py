@@ -1,4 +1,7 @@
-"""`foveacam calibrate list, use, report, export, import, discard, restore, combine`: what is kept."""
+"""`foveacam calibrate list, use, report, export, import, discard, restore, combine`.
+
+All but `use` run beside a server.
+"""
 
 import json
 from pathlib import Path
@@ -20,16 +23,16 @@ ROOM = "calibration"
 
 
 @app.command(name="list")
-def every(data: DataOption = None, as_json: JsonOption = False) -> None:
+def list_all(data: DataOption = None, as_json: JsonOption = False) -> None:
     """List all calibrations, newest first."""
     from foveacam_server.calibrating.calibration_data import CalibrationData
 
-    shelves = CalibrationData(checked_settings({"data": data}).data)
-    documents = [shelves.document(calibration) for calibration in shelves.every()]
+    records = CalibrationData(checked_settings({"data": data}).data)
+    documents = [records.document(calibration) for calibration in records.every()]
     if as_json:
         typer.echo(json.dumps(documents))
         return
-    table = Table(title=f"calibrations in {shelves.folder}")
+    table = Table(title=f"calibrations in {records.folder}")
     table.add_column("id", no_wrap=True)
     for title in ("rig", "label", "origin", "created", "in force"):
         table.add_column(title, overflow="fold")
@@ -43,15 +46,17 @@ def every(data: DataOption = None, as_json: JsonOption = False) -> None:
 
 @app.command()
 @on_rig(usual_scene=ROOM)
-def use(wish: CalibrateOptions, *, calibration: WhichOne) -> None:
+def use(rig_options: CalibrateOptions, *, calibration: WhichOne) -> None:
     """Put a calibration in force."""
-    from foveacam_server.calibrate_command.rig import RigChoice, opened_shop
+    from foveacam_server.calibrate_command.rig import RigChoice, open_data
     from foveacam_server.calibrating.calibration_data import CalibrationData
 
-    wanted = CalibrationData(wish.settings.data).find(calibration)
-    with opened_shop(RigChoice.of(wish)) as shop:
-        shop.calibration.activate(wanted.id)
-    typer.echo(json.dumps({"id": wanted.id}) if wish.as_json else f"{wanted.id} ({wanted.label}) is in force")
+    wanted = CalibrationData(rig_options.settings.data).find(calibration)
+    with open_data(RigChoice.of(rig_options), lock=True) as data:
+        data.calibration.activate(wanted.id)
+    typer.echo(
+        json.dumps({"id": wanted.id}) if rig_options.as_json else f"{wanted.id} ({wanted.label}) is in force"
+    )
 
 
 @app.command()
@@ -60,14 +65,14 @@ def report(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="file to write")] = None,
     data: DataOption = None,
 ) -> None:
-    """Write what is known of a calibration as one HTML page: measured values beside the paper's."""
+    """Write a calibration's report as one HTML page: measured values beside the paper's."""
     from foveacam_server.calibrating.calibration_data import CalibrationData
     from foveacam_server.calibrating.reports import report_page
 
-    shelves = CalibrationData(checked_settings({"data": data}).data)
-    found = shelves.find(calibration)
+    records = CalibrationData(checked_settings({"data": data}).data)
+    found = records.find(calibration)
     path = output or Path(f"calibration-{found.id}.html")
-    path.write_text(report_page(found, sessions=shelves.sessions, drift=shelves.drift), encoding="utf-8")
+    path.write_text(report_page(found, sessions=records.sessions, drift=records.drift), encoding="utf-8")
     typer.echo(str(path))
 
 
@@ -81,18 +86,18 @@ def export(
     """Write a calibration to a file."""
     from foveacam_pipeline.calibrate.records.new_file import write_new
     from foveacam_server.calibrating.calibration_data import CalibrationData
-    from foveacam_server.calibrating.record_files import exported, known_format
+    from foveacam_server.calibrating.record_files import export_bytes, known_format
 
-    shelves = CalibrationData(checked_settings({"data": data}).data)
-    found = shelves.find(calibration)
-    write_new(output, exported(found, known_format(file_format), sessions=shelves.sessions))
+    records = CalibrationData(checked_settings({"data": data}).data)
+    found = records.find(calibration)
+    write_new(output, export_bytes(found, known_format(file_format), sessions=records.sessions))
     typer.echo(str(output))
 
 
 @app.command(name="import")
 @on_rig(usual_scene=ROOM)
-def take(
-    wish: CalibrateOptions,
+def import_file(
+    rig_options: CalibrateOptions,
     *,
     file: Annotated[Path, typer.Argument(help="calibration file, or the authors' device bundle")],
     distance_m: Annotated[
@@ -102,7 +107,7 @@ def take(
     """Keep the calibration of a file; `use` puts it in force."""
     from foveacam_server.calibrate_command.rig import RigChoice
     from foveacam_server.calibrating.calibration_data import CalibrationData
-    from foveacam_server.calibrating.record_files import ImportFacts, imported
+    from foveacam_server.calibrating.record_files import ImportFacts, calibration_of
 
     try:
         document = json.loads(file.read_text(encoding="utf-8"))
@@ -110,15 +115,15 @@ def take(
         raise InvalidInput(f"there is no file {file}; give the path of a calibration file") from error
     except (OSError, ValueError) as error:
         raise InvalidInput(f"{file} cannot be read as JSON ({error}); export it again") from error
-    facts = ImportFacts(rig_id=RigChoice.of(wish).rig_id, distance_m=distance_m)
-    shelves = CalibrationData(wish.settings.data)
-    found = imported(document, facts)
-    shelves.add(found)
-    document = shelves.document(found)
+    facts = ImportFacts(rig_id=RigChoice.of(rig_options).rig_id, distance_m=distance_m)
+    records = CalibrationData(rig_options.settings.data)
+    found = calibration_of(document, facts)
+    records.add(found)
+    document = records.document(found)
     how = (
         "and in force" if document["current"] else f"put it in force with `foveacam calibrate use {found.id}`"
     )
-    typer.echo(json.dumps(document) if wish.as_json else f"{found.id} ({found.label}) is kept, {how}")
+    typer.echo(json.dumps(document) if rig_options.as_json else f"{found.id} ({found.label}) is kept, {how}")
 
 
 @app.command()
@@ -126,9 +131,9 @@ def discard(calibration: WhichOne, data: DataOption = None) -> None:
     """Put a calibration in the trash; `restore` brings it back."""
     from foveacam_server.calibrating.calibration_data import CalibrationData
 
-    shelves = CalibrationData(checked_settings({"data": data}).data)
-    found = shelves.find(calibration)
-    shelves.discard(found)
+    records = CalibrationData(checked_settings({"data": data}).data)
+    found = records.find(calibration)
+    records.discard(found)
     typer.echo(
         f"{found.id} ({found.label}) is in the trash; `foveacam calibrate restore {found.id}` undoes it"
     )

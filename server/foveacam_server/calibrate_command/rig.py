@@ -1,4 +1,7 @@
-"""A rig for `foveacam calibrate`: opened here and now, a simulated one usually in virtual time."""
+"""Open a rig and the data directory for a command of `foveacam calibrate`, `capture`, `record` or `still`.
+
+A simulated rig runs in virtual time unless `real_time` is given.
+"""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -6,17 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
-from rich.table import Column
 
 from foveacam_hardware.contract import NotConnected, Role
 from foveacam_hardware.rig import Rig, open_rig
 from foveacam_hardware.rig_config import SerialMirrorsConfig, SerialRigConfig, SimulatedRigConfig
 from foveacam_pipeline.calibrate.fit.measured import NominalRig
-from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.calibrating.sessions import SessionCollection
 from foveacam_server.calibrating.settle_times import SettleTime, SettleTimes
@@ -34,16 +32,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigChoice:
-    """Which rig: `real_time` alone makes a simulated one wait as a real one does."""
+    """The chosen rig; `real_time`: let a simulated one run in real time."""
 
     settings: Settings
     seed: int | None = None
     real_time: bool = False
 
     @classmethod
-    def of(cls, wish: CalibrateOptions) -> "RigChoice":
-        """Return what a command was told."""
-        return cls(settings=wish.settings, seed=wish.seed, real_time=wish.real_time)
+    def of(cls, rig_options: CalibrateOptions) -> "RigChoice":
+        """Return the choice of a command's options."""
+        return cls(settings=rig_options.settings, seed=rig_options.seed, real_time=rig_options.real_time)
 
     @property
     def config(self) -> SimulatedRigConfig | SerialRigConfig:
@@ -55,7 +53,7 @@ class RigChoice:
 
     @property
     def rig_id(self) -> str:
-        """What calibrations of this rig name."""
+        """The rig id that its calibrations name."""
         config = self.config
         if isinstance(config, SerialRigConfig):
             return config.rig_id
@@ -63,13 +61,13 @@ class RigChoice:
 
     @property
     def drive(self) -> "SerialMirrorsConfig | RigPreset":
-        """Its drive filter and how long it waits after a move, as its file says."""
+        """Its drive filter and settle time, from its file or preset."""
         config = self.config
         return config.mirrors if isinstance(config, SerialRigConfig) else _preset(config)
 
     @property
     def baseline_m(self) -> float:
-        """Nominal distance between its mirrors."""
+        """Nominal distance between its mirrors, m."""
         config = self.config
         return config.baseline_m if isinstance(config, SerialRigConfig) else NominalRig(rig_id="").baseline_m
 
@@ -81,8 +79,8 @@ def _preset(config: SimulatedRigConfig) -> "RigPreset":
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LockedDataDirectory:
-    """The data directory while one command works in it."""
+class DataDirectory:
+    """What a command reads and writes in the data directory, for one rig."""
 
     rig_id: str
     baseline_m: float
@@ -93,16 +91,22 @@ class LockedDataDirectory:
 
 
 @contextmanager
-def opened_shop(choice: RigChoice) -> Iterator[LockedDataDirectory]:
-    """Take the data directory for one command; raise `Busy` while a server has it."""
+def open_data(choice: RigChoice, *, lock: bool) -> Iterator[DataDirectory]:
+    """Open the data directory for one command; with `lock`, raise `Busy` while a server has it.
+
+    A command locks it to change what a server holds in memory (the calibration and the settle time in use),
+    or to measure with a rig in a session. All others run beside a server: they write new files, or into
+    folders with a lock of their own.
+    """
+    folder = choice.settings.data / "calibrations"
     with ExitStack() as stack:
-        store = stack.enter_context(Store(choice.settings.data))
-        events = EventLog(store)
-        stack.callback(events.close)
-        folder = store.subfolder("calibrations")
+        events = None
+        if lock:
+            events = EventLog(stack.enter_context(Store(choice.settings.data)))
+            stack.callback(events.close)
         calibration = CalibrationService(chosen=choice.settings.calibration, folder=folder, events=events)
         calibration.choose_for(choice.rig_id)
-        yield LockedDataDirectory(
+        yield DataDirectory(
             rig_id=choice.rig_id,
             baseline_m=choice.baseline_m,
             calibration=calibration,
@@ -113,23 +117,23 @@ def opened_shop(choice: RigChoice) -> Iterator[LockedDataDirectory]:
 
 
 @contextmanager
-def opened_workplace(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[StepEnvironment]:
-    """Open the rig as the steps see it, and park it again at the end."""
+def open_environment(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[StepEnvironment]:
+    """Open the rig for calibration steps and park it at the end."""
     with opened_rig(choice, times, console=console) as rig:
-        yield workplace_of(rig, times)
+        yield environment_of(rig, times)
 
 
 @contextmanager
 def opened_rig(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[Rig]:
-    """Open and enable the rig, refuse one that lacks a device, and park it again at the end."""
+    """Open and enable the rig and park it at the end; raise `NotConnected` when a device is missing."""
     config = choice.config
     if isinstance(config, SimulatedRigConfig):
         check_simulation(config)
         compile_renderer(console)
     with _rig_of(config, real_time=choice.real_time) as rig:
         if rig.problems:
-            told = "; ".join(f"{problem.device}: {problem.detail}" for problem in rig.problems)
-            raise NotConnected(f"every device of the rig is needed: {told}")
+            problems = "; ".join(f"{problem.device}: {problem.detail}" for problem in rig.problems)
+            raise NotConnected(f"every device of the rig is needed: {problems}")
         known = times.of(rig.rig_id)
         if known is not None and known.suits(rig.mirrors.low_pass_hz):
             rig.settle_us = known.settle_us
@@ -145,8 +149,8 @@ def _rig_of(config: SimulatedRigConfig | SerialRigConfig, *, real_time: bool) ->
     return simulated_rig(config, inline=True)
 
 
-def workplace_of(rig: Rig, times: SettleTimes | None = None) -> StepEnvironment:
-    """Return a rig that is opened and enabled as the steps see it; `times`: where settle times are kept."""
+def environment_of(rig: Rig, times: SettleTimes | None = None) -> StepEnvironment:
+    """Return the environment of steps on an opened, enabled rig; `times`: stores settle times put in use."""
 
     def wait_after_moves(time: SettleTime) -> None:
         if times is not None:
@@ -169,65 +173,3 @@ def workplace_of(rig: Rig, times: SettleTimes | None = None) -> StepEnvironment:
         use=use,
         wait_after_moves=wait_after_moves,
     )
-
-
-class CalibrationProgressBar:
-    """Implements `StepWatcher` with a bar and the time left on the terminal; silent with `--json`."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        self._progress = progress
-        self._task: TaskID | None = None
-        self.fitted_ids: list[str] = []
-
-    def stage(self, name: str) -> None:
-        """Begin another bar; the one before is over."""
-        self.finish()
-        if self._progress is not None:
-            self._task = self._progress.add_task(name, total=None, note="")
-
-    def finish(self) -> None:
-        """Fill the bar."""
-        if self._progress is not None and self._task is not None:
-            total = self._progress.tasks[self._task].total
-            self._progress.update(self._task, completed=total)
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Move the bar."""
-        if self._progress is not None and self._task is not None:
-            self._progress.update(self._task, completed=done, total=total, note=note.replace("[", "\\["))
-
-    def cancelled(self) -> bool:
-        """Go on; Ctrl-C ends it."""
-        return False
-
-    def show(self, name: str, image: NDArray[np.uint8]) -> None:
-        """Look away."""
-
-    def sample(self, sample_id: str) -> None:
-        """Ignore it."""
-
-    def pose(self, station: str, *, index: int, left: str, right: str) -> None:
-        """Ignore it: the note says so."""
-
-    def fitted(self, calibration: Calibration) -> None:
-        """Remember it."""
-        self.fitted_ids.append(calibration.id)
-
-
-@contextmanager
-def watching(console: Console, *, silent: bool) -> Iterator[CalibrationProgressBar]:
-    """Show what a step does, unless `silent`."""
-    if silent:
-        yield CalibrationProgressBar(None)
-        return
-    columns = (
-        TextColumn("{task.description:>7}", table_column=Column(no_wrap=True, min_width=7)),
-        BarColumn(bar_width=20),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),
-    )
-    with Progress(*columns, console=console, expand=True) as progress:
-        watch = CalibrationProgressBar(progress)
-        yield watch
-        watch.finish()

@@ -1,4 +1,4 @@
-"""Runs the steps of a calibration for the command line: a session, a rig, a bar, and what came of it."""
+"""Run calibration steps for the command line: choose the session, open the rig, print the session."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -13,12 +13,10 @@ from rich.table import Table
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.calibrate_command.rig import (
-    CalibrationProgressBar,
-    LockedDataDirectory,
+    DataDirectory,
     RigChoice,
-    opened_shop,
-    opened_workplace,
-    watching,
+    open_data,
+    open_environment,
 )
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.drift_records import DriftRecords
@@ -27,6 +25,7 @@ from foveacam_server.calibrating.options import FitOptions, WideOptions
 from foveacam_server.calibrating.sessions import CalibrationSession
 from foveacam_server.calibrating.steps import ImageFolder, measure_on_images, run_fit, run_step
 from foveacam_server.errors import NotFound
+from foveacam_server.progress_bar import progress_bar
 from foveacam_server.runtime.store import Document
 
 _INTERRUPTED = 130
@@ -34,7 +33,7 @@ _INTERRUPTED = 130
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionChoice:
-    """In which session a step shall work: the one named, else a new one (`begin`) or the newest."""
+    """The session of a step: the one named, else a new one (`begin`) or the newest of the rig."""
 
     session: str | None
     label: str | None = None
@@ -42,75 +41,80 @@ class SessionChoice:
 
 
 def run_in_session(
-    wish: CalibrateOptions, run: BaseModel, place: SessionChoice, *, activate: bool = False
+    rig_options: CalibrateOptions, run: BaseModel, chosen: SessionChoice, *, activate: bool = False
 ) -> None:
-    """Run a step and print the session; `activate`: put in force what it fits."""
-    choice, console = RigChoice.of(wish), Console(stderr=True)
-    with opened_shop(choice) as shop:
-        known = None if place.begin and place.session is None else found_session(shop, place.session)
+    """Run a step with a rig and print the session; `activate`: put in force what it fits."""
+    choice, console = RigChoice.of(rig_options), Console(stderr=True)
+    with open_data(choice, lock=True) as data:
+        known = None if chosen.begin and chosen.session is None else find_session(data, chosen.session)
         with (
-            opened_workplace(choice, shop.settle_times, console=console) as workplace,
-            worked_in(known, shop, place, console=console) as session,
-            watching(console, silent=wish.as_json) as watch,
+            open_environment(choice, data.settle_times, console=console) as environment,
+            session_for_step(known, data, chosen, console=console) as session,
+            progress_bar(console, silent=rig_options.as_json) as bar,
         ):
-            run_step(session, run, workplace=workplace, registry=shop.calibration, watch=watch)
-        if activate and watch.fitted_ids:
-            shop.calibration.activate(watch.fitted_ids[-1])
-        print_session(session, shop, watch, as_json=wish.as_json)
+            run_step(session, run, environment=environment, registry=data.calibration, watch=bar)
+            bar.finish()
+        if activate and bar.fitted_ids:
+            data.calibration.activate(bar.fitted_ids[-1])
+        print_session(session, data, fitted=bar.fitted_ids, as_json=rig_options.as_json)
 
 
 def run_fit_in_session(
-    wish: CalibrateOptions, options: FitOptions, place: SessionChoice, *, activate: bool
+    rig_options: CalibrateOptions, options: FitOptions, chosen: SessionChoice, *, activate: bool
 ) -> None:
-    """Fit what a session measured, without a rig, and print the session."""
-    with opened_shop(RigChoice.of(wish)) as shop:
-        session = found_session(shop, place.session)
-        with watching(Console(stderr=True), silent=wish.as_json) as watch:
-            run_fit(session, options, registry=shop.calibration, watch=watch)
+    """Fit a session's sweeps without a rig and print the session; beside a server unless `activate`."""
+    choice = RigChoice.of(rig_options)
+    with open_data(choice, lock=activate) as data:
+        session = find_session(data, chosen.session)
+        with progress_bar(Console(stderr=True), silent=rig_options.as_json) as bar:
+            run_fit(session, options, registry=data.calibration, watch=bar)
+            bar.finish()
         if activate:
-            shop.calibration.activate(watch.fitted_ids[-1])
-        print_session(session, shop, watch, as_json=wish.as_json)
+            data.calibration.activate(bar.fitted_ids[-1])
+        print_session(session, data, fitted=bar.fitted_ids, as_json=rig_options.as_json)
 
 
 def run_on_images(
-    wish: CalibrateOptions, images: ImageFolder, options: WideOptions, place: SessionChoice
+    rig_options: CalibrateOptions, images: ImageFolder, options: WideOptions, chosen: SessionChoice
 ) -> None:
-    """Measure the wide camera from a folder of images and print the session."""
+    """Measure the wide camera on image files and print the session; it runs beside a server."""
     console = Console(stderr=True)
     if not images.folder.is_dir():
         raise InvalidInput(f"--images {images.folder}: there is no such folder; give a folder of images")
-    with opened_shop(RigChoice.of(wish)) as shop:
-        known = None if place.session is None else found_session(shop, place.session)
+    with open_data(RigChoice.of(rig_options), lock=False) as data:
+        known = None if chosen.session is None else find_session(data, chosen.session)
         with (
-            worked_in(known, shop, place, console=console) as session,
-            watching(console, silent=wish.as_json) as watch,
+            session_for_step(known, data, chosen, console=console) as session,
+            progress_bar(console, silent=rig_options.as_json) as bar,
         ):
-            measure_on_images(session, images, options, watch=watch)
-        print_session(session, shop, watch, as_json=wish.as_json)
+            measure_on_images(session, images, options, watch=bar)
+            bar.finish()
+        print_session(session, data, fitted=bar.fitted_ids, as_json=rig_options.as_json)
 
 
-def run_drift(wish: CalibrateOptions, *, distance_m: float | None, apply: bool) -> None:
-    """Check the drift of the calibration in force and print what was found."""
-    choice, console = RigChoice.of(wish), Console(stderr=True)
-    with opened_shop(choice) as shop:
-        calibration = shop.calibration.require()
+def run_drift(rig_options: CalibrateOptions, *, distance_m: float | None, apply: bool) -> None:
+    """Check the drift of the calibration in force and print the result."""
+    choice, console = RigChoice.of(rig_options), Console(stderr=True)
+    with open_data(choice, lock=True) as data:
+        calibration = data.calibration.require()
         with (
-            opened_workplace(choice, shop.settle_times, console=console) as workplace,
-            workplace.use("the drift check") as hands,
-            watching(console, silent=wish.as_json) as watch,
+            open_environment(choice, data.settle_times, console=console) as environment,
+            environment.use("the drift check") as rig,
+            progress_bar(console, silent=rig_options.as_json) as bar,
         ):
             found = check_drift(
-                hands.head, calibration, distance_m=distance_m, clock=workplace.clock, watch=watch
+                rig.head, calibration, distance_m=distance_m, clock=environment.clock, watch=bar
             )
+            bar.finish()
         document = keep_check(
             found,
             calibration,
             apply=apply,
-            records=DriftRecords(shop.drift_folder),
-            registry=shop.calibration,
-            watch=watch,
+            records=DriftRecords(data.drift_folder),
+            registry=data.calibration,
+            watch=bar,
         )
-    if wish.as_json:
+    if rig_options.as_json:
         typer.echo(json.dumps(document, allow_nan=False))
         return
     Console().print(document["detail"], markup=False)
@@ -119,15 +123,15 @@ def run_drift(wish: CalibrateOptions, *, distance_m: float | None, apply: bool) 
 
 
 @contextmanager
-def worked_in(
-    known: CalibrationSession | None, shop: LockedDataDirectory, place: SessionChoice, *, console: Console
+def session_for_step(
+    known: CalibrationSession | None, data: DataDirectory, chosen: SessionChoice, *, console: Console
 ) -> Iterator[CalibrationSession]:
-    """Give the session, or begin one; say of an interrupted step where it can be gone on with.
+    """Yield the known session or a new one; after Ctrl-C print how to continue.
 
-    A session that was begun here, and holds nothing when its step fails, is taken away again.
+    A new session that is still empty when its step fails is deleted.
     """
-    name = place.label or f"calibration of {shop.rig_id}"
-    session = known or shop.sessions.create(label=name, rig_id=shop.rig_id, baseline_m=shop.baseline_m)
+    name = chosen.label or f"calibration of {data.rig_id}"
+    session = known or data.sessions.create(label=name, rig_id=data.rig_id, baseline_m=data.baseline_m)
     try:
         yield session
     except KeyboardInterrupt:
@@ -135,49 +139,49 @@ def worked_in(
         raise typer.Exit(_INTERRUPTED) from None
     except FoveaError:
         if known is None and session.empty:
-            shop.sessions.remove(session.id)
+            data.sessions.remove(session.id)
         raise
 
 
-def found_session(shop: LockedDataDirectory, wanted: str | None) -> CalibrationSession:
+def find_session(data: DataDirectory, wanted: str | None) -> CalibrationSession:
     """Return the session named, or the newest of this rig."""
     if wanted is None:
-        for session in shop.sessions.every():
-            if session.head.rig_id == shop.rig_id:
+        for session in data.sessions.every():
+            if session.head.rig_id == data.rig_id:
                 return session
         raise NotFound(
-            f"rig {shop.rig_id} has no calibration session yet; begin one with `foveacam calibrate wide`"
+            f"rig {data.rig_id} has no calibration session yet; begin one with `foveacam calibrate wide`"
         )
-    session = shop.sessions.get(wanted)
-    if session.head.rig_id != shop.rig_id:
+    session = data.sessions.get(wanted)
+    if session.head.rig_id != data.rig_id:
         raise InvalidInput(
-            f"session {wanted} belongs to rig {session.head.rig_id!r}, this rig is {shop.rig_id!r}; "
+            f"session {wanted} belongs to rig {session.head.rig_id!r}, this rig is {data.rig_id!r}; "
             "name a session of this rig"
         )
     return session
 
 
 def print_session(
-    session: CalibrationSession, shop: LockedDataDirectory, watch: CalibrationProgressBar, *, as_json: bool
+    session: CalibrationSession, data: DataDirectory, *, fitted: Sequence[str], as_json: bool
 ) -> None:
-    """Print what a session holds, as a table or as JSON."""
-    document = session_document(session, url="", running=None, waits=shop.settle_times.of(shop.rig_id))
-    current = shop.calibration.current
+    """Print a session as a table or as JSON; `fitted`: the calibrations of this command."""
+    document = session_document(session, url="", running=None, in_use=data.settle_times.of(data.rig_id))
+    current = data.calibration.current
     document["in_force"] = None if current is None else current.id
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
         return
-    Console().print(session_table(document, fitted=watch.fitted_ids or document["calibrations"]))
+    Console().print(session_table(document, fitted=fitted or document["calibrations"]))
 
 
-def _is_old(document: Document) -> bool:
-    """Return whether a session's check is of another calibration than its newest."""
+def _is_outdated(document: Document) -> bool:
+    """Tell whether a session's check is of another calibration than its newest."""
     made = document["calibrations"]
     return bool(made) and document["check"]["calibration_id"] != made[-1]
 
 
 def session_table(document: Document, *, fitted: Sequence[str]) -> Table:
-    """Return a session in a few rows."""
+    """Return a session as a table."""
     table = Table(
         title=f"session {document['id']}: {document['label']}".replace("[", "\\["), show_header=False
     )
@@ -205,7 +209,7 @@ def session_table(document: Document, *, fitted: Sequence[str]) -> Table:
             "check",
             f"rows {check['epipolar_rms_px']} px rms, {check['epipolar_p95_px']} px (95 %), pointing "
             f"{check['pointing_rms_px']} px rms at {check['poses']} places"
-            + (", of the calibration before: check again" if _is_old(document) else ""),
+            + (", of the calibration before: check again" if _is_outdated(document) else ""),
         )
     for axis in (document["settle"] or {"axes": []})["axes"]:
         table.add_row(f"{axis['eye']} {axis['axis']}", _settle_words(axis))
@@ -222,7 +226,7 @@ def session_table(document: Document, *, fitted: Sequence[str]) -> Table:
 
 
 def _drift_rows(document: Document) -> Iterator[tuple[str, str]]:
-    """Yield how the mounts drifted during the sweeps, and since."""
+    """Yield rows on the drift of the mounts during the sweeps, and since."""
     for eye, drift in ((document["fit"] or {}).get("drift") or {}).items():
         moved = f"{drift['moved_px']:.2f} ± {drift['sigma_px']:.2f} px in {drift['minutes']:.1f} min"
         yield f"{eye} mount", f"drifted by {drift['px_per_minute']:.2f} px a minute, {moved}: taken out"

@@ -1,1 +1,1 @@
-"""Calibrating a rig step by step: sessions on disk, the steps, their documents. For server and CLI alike."""
+"""Calibration sessions on disk, the steps that fill them, and their REST documents; for server and CLI."""

@@ -1,4 +1,4 @@
-"""What lies in a data directory of calibrations, read without disturbing a server that works with it."""
+"""Calibrations, sessions and drift checks of a data directory, for commands that run beside a server."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ CURRENT = "current"
 
 
 class CalibrationData:
-    """Calibrations, sessions and drift checks of one data directory."""
+    """The calibration records of one data directory; takes no lock."""
 
     def __init__(self, data: Path, *, shipped: Path = SHIPPED) -> None:
         self.folder = data / "calibrations"
@@ -29,10 +29,10 @@ class CalibrationData:
         self._shipped = shipped
 
     def every(self) -> list[Calibration]:
-        """Return all calibrations, newest first: those kept here, then those that ship with the program."""
-        return [*self.records.every().calibrations, *self._shipped_ones()]
+        """Return all calibrations: the directory's, newest first, then those shipped with the program."""
+        return [*self.records.every().calibrations, *self._list_shipped()]
 
-    def _shipped_ones(self) -> list[Calibration]:
+    def _list_shipped(self) -> list[Calibration]:
         found = []
         for path in sorted(self._shipped.glob("*.json")):
             try:
@@ -42,7 +42,7 @@ class CalibrationData:
         return found
 
     def find(self, wanted: str) -> Calibration:
-        """Return the one whose id begins with `wanted`; `current`: the one in force, of the only rig."""
+        """Return the calibration whose id begins with `wanted`; `current`: the only rig's one in force."""
         known = {calibration.id: calibration for calibration in self.every()}
         if wanted == CURRENT:
             found = [calibration for calibration in known.values() if self._in_force(calibration)]
@@ -60,31 +60,31 @@ class CalibrationData:
         raise InvalidInput(f"calibration {wanted!r}: it may be any of {ids}; give one id in full")
 
     def add(self, calibration: Calibration) -> None:
-        """Keep a calibration; what is in force for its rig stays so, the first of a rig comes into force."""
+        """Store a calibration; the one in force for its rig stays so, a rig's first comes into force."""
         in_force = self._in_force_for(calibration.rig_id)
-        if in_force is not None:  # first: a disk that takes no more then changes nothing that is in force
+        if in_force is not None:  # first, so that a full disk changes nothing that is in force
             write_pin(self.folder, in_force.rig_id, in_force.id)
         self.records.add(calibration)
 
     def discard(self, calibration: Calibration) -> None:
-        """Put a calibration in the trash, but neither the one in force nor one that ships."""
+        """Move a calibration to the trash; refuse the one in force and those shipped with the program."""
         check_discarded(calibration, in_force=self._in_force(calibration), kept=self._is_kept(calibration))
         self.records.discard(calibration.id)
 
     def restore(self, wanted: str) -> Calibration:
-        """Take out of the trash the calibration whose id begins with `wanted`; what is in force stays so."""
+        """Restore the calibration whose id begins with `wanted` from the trash; do not put it in force."""
         found = CalibrationStore(self.records.trash).get(wanted)
         self.add(found)
         return self.records.restore(found.id)
 
     def document(self, calibration: Calibration) -> Document:
-        """Return a calibration as REST shows it."""
+        """Return a calibration as a REST document."""
         return calibration_document(
             calibration, kept=self._is_kept(calibration), current=self._in_force(calibration)
         )
 
     def _is_kept(self, calibration: Calibration) -> bool:
-        shipped = [known.id for known in self._shipped_ones()]
+        shipped = [known.id for known in self._list_shipped()]
         return calibration.id not in shipped and self.records.path_of(calibration.id).is_file()
 
     def _in_force(self, calibration: Calibration) -> bool:

@@ -1,4 +1,4 @@
-"""The check as a step of a session: the fitted calibration at places that no sweep visited."""
+"""The check step of a calibration session: measure the fitted calibration at gazes that no sweep visited."""
 
 import math
 
@@ -10,13 +10,11 @@ from foveacam_pipeline.calibrate.fit.check import CheckResult, CheckSettings, ch
 from foveacam_pipeline.calibrate.fit.check_pictures import check_pictures
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.calibrating.documents import CHECK
-from foveacam_server.calibrating.finished import finish, finished
+from foveacam_server.calibrating.documents import sweep_paths
 from foveacam_server.calibrating.options import CheckOptions
 from foveacam_server.calibrating.pictures import draw
-from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.sessions import CHECK, CalibrationSession
 from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepEnvironment, StepWatcher
-from foveacam_server.calibrating.sweep_documents import sweep_paths
 from foveacam_server.calibrating.turning import turn_to_station
 from foveacam_server.runtime.documents import rounded
 from foveacam_server.runtime.store import Document
@@ -29,49 +27,49 @@ def check_session(
     session: CalibrationSession,
     options: CheckOptions,
     *,
-    workplace: StepEnvironment,
+    environment: StepEnvironment,
     registry: CalibrationRegistry,
     watch: StepWatcher,
 ) -> CheckResult:
-    """Look, over the farthest markers, at places all over the field, and keep what was found."""
+    """Measure the newest fit at gazes over the whole field, on the farthest markers, and store the result."""
     watch.stage(STEP)
     calibration = newest_of(session, registry)
-    with workplace.use("the check of a calibration") as hands:
-        if hands.pan_tilt is not None and _has_markers(workplace):
-            station = workplace.sweep_stations(None)[0]
+    with environment.use("the check of a calibration") as rig:
+        if rig.pan_tilt is not None and _has_markers(environment):
+            station = environment.sweep_stations(None)[0]
             turn_to_station(
-                hands.pan_tilt,
+                rig.pan_tilt,
                 station,
-                clock=workplace.clock,
+                clock=environment.clock,
                 watch=watch,
-                head=hands.head,
+                head=rig.head,
                 wide=calibration.wide,
             )
         result = check_calibration(
-            hands.head,
+            rig.head,
             calibration,
-            clock=workplace.clock,
+            clock=environment.clock,
             watch=watch,
             settings=_settings(options),
             swept_rad=_swept_rad(session),
         )
     session.write(CHECK, check_document(result))
     draw(session, check_pictures(result, calibration))
-    finish(session, STEP, _told(calibration, options))
+    session.finish_step(STEP, _run_key(calibration, options))
     return result
 
 
 def is_checked(session: CalibrationSession, calibration: Calibration, options: CheckOptions) -> bool:
-    """Tell whether such a check of this calibration came to its end."""
-    return finished(session, STEP) == _told(calibration, options)
+    """Tell whether a check of this calibration with these options was completed."""
+    return session.finished_step(STEP) == _run_key(calibration, options)
 
 
-def _told(calibration: Calibration, options: CheckOptions) -> Document:
+def _run_key(calibration: Calibration, options: CheckOptions) -> Document:
     return {"calibration_id": calibration.id, **options.model_dump()}
 
 
 def newest_of(session: CalibrationSession, registry: CalibrationRegistry) -> Calibration:
-    """Return the calibration that was fitted last; raise `NotCalibrated` before the first."""
+    """Return the session's newest calibration; raise `NotCalibrated` before the first fit."""
     fitted = session.head.calibrations
     if not fitted:
         raise NotCalibrated(
@@ -84,7 +82,7 @@ def newest_of(session: CalibrationSession, registry: CalibrationRegistry) -> Cal
 
 
 def check_document(result: CheckResult) -> Document:
-    """Return a check as REST shows it."""
+    """Return a check as a REST document."""
     return {
         "calibration_id": result.calibration_id,
         "epipolar_rms_px": rounded(result.epipolar_rms_px, 4),
@@ -103,10 +101,10 @@ def _settings(options: CheckOptions) -> CheckSettings:
 
 
 def _swept_rad(session: CalibrationSession) -> NDArray[np.float64]:
-    """Return the (n, 2) gazes of every pose that was swept."""
+    """Return the gazes of all swept poses: (n, 2) float64, rad."""
     nodes = [pose.node_rad for path in sweep_paths(session.folder) for pose in load_sweep(path).poses]
     return np.array(nodes, dtype=np.float64).reshape(-1, 2)
 
 
-def _has_markers(workplace: StepEnvironment) -> bool:
-    return any(station.target is StationTarget.MARKERS for station in workplace.stations)
+def _has_markers(environment: StepEnvironment) -> bool:
+    return any(station.target is StationTarget.MARKERS for station in environment.stations)

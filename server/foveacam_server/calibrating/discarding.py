@@ -1,11 +1,11 @@
-"""What of calibrations may be thrown away: neither the one in force nor what ships with the program."""
+"""The rule which calibrations may be discarded: neither the one in force nor those shipped."""
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_pipeline.models.calibration import Calibration
 
 
 def check_discarded(calibration: Calibration, *, in_force: bool, kept: bool) -> None:
-    """Raise `Busy` for the calibration in force, `InvalidInput` for one that is not `kept` in the folder."""
+    """Raise `Busy` for the calibration in force, `InvalidInput` for one not `kept` in the data directory."""
     asked = f"discard calibration {calibration.id}"
     if in_force:
         raise Busy(

@@ -1,26 +1,30 @@
-"""A calibration session as one document: what was measured so far, and what came of it."""
+"""REST documents of a calibration session and of its mirror sweeps, read from the session's folder."""
 
+import math
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
+from pathlib import Path
 
-from foveacam_hardware.contract import FoveaError
+from foveacam_hardware.contract import FoveaError, Role
+from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_server.calibrating.pictures import picture_documents
-from foveacam_server.calibrating.sessions import CalibrationSession
+from foveacam_server.calibrating.sessions import CHECK, DRIFT, FIT, SETTLE, CalibrationSession
 from foveacam_server.calibrating.settle_times import SettleTime
-from foveacam_server.calibrating.sweep_documents import sweep_document, sweep_paths
 from foveacam_server.calibrating.wide_documents import wide_documents
 from foveacam_server.runtime.store import Document
 
-FIT, CHECK, SETTLE, DRIFT = "fit-result.json", "check-result.json", "settle-result.json", "drift-result.json"
-"""What the last run of each step found, as it is shown."""
-
 
 def session_document(
-    session: CalibrationSession, *, url: str, running: str | None, waits: SettleTime | None = None
+    session: CalibrationSession,
+    *,
+    url: str,
+    running: str | None,
+    in_use: SettleTime | None = None,
 ) -> Document:
-    """Return a session as REST shows it; a part that cannot be read is left out and named in `problems`.
+    """Return a session as a REST document; a part that cannot be read is null and named in `problems`.
 
-    `waits`: the measured settle time that is in use, whichever session it is of.
+    `in_use`: the measured settle time in use, of whichever session.
     """
     head = session.head
     problems: list[str] = []
@@ -46,7 +50,7 @@ def session_document(
         "sweeps": [sweep for sweep in sweeps if sweep is not None],
         "fit": part(lambda: session.read(FIT)),
         "closing": part(lambda: session.read(DRIFT)),
-        "settle": part(lambda: _settle(session, waits)),
+        "settle": part(lambda: _settle(session, in_use)),
         "check": part(lambda: session.read(CHECK)),
         "pictures": picture_documents(session, url=url),
         "calibrations": list(head.calibrations),
@@ -55,9 +59,67 @@ def session_document(
     }
 
 
-def _settle(session: CalibrationSession, waits: SettleTime | None) -> Document | None:
+def _settle(session: CalibrationSession, in_use: SettleTime | None) -> Document | None:
     found = session.read(SETTLE)
     if found is None:
         return None
     mine = (session.id, found.get("settle_us"))
-    return found | {"applied": waits is not None and (waits.session_id, waits.settle_us) == mine}
+    return found | {"applied": in_use is not None and (in_use.session_id, in_use.settle_us) == mine}
+
+
+WAITING = "waiting"
+
+
+def sweep_paths(folder: Path) -> list[Path]:
+    """Return a session's sweep files, sorted by name."""
+    return sorted(folder.glob("sweep-*.jsonl"))
+
+
+def sweep_document(path: Path) -> Document:
+    """Return one sweep as a REST document; raise `InvalidInput` for a damaged file."""
+    state = path.stat()
+    return _document(path, state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=64)
+def _document(path: Path, changed_ns: int, size: int) -> Document:
+    """Return the document of a sweep file in this state; cached, for the page polls every second."""
+    del changed_ns, size
+    sweep = load_sweep(path)
+    return {
+        "station": sweep.header.station.name,
+        "distance_m": sweep.header.station.distance_m,
+        "nodes": sweep.header.plan.columns * sweep.header.plan.rows,
+        "done": len(sweep.poses),
+        "poses": pose_documents(sweep),
+    }
+
+
+def pose_documents(sweep: Sweep) -> list[Document]:
+    """Return every planned pose, in the order of measuring."""
+    visited = {pose.index: pose for pose in sweep.poses}
+    documents = []
+    for index, (ax_rad, ay_rad) in enumerate(sweep.header.plan.nodes_rad().tolist()):
+        pose = visited.get(index)
+        documents.append(
+            {
+                "index": index,
+                "ax_deg": round(math.degrees(ax_rad), 4),
+                "ay_deg": round(math.degrees(ay_rad), 4),
+                "left": eye_state(pose, Role.LEFT),
+                "right": eye_state(pose, Role.RIGHT),
+                "left_reason": None if pose is None else pose.refusal(Role.LEFT),
+                "right_reason": None if pose is None else pose.refusal(Role.RIGHT),
+            }
+        )
+    return documents
+
+
+def eye_state(pose: SweepPose | None, role: Role) -> str:
+    """Return the state of one eye at a pose: waiting, refused, rim or centred."""
+    if pose is None:
+        return WAITING
+    measured = pose.eye(role)
+    if measured is None:
+        return "refused"
+    return "rim" if measured.rim else "centred"

@@ -1,4 +1,4 @@
-"""Drift checks as they are kept and shown: documents of the history that the pipeline writes."""
+"""The drift checks of a data directory as REST documents; the pipeline's `DriftHistory` stores them."""
 
 import math
 from pathlib import Path
@@ -12,29 +12,33 @@ from foveacam_server.runtime.store import Document
 
 
 class DriftRecords:
-    """The drift checks of one data directory."""
+    """Stores drift checks and returns their documents."""
 
     def __init__(self, folder: Path) -> None:
         self._history = DriftHistory(folder)
 
     def add(self, check: DriftCheck, *, created_utc: str, new_calibration_id: str | None) -> Document:
-        """Keep a check and return its document."""
-        kept = self._history.add(check, created_utc=created_utc, new_calibration_id=new_calibration_id)
-        return drift_document(kept)
+        """Store a check and return its document."""
+        record = self._history.add(check, created_utc=created_utc, new_calibration_id=new_calibration_id)
+        return drift_document(record)
 
     def get(self, check_id: str) -> Document:
-        """Return one or raise `NotFound`."""
+        """Return one check or raise `NotFound`."""
         for record in self._history.records():
             if record.id == check_id:
                 return drift_document(record)
         raise NotFound(f"there is no drift check {check_id}; see /api/v1/drift_checks", asked=check_id)
 
     def every(self) -> list[Document]:
-        """Return all, newest first."""
+        """Return all checks, newest first."""
         return [drift_document(record) for record in reversed(self._history.records())]
 
     def trend_picture(self) -> bytes:
         """Return a PNG of the drift over time; raise `NotFound` before the first check."""
+        from foveacam_pipeline.calibrate.drift.drift_trend import (
+            trend_picture,  # matplotlib takes seconds to import
+        )
+
         records = self._history.records()
         if not records:
             raise NotFound("the drift was not checked yet, so there is no trend; POST /api/v1/drift_checks")
@@ -42,7 +46,7 @@ class DriftRecords:
 
 
 def drift_document(record: DriftRecord) -> Document:
-    """Return a check as REST shows it."""
+    """Return a check as a REST document."""
     check = record.check
     return {
         "id": record.id,

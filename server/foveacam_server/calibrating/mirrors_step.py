@@ -1,6 +1,6 @@
-"""Stage 2 as a step of a session: sweeps the markers at every station wanted, or goes on where it ended.
+"""Stage 2 of a calibration session: sweep the markers at every station, or continue interrupted sweeps.
 
-At the end it returns to some nodes of the first station, to see how far the mounts have drifted meanwhile.
+At the end some nodes of the first station are measured again, which gives the drift of the mounts.
 """
 
 import json
@@ -32,16 +32,16 @@ def measure_mirrors(
     options: MirrorsOptions,
     wide: Intrinsics,
     *,
-    workplace: StepEnvironment,
+    environment: StepEnvironment,
     watch: StepWatcher,
     retry: bool = True,
 ) -> None:
-    """Sweep every station of markers, or those named; then return to nodes of the farthest one swept.
+    """Sweep every station of markers, or those named; then measure nodes of the farthest one again.
 
-    A station that is complete is left alone; `retry`: it is so when no eye was refused anywhere.
+    Complete stations are skipped; with `retry` a station with refused eyes does not count as complete.
     """
-    settings = sweep_settings(workplace)
-    for station in workplace.sweep_stations(options.stations):
+    settings = sweep_settings(environment)
+    for station in environment.sweep_stations(options.stations):
         watch.stage("mirrors")
         path = session.folder / sweep_filename(station)
         if options.restart:
@@ -49,38 +49,38 @@ def measure_mirrors(
         if is_swept(path, options, station, retry=retry):
             watch.progress(1, total=1, note=f"{station.name}: complete already")
             continue
-        with workplace.use(f"the sweep at {station.name}") as hands:
-            if hands.pan_tilt is None:
+        with environment.use(f"the sweep at {station.name}") as rig:
+            if rig.pan_tilt is None:
                 raise no_pan_tilt("sweep the mirrors")
             run_sweep(
-                hands.head,
-                hands.pan_tilt,
+                rig.head,
+                rig.pan_tilt,
                 station,
                 wide,
-                plan=planned(options, path),
-                clock=workplace.clock,
+                plan=plan_of(options, path),
+                clock=environment.clock,
                 watch=PoseReporter(watch, station=station.name, path=path),
                 folder=session.folder,
                 settings=settings,
             )
-    swept = swept_stations(session, workplace)
-    if not has_returned([load_sweep(session.folder / sweep_filename(station)) for station in swept]):
-        revisit(session, swept[0], wide, workplace=workplace, watch=watch, settings=settings)
+    swept = swept_stations(session, environment)
+    if not returned([load_sweep(session.folder / sweep_filename(station)) for station in swept]):
+        revisit(session, swept[0], wide, environment=environment, watch=watch, settings=settings)
 
 
 def is_swept(path: Path, options: MirrorsOptions, station: Station, *, retry: bool) -> bool:
-    """Tell whether a sweep of this station, as it is wanted, has nothing left to measure."""
+    """Tell whether the sweep file of this station is complete for these options."""
     if not path.exists():
         return False
     known = load_sweep(path)
-    if (known.header.station, known.header.plan) != (station, planned(options, path)):
-        return False  # going on with it says what differs
+    if (known.header.station, known.header.plan) != (station, plan_of(options, path)):
+        return False  # `run_sweep` refuses it and says what differs
     return known.complete and not (retry and any(pose.eyes_measured < len(EYES) for pose in known.poses))
 
 
-def swept_stations(session: CalibrationSession, workplace: StepEnvironment) -> tuple[Station, ...]:
-    """Return the stations of markers at which a session holds a sweep, the farthest first."""
-    stations = workplace.sweep_stations(None)
+def swept_stations(session: CalibrationSession, environment: StepEnvironment) -> tuple[Station, ...]:
+    """Return the marker stations that a session has a sweep of, farthest first."""
+    stations = environment.sweep_stations(None)
     return tuple(station for station in stations if (session.folder / sweep_filename(station)).exists())
 
 
@@ -89,29 +89,29 @@ def revisit(
     station: Station,
     wide: Intrinsics,
     *,
-    workplace: StepEnvironment,
+    environment: StepEnvironment,
     watch: StepWatcher,
     settings: SweepSettings,
 ) -> tuple[SweepPose, ...]:
-    """Return to some nodes of a station that was swept, and return what was seen there."""
+    """Measure some nodes of a swept station again and return their poses."""
     path = session.folder / sweep_filename(station)
-    with workplace.use(f"the return to {station.name}") as hands:
-        if hands.pan_tilt is None:
+    with environment.use(f"the return to {station.name}") as rig:
+        if rig.pan_tilt is None:
             raise no_pan_tilt("return to the markers")
         return return_to_nodes(
-            hands.head,
-            hands.pan_tilt,
+            rig.head,
+            rig.pan_tilt,
             station,
             wide,
-            clock=workplace.clock,
+            clock=environment.clock,
             watch=PoseReporter(watch, station=station.name, path=path),
             folder=session.folder,
             settings=settings,
         )
 
 
-def planned(options: MirrorsOptions, path: Path) -> SweepPlan:
-    """Return the grid to sweep: what the options say; else that of the sweep on file; else 9 x 9."""
+def plan_of(options: MirrorsOptions, path: Path) -> SweepPlan:
+    """Return the grid to sweep: of the options, else of the sweep file, else 9 x 9."""
     known = load_sweep(path).header.plan if path.exists() else SweepPlan()
     columns, rows = options.nodes or (known.columns, known.rows)
     return SweepPlan(
@@ -124,7 +124,7 @@ def planned(options: MirrorsOptions, path: Path) -> SweepPlan:
 
 
 def set_aside(path: Path) -> None:
-    """Give the file of a sweep another name, under which nothing looks for it; nothing is lost."""
+    """Rename a sweep file so that no step reads it; its data stays on the disk."""
     if not path.exists():
         return
     number = 1
@@ -134,35 +134,35 @@ def set_aside(path: Path) -> None:
 
 
 class PoseReporter:
-    """Passes everything on to a watcher, and tells of every pose that has come to the sweep's file."""
+    """Passes a sweep's progress on to a watcher, and reports every pose that was written to its file."""
 
     def __init__(self, watch: StepWatcher, *, station: str, path: Path) -> None:
         self._watch = watch
         self._station = station
         self._path = path
-        self._told_bytes = path.stat().st_size if path.exists() else 0
+        self._reported_bytes = path.stat().st_size if path.exists() else 0
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Pass it on, after the poses."""
-        self._tell_poses()
+        """Report new poses, then pass the progress on."""
+        self._report_poses()
         self._watch.progress(done, total=total, note=f"{self._station}: {note}" if note else self._station)
 
     def cancelled(self) -> bool:
-        """Ask the watcher."""
+        """Tell whether the watcher wants the sweep to end."""
         return self._watch.cancelled()
 
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
         """Pass it on."""
         self._watch.show(name, image)
 
-    def _tell_poses(self) -> None:
+    def _report_poses(self) -> None:
         if not self._path.exists():
             return
         with self._path.open("rb") as stream:
-            stream.seek(self._told_bytes)
+            stream.seek(self._reported_bytes)
             fresh = stream.read()
         whole = fresh.rfind(b"\n") + 1
-        self._told_bytes += whole
+        self._reported_bytes += whole
         for line in fresh[:whole].splitlines():
             pose = json.loads(line)
             if "index" in pose and not pose.get("repeat"):  # the first line is the header
@@ -180,21 +180,21 @@ def _state(eye: "dict[str, object] | None") -> str:
     return "rim" if eye["rim"] else "centred"
 
 
-def sweep_settings(workplace: StepEnvironment) -> SweepSettings:
-    """Return what a sweep must be told of this rig, with a name of its own for this run."""
+def sweep_settings(environment: StepEnvironment) -> SweepSettings:
+    """Return a sweep's settings for this rig, with the present time as name of the run."""
     now_utc = utc_now()
     return SweepSettings(
-        rig_id=workplace.rig_id,
+        rig_id=environment.rig_id,
         created_utc=now_utc,
         run=now_utc,
-        wide_serial=workplace.serials.get(Role.WIDE, ""),
-        left_serial=workplace.serials.get(Role.LEFT, ""),
-        right_serial=workplace.serials.get(Role.RIGHT, ""),
-        baseline_m=workplace.baseline_m,
-        max_v=workplace.max_v,
-        layout=MarkerLayout(**asdict(workplace.markers)),
+        wide_serial=environment.serials.get(Role.WIDE, ""),
+        left_serial=environment.serials.get(Role.LEFT, ""),
+        right_serial=environment.serials.get(Role.RIGHT, ""),
+        baseline_m=environment.baseline_m,
+        max_v=environment.max_v,
+        layout=MarkerLayout(**asdict(environment.markers)),
     )
 
 
-def _rad(given_deg: float | None, usual_rad: float) -> float:
-    return usual_rad if given_deg is None else math.radians(given_deg)
+def _rad(given_deg: float | None, default_rad: float) -> float:
+    return default_rad if given_deg is None else math.radians(given_deg)

@@ -1,4 +1,4 @@
-"""What each step of a calibration may be told, checked where it enters: REST and the command line."""
+"""Options of the calibration steps, validated for REST and the command line."""
 
 from typing import Annotated, Literal
 
@@ -15,7 +15,7 @@ class _Options(BaseModel):
 
 
 class BoardOption(_Options):
-    """The board that is shown: its inner corners, the side of a square, of a marker (ChArUco)."""
+    """The calibration board: inner corners, side of a square, side of a marker (ChArUco)."""
 
     kind: Literal["charuco", "checkerboard"] = "charuco"
     columns: Annotated[int, Field(ge=3, le=40)] = 9
@@ -25,7 +25,7 @@ class BoardOption(_Options):
 
 
 class WideOptions(_Options):
-    """Stage 1; `views`: how many to take, `model`: which lens model counts, `station`: where it is shown."""
+    """Stage 1; `views`: number to take, `model`: lens model to use, `station`: where the board is shown."""
 
     station: Name | None = None
     board: BoardOption | None = None
@@ -34,7 +34,7 @@ class WideOptions(_Options):
 
 
 class MirrorsOptions(_Options):
-    """Stage 2: where, how many poses, how far, and whether to forget what was measured before."""
+    """Stage 2: stations, nodes and extent of the sweep; `restart`: set earlier sweeps aside."""
 
     stations: Annotated[list[Name], Field(min_length=1, max_length=16)] | None = None
     nodes: Annotated[list[Nodes], Field(min_length=2, max_length=2)] | None = None
@@ -45,11 +45,11 @@ class MirrorsOptions(_Options):
 
 
 class FitOptions(_Options):
-    """Stages 2 and 3 from what was measured.
+    """The fit of stages 2 and 3.
 
-    `order`, `field_order`: of the mirrors' and the rectification's polynomials; null: elected by scores.
-    `pose_by_pose`: the paper's way to rectify. `distance`: who says how far the markers stood. `compare`:
-    judge each of our additions to the paper's model.
+    `order`, `field_order`: of the mirrors' and the rectification's polynomials; null: chosen by scores.
+    `pose_by_pose`: the paper's rectification. `distance`: source of the markers' distance. `compare`:
+    score each of our additions to the paper's model.
     """
 
     label: Label | None = None
@@ -62,21 +62,21 @@ class FitOptions(_Options):
 
 
 class CheckOptions(_Options):
-    """How many poses outside the sweep are looked at."""
+    """Number of poses outside the sweep to measure."""
 
     poses: Annotated[int, Field(ge=2, le=200)] | None = None
 
 
 class SettleOptions(_Options):
-    """`apply`: let the rig wait after every move as long as was measured, now and at every start."""
+    """`apply`: put the measured settle time in use, now and at every start."""
 
     apply: bool = False
 
 
 class AllOptions(_Options):
-    """Every step after the other; `activate`: put the result in force.
+    """All steps in order; `activate`: put the result in force.
 
-    `apply_settle`: also let the rig wait after every move as long as was measured.
+    `apply_settle`: also put the measured settle time in use.
     """
 
     wide: WideOptions = WideOptions()
@@ -89,42 +89,42 @@ class AllOptions(_Options):
 
 
 class WideRun(_Options):
-    """Measure the wide camera, or add to what was measured."""
+    """Measure the wide camera, or add views to those measured."""
 
     step: Literal["wide"]
     options: WideOptions = WideOptions()
 
 
 class MirrorsRun(_Options):
-    """Sweep the mirrors, or go on with an interrupted sweep."""
+    """Sweep the mirrors, or continue an interrupted sweep."""
 
     step: Literal["mirrors"]
     options: MirrorsOptions = MirrorsOptions()
 
 
 class FitRun(_Options):
-    """Fit a calibration to what was measured."""
+    """Fit a calibration to the session's measurements."""
 
     step: Literal["fit"]
     options: FitOptions = FitOptions()
 
 
 class CheckRun(_Options):
-    """Look at poses that no sweep visited, with the fitted calibration."""
+    """Check the fitted calibration at poses that no sweep visited."""
 
     step: Literal["check"]
     options: CheckOptions = CheckOptions()
 
 
 class SettleRun(_Options):
-    """Measure how the mirrors settle."""
+    """Measure the mirrors' settle time."""
 
     step: Literal["settle"]
     options: SettleOptions = SettleOptions()
 
 
 class AllRun(_Options):
-    """Calibrate from nothing."""
+    """Run all steps of a calibration."""
 
     step: Literal["all"]
     options: AllOptions = AllOptions()

@@ -1,4 +1,4 @@
-"""The pictures of a session: drawn when a step ends, kept as PNG files beside what they show."""
+"""The pictures of a calibration session: drawn when a step ends, stored as PNG files in its folder."""
 
 import logging
 from collections.abc import Callable, Mapping
@@ -25,19 +25,19 @@ TITLES = {
     "overlay": "The foveae laid over the wide view",
     "settle": "How the mirrors settle",
 }
-"""In the order in which they are shown."""
+"""Titles of the pictures, in display order."""
 MEASURED = frozenset({"coverage", "wide_residuals", "settle"})
-"""Those that show what was measured, whatever was fitted to it."""
+"""Pictures of measurements alone, independent of the fit."""
 
 _log = logging.getLogger(__name__)
 
 
 Maker = Callable[[], bytes]
-"""Draws one picture and gives its PNG."""
+"""Draws one picture and returns its PNG."""
 
 
 def draw(session: CalibrationSession, makers: Mapping[str, Maker]) -> None:
-    """Draw and keep pictures by their names; one that cannot be drawn stops nobody."""
+    """Draw and store pictures by name; log those that cannot be drawn."""
     for name, make in makers.items():
         png = drawn(session, name, make)
         if png is not None:
@@ -45,7 +45,7 @@ def draw(session: CalibrationSession, makers: Mapping[str, Maker]) -> None:
 
 
 def drawn(session: CalibrationSession, name: str, make: Maker) -> bytes | None:
-    """Return the PNG of a picture that is not kept yet; None when it cannot be drawn."""
+    """Return the PNG of a picture; log and return None when it cannot be drawn."""
     try:
         return make()
     except FoveaError as error:
@@ -54,14 +54,14 @@ def drawn(session: CalibrationSession, name: str, make: Maker) -> bytes | None:
 
 
 def write_picture(session: CalibrationSession, name: str, png: bytes) -> None:
-    """Keep one picture: written whole, then renamed."""
+    """Store one picture: written whole, then renamed."""
     path = _path(session, name)
     path.parent.mkdir(exist_ok=True)
     write_file(path, png)
 
 
 def picture_documents(session: CalibrationSession, *, url: str) -> list[Document]:
-    """Return the pictures there are; the address changes when the picture does."""
+    """Return the documents of the stored pictures; a picture's URL changes with its content."""
     documents = []
     for name, title in TITLES.items():
         path = _path(session, name)
@@ -72,7 +72,7 @@ def picture_documents(session: CalibrationSession, *, url: str) -> list[Document
 
 
 def picture_path(session: CalibrationSession, name: str) -> Path:
-    """Return the file of one picture or raise `NotFound`."""
+    """Return the path of one stored picture or raise `NotFound`."""
     path = _path(session, name)
     if name not in TITLES or not path.is_file():
         there = ", ".join(known for known in TITLES if _path(session, known).is_file()) or "none"

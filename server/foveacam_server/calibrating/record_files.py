@@ -1,4 +1,4 @@
-"""Calibrations as files that come and go: our own format, and the authors' device bundles."""
+"""Export and import of calibrations: our file format, and the authors' device bundles."""
 
 import json
 import math
@@ -29,7 +29,7 @@ def known_format(name: str) -> FileFormat:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportFacts:
-    """What an import must know of the rig; the authors' files leave out how far away their markers stood."""
+    """The rig that a calibration is imported for; `distance_m`: of the markers, which bundles leave out."""
 
     rig_id: str
     baseline_m: float = 0.2
@@ -38,8 +38,8 @@ class ImportFacts:
     wide_size: tuple[int, int] | None = None
 
 
-def exported(calibration: Calibration, file_format: FileFormat, *, sessions: SessionCollection) -> bytes:
-    """Return the file of a calibration; the authors' format needs the session that measured it."""
+def export_bytes(calibration: Calibration, file_format: FileFormat, *, sessions: SessionCollection) -> bytes:
+    """Return a calibration as a file's bytes; the authors' format needs its session with the poses."""
     if file_format == "foveacam":
         return calibration_bytes(calibration)
     from foveacam_pipeline.calibrate.exchange import bundle_document, bundle_of
@@ -49,8 +49,8 @@ def exported(calibration: Calibration, file_format: FileFormat, *, sessions: Ses
     return (json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
 
-def imported(document: object, facts: ImportFacts) -> Calibration:
-    """Return the calibration of an uploaded file; refuse one that is damaged or of another rig."""
+def calibration_of(document: object, facts: ImportFacts) -> Calibration:
+    """Return the calibration of a file; raise `InvalidInput` for one that is damaged or of another rig."""
     if not isinstance(document, Mapping):
         raise InvalidInput("import: a JSON object is needed; give the file of a calibration as it is")
     if document.get("format") == FORMAT:

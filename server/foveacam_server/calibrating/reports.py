@@ -1,8 +1,10 @@
-"""The report of a calibration from what is kept of it: its session, its pictures, its drift checks."""
+"""The HTML report of a calibration from its session, pictures and drift checks; two calibrations compared."""
 
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError
+from foveacam_pipeline.calibrate.records.compare import DifferenceSpread, compare
+from foveacam_pipeline.calibrate.records.compare_picture import comparison_picture
 from foveacam_pipeline.calibrate.report import (
     DriftFacts,
     SessionFacts,
@@ -15,18 +17,19 @@ from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.calibrating.pictures import MEASURED, TITLES
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
+from foveacam_server.runtime.store import Document
 
 
 def report_page(calibration: Calibration, *, sessions: SessionCollection, drift: DriftRecords) -> str:
-    """Return one self-contained HTML page; what is not kept is said to be missing."""
+    """Return one self-contained HTML page; it names the parts that are missing."""
     session = _session_of(calibration, sessions)
-    told = None if session is None else _facts(session, calibration)
+    facts = None if session is None else _facts(session, calibration)
     return report_html(
         calibration,
-        session=told,
+        session=facts,
         pictures={}
         if session is None
-        else _pictures(session, fitted=told is not None and told.fit is not None),
+        else _pictures(session, fitted=facts is not None and facts.fit is not None),
         drift=_drift_of(calibration, drift),
     )
 
@@ -41,7 +44,7 @@ def _session_of(calibration: Calibration, sessions: SessionCollection) -> Calibr
 
 
 def _facts(session: CalibrationSession, calibration: Calibration) -> SessionFacts:
-    """Return what was measured; a fit of the same data that made another calibration is left out."""
+    """Return the session's measurements; without a fit that made another calibration."""
     document = session_document(session, url="", running=None)
     fit = document["fit"]
     if fit is not None and calibration.parent_id is None and fit["calibration_id"] != calibration.id:
@@ -56,10 +59,30 @@ def _pictures(session: CalibrationSession, *, fitted: bool) -> dict[str, bytes]:
 
 
 def _drift_of(calibration: Calibration, drift: DriftRecords) -> list[DriftFacts]:
-    """Return the checks of this calibration and the one that it came of, oldest first."""
+    """Return the drift checks that measured or made this calibration, oldest first."""
     mine = [
         document
         for document in drift.every()
         if calibration.id in (document["calibration_id"], document["new_calibration_id"])
     ]
     return [drift_facts(document) for document in reversed(mine)]
+
+
+def compare_calibrations(a: Calibration, b: Calibration) -> tuple[Document, bytes]:
+    """Return the differences of b from a as a document and as a PNG."""
+    found = compare(a, b)
+    document: Document = {
+        "a": found.a,
+        "b": found.b,
+        "distance_m": found.distance_m,
+        "pointing_difference_px": _spread(found.pointing),
+        "epipolar_difference_px": _spread(found.epipolar),
+        "disparity_difference_px": _spread(found.disparity),
+        "wide_px": _spread(found.wide),
+        "baseline_m": round(found.baseline_m, 7),
+    }
+    return document, comparison_picture(found)
+
+
+def _spread(spread: DifferenceSpread) -> Document:
+    return {"rms": round(spread.rms_px, 4), "max": round(spread.max_px, 4)}

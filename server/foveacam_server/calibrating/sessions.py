@@ -1,6 +1,7 @@
 """Calibration sessions on disk: one folder holds everything measured for one calibration.
 
-The procedures write their own files into it; here are its name, its label, and what came of it.
+The steps and the pipeline write their own files into it; this module owns its head, its lock and the
+collection of all sessions.
 """
 
 import json
@@ -11,8 +12,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_hardware.contract import Busy, FoveaError, InvalidInput
 from foveacam_pipeline.calibrate.records.aggregate import combine_sessions
+from foveacam_pipeline.capture.dataset.lock import LOCK, FolderLock
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.names import new_id, utc_now
@@ -23,13 +25,19 @@ FORMAT = "foveacam-calibration-session"
 VERSION = 1
 HEAD = "session.json"
 VIEWS = "wide.json"
-"""The views of the board, where there are any."""
+"""The views of the board; absent before stage 1."""
+FIT, CHECK, SETTLE, DRIFT = "fit-result.json", "check-result.json", "settle-result.json", "drift-result.json"
+"""The document of each step's last run, as REST shows it."""
+SETTLE_REPORT = "settle.json"
+"""The settle report that the pipeline wrote."""
+FINISHED = "finished.json"
+"""The steps that were completed, each with the options that it was completed with."""
 _ID = re.compile(r"ses-[0-9a-f]{1,32}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionHead:
-    """Who a session is, and the calibrations that were fitted from it, oldest first.
+    """Identity of a session, and the ids of the calibrations fitted from it, oldest first.
 
     `baseline_m`: nominal distance between the rig's mirrors.
     """
@@ -43,19 +51,19 @@ class SessionHead:
 
 
 class CalibrationSession:
-    """One session's folder."""
+    """One session's folder: its head, its JSON documents, its completed steps."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     @property
     def id(self) -> str:
-        """Name of the session."""
+        """The session's id: its folder's name."""
         return self.folder.name
 
     @property
     def head(self) -> SessionHead:
-        """Who it is, as written down."""
+        """The session's head; raise `InvalidInput` when its file is damaged."""
         document = self.read(HEAD) or {}
         if document.get("format") != FORMAT or document.get("version") != VERSION:
             raise InvalidInput(
@@ -77,13 +85,13 @@ class CalibrationSession:
             ) from error
 
     def add_calibration(self, calibration_id: str) -> None:
-        """Write down that a calibration was fitted from this session; again makes it the newest."""
+        """Record that a calibration was fitted from this session; a known one becomes the newest."""
         document = self.read(HEAD) or {}
         earlier = [known for known in document.get("calibrations", []) if known != calibration_id]
         self.write(HEAD, document | {"calibrations": [*earlier, calibration_id]})
 
     def read(self, name: str) -> Document | None:
-        """Return one of its JSON files; None when there is none, `InvalidInput` when it is damaged."""
+        """Return one JSON file of the session; None without it; raise `InvalidInput` when it is damaged."""
         path = self.folder / name
         try:
             found = json.loads(path.read_text(encoding="utf-8"))
@@ -100,17 +108,45 @@ class CalibrationSession:
         return found
 
     def write(self, name: str, document: Document) -> None:
-        """Write one of its JSON files; raise as `write_document`."""
+        """Write one JSON file of the session; raise as `write_document`."""
         write_document(self.folder / name, document, what=f"{name} of calibration session {self.id}")
+
+    def finish_step(self, step: str, how: Document) -> None:
+        """Record that a step was completed; `how`: what a later run must share to be skipped."""
+        self.write(FINISHED, (self.read(FINISHED) or {}) | {step: how})
+
+    def finished_step(self, step: str) -> Document | None:
+        """Return the `how` that a step was completed with; None while it was not."""
+        found: Document | None = (self.read(FINISHED) or {}).get(step)
+        return found
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Lock the session for one step; raise `Busy` while a step of any program writes into it."""
+        with disk_errors(f"locking calibration session {self.id}", self.folder):
+            try:
+                lock = FolderLock(self.folder)
+            except Busy as error:
+                raise Busy(
+                    f"calibration session {self.id}: another step is writing into it; wait until it ends, or "
+                    "begin another session",
+                    asked=f"a step in session {self.id}",
+                    found="another step writes into it",
+                    remedy="wait until it ends, or begin another session",
+                ) from error
+        try:
+            yield
+        finally:
+            lock.release()
 
     @property
     def empty(self) -> bool:
-        """Whether nothing was measured in it yet."""
-        return {path.name for path in self.folder.iterdir()} <= {HEAD}
+        """Whether nothing was measured yet."""
+        return {path.name for path in self.folder.iterdir()} <= {HEAD, LOCK}
 
     @property
     def bytes(self) -> int:
-        """Size of everything in it."""
+        """Size of all files of the session."""
         return sum(path.stat().st_size for path in self.folder.rglob("*") if path.is_file())
 
 
@@ -121,17 +157,17 @@ class SessionCollection:
         self.folder = folder
 
     def create(self, *, label: str, rig_id: str, baseline_m: float) -> CalibrationSession:
-        """Begin a session."""
+        """Create a session."""
         session = CalibrationSession(self.folder / new_id("ses"))
-        with _whole_or_not(session):
+        with _deleted_on_failure(session):
             session.folder.mkdir(parents=True)
             _write_head(session, label=label, rig_id=rig_id, baseline_m=baseline_m)
         return session
 
     def combine(self, ids: Sequence[str], *, label: str | None = None) -> CalibrationSession:
-        """Begin a session with the sweeps of several, and the lens of the newest of them that has one.
+        """Create a session with the sweeps of several, and the lens of the newest that has one.
 
-        Raise `NotFound` for one that is not there, `InvalidInput` for fewer than two or for several rigs.
+        Raise `NotFound` for an unknown id, `InvalidInput` for fewer than two sessions or for several rigs.
         """
         sessions = [self.get(one) for one in dict.fromkeys(ids)]
         heads = sorted((session.head for session in sessions), key=lambda head: head.created_utc)
@@ -139,7 +175,7 @@ class SessionCollection:
             raise InvalidInput(f"{len(heads)} session was given to be put together; name two or more")
         with_lens = [self.folder / head.id for head in heads if (self.folder / head.id / VIEWS).is_file()]
         combined = CalibrationSession(self.folder / new_id("ses"))
-        with _whole_or_not(combined):
+        with _deleted_on_failure(combined):
             found = combine_sessions(
                 [session.folder for session in sessions],
                 combined.folder,
@@ -152,7 +188,7 @@ class SessionCollection:
         return combined
 
     def every(self) -> list[CalibrationSession]:
-        """Return all sessions, newest first; a folder whose head cannot be read is passed over."""
+        """Return all sessions, newest first; skip folders whose head cannot be read."""
         found: list[tuple[str, CalibrationSession]] = []
         for path in self.folder.glob("ses-*"):
             session = CalibrationSession(path)
@@ -163,7 +199,7 @@ class SessionCollection:
         return [session for _, session in sorted(found, key=lambda pair: pair[0], reverse=True)]
 
     def get(self, session_id: str) -> CalibrationSession:
-        """Return one by its id or raise `NotFound`."""
+        """Return one session by its id or raise `NotFound`."""
         session = CalibrationSession(self.folder / session_id)
         if not _ID.fullmatch(session_id) or not (session.folder / HEAD).is_file():
             raise NotFound(
@@ -173,15 +209,15 @@ class SessionCollection:
         return session
 
     def remove(self, session_id: str) -> None:
-        """Delete a session and everything measured in it; the calibrations fitted from it stay."""
+        """Delete a session; its calibrations stay. Raise `Busy` while a step writes into it."""
         session = self.get(session_id)
-        with disk_errors(f"removing calibration session {session.id}", self.folder):
+        with session.writing(), disk_errors(f"removing calibration session {session.id}", self.folder):
             shutil.rmtree(session.folder)
 
 
 @contextmanager
-def _whole_or_not(session: CalibrationSession) -> Iterator[None]:
-    """Leave nothing of a new session that could not be written; raise StorageFull, DeviceFault."""
+def _deleted_on_failure(session: CalibrationSession) -> Iterator[None]:
+    """Delete a new session that could not be written; raise `StorageFull` or `DeviceFault`."""
     try:
         with disk_errors("a calibration session", session.folder.parent):
             yield

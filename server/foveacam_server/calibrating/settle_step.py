@@ -1,4 +1,4 @@
-"""The settle characterisation as a step of a session: how fast each mirror axis comes to rest."""
+"""The settle step of a calibration session: measure how fast each mirror axis comes to rest."""
 
 from functools import partial
 
@@ -8,11 +8,9 @@ from foveacam_pipeline.calibrate.settle.settle_report import save_settle, settle
 from foveacam_pipeline.calibrate.settle.settle_resonance import settle_wait_us
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_server.calibrating.documents import SETTLE
 from foveacam_server.calibrating.options import SettleOptions
 from foveacam_server.calibrating.pictures import draw
-from foveacam_server.calibrating.sessions import CalibrationSession
-from foveacam_server.calibrating.settle_measured import REPORT
+from foveacam_server.calibrating.sessions import SETTLE, SETTLE_REPORT, CalibrationSession
 from foveacam_server.calibrating.settle_times import SettleTime
 from foveacam_server.calibrating.step_environment import StepEnvironment, StepWatcher
 from foveacam_server.calibrating.turning import turn_to_station
@@ -23,39 +21,39 @@ from foveacam_server.runtime.store import Document
 
 
 def measure_settle(
-    session: CalibrationSession, options: SettleOptions, *, workplace: StepEnvironment, watch: StepWatcher
+    session: CalibrationSession, options: SettleOptions, *, environment: StepEnvironment, watch: StepWatcher
 ) -> SettleReport:
-    """Measure all four axes where the rig's markers stand, or where the rig happens to look."""
+    """Measure all four axes at the first marker station, or where a rig without one looks."""
     watch.stage("settle")
-    there = [station for station in workplace.stations if station.target is StationTarget.MARKERS]
-    with workplace.use("the settle characterisation") as hands:
-        if there and hands.pan_tilt is not None:
+    stations = [station for station in environment.stations if station.target is StationTarget.MARKERS]
+    with environment.use("the settle characterisation") as rig:
+        if stations and rig.pan_tilt is not None:
             turn_to_station(
-                hands.pan_tilt,
-                there[0],
-                clock=workplace.clock,
+                rig.pan_tilt,
+                stations[0],
+                clock=environment.clock,
                 watch=watch,
-                head=hands.head,
+                head=rig.head,
                 wide=_known_lens(session),
             )
-        report = characterise_settling(
-            hands.head,
-            clock=workplace.clock,
-            rig_id=workplace.rig_id,
+        report = characterise(
+            rig.head,
+            clock=environment.clock,
+            rig_id=environment.rig_id,
             created_utc=utc_now(),
             watch=watch,
-            before=workplace.fovea_settings,
+            before=environment.fovea_settings,
         )
     time = SettleTime(
         rig_id=report.rig_id,
-        settle_us=settle_wait_us(report, max_v=workplace.max_v),
+        settle_us=wait_us(report, max_v=environment.max_v),
         measured_utc=report.created_utc,
         session_id=session.id,
         low_pass_hz=report.low_pass_hz,
     )
     if options.apply:
-        workplace.wait_after_moves(time)
-    save_settle(report, session.folder / REPORT)
+        environment.wait_after_moves(time)
+    save_settle(report, session.folder / SETTLE_REPORT)
     session.write(SETTLE, settle_document(report, time))
     draw(session, {"settle": partial(settle_picture, report)})
     return report
@@ -69,7 +67,7 @@ def _known_lens(session: CalibrationSession) -> Intrinsics | None:
 
 
 def settle_document(report: SettleReport, time: SettleTime) -> Document:
-    """Return what was found as REST shows it."""
+    """Return a settle report as a REST document."""
     return {
         "axes": [_axis(axis) for axis in report.axes],
         "settle_us": time.settle_us,

@@ -1,7 +1,4 @@
-"""How long each rig waits after a move, as it was measured and put in use: one small file a rig.
-
-Without one the rig file's settle time counts.
-"""
+"""Measured settle times in use: one file a rig. Without one the rig file's settle time is used."""
 
 import logging
 from pathlib import Path
@@ -9,7 +6,9 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from foveacam_hardware.contract import NotCalibrated
+from foveacam_pipeline.calibrate.settle.settle_file import load_settle
 from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_server.calibrating.sessions import SETTLE, SETTLE_REPORT, CalibrationSession
 from foveacam_server.runtime.store import Document
 from foveacam_server.whole_file import read_document, write_document
 
@@ -21,7 +20,7 @@ VERSION = 1
 
 
 class SettleTime(BaseModel):
-    """The wait after the largest move, when and in which session it was measured, and with which filter."""
+    """A measured wait after the largest move, with the time, session and drive filter of its measurement."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
@@ -33,7 +32,7 @@ class SettleTime(BaseModel):
 
     @property
     def source(self) -> str:
-        """Where the number comes from, for people."""
+        """Origin of the settle time, for people."""
         return f"measured {self.measured_utc[:10]}"
 
     def suits(self, low_pass_hz: int | None) -> bool:
@@ -41,7 +40,7 @@ class SettleTime(BaseModel):
         return self.low_pass_hz in (None, low_pass_hz)
 
     def check_filter(self, low_pass_hz: int | None) -> None:
-        """Raise `NotCalibrated` when it was measured with another drive filter: it would be wrong."""
+        """Raise `NotCalibrated` when it was measured with another drive filter, which makes it wrong."""
         if self.suits(low_pass_hz):
             return
         raise NotCalibrated(
@@ -54,20 +53,20 @@ class SettleTime(BaseModel):
 
 
 class SettleTimes:
-    """The settle times that are in use, in a folder beside the calibrations."""
+    """The settle times in use, in a folder beside the calibrations."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
     def of(self, rig_id: str) -> SettleTime | None:
-        """Return what was put in use for a rig; None when nothing was, or when its file is damaged."""
+        """Return the settle time in use for a rig; None without one, or when its file is damaged."""
         path = self._path(rig_id)
         try:
             found = SettleTime.model_validate(read_document(path, form=FORMAT, version=VERSION))
         except FileNotFoundError:
             return None
         except (OSError, ValueError) as error:
-            _log.warning("%s is passed over, the rig file's settle time counts: %s", path, error)
+            _log.warning("%s is ignored, the rig file's settle time is used: %s", path, error)
             return None
         return found if found.rig_id == rig_id else None
 
@@ -78,7 +77,7 @@ class SettleTimes:
         write_document(self._path(time.rig_id), document, what=what)
 
     def forget(self, rig_id: str) -> None:
-        """Let the rig file's settle time count again; nothing happens when it does."""
+        """Use the rig file's settle time again."""
         with disk_errors("removing the measured settle time", self._folder):
             self._path(rig_id).unlink(missing_ok=True)
 
@@ -87,7 +86,7 @@ class SettleTimes:
 
 
 def settle_time_document(in_use: SettleTime | None, *, rig_file_us: int) -> Document:
-    """Return how long the rig waits and where that comes from, as REST shows it."""
+    """Return the wait after a move and its origin as a REST document."""
     return {
         "settle_us": rig_file_us if in_use is None else in_use.settle_us,
         "source": RIG_FILE if in_use is None else in_use.source,
@@ -101,3 +100,23 @@ def settle_time_document(in_use: SettleTime | None, *, rig_file_us: int) -> Docu
             "low_pass_hz": in_use.low_pass_hz,
         },
     }
+
+
+def measured_time(session: CalibrationSession) -> SettleTime:
+    """Return the settle time that a session measured; raise `NotCalibrated` before it has."""
+    settle_us = (session.read(SETTLE) or {}).get("settle_us")
+    if settle_us is None:
+        raise NotCalibrated(
+            f"session {session.id} has not measured how the mirrors settle; run the step settle first",
+            asked="the measured settle time in use",
+            found="no settle time was measured",
+            remedy="run the step settle first",
+        )
+    report = load_settle(session.folder / SETTLE_REPORT)
+    return SettleTime(
+        rig_id=report.rig_id,
+        settle_us=int(settle_us),
+        measured_utc=report.created_utc,
+        session_id=session.id,
+        low_pass_hz=report.low_pass_hz,
+    )

@@ -1,4 +1,4 @@
-"""What a step of a calibration works with: a rig for a while, who watches, and where results go."""
+"""What a calibration step gets from its caller: a rig to itself, a watcher, and a calibration registry."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -25,7 +25,7 @@ from foveacam_server.calibrating.settle_times import SettleTime
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExclusiveRig:
-    """A rig that nobody else uses for the moment."""
+    """A rig's devices, reserved for one step."""
 
     head: Head
     pan_tilt: PanTilt | None
@@ -33,10 +33,10 @@ class ExclusiveRig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepEnvironment:
-    """A rig and its room.
+    """A rig and its calibration stations.
 
-    `use`: gives the rig to one step, named for people, until the context ends. `wait_after_moves`: puts a
-    measured settle time in use, now and at every start.
+    `use`: reserves the rig for one step, named for people, until the context ends. `wait_after_moves`: puts
+    a measured settle time in use, now and at every start.
     """
 
     rig_id: str
@@ -51,7 +51,7 @@ class StepEnvironment:
     wait_after_moves: Callable[[SettleTime], None]
 
     def station(self, name: str) -> Station:
-        """Return a station by its name or raise `InvalidInput` that lists them."""
+        """Return a station by its name or raise `InvalidInput` with the known ones."""
         for station in self.stations:
             if station.name == name:
                 return station
@@ -64,7 +64,7 @@ class StepEnvironment:
         )
 
     def stations_of(self, target: StationTarget) -> tuple[Station, ...]:
-        """Return where such a target stands, or raise `InvalidInput` when it stands nowhere."""
+        """Return the stations with such a target or raise `InvalidInput` when there is none."""
         found = tuple(station for station in self.stations if station.target is target)
         if found:
             return found
@@ -77,14 +77,14 @@ class StepEnvironment:
         )
 
     def sweep_stations(self, names: Sequence[str] | None) -> tuple[Station, ...]:
-        """Return where to sweep: the stations named, else all with markers, the farthest first."""
-        there = self.stations_of(StationTarget.MARKERS)
+        """Return the stations to sweep: those named, else all with markers, farthest first."""
+        with_markers = self.stations_of(StationTarget.MARKERS)
         if names is None:
-            return tuple(sorted(there, key=lambda station: -(station.distance_m or math.inf)))
+            return tuple(sorted(with_markers, key=lambda station: -(station.distance_m or math.inf)))
         named = tuple(self.station(name) for name in names)
         for station in named:
             if station.target is not StationTarget.MARKERS:
-                known = ", ".join(repr(other.name) for other in there)
+                known = ", ".join(repr(other.name) for other in with_markers)
                 raise InvalidInput(
                     f"station {station.name!r} has no markers, a sweep needs them; choose among {known}",
                     asked=f"a sweep at {station.name!r}",
@@ -95,43 +95,43 @@ class StepEnvironment:
 
 
 class StepWatcher(ProcedureWatcher, Protocol):
-    """A watcher who also hears what each step has brought."""
+    """A procedure's watcher that also gets the results of each step."""
 
     def stage(self, name: str) -> None:
-        """Take note that the step `name` begins; its progress counts from zero."""
+        """Report that the step `name` begins; its progress counts from zero."""
         ...
 
     def sample(self, sample_id: str) -> None:
-        """Take note of a new view of the board."""
+        """Report a new view of the board."""
         ...
 
     def pose(self, station: str, *, index: int, left: str, right: str) -> None:
-        """Take note of a pose that was measured, and what became of either eye."""
+        """Report a measured pose and the state of either eye."""
         ...
 
     def fitted(self, calibration: Calibration) -> None:
-        """Take note of a new calibration."""
+        """Report a new calibration."""
         ...
 
 
 class CalibrationRegistry(Protocol):
-    """The calibrations of the rig."""
+    """Stores calibrations and puts them in force."""
 
     def add(self, calibration: Calibration) -> None:
-        """Keep a new one."""
+        """Store a new calibration."""
         ...
 
     def get(self, calibration_id: str) -> Calibration:
-        """Return one by its id."""
+        """Return a calibration by its id."""
         ...
 
     def activate(self, calibration_id: str) -> Calibration:
-        """Put one in force."""
+        """Put a calibration in force."""
         ...
 
 
 def no_pan_tilt(asked: str) -> NotConnected:
-    """Return the refusal of a rig on a fixed base."""
+    """Return the error for a rig without a pan-tilt."""
     remedy = "name one in the rig's file ([pan_tilt], kind grbl or manual)"
     return NotConnected(
         f"asked to {asked}: this rig has no pan-tilt; {remedy}",

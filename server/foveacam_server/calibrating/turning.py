@@ -1,4 +1,4 @@
-"""Turns the rig to a station and waits until it rests, or says where the operator shall turn it."""
+"""Turn the rig to a station and wait until it rests, or ask the operator to turn it."""
 
 import math
 
@@ -34,10 +34,10 @@ def turn_to_station(
     head: Head | None = None,
     wide: Intrinsics | None = None,
 ) -> None:
-    """Bring the rig to where `station` says.
+    """Turn the rig to `station`.
 
-    Of a rig that is turned by hand: wait until its markers rest in the middle of the wide view, if it has any
-    and `head` and `wide` are there to see that; else it is taken to stand there.
+    A rig turned by hand: wait until the station's markers rest in the middle of the wide view, if it has
+    markers and `head` and `wide` are given; else assume that it stands there.
     """
     if not pan_tilt.moves_itself:
         pan_deg, tilt_deg = math.degrees(station.pose.pan_rad), math.degrees(station.pose.tilt_rad)
@@ -65,7 +65,7 @@ def _wait_for_markers(
     clock: Clock,
     watch: ProcedureWatcher,
 ) -> None:
-    """Wait until the markers rest in the middle of the wide view of a rig that is turned by hand."""
+    """Wait until the markers rest in the middle of the wide view."""
     settings = TurnSettings()
     base = StationBase(pan_tilt, station, clock=clock, watch=watch, settings=settings)
     base.request(AHEAD)

@@ -1,4 +1,4 @@
-"""Stage 1 of a session as a document, and the lens that it found, as they were kept."""
+"""The stored result of stage 1: its REST documents, its lens, its thumbnails. It imports no fitting code."""
 
 import hashlib
 import re
@@ -13,14 +13,14 @@ from foveacam_server.runtime.store import Document
 
 RESULT = "wide-result.json"
 THUMBNAILS = "wide"
-"""What the procedure keeps its views in."""
+"""Folder of the views' thumbnails."""
 _VIEW_ID = re.compile(r"[0-9a-f]{1,64}")
 
 
 def wide_documents(session: CalibrationSession, *, url: str) -> tuple[Document | None, Document | None]:
-    """Return the board and stage 1 as REST shows them; None before anything was measured.
+    """Return the board and stage 1 as REST documents; None before any view was taken.
 
-    While views are being taken the newest are shown without a fit.
+    While views are being taken the newest are returned without a fit.
     """
     found = session.read(RESULT)
     if (session.folder / VIEWS).is_file():
@@ -37,19 +37,19 @@ def wide_documents(session: CalibrationSession, *, url: str) -> tuple[Document |
 
 
 def views_id(folder: Path) -> str:
-    """Return what tells these views from others, wherever and whenever the folder is copied."""
+    """Return the hash of the views' file, which stays the same when the folder is copied."""
     return hashlib.sha256((folder / VIEWS).read_bytes()).hexdigest()[:16]
 
 
 @lru_cache(maxsize=4)
 def _unfitted(folder: Path, views: str) -> Document:
-    from foveacam_server.calibrating.wide_results import unfitted  # finding boards loads for a while
+    from foveacam_server.calibrating.wide_results import unfitted  # board detection is slow to import
 
     return unfitted(folder, views)
 
 
 def lens_of(session: CalibrationSession) -> Intrinsics:
-    """Return the lens that stage 1 found; raise `NotCalibrated` before it has found one."""
+    """Return the fitted lens of stage 1; raise `NotCalibrated` before there is one."""
     lens = (session.read(RESULT) or {}).get("lens")
     if lens is None:
         raise NotCalibrated(
@@ -62,7 +62,7 @@ def lens_of(session: CalibrationSession) -> Intrinsics:
 
 
 def thumbnail_path(session: CalibrationSession, sample_id: str) -> Path:
-    """Return the file of a view's thumbnail or raise `NotFound`."""
+    """Return the path of a view's thumbnail or raise `NotFound`."""
     path = session.folder / THUMBNAILS / f"{sample_id}.jpg"
     if not _VIEW_ID.fullmatch(sample_id) or not path.is_file():
         raise no_view(session, sample_id)
@@ -70,5 +70,5 @@ def thumbnail_path(session: CalibrationSession, sample_id: str) -> Path:
 
 
 def no_view(session: CalibrationSession, sample_id: str) -> NotFound:
-    """Return the refusal of a view that there is not."""
+    """Return the error for a view that does not exist."""
     return NotFound(f"session {session.id} has no view {sample_id} of the board", asked=sample_id)

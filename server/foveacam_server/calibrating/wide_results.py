@@ -1,4 +1,4 @@
-"""Stage 1 of a session fitted: the lens that its views tell, kept as a document; a view taken out again."""
+"""Fit the lens to a session's views of the board, store the result of stage 1, remove a view."""
 
 import math
 from pathlib import Path
@@ -20,30 +20,31 @@ Model = Literal["five", "rational"]
 
 
 def unfitted(folder: Path, views: str) -> Document:
-    """Return what is known of views that no lens was fitted to, as while they are being taken."""
+    """Return the result of views without a fitted lens, as while they are being taken."""
     return _result(WideSamples.load(folder), views, model=None, fits=[], reason="no lens fits them yet")
 
 
 def samples_of(session: CalibrationSession) -> WideSamples | None:
-    """Return the views of a session; None when there are none."""
+    """Return the session's views of the board; None without any."""
     return WideSamples.load(session.folder) if (session.folder / VIEWS).is_file() else None
 
 
 def remove_sample(session: CalibrationSession, sample_id: str) -> list[WideFit]:
-    """Take a view out and fit the lens to the others, as far as they are enough; return the fits."""
-    samples = samples_of(session)
-    if samples is None or sample_id not in [sample.id for sample in samples]:
-        raise no_view(session, sample_id)
-    samples.remove(sample_id)
-    samples.save(session.folder)
-    return write_result(session, samples, model=(session.read(RESULT) or {}).get("model"))
+    """Remove a view, fit the lens to the others and return the fits; raise `Busy` while a step writes."""
+    with session.writing():
+        samples = samples_of(session)
+        if samples is None or sample_id not in [sample.id for sample in samples]:
+            raise no_view(session, sample_id)
+        samples.remove(sample_id)
+        samples.save(session.folder)
+        return write_result(session, samples, model=(session.read(RESULT) or {}).get("model"))
 
 
 def write_result(session: CalibrationSession, samples: WideSamples, *, model: Model | None) -> list[WideFit]:
-    """Fit the lens, keep what stage 1 has found, and return the fit that counts and the other one.
+    """Fit both lens models, store the result of stage 1, and return the chosen fit and the other one.
 
-    `model`: which counts; None takes the one that predicts views left out better. Views that are too few or
-    too alike are kept without a fit.
+    `model`: the one to choose; None chooses the one that predicts left-out views better. Views that are too
+    few or too alike are stored without a fit.
     """
     try:
         fits, reason = _fitted(samples, model)

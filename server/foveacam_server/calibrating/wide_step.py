@@ -1,4 +1,4 @@
-"""Stage 1 as a step of a session: views of a board from the rig or from a folder, the lens fitted to them."""
+"""Stage 1 of a calibration session: views of a board from the rig or from image files, and the lens fit."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -11,7 +11,6 @@ from foveacam_pipeline.calibrate.wide.wide_images import samples_from_images
 from foveacam_pipeline.calibrate.wide.wide_pictures import coverage_picture, residuals_picture
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
-from foveacam_server.calibrating.finished import finish, finished
 from foveacam_server.calibrating.options import BoardOption, WideOptions
 from foveacam_server.calibrating.pictures import draw
 from foveacam_server.calibrating.sessions import VIEWS, CalibrationSession
@@ -25,34 +24,34 @@ STEP = "wide"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImageFolder:
-    """Images to use instead of the rig; `pattern` of their names."""
+    """Image files to use instead of the rig; `pattern`: glob of their names."""
 
     folder: Path
     pattern: str = "*"
 
 
 def measure_wide(
-    session: CalibrationSession, options: WideOptions, *, workplace: StepEnvironment, watch: StepWatcher
+    session: CalibrationSession, options: WideOptions, *, environment: StepEnvironment, watch: StepWatcher
 ) -> None:
-    """Turn the rig to the board, take views, fit the lens; views of an earlier run count as well."""
+    """Turn the rig to the board, add views to the session's, and fit the lens."""
     watch.stage(STEP)
     known = samples_of(session)
     board = _board(options.board, known)
     settings = WideSettings(folder=session.folder)
     if options.views is not None:
         settings = WideSettings(folder=session.folder, views=options.views)
-    with workplace.use("the calibration of the wide camera") as hands:
-        if hands.pan_tilt is not None:
-            station = _station(options, board, workplace)
-            turn_to_station(hands.pan_tilt, station, clock=workplace.clock, watch=watch)
-        samples = calibrate_wide(hands.head, board, clock=workplace.clock, watch=watch, settings=settings)
+    with environment.use("the calibration of the wide camera") as rig:
+        if rig.pan_tilt is not None:
+            station = _station(options, board, environment)
+            turn_to_station(rig.pan_tilt, station, clock=environment.clock, watch=watch)
+        samples = calibrate_wide(rig.head, board, clock=environment.clock, watch=watch, settings=settings)
     _conclude(session, samples, options, watch=watch)
-    finish(session, STEP, {"views": settings.views})
+    session.finish_step(STEP, {"views": settings.views})
 
 
 def is_measured(session: CalibrationSession, options: WideOptions) -> bool:
-    """Tell whether a run came to its end that was told nothing else, and no view has come since."""
-    how, found, views = finished(session, STEP), session.read(RESULT), session.folder / VIEWS
+    """Tell whether a run with these options was completed and no view was added since."""
+    how, found, views = session.finished_step(STEP), session.read(RESULT), session.folder / VIEWS
     if how is None or found is None or found["lens"] is None or not views.is_file():
         return False
     if found.get("views_id") != views_id(session.folder) or (options.views or 0) > how.get("views", 0):
@@ -65,18 +64,18 @@ def is_measured(session: CalibrationSession, options: WideOptions) -> bool:
 def measure_wide_images(
     session: CalibrationSession, images: ImageFolder, options: WideOptions, *, watch: StepWatcher
 ) -> None:
-    """Find the board in the images of a folder and fit the lens."""
+    """Find the board in the image files and fit the lens."""
     watch.stage(STEP)
     samples = samples_from_images(
         images.folder, _board(options.board, None), pattern=images.pattern, watch=watch
     )
     samples.save(session.folder)
     _conclude(session, samples, options, watch=watch)
-    finish(session, STEP, {"views": len(samples)})
+    session.finish_step(STEP, {"views": len(samples)})
 
 
 def redraw(session: CalibrationSession, samples: WideSamples, fit: WideFit | None) -> None:
-    """Draw the pictures of stage 1 anew."""
+    """Draw the pictures of stage 1."""
     makers = {"coverage": partial(coverage_picture, samples, fit)}
     if fit is not None:
         makers["wide_residuals"] = partial(residuals_picture, samples, fit)
@@ -91,19 +90,19 @@ def _conclude(
     fits = write_result(session, samples, model=options.model)
     redraw(session, samples, fits[0] if fits else None)
     if not fits:
-        fit_wide(samples, options.model or "five")  # says what is wrong with the views
+        fit_wide(samples, options.model or "five")  # raises what is wrong with the views
     watch.progress(taken, total=taken, note=f"{fits[0].rms_px:.3f} px rms")
 
 
 def _board(given: BoardOption | None, known: WideSamples | None) -> Board:
-    """Return the board that was named, else that of the views so far, else the usual one."""
+    """Return the board of the options, else of the session's views, else the default one."""
     if given is None:
         return Charuco() if known is None else known.board
     return board_of(given)
 
 
 def board_of(given: BoardOption) -> Board:
-    """Return the board that was named."""
+    """Return the board of the options."""
     return board_from(
         given.kind,
         columns=given.columns,
@@ -113,9 +112,9 @@ def board_of(given: BoardOption) -> Board:
     )
 
 
-def _station(options: WideOptions, board: Board, workplace: StepEnvironment) -> Station:
-    """Return where the board is shown: the station named, else one of the board's kind, else the first."""
+def _station(options: WideOptions, board: Board, environment: StepEnvironment) -> Station:
+    """Return the station of the options, else one named for the board's kind, else the first with a board."""
     if options.station is not None:
-        return workplace.station(options.station)
-    there = workplace.stations_of(StationTarget.BOARD)
+        return environment.station(options.station)
+    there = environment.stations_of(StationTarget.BOARD)
     return next((station for station in there if board.kind in station.name.lower()), there[0])

@@ -1,4 +1,4 @@
-"""What is typed: `foveacam capture [PLAN] --name NAME [--resume | --watch | --cancel] [--server URL]`."""
+"""The command `foveacam capture [PLAN] --name NAME [--resume | --watch | --cancel] [--server URL]`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +11,7 @@ from foveacam_server.calibrate_command.choices import CalibrateOptions, on_rig
 
 @on_rig(usual_scene="bench")
 def capture(
-    wish: CalibrateOptions,
+    rig_options: CalibrateOptions,
     plan: Annotated[
         Path | None, typer.Argument(help="plan (.json), or set points as text; without one, a grid")
     ] = None,
@@ -52,9 +52,8 @@ def capture(
     ] = False,
 ) -> None:
     """Take a raster of both foveae into a dataset; Ctrl-C leaves a valid partial one."""
-    from foveacam_server.capture_command.plans import plan_of
     from foveacam_server.capture_command.remote import CaptureAction, run_at
-    from foveacam_server.capture_command.run import CaptureOrder, run_order
+    from foveacam_server.capture_command.run import CaptureOrder, plan_of, run_order
 
     verging: dict[str, object] = {"each_point": each_point} if each_point else {}
     if distance_m is not None:
@@ -87,8 +86,11 @@ def capture(
         estimate=estimate,
     )
     if server is None:
-        run_order(wish, order)
+        run_order(rig_options, order)
     else:
         run_at(
-            wish, order, CaptureAction(given[0].lstrip("-")) if given else CaptureAction.TAKE, server=server
+            rig_options,
+            order,
+            CaptureAction(given[0].lstrip("-")) if given else CaptureAction.TAKE,
+            server=server,
         )

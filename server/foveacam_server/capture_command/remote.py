@@ -1,7 +1,6 @@
-"""Captures of a running server: begun, watched, cancelled and gone on with from the command line.
+"""`foveacam capture --server`: start, resume, watch and cancel the capture jobs of a running server.
 
-They are the jobs that the page and other programs see. Ctrl-C cancels one that was begun here and lets one
-that is only watched go on.
+Ctrl-C cancels a capture that this command started or resumed; with `--watch` it only ends the watching.
 """
 
 import json
@@ -18,11 +17,10 @@ from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.capture_command.run import (
     INTERRUPTED,
     CaptureOrder,
-    CaptureProgressBar,
     capture_words,
     estimate_words,
-    watching,
 )
+from foveacam_server.progress_bar import ProgressBar, progress_bar
 from foveacam_server.runtime.store import Document
 from foveacam_server.server_client import ServerClient
 
@@ -31,7 +29,7 @@ _ENDED = ("succeeded", "failed", "cancelled")
 
 
 class CaptureAction(StrEnum):
-    """What is done with a capture."""
+    """What a command does with a server's capture."""
 
     TAKE = "take"
     RESUME = "resume"
@@ -40,65 +38,64 @@ class CaptureAction(StrEnum):
     ESTIMATE = "estimate"
 
 
-def run_at(wish: CalibrateOptions, order: CaptureOrder, deed: CaptureAction, *, server: str) -> None:
-    """Have the server do it and print what became of it; end with status 130 where it was not finished."""
-    console = Console(stderr=True, quiet=wish.as_json)
-    with ServerClient(server, token=wish.settings.token) as client:
-        if deed is CaptureAction.ESTIMATE:
+def run_at(rig_options: CalibrateOptions, order: CaptureOrder, action: CaptureAction, *, server: str) -> None:
+    """Let the server do it and print the result; end with status 130 when the capture is not finished."""
+    console = Console(stderr=True, quiet=rig_options.as_json)
+    with ServerClient(server, token=rig_options.settings.token) as client:
+        if action is CaptureAction.ESTIMATE:
             document = client.post("/captures/estimates", _estimate_request(order))
-            typer.echo(json.dumps(document) if wish.as_json else estimate_words(document))
+            typer.echo(json.dumps(document) if rig_options.as_json else estimate_words(document))
             return
-        job = _begun(client, order, deed)
-        with watching(console, order.name) as watch:
-            ended = _followed(client, job, watch, cancels=deed is not CaptureAction.WATCH)
+        job = _begin(client, order, action)
+        with progress_bar(console, stage=order.name, cancels=True) as bar:
+            ended = _follow(client, job, bar, cancels=action is not CaptureAction.WATCH)
         if ended is None:
-            console.print(_goes_on(order, server), markup=False, highlight=False, soft_wrap=True)
+            console.print(_unwatched_words(order, server), markup=False, highlight=False, soft_wrap=True)
             raise typer.Exit(INTERRUPTED)
-        _tell(client, order, ended, as_json=wish.as_json)
-    if ended["state"] == "cancelled" and deed is not CaptureAction.CANCEL:
+        _print_result(client, order, ended, as_json=rig_options.as_json)
+    if ended["state"] == "cancelled" and action is not CaptureAction.CANCEL:
         raise typer.Exit(INTERRUPTED)
 
 
-def _begun(client: ServerClient, order: CaptureOrder, deed: CaptureAction) -> Document:
-    """Return the job that is to be followed."""
-    if deed is CaptureAction.TAKE:
+def _begin(client: ServerClient, order: CaptureOrder, action: CaptureAction) -> Document:
+    """Start, resume, cancel or find the capture; return its job."""
+    if action is CaptureAction.TAKE:
         body: Document = {"name": order.name, "label": order.label, "codec": order.codec}
         if order.plan is not None:
             body["plan"] = order.plan.model_dump(mode="json")
         return _document(client.post("/captures", body))
-    kept = _named(client, order.name)
-    if deed is CaptureAction.RESUME:
+    kept = _require(client, order.name)
+    if action is CaptureAction.RESUME:
         return _document(client.post(f"/captures/{kept['id']}/resume"))
     if kept["job_id"] is None:
         raise InvalidInput(
-            f"capture {order.name}: there is nothing to {deed.value}, it does not run; it is {kept['state']}"
+            f"capture {order.name}: there is nothing to {action.value}, it does not run; it is "
+            f"{kept['state']}"
         )
-    if deed is CaptureAction.CANCEL:
+    if action is CaptureAction.CANCEL:
         return _document(client.post(f"/jobs/{kept['job_id']}/cancel"))
     return _document(client.get(f"/jobs/{kept['job_id']}"))
 
 
-def _followed(
-    client: ServerClient, job: Document, watch: CaptureProgressBar, *, cancels: bool
-) -> Document | None:
-    """Return the job once it has ended; None when Ctrl-C ended the watching alone."""
-    told = False
+def _follow(client: ServerClient, job: Document, bar: ProgressBar, *, cancels: bool) -> Document | None:
+    """Show the job until it ends and return it; None when Ctrl-C ended only the watching."""
+    asked = False
     while job["state"] not in _ENDED:
         progress = job["progress"]
-        watch.show(progress["done"], total=progress["total"] or None, told=progress["note"] or job["state"])
-        if watch.cancelled() and not cancels:
+        bar.progress(progress["done"], total=progress["total"] or None, note=progress["note"] or job["state"])
+        if bar.cancelled() and not cancels:
             return None
-        if watch.cancelled() and not told:
+        if bar.cancelled() and not asked:
             client.post(f"/jobs/{job['id']}/cancel")
-            told = True
+            asked = True
         time.sleep(POLL_S)
         job = _document(client.get(f"/jobs/{job['id']}"))
     return job
 
 
-def _tell(client: ServerClient, order: CaptureOrder, job: Document, *, as_json: bool) -> None:
-    """Print the capture, where there is one; raise what its job failed with."""
-    found = _found(client, order.name)
+def _print_result(client: ServerClient, order: CaptureOrder, job: Document, *, as_json: bool) -> None:
+    """Print the capture, if it has a point; raise the error of a failed job."""
+    found = _find(client, order.name)
     if found is None:
         typer.echo(f"capture {order.name} ended before its first point: nothing was taken", err=True)
     else:
@@ -108,8 +105,8 @@ def _tell(client: ServerClient, order: CaptureOrder, job: Document, *, as_json: 
         raise FoveaError(str(problem["detail"]) if problem else f"capture {order.name}: it failed")
 
 
-def _named(client: ServerClient, name: str) -> Document:
-    found = _found(client, name)
+def _require(client: ServerClient, name: str) -> Document:
+    found = _find(client, name)
     if found is None:
         raise InvalidInput(
             f"server {client.address}: it has no capture {name!r}; see its gallery for those it has"
@@ -117,7 +114,7 @@ def _named(client: ServerClient, name: str) -> Document:
     return found
 
 
-def _found(client: ServerClient, name: str) -> Document | None:
+def _find(client: ServerClient, name: str) -> Document | None:
     wanted = dataset_name(name)
     every = client.get("/captures", text=wanted)
     return next((_document(found) for found in every if found["name"] == wanted), None)
@@ -135,6 +132,6 @@ def _estimate_request(order: CaptureOrder) -> Document:
     return {"plan": order.plan.model_dump(mode="json"), "codec": order.codec}
 
 
-def _goes_on(order: CaptureOrder, server: str) -> str:
+def _unwatched_words(order: CaptureOrder, server: str) -> str:
     words = shlex.join(["foveacam", "capture", "--cancel", "--name", order.name, "--server", server])
     return f"no longer watched, it goes on; to cancel it: {words}"

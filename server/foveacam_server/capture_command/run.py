@@ -1,32 +1,29 @@
-"""Runs a capture for the command line: the rig opened here, a bar, and Ctrl-C that leaves it resumable."""
+"""Run a capture for the command line with its own rig; Ctrl-C leaves a resumable dataset."""
 
 import json
 import shlex
 import shutil
-import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import TypeVar
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, InvalidInput
 from foveacam_hardware.rig import Rig
 from foveacam_pipeline.capture.dataset import ImageCodec
-from foveacam_pipeline.capture.plan import RasterPlan
-from foveacam_pipeline.capture.run import CaptureReport, CaptureRig, prepare_plan, run_capture
+from foveacam_pipeline.capture.plan import RasterPlan, plan_from
+from foveacam_pipeline.capture.run import CaptureReport, CaptureRig, prepare, run_capture
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrate_command.choices import CalibrateOptions
-from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
+from foveacam_server.calibrate_command.rig import RigChoice, open_data, opened_rig
 from foveacam_server.capturing.begin import CaptureSpec, begin, check_resumable, go_on
 from foveacam_server.capturing.capture_collection import CAPTURES, CaptureCollection
 from foveacam_server.capturing.documents import capture_document, estimate_document
 from foveacam_server.capturing.rig_facts import rig_facts
+from foveacam_server.progress_bar import ProgressBar, progress_bar
 from foveacam_server.runtime.store import Document
 from foveacam_server.settings import Settings, default_data_dir
 
@@ -34,9 +31,46 @@ T = TypeVar("T")
 INTERRUPTED = 130
 
 
+def plan_of(
+    path: Path | None, options: Mapping[str, object], *, begun: str | None = None
+) -> RasterPlan | None:
+    """Return the plan of a file or of options; refuse both together.
+
+    `begun`: the option for an existing capture with its own plan, such as --resume; then return None.
+    """
+    if begun is not None:
+        if path is not None or options:
+            raise InvalidInput(f"{begun}: a capture has its own plan; leave plan and options out")
+        return None
+    if path is None:
+        points = options.get("points")
+        grid = {"kind": "grid", **points} if isinstance(points, dict) else {"kind": "grid"}
+        return plan_from({**options, "points": grid}, what="options of the plan")
+    if options:
+        raise InvalidInput(f"{path}: a plan was given and options of one too; write them into the plan")
+    return plan_from(_read_plan(path), what=str(path))
+
+
+def _read_plan(path: Path) -> object:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InvalidInput(
+            f"{path}: it cannot be read ({error.strerror}); give a plan (.json) or set points"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise InvalidInput(f"{path}: it is no text ({error}); give a plan (.json) or set points") from error
+    if path.suffix.lower() != ".json":
+        return {"points": {"kind": "set_points", "points": text}}
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InvalidInput(f"{path}: it is no JSON ({error}); correct it") from error
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaptureOrder:
-    """What was asked for. `plan`: None goes on with the capture of that name."""
+    """The capture to make. `plan`: None resumes the capture of that name."""
 
     name: str
     plan: RasterPlan | None
@@ -62,96 +96,86 @@ class OwnRig:
         return self._rig.head
 
     def check_may_move(self) -> None:
-        """Allow it: nobody else has the rig."""
+        """Always allow it: this command owns the rig."""
 
-    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
-        """Do it here and now."""
+    def moving(self, work: Callable[[CaptureRig], T]) -> T:
+        """Run `work` on the rig at once."""
         return work(self._rig)
 
-    def run_still(self, work: Callable[[CaptureRig], T]) -> T:
-        """Do it here and now."""
+    def still(self, work: Callable[[CaptureRig], T]) -> T:
+        """Run `work` on the rig at once."""
         return work(self._rig)
 
 
 class CaptureProgressBar:
-    """Implements `CaptureWatcher` with a bar; the first Ctrl-C ends the capture well, the second at once."""
+    """Implements `CaptureWatcher` with a `ProgressBar`; asks the operator on its console."""
 
-    def __init__(self, progress: Progress, *, name: str) -> None:
-        self._progress = progress
-        self._task: TaskID = progress.add_task(name, total=None, told="")
-        self._over = False
+    def __init__(self, bar: ProgressBar, console: Console) -> None:
+        self._bar, self._console = bar, console
 
     def progress(self, report: CaptureReport) -> None:
         """Move the bar."""
-        told = report.note or f"{report.phase.value}, {report.written_bytes / 1e6:.0f} MB"
-        self.show(report.done, total=report.total, told=told)
-
-    def show(self, done: int, *, total: int | None, told: str) -> None:
-        """Move the bar; `told` stands behind it."""
-        self._progress.update(self._task, completed=done, total=total, told=told)
+        note = report.note or f"{report.phase.value}, {report.written_bytes / 1e6:.0f} MB"
+        self._bar.progress(report.done, total=report.total, note=note)
 
     def cancelled(self) -> bool:
         """Tell whether Ctrl-C was pressed."""
-        return self._over
+        return self._bar.cancelled()
 
     def paused(self) -> bool:
-        """Go on."""
+        """Never pause."""
         return False
 
-    def ask_operator(self, request: str) -> None:
-        """Wait until somebody has pressed Enter."""
+    def ask(self, wish: str) -> None:
+        """Wait until the operator presses Enter; raise `Cancelled` without a terminal."""
         try:
-            self._progress.console.input(f"{request} [Enter]: ")
+            self._console.input(f"{wish} [Enter]: ")
         except EOFError as error:
             raise Cancelled(
                 f"{request}: nobody is there to do it; what was taken is kept, resume it"
             ) from error
 
-    def show_frames(self, frames: tuple[Frame, ...]) -> None:
-        """Look away."""
-
-    def interrupt(self, _signal: int, _frame: FrameType | None) -> None:
-        """End it after the exposure under way; the next Ctrl-C ends the program."""
-        self._over = True
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    def saw(self, frames: tuple[Frame, ...]) -> None:
+        """Ignore frames."""
 
 
-def run_order(wish: CalibrateOptions, order: CaptureOrder) -> None:
-    """Take the capture and print what became of it; Ctrl-C ends with status 130."""
-    choice, console = RigChoice.of(wish), Console(stderr=True, quiet=wish.as_json)
-    with opened_shop(choice) as shop:
-        shelf = CaptureCollection(choice.settings.data / CAPTURES)
-        folder = _folder(shelf, order)
-        calibration = shop.calibration.require()
+def run_order(rig_options: CalibrateOptions, order: CaptureOrder) -> None:
+    """Capture and print the result; Ctrl-C ends with status 130."""
+    choice, console = RigChoice.of(rig_options), Console(stderr=True, quiet=rig_options.as_json)
+    with open_data(choice, lock=False) as data:
+        captures = CaptureCollection(choice.settings.data / CAPTURES)
+        folder = _folder(captures, order)
+        calibration = data.calibration.require()
         with (
-            opened_rig(choice, shop.settle_times, console=console) as rig,
-            watching(console, order.name) as watch,
+            opened_rig(choice, data.settle_times, console=console) as rig,
+            progress_bar(console, stage=order.name, cancels=True) as bar,
         ):
+            watch = CaptureProgressBar(bar, console)
             if order.estimate:
-                document = _estimated(OwnRig(rig), order, calibration, watch=watch, folder=shelf.folder)
-                typer.echo(json.dumps(document) if wish.as_json else estimate_words(document))
+                document = _estimate(OwnRig(rig), order, calibration, watch=watch, folder=captures.folder)
+                typer.echo(json.dumps(document) if rig_options.as_json else estimate_words(document))
                 return
             try:
-                _take(OwnRig(rig), order, calibration, folder=folder, watch=watch)
+                _capture(OwnRig(rig), order, calibration, folder=folder, watch=watch)
             except Cancelled as error:
-                told = f"{error}: {_resuming(folder, choice.settings)}"
-                console.print(told, markup=False, highlight=False, soft_wrap=True)
-                _show(shelf, folder, as_json=wish.as_json)
+                message = f"{error}: {_resume_command(folder, choice.settings)}"
+                console.print(message, markup=False, highlight=False, soft_wrap=True)
+                _print_capture(captures, folder, as_json=rig_options.as_json)
                 raise typer.Exit(INTERRUPTED) from None
-        _show(shelf, folder, as_json=wish.as_json)
+        _print_capture(captures, folder, as_json=rig_options.as_json)
 
 
-def _folder(shelf: CaptureCollection, order: CaptureOrder) -> Path:
-    """Return where the capture goes, or lies; refuse what cannot be before a device is opened."""
+def _folder(captures: CaptureCollection, order: CaptureOrder) -> Path:
+    """Return the capture's folder; refuse what cannot be captured before a device is opened."""
     _codec(order.codec)
     if order.plan is not None:
-        return shelf.new_folder(order.name)
-    kept = shelf.named(order.name)
+        return captures.new_folder(order.name)
+    kept = captures.named(order.name)
     check_resumable(kept)
     return kept.folder
 
 
-def _take(
+def _capture(
     access: OwnRig, order: CaptureOrder, calibration: Calibration, *, folder: Path, watch: CaptureProgressBar
 ) -> None:
     if order.plan is None:
@@ -163,15 +187,15 @@ def _take(
         run_capture(access, writer, watch=watch)
 
 
-def _resuming(folder: Path, settings: Settings) -> str:
-    """Return the command that goes on with a capture."""
+def _resume_command(folder: Path, settings: Settings) -> str:
+    """Return the command that resumes a capture."""
     words = ["foveacam", "capture", "--resume", "--name", folder.name]
     if settings.data != default_data_dir():
         words += ["--data", str(settings.data)]
     return shlex.join(words)
 
 
-def _estimated(
+def _estimate(
     access: OwnRig, order: CaptureOrder, calibration: Calibration, *, watch: CaptureProgressBar, folder: Path
 ) -> Document:
     if order.plan is None:
@@ -183,7 +207,7 @@ def _estimated(
 
 
 def estimate_words(document: Document) -> str:
-    """Say in a line what a plan takes."""
+    """Return a line on a plan's time and size."""
     return (
         f"{document['points']} points, {document['files']} images: at least {document['total_s']:.1f} s,"
         f" {document['stored_bytes'] / 1e6:.0f} MB of {document['free_bytes'] / 1e6:.0f} MB free"
@@ -197,10 +221,10 @@ def _codec(text: str) -> ImageCodec:
         raise InvalidInput(f"--codec {text}: images are kept as tiff or png; choose one") from error
 
 
-def _show(shelf: CaptureCollection, folder: Path, *, as_json: bool) -> None:
+def _print_capture(captures: CaptureCollection, folder: Path, *, as_json: bool) -> None:
     if not (folder / "dataset.json").exists():
         return  # it ended before its first point
-    document = capture_document(shelf.named(folder.name)) | {"folder": str(folder)}
+    document = capture_document(captures.named(folder.name)) | {"folder": str(folder)}
     if as_json:
         typer.echo(json.dumps(document))
         return
@@ -208,28 +232,9 @@ def _show(shelf: CaptureCollection, folder: Path, *, as_json: bool) -> None:
 
 
 def capture_words(document: Document) -> str:
-    """Say in a line what a capture holds."""
+    """Return a line on a capture's state and size."""
     points = document["points"]
     return (
         f"{document['folder']}: {document['state']}, {points['taken']} of {points['planned']} points,"
         f" {document['size_bytes'] / 1e6:.0f} MB"
     )
-
-
-@contextmanager
-def watching(console: Console, name: str) -> Iterator[CaptureProgressBar]:
-    """Give a bar that also hears Ctrl-C."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=20),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[told]}", markup=False),
-    )
-    with Progress(*columns, console=console, disable=console.quiet) as progress:
-        watch = CaptureProgressBar(progress, name=name.replace("[", "\\["))
-        before = signal.signal(signal.SIGINT, watch.interrupt)
-        try:
-            yield watch
-        finally:
-            signal.signal(signal.SIGINT, before)

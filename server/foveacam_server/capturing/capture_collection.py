@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_hardware.contract import Busy, FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import Dataset, dataset_name
 from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
@@ -90,8 +90,15 @@ class CaptureCollection:
         raise NotFound(f"there is no {self._noun} {name!r} in {self.folder}", asked=name)
 
     def remove(self, capture_id: str) -> StoredCapture:
-        """Move a capture to the trash."""
+        """Move a capture to the trash; raise `Busy` while any program writes it."""
         kept = self.get(capture_id)
+        if is_held(kept.folder):
+            raise Busy(
+                f"{self._noun} {kept.name} is being written; wait until it ends, or cancel it there",
+                asked=f"remove {self._noun} {kept.name}",
+                found="a program is writing it",
+                remedy="wait until it ends, or cancel it there",
+            )
         home = self.folder / TRASH / kept.id
         with disk_errors(f"removing {self._noun} {kept.name}", self.folder):
             home.mkdir(parents=True, exist_ok=True)

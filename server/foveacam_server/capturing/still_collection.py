@@ -9,6 +9,7 @@ from pathlib import Path
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
+from foveacam_pipeline.capture.dataset.lock import is_held
 from foveacam_pipeline.storage.disk import disk_errors, sync_folder
 from foveacam_server.capturing.capture_collection import TRASH, CaptureCollection, StoredCapture
 from foveacam_server.errors import NotFound
@@ -145,7 +146,8 @@ class StillCollection:
             sync_folder(folder.parent)
 
     def _clear_leftovers(self) -> None:
-        """Delete what a program that was killed had begun to write: nobody was told of it."""
+        """Delete the empty stills of killed programs; nobody knows of them."""
         for found in self.every(StillState.HELD):
-            if found.kept.dataset is not None and not len(found.kept.dataset):
-                shutil.rmtree(found.kept.folder, ignore_errors=True)
+            dataset, folder = found.kept.dataset, found.kept.folder
+            if dataset is not None and not len(dataset) and not is_held(folder):
+                shutil.rmtree(folder, ignore_errors=True)

@@ -1,1 +1,1 @@
-"""`foveacam dataset`: check, info, export, rectify and pictures of datasets on the disk; no rig is needed."""
+"""`foveacam dataset`: commands for datasets on the disk; they need no rig and run beside a server."""

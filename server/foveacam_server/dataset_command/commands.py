@@ -1,20 +1,22 @@
-"""The commands of `foveacam dataset`. A dataset is given by its folder, or by its name in the data folder."""
+"""The commands of `foveacam dataset`; a dataset is given by its folder or by its name in the data folder."""
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import math
 from dataclasses import asdict
 from enum import StrEnum
+from itertools import count
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import Cancelled, InvalidInput, Role
 from foveacam_server.settings import checked_settings
+
+if TYPE_CHECKING:
+    from foveacam_pipeline.capture.mosaic.values import MosaicFigures
 
 app = typer.Typer(
     name="dataset",
@@ -25,10 +27,12 @@ app = typer.Typer(
 )
 
 DATASETS = "captures"
-"""Where a server keeps them in its data folder."""
+"""Folder of datasets in the data folder."""
 STILLS = "stills"
-"""And those of one point."""
+"""Folder of stills, datasets of one point, in the data folder."""
 _FOUND_WRONG = 1
+_CANCELLED = 130
+"""Exit status of a program that Ctrl-C ended."""
 
 WhichDataset = Annotated[str, typer.Argument(help="folder of a dataset, or its name in the data folder")]
 DataOption = Annotated[Path | None, typer.Option(help="folder of targets, clouds, jobs and datasets")]
@@ -88,10 +92,16 @@ def export(
     """Write a dataset for another program."""
     from foveacam_pipeline.capture.dataset import Dataset
     from foveacam_pipeline.capture.dataset.export import ExportChoice, export_dataset
+    from foveacam_server.progress_bar import progress_bar
 
     opened = Dataset.open(dataset_folder(dataset, data))
-    with _progress(f"export to {to}", len(opened), silent=as_json) as advance:
-        choice = ExportChoice(scale=scale, seeds_per_pair=seeds, on_point=advance)
+    with progress_bar(Console(stderr=True), stage=f"export to {to}", silent=as_json) as bar:
+        done = count(1)
+        choice = ExportChoice(
+            scale=scale,
+            seeds_per_pair=seeds,
+            on_point=lambda _: bar.progress(next(done), total=len(opened)),
+        )
         export_dataset(opened, output, to=to, choice=choice)
     typer.echo(json.dumps({"folder": str(output), "points": len(opened)}) if as_json else str(output))
 
@@ -106,12 +116,14 @@ def rectify(
 ) -> None:
     """Keep rectified pairs beside the frames of a dataset."""
     from foveacam_pipeline.capture.dataset import Dataset, RectifyChoice, rectify_dataset
+    from foveacam_server.progress_bar import progress_bar
 
     opened = Dataset.open(dataset_folder(dataset, data))
     total = sum(len(point.brackets) for point in opened)
-    with _progress("rectify", total, silent=as_json) as advance:
+    with progress_bar(Console(stderr=True), stage="rectify", silent=as_json) as bar:
+        done = count(1)
         choice = RectifyChoice(scale=scale, disparities=disparities)
-        pairs = rectify_dataset(opened, choice, on_pair=advance)
+        pairs = rectify_dataset(opened, choice, on_pair=lambda _: bar.progress(next(done), total=total))
     folder = opened.folder / "rectified"
     typer.echo(
         json.dumps({"folder": str(folder), "pairs": pairs}) if as_json else f"{pairs} pairs in {folder}"
@@ -152,7 +164,7 @@ def picture(
 
 
 def dataset_folder(text: str, data: Path | None) -> Path:
-    """Return the folder of a dataset that was given by path or by name; whether it is one is seen later."""
+    """Return the folder of a dataset given by path or by name, unopened."""
     path = Path(text)
     if path.exists() or len(path.parts) != 1:
         return path
@@ -167,10 +179,100 @@ def dataset_folder(text: str, data: Path | None) -> Path:
     return kept
 
 
-@contextmanager
-def _progress(what: str, total: int, *, silent: bool) -> Iterator[Callable[[int], None]]:
-    """Yield what moves a bar on by one."""
-    columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, TextColumn(""), console=Console(stderr=True), disable=silent) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda _: bar.advance(task)
+@app.command()
+def mosaic(
+    dataset: WhichDataset,
+    output: Annotated[Path, typer.Argument(help="folder to make, or one that was begun, to go on with")],
+    eye: Annotated[str, typer.Option(help="whose picture: left or right")] = "left",
+    scan: Annotated[int, typer.Option(help="which scan, from 0", min=0)] = 0,
+    bracket: Annotated[int, typer.Option(help="which exposure, from 0", min=0)] = 0,
+    quality: Annotated[int, typer.Option(help="quality of the JPEG tiles", min=1, max=100)] = 90,
+    data: DataOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Lay all foveae of a scan side by side: Deep Zoom picture, depth, cloud and mesh. Ctrl-C may end it."""
+    from foveacam_pipeline.capture.dataset import Dataset
+    from foveacam_pipeline.capture.mosaic.build import build_mosaic
+    from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
+    from foveacam_pipeline.capture.mosaic.folder import finite
+    from foveacam_pipeline.capture.mosaic.values import MosaicSettings
+    from foveacam_server.progress_bar import progress_bar
+    from foveacam_web.glb import write_glb
+
+    if eye not in (Role.LEFT.value, Role.RIGHT.value):
+        raise InvalidInput(f"a mosaic of the {eye!r} eye was asked for; choose left or right")
+    settings = MosaicSettings(scan=scan, eye=Role(eye), bracket=bracket, quality=quality)
+    opened = Dataset.open(dataset_folder(dataset, data))
+    with progress_bar(Console(stderr=True), stage="mosaic", silent=as_json) as bar:
+        try:
+            made = build_mosaic(
+                opened, output, settings, watch=bar, mesh_file=lambda mesh: write_glb(mesh, y_up=True)
+            )
+            write_depth_tiles(output, made.laid.depth.z_m)
+        except (KeyboardInterrupt, Cancelled):
+            typer.echo(f"ended; the same command goes on with {output}", err=True)
+            raise typer.Exit(_CANCELLED) from None
+    if as_json:
+        document = {"folder": str(output), **asdict(made.figures)}
+        typer.echo(json.dumps(finite(document), allow_nan=False))
+        return
+    typer.echo(f"{output}: {_mosaic_words(made.figures)}")
+
+
+def _mosaic_words(figures: "MosaicFigures") -> str:
+    seams = figures.seams
+    seam_words = f"seams {seams.after_rms_px:.2f} px rms ({seams.before_rms_px:.2f} before the adjustment)"
+    if math.isnan(seams.after_rms_px):
+        seam_words = "no overlap in which a seam could be measured"
+    return (
+        f"{figures.width} x {figures.height} px from {figures.views} "
+        f"{'fovea' if figures.views == 1 else 'foveae'}, {seam_words}, depth of {figures.depth.known:.0%}"
+    )
+
+
+@app.command()
+def reference(
+    dataset: WhichDataset,
+    scan: Annotated[
+        int | None,
+        typer.Option(help="whose depth is judged; without it the scan nearest to the middle", min=0),
+    ] = None,
+    bracket: Annotated[int, typer.Option(help="which exposure, from 0", min=0)] = 0,
+    across: Annotated[int, typer.Option(help="samples over the width of a view", min=2, max=40)] = 10,
+    rail_mm: Annotated[
+        float, typer.Option(help="standard error of a place on the rail, mm; 0: exact", min=0.0, max=50.0)
+    ] = 0.1,
+    data: DataOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare the depth of a scan with triangulation over the scans from other places on the rail."""
+    from foveacam_pipeline.capture.dataset import Dataset
+    from foveacam_pipeline.capture.reference import (
+        RailTrust,
+        ReferenceSettings,
+        build_reference,
+        write_reference,
+    )
+    from foveacam_server.progress_bar import progress_bar
+
+    rail = RailTrust(along_m=1e-3 * rail_mm)
+    settings = ReferenceSettings(scan=scan, bracket=bracket, across=across, rail=rail)
+    opened = Dataset.open(dataset_folder(dataset, data))
+    with progress_bar(Console(stderr=True), stage="reference", silent=as_json) as bar:
+        try:
+            made = build_reference(opened, settings, watch=bar)
+        except KeyboardInterrupt:
+            typer.echo("ended; nothing was written", err=True)
+            raise typer.Exit(_CANCELLED) from None
+    folder = write_reference(opened.folder, made)
+    figures = made.figures
+    if as_json:
+        typer.echo(json.dumps({"folder": str(folder), **asdict(figures)}))
+        return
+    found = figures.comparison
+    typer.echo(
+        f"{folder}: {figures.referenced} of {figures.samples} samples over {1e3 * figures.baseline_m:.0f} mm "
+        f"(median; stated error {found.stated_sigma_rel:.3%}); the rig's "
+        f"{1e3 * figures.short_baseline_m:.0f} mm are off it by {found.rms_rel:.3%} rms, bias "
+        f"{found.bias_rel:+.3%}"
+    )

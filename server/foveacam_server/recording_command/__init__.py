@@ -1,1 +1,1 @@
-"""`foveacam record` and `foveacam recording`: make a recording, say what one holds, make a film of it."""
+"""`foveacam record` and `foveacam recording`: make a recording, describe one, make a film of it."""

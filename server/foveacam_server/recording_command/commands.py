@@ -1,4 +1,4 @@
-"""What is typed: `foveacam record FILE`, `foveacam recording info FILE`, `… recording export FILE OUT`."""
+"""The commands `foveacam record FILE`, `foveacam recording info FILE`, `… recording export FILE OUT`."""
 
 import json
 from collections.abc import Mapping
@@ -34,7 +34,7 @@ FileArgument = Annotated[Path, typer.Argument(help="recording: .fcap, or the aut
 
 @on_rig(usual_scene="bench")
 def record(
-    wish: CalibrateOptions,
+    rig_options: CalibrateOptions,
     file: Annotated[Path, typer.Argument(help="file to make; it must end in .fcap")],
     *,
     seconds: Annotated[float, typer.Option(help=SECONDS_HELP, min=0.1, max=LONGEST_S)] = 10.0,
@@ -53,7 +53,7 @@ def record(
     """Record all three cameras, with the mirrors' pose at every exposure."""
     from foveacam_server.recording_command.record import RecordingSpec, record_rig, record_table
 
-    recorded = RecordingSpec(
+    spec = RecordingSpec(
         file=file,
         seconds=seconds,
         direction_deg=(ax_deg, ay_deg),
@@ -61,13 +61,13 @@ def record(
         compress=compress,
         packed=packed,
     )
-    columns = (TextColumn("recording"), BarColumn(), TextColumn("{task.fields[told]}"))
-    with _progress(*columns, silent=wish.as_json) as progress:
-        task = progress.add_task("recording", total=seconds, told="opening the rig")
+    columns = (TextColumn("recording"), BarColumn(), TextColumn("{task.fields[note]}"))
+    with _progress(*columns, silent=rig_options.as_json) as progress:
+        task = progress.add_task("recording", total=seconds, note="opening the rig")
         found = record_rig(
-            wish, recorded, tell=lambda done_s, told: progress.update(task, completed=done_s, told=told)
+            rig_options, spec, report=lambda done_s, note: progress.update(task, completed=done_s, note=note)
         )
-    _show(found, record_table(found), as_json=wish.as_json)
+    _print(found, record_table(found), as_json=rig_options.as_json)
 
 
 @app.command()
@@ -76,7 +76,7 @@ def info(file: FileArgument, *, as_json: JsonOption = False) -> None:
     from foveacam_server.recording_command.information import information, information_shown
 
     found = information(file)
-    _show(found, information_shown(found), as_json=as_json)
+    _print(found, information_shown(found), as_json=as_json)
 
 
 @app.command()
@@ -96,28 +96,28 @@ def export(
     as_json: JsonOption = False,
 ) -> None:
     """Make a film (MP4) of one stream, of both eyes side by side, or as an anaglyph."""
-    from foveacam_server.recording_command.export import export_wish, film, film_table
+    from foveacam_server.recording_command.export import film_table, make_film, movie_spec
 
-    wish = export_wish(show=show, fps=fps, codec=codec, start_s=start_s, end_s=end_s)
+    spec = movie_spec(show=show, fps=fps, codec=codec, start_s=start_s, end_s=end_s)
     columns = (TextColumn("encoding"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with _progress(*columns, silent=as_json) as progress:
         task = progress.add_task("encoding", total=None)
-        found = film(
+        found = make_film(
             file,
-            wish,
+            spec,
             target,
             progress=lambda done, total: progress.update(task, completed=done, total=total),
         )
-    _show(found, film_table(found), as_json=as_json)
+    _print(found, film_table(found), as_json=as_json)
 
 
 def _progress(*columns: ProgressColumn, silent: bool) -> Progress:
-    """Return a bar that goes again; none where nobody would see it move."""
+    """Return a bar that disappears at the end; a disabled one when silent or without a terminal."""
     console = Console(stderr=True)
     return Progress(*columns, console=console, transient=True, disable=silent or not console.is_terminal)
 
 
-def _show(found: Mapping[str, object], shown: RenderableType, *, as_json: bool) -> None:
+def _print(found: Mapping[str, object], shown: RenderableType, *, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(found, allow_nan=False))
     else:

@@ -1,4 +1,4 @@
-"""`foveacam recording export`: a film of a recording."""
+"""`foveacam recording export`: make an MP4 film of a recording."""
 
 import os
 from pathlib import Path
@@ -11,13 +11,13 @@ from foveacam_pipeline.capture.recording.movie import MovieCodec, MovieSpec, Pro
 from foveacam_pipeline.capture.recording.reader import Recording
 
 WIDE = ""
-"""Shows the wide stream, whatever its name."""
+"""`show` value for the wide stream, whatever its name."""
 
 
-def export_wish(
+def movie_spec(
     *, show: str | None, fps: float | None, codec: str | None, start_s: float, end_s: float | None
 ) -> MovieSpec:
-    """Return what was asked; raise `InvalidInput` for a codec that there is not."""
+    """Return the film's spec from the options; raise `InvalidInput` for an unknown codec."""
     try:
         chosen = None if codec is None else MovieCodec(codec)
     except ValueError as error:
@@ -27,13 +27,13 @@ def export_wish(
     return MovieSpec(show=show or WIDE, fps=fps, codec=chosen, start_s=start_s, end_s=end_s)
 
 
-def film(file: Path, wish: MovieSpec, target: Path, *, progress: Progress) -> dict[str, object]:
-    """Make the film and return what was made."""
+def make_film(file: Path, spec: MovieSpec, target: Path, *, progress: Progress) -> dict[str, object]:
+    """Make the film and return its facts as a document."""
     quiet_encoders()
     with Recording(file) as recording:
-        show = wish.show or _wide_stream(recording)
-        asked = MovieSpec(show=show, fps=wish.fps, codec=wish.codec, start_s=wish.start_s, end_s=wish.end_s)
-        made = export_movie(recording, asked, target, progress=progress)
+        show = spec.show or _wide_stream(recording)
+        filled = MovieSpec(show=show, fps=spec.fps, codec=spec.codec, start_s=spec.start_s, end_s=spec.end_s)
+        made = export_movie(recording, filled, target, progress=progress)
     return {
         "file": str(made.path),
         "shows": show,
@@ -47,7 +47,7 @@ def film(file: Path, wish: MovieSpec, target: Path, *, progress: Progress) -> di
 
 
 def quiet_encoders() -> None:
-    """Keep encoders that are tried and lacking from writing to the terminal; we say what there is."""
+    """Silence OpenCV and FFmpeg when an encoder that is tried is missing; our own message says it."""
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # read when the first film is opened
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
@@ -62,7 +62,7 @@ def _wide_stream(recording: Recording) -> str:
 
 
 def film_table(found: dict[str, object]) -> Table:
-    """Return what was made, for people."""
+    """Return the film's document as a table."""
     table = Table(title=str(found["file"]))
     table.add_column("what")
     table.add_column("value", justify="right")

@@ -1,4 +1,4 @@
-"""`foveacam recording info`: what a recording holds, as a document and for people."""
+"""`foveacam recording info`: describe a recording, as a document and as a table."""
 
 from pathlib import Path
 from typing import Any
@@ -12,13 +12,13 @@ from foveacam_pipeline.capture.recording.session import SESSION
 
 
 def information(file: Path) -> dict[str, object]:
-    """Return what a recording holds; raise `InvalidInput` for what is none."""
+    """Return the document of a recording file; raise `InvalidInput` for another file."""
     with Recording(file) as recording:
         return {"file": str(file), "bytes": file.stat().st_size, **information_of(recording)}
 
 
 def information_of(recording: Recording) -> dict[str, Any]:  # Any: a JSON document
-    """Return what an open recording holds."""
+    """Return the document of an open recording."""
     first_ns, last_ns = recording.span_ns
     return {
         "recorded": recording.metadata.get(SESSION, {}).get("timestamp"),
@@ -71,7 +71,7 @@ def _rig(recording: Recording) -> dict[str, object] | None:
 
 
 def information_shown(found: dict[str, object]) -> Group:
-    """Return the same for people."""
+    """Return the document as a table."""
     end = "ended as meant" if found["finalized"] else "not ended as meant"
     lost = found["truncated"]
     if isinstance(lost, dict):
@@ -84,8 +84,8 @@ def information_shown(found: dict[str, object]) -> Group:
     for name in ("stream", "role", "frames", "fps", "size", "format"):
         table.add_column(name, justify="right" if name in ("frames", "fps") else "left")
     streams = found["streams"]
-    for stream, told in (streams if isinstance(streams, dict) else {}).items():
-        form = f"{told['pixel_format']}{', zlib' if told['compressed'] else ''}, {told['bits']} bit"
-        size = f"{told['width']} x {told['height']}"
-        table.add_row(stream, told["role"] or "", str(told["frames"]), f"{told['fps']:.2f}", size, form)
+    for stream, facts in (streams if isinstance(streams, dict) else {}).items():
+        form = f"{facts['pixel_format']}{', zlib' if facts['compressed'] else ''}, {facts['bits']} bit"
+        size = f"{facts['width']} x {facts['height']}"
+        table.add_row(stream, facts["role"] or "", str(facts["frames"]), f"{facts['fps']:.2f}", size, form)
     return Group(Text(title), table)

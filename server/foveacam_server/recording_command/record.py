@@ -1,4 +1,4 @@
-"""Records an opened rig: looks and wide frames go to the recorder as they come."""
+"""`foveacam record`: open a rig and write its looks and wide frames to a recording."""
 
 import math
 from collections.abc import Callable
@@ -21,16 +21,16 @@ from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, SUFFIX
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.storage.free_space import free_bytes
 from foveacam_server.calibrate_command.choices import CalibrateOptions
-from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
+from foveacam_server.calibrate_command.rig import RigChoice, open_data, opened_rig
 from foveacam_server.recordings.begin import check_room, identity_of
 
-Tell = Callable[[float, str], None]
-"""Called with seconds recorded and a few words."""
+ReportProgress = Callable[[float, str], None]
+"""Called with the seconds recorded and a note."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingSpec:
-    """What to record, and how. `direction_deg`: of the gaze, (ax, ay); `distance_m`: None is infinity."""
+    """The recording to make. `direction_deg`: gaze (ax, ay); `distance_m`: None is infinity."""
 
     file: Path
     seconds: float
@@ -40,90 +40,93 @@ class RecordingSpec:
     packed: bool = False
 
 
-def record_rig(wish: CalibrateOptions, recorded: RecordingSpec, *, tell: Tell) -> dict[str, object]:
-    """Open the rig, record it, and return what became of every stream's frames."""
-    if recorded.file.suffix.lower() != SUFFIX:
-        raise InvalidInput(f"record: {recorded.file.name} is no name of a recording; end it in {SUFFIX}")
-    choice = RigChoice.of(wish)
-    with opened_shop(choice) as shop:
-        calibration = shop.calibration.current
-        with opened_rig(choice, shop.settle_times, console=Console(stderr=True, quiet=wish.as_json)) as rig:
-            return record_opened(rig, recorded, calibration=calibration, tell=tell)
+def record_rig(
+    rig_options: CalibrateOptions, spec: RecordingSpec, *, report: ReportProgress
+) -> dict[str, object]:
+    """Open the rig, record it, and return the frame counts of every stream."""
+    if spec.file.suffix.lower() != SUFFIX:
+        raise InvalidInput(f"record: {spec.file.name} is no name of a recording; end it in {SUFFIX}")
+    choice = RigChoice.of(rig_options)
+    console = Console(stderr=True, quiet=rig_options.as_json)
+    with open_data(choice, lock=False) as data:
+        calibration = data.calibration.current
+        with opened_rig(choice, data.settle_times, console=console) as rig:
+            return record_opened(rig, spec, calibration=calibration, report=report)
 
 
 def record_opened(
-    rig: Rig, recorded: RecordingSpec, *, calibration: Calibration | None, tell: Tell
+    rig: Rig, spec: RecordingSpec, *, calibration: Calibration | None, report: ReportProgress
 ) -> dict[str, object]:
-    """Record a rig that is open and enabled; raise what ended it early, as a full disk."""
-    volts = gaze_of(recorded, calibration)
-    if recorded.file.parent.is_dir():  # else the recorder says so
-        check_room((), duration_s=None, free_bytes=free_bytes(recorded.file.parent))
+    """Record a rig that is open and enabled; raise the fault that ended it early, such as a full disk."""
+    volts = gaze_of(spec, calibration)
+    if spec.file.parent.is_dir():  # else the recorder raises
+        check_room((), duration_s=None, free_bytes=free_bytes(spec.file.parent))
     session = RecordingSession(timestamp=datetime.now(UTC).isoformat(), rig=identity_of(rig, calibration))
-    options = RecordingOptions(compress=recorded.compress)
-    recorder = Recorder(recorded.file, session, options=options)
+    options = RecordingOptions(compress=spec.compress)
+    recorder = Recorder(spec.file, session, options=options)
     ended = EndCause.STOPPED
     with recorder, suppress(KeyboardInterrupt):
-        ended = _looks(rig, recorder, recorded, volts=volts, calibration=calibration, tell=tell)
+        ended = _record_looks(rig, recorder, spec, volts=volts, calibration=calibration, report=report)
     return {
-        "file": str(recorded.file),
+        "file": str(spec.file),
         "ended": ended.value,
-        "why": early_end_message(recorded.file) if ended is EndCause.DISK_RESERVE else "",
+        "why": reserve_words(spec.file) if ended is EndCause.DISK_RESERVE else "",
         "bytes": recorder.bytes_written,
         "streams": {stream: found.document() for stream, found in recorder.statistics.items()},
     }
 
 
-def gaze_of(recorded: RecordingSpec, calibration: Calibration | None) -> StereoVolts:
-    """Return the drive that looks where it was asked; parked, without a calibration, straight ahead."""
-    ax_deg, ay_deg = recorded.direction_deg
+def gaze_of(spec: RecordingSpec, calibration: Calibration | None) -> StereoVolts:
+    """Return the volts for the spec's gaze; without a calibration those of parked mirrors, straight ahead."""
+    ax_deg, ay_deg = spec.direction_deg
     if calibration is not None:
-        distance_m = math.inf if recorded.distance_m is None else recorded.distance_m
+        distance_m = math.inf if spec.distance_m is None else spec.distance_m
         return calibration.steer(math.radians(ax_deg), math.radians(ay_deg), distance_m=distance_m)
-    if (ax_deg, ay_deg) != (0.0, 0.0) or recorded.distance_m is not None:
+    if (ax_deg, ay_deg) != (0.0, 0.0) or spec.distance_m is not None:
         raise InvalidInput(
             "record: to look somewhere the rig needs a calibration; calibrate it, or leave the direction out"
         )
     return PARKED
 
 
-def _looks(
+def _record_looks(
     rig: Rig,
     recorder: Recorder,
-    recorded: RecordingSpec,
+    spec: RecordingSpec,
     *,
     volts: StereoVolts,
     calibration: Calibration | None,
-    tell: Tell,
+    report: ReportProgress,
 ) -> EndCause:
-    """Look again and again until a bound is reached or the disk fails; return which bound."""
+    """Record looks until a bound is reached or the recorder fails; return the cause."""
 
     def publish(frame: Frame) -> None:
-        found = raw_frame(frame, calibration=calibration, packed=recorded.packed)
+        found = raw_frame(frame, calibration=calibration, packed=spec.packed)
         recorder.publish(STREAM_OF_ROLE[frame.role], found)
 
-    bounds = RecordingBounds(longest_s=recorded.seconds, free_bytes=lambda: free_bytes(recorded.file.parent))
+    bounds = RecordingBounds(longest_s=spec.seconds, free_bytes=lambda: free_bytes(spec.file.parent))
     begin_ns, last_wide, done_s = rig.clock.now_ns(), -1, 0.0
     while (ended := bounds.reached(done_s)) is None and recorder.failure is None:
-        sighting = rig.head.look(volts)
-        for wide in (*sighting.wide_before, sighting.wide):
+        observation = rig.head.look(volts)
+        for wide in (*observation.wide_before, observation.wide):
             if wide.seq > last_wide:
                 last_wide = wide.seq
                 publish(wide)
-        publish(sighting.left)
-        publish(sighting.right)
+        publish(observation.left)
+        publish(observation.right)
         done_s = (rig.clock.now_ns() - begin_ns) / 1e9
-        tell(done_s, _told(recorder.statistics, recorder.bytes_written))
+        report(done_s, _counts_words(recorder.statistics, recorder.bytes_written))
     return ended or EndCause.FAILED
 
 
-def _told(streams: dict[str, StreamStatistics], size: int) -> str:
+def _counts_words(streams: dict[str, StreamStatistics], size: int) -> str:
     written = sum(found.written for found in streams.values())
     dropped = sum(found.dropped for found in streams.values())
     return f"{written} frames, {dropped} dropped, {size / 1e6:.0f} MB"
 
 
 def record_table(found: dict[str, object]) -> Table:
-    """Return what became of the frames, for people."""
+    """Return the frame counts as a table."""
     title = f"{found['file']}: {int(str(found['bytes'])) / 1e6:.1f} MB"
     table = Table(title=title, caption=str(found["why"]) or None)
     for name in ("stream", "published", "written", "dropped", "why", "missing", "fps"):

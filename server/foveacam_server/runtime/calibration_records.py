@@ -5,7 +5,7 @@ from functools import lru_cache
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.drift_records import DriftRecords
-from foveacam_server.calibrating.record_files import FileFormat, ImportFacts, exported, imported
+from foveacam_server.calibrating.record_files import FileFormat, ImportFacts, calibration_of, export_bytes
 from foveacam_server.calibrating.sessions import SessionCollection
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibration_health import CalibrationHealth
@@ -61,14 +61,14 @@ class CalibrationRecords:
 
     def file(self, calibration_id: str, file_format: FileFormat) -> bytes:
         """Return a calibration as a file."""
-        return exported(self._service.get(calibration_id), file_format, sessions=self._sessions)
+        return export_bytes(self._service.get(calibration_id), file_format, sessions=self._sessions)
 
     def take(self, document: object, *, distance_m: float | None) -> Document:
         """Keep the calibration of an uploaded file."""
         status = self._hardware.status
         if status.rig_id is None:
             raise refusals.not_open(status.problems)
-        calibration = imported(document, _facts(status, distance_m=distance_m))
+        calibration = calibration_of(document, _facts(status, distance_m=distance_m))
         self._service.add(calibration)
         return self.document(calibration)
 
@@ -79,9 +79,9 @@ class CalibrationRecords:
         return report_page(self._service.get(calibration_id), sessions=self._sessions, drift=self._drift)
 
     def _compare(self, a: str, b: str) -> tuple[Document, bytes]:
-        from foveacam_server.calibrating.comparisons import compared  # figures load for seconds
+        from foveacam_server.calibrating.reports import compare_calibrations  # figures load for seconds
 
-        document, picture = compared(self._service.get(a), self._service.get(b))
+        document, picture = compare_calibrations(self._service.get(a), self._service.get(b))
         return document | {"picture_url": f"{COMPARE_URL}?a={a}&b={b}"}, picture
 
 

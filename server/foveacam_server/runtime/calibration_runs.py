@@ -119,7 +119,7 @@ class CalibrationRuns:
             self._check_sweep(run.options if isinstance(run, MirrorsRun) else run.options.mirrors, status)
 
     def _check_sweep(self, options: MirrorsOptions, status: RigStatus) -> None:
-        self._workplace_of(status).sweep_stations(options.stations)
+        self._environment_of(status).sweep_stations(options.stations)
         if status.pan_tilt is None:
             raise no_pan_tilt("sweep the mirrors")
 
@@ -137,9 +137,9 @@ class CalibrationRuns:
             clock=self._with.clock,
         )
         before = self._bearing()
-        workplace = self._workplace_of(self._with.hardware.status, context)
+        environment = self._environment_of(self._with.hardware.status, context)
         try:
-            run_step(session, run, workplace=workplace, registry=self._with.calibration, watch=watch)
+            run_step(session, run, environment=environment, registry=self._with.calibration, watch=watch)
         except OSError as error:
             if not is_disk_exhausted(error):
                 raise
@@ -147,10 +147,10 @@ class CalibrationRuns:
             raise disk_fault(error, what=what, folder=session.folder, again="then run it again") from error
         finally:
             self._ask_no_more()
-        self._turn_back(before, workplace)
+        self._turn_back(before, environment)
         return f"{SESSIONS_URL}/{session.id}"
 
-    def _workplace_of(self, status: RigStatus, context: JobContext | None = None) -> StepEnvironment:
+    def _environment_of(self, status: RigStatus, context: JobContext | None = None) -> StepEnvironment:
         @contextmanager
         def use(what: str) -> Iterator[ExclusiveRig]:
             cancelled = context.cancelled if context is not None else _never
@@ -182,14 +182,14 @@ class CalibrationRuns:
         if status is not None and not status.moves_itself and status.state.connected:
             self._with.hardware.hold_pan_tilt()
 
-    def _turn_back(self, before: PanTiltPose | None, workplace: StepEnvironment) -> None:
+    def _turn_back(self, before: PanTiltPose | None, environment: StepEnvironment) -> None:
         """Turn the rig back to where it stood before the job."""
         status = self._with.hardware.status.pan_tilt
         if before is None or status is None or status.state.pose == before:
             return
-        with workplace.use("turning back") as hands:
-            if hands.pan_tilt is not None:
-                hands.pan_tilt.move_to(before)
+        with environment.use("turning back") as rig:
+            if rig.pan_tilt is not None:
+                rig.pan_tilt.move_to(before)
 
 
 def _never() -> bool:

@@ -9,8 +9,7 @@ from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.pictures import picture_path
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
-from foveacam_server.calibrating.settle_measured import measured_time
-from foveacam_server.calibrating.settle_times import SettleTime
+from foveacam_server.calibrating.settle_times import SettleTime, measured_time
 from foveacam_server.calibrating.wide_documents import thumbnail_path
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibration_runs import SESSIONS_URL, CalibrationJobTools, CalibrationRuns
@@ -94,5 +93,5 @@ class CalibrationSessionService:
             session,
             url=f"{SESSIONS_URL}/{session.id}",
             running=self._runs.running(session.id),
-            waits=self._settling.in_use,
+            in_use=self._settling.in_use,
         )

@@ -16,6 +16,7 @@ from foveacam_server.calibrating.discarding import check_discarded
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.pinned import pinned_id, write_pin
+from foveacam_server.runtime.store import Document
 
 _log = logging.getLogger(__name__)
 
@@ -30,7 +31,7 @@ class CalibrationService:
     """Loads calibrations once the rig is known; `require` is how everybody else gets the present one."""
 
     def __init__(
-        self, *, chosen: Path | None, folder: Path, events: EventLog, shipped: Path = SHIPPED
+        self, *, chosen: Path | None, folder: Path, events: EventLog | None, shipped: Path = SHIPPED
     ) -> None:
         self._chosen = chosen
         self._folder = folder
@@ -104,12 +105,7 @@ class CalibrationService:
             current = self._pick(rig_id)
         except FoveaError as error:
             self._problem = str(error)
-            self._events.emit(
-                "rig.calibration",
-                f"not calibrated: {error}",
-                level=EventLevel.ERROR,
-                data={"detail": str(error)},
-            )
+            self._emit(f"not calibrated: {error}", level=EventLevel.ERROR, data={"detail": str(error)})
             return
         self._put_in_force(current)
 
@@ -178,11 +174,15 @@ class CalibrationService:
             self._current = calibration
         for tell in self._on_change:
             tell(calibration)
-        self._events.emit(
-            "rig.calibration",
+        self._emit(
             f"calibration {calibration.id} ({calibration.label}) is in force",
+            level=EventLevel.INFO,
             data={"id": calibration.id, "label": calibration.label, "origin": calibration.origin},
         )
+
+    def _emit(self, message: str, *, level: EventLevel, data: Document) -> None:
+        if self._events is not None:  # None in a command that runs beside a server
+            self._events.emit("rig.calibration", message, level=level, data=data)
 
     def _pick(self, rig_id: str) -> Calibration:
         if self._chosen is not None:

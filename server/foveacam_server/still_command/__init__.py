@@ -1,1 +1,1 @@
-"""`foveacam still`: a still from the command line, of a rig opened here or of one that a server has."""
+"""`foveacam still`: take a still with the command's own rig or on a running server."""

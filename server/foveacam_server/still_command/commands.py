@@ -1,4 +1,4 @@
-"""What is typed: `foveacam still [--server URL] [--name NAME] [--frames N]`."""
+"""The command `foveacam still [--server URL] [--name NAME] [--frames N]`."""
 
 from typing import Annotated
 
@@ -9,7 +9,7 @@ from foveacam_server.calibrate_command.choices import CalibrateOptions, on_rig
 
 @on_rig(usual_scene="bench")
 def still(
-    wish: CalibrateOptions,
+    rig_options: CalibrateOptions,
     *,
     name: Annotated[str | None, typer.Option(help="name of the still; usually the date and time")] = None,
     frames: Annotated[int, typer.Option(help="frames of every camera, 1 to 64")] = 5,
@@ -32,4 +32,4 @@ def still(
     order = StillOrder.checked(
         name=name, frames=frames, every_frame=every_frame, cameras=camera, label=label, codec=codec
     )
-    run_order(wish, order, server=server)
+    run_order(rig_options, order, server=server)

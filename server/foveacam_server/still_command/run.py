@@ -1,28 +1,40 @@
-"""Takes a still for the command line: with a rig opened here, or by the server that has it."""
+"""Take a still for the command line: with the command's own rig, or on a running server."""
 
 import json
 from dataclasses import dataclass
 from typing import Self
 
 import typer
+from pydantic import SecretStr
 from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
 from foveacam_server.calibrate_command.choices import CalibrateOptions
-from foveacam_server.calibrate_command.rig import RigChoice, opened_rig, opened_shop
+from foveacam_server.calibrate_command.rig import RigChoice, open_data, opened_rig
 from foveacam_server.capture_command.run import OwnRig
 from foveacam_server.capturing.still_collection import STILLS, StillCollection
 from foveacam_server.capturing.still_documents import still_document
 from foveacam_server.runtime.names import new_id
 from foveacam_server.runtime.store import Document
-from foveacam_server.still_command.remote import pressed
+from foveacam_server.server_client import ServerClient
+
+WAIT_S = 60
+
+
+def take_on_server(server: str, request: Document, *, token: SecretStr | None) -> Document:
+    """Let a server take a still and return its document; raise the server's problem as an error."""
+    with ServerClient(server, token=token) as client:
+        found: Document = client.post("/stills", request, wait_s=WAIT_S)
+    if found.get("kind") == "still":  # the job, not its result
+        raise FoveaError(f"server {server}: the still takes longer than {WAIT_S} s; look at its jobs")
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StillOrder:
-    """What was asked for."""
+    """The still to take."""
 
     plan: StillPlan
     name: str | None
@@ -40,12 +52,12 @@ class StillOrder:
         label: str,
         codec: str,
     ) -> Self:
-        """Return what the options mean; raise InvalidInput or OutOfRange for what they cannot."""
+        """Return the order of the options; raise `InvalidInput` or `OutOfRange` for invalid ones."""
         keep = StillKeep.ALL if every_frame else StillKeep.MEAN
-        strange = [each for each in cameras or [] if each not in tuple(Role)]
-        if strange:
+        unknown = [each for each in cameras or [] if each not in tuple(Role)]
+        if unknown:
             raise InvalidInput(
-                f"--camera {strange[0]}: the cameras are wide, left and right; choose of these"
+                f"--camera {unknown[0]}: the cameras are wide, left and right; choose of these"
             )
         roles = tuple(Role(each) for each in cameras) if cameras else tuple(Role)
         try:
@@ -56,7 +68,7 @@ class StillOrder:
         return cls(plan=plan, name=name, label=label, codec=images)
 
     def request(self) -> Document:
-        """Return the body of the same order to a server."""
+        """Return the request body of this order for a server."""
         return {
             "stack_frames": self.plan.frames,
             "stack_keep": self.plan.keep.value,
@@ -68,44 +80,48 @@ class StillOrder:
         }
 
 
-class _Blind:
-    """Implements the pipeline's `StillWatcher`: it looks away, and Ctrl-C ends the program."""
+class _SilentWatcher:
+    """Implements the pipeline's `StillWatcher`: shows nothing; Ctrl-C ends the program."""
 
     def progress(self, done: int, *, total: int, note: str) -> None:
-        """Look away."""
+        """Ignore it."""
 
     def cancelled(self) -> bool:
-        """Go on."""
+        """Never cancel."""
         return False
 
-    def show_frames(self, frames: tuple[Frame, ...]) -> None:
-        """Look away."""
+    def saw(self, frames: tuple[Frame, ...]) -> None:
+        """Ignore it."""
 
 
-def run_order(wish: CalibrateOptions, order: StillOrder, *, server: str | None) -> None:
-    """Take the still and print what came; where a camera stalled, keep the rest and raise its error."""
+def run_order(rig_options: CalibrateOptions, order: StillOrder, *, server: str | None) -> None:
+    """Take and print the still; when a camera stalled, store the other frames and raise its error."""
     if server is not None:
-        _show(pressed(server, order.request(), token=wish.settings.token), as_json=wish.as_json)
+        document = take_on_server(server, order.request(), token=rig_options.settings.token)
+        _print_still(document, as_json=rig_options.as_json)
         return
-    document, trouble = _taken(RigChoice.of(wish), order, console=Console(stderr=True, quiet=wish.as_json))
-    _show(document, as_json=wish.as_json)
-    if trouble is not None:
-        raise trouble
+    choice, console = RigChoice.of(rig_options), Console(stderr=True, quiet=rig_options.as_json)
+    document, fault = _take_on_own_rig(choice, order, console=console)
+    _print_still(document, as_json=rig_options.as_json)
+    if fault is not None:
+        raise fault
 
 
-def _taken(choice: RigChoice, order: StillOrder, *, console: Console) -> tuple[Document, FoveaError | None]:
-    with opened_shop(choice) as shop:
-        shelf, still_id = StillCollection(choice.settings.data / STILLS), new_id("still")
-        folder = shelf.new_folder(order.name, waits=False)
-        with opened_rig(choice, shop.settle_times, console=console) as rig:
-            still = take_still(OwnRig(rig), order.plan, watch=_Blind())
+def _take_on_own_rig(
+    choice: RigChoice, order: StillOrder, *, console: Console
+) -> tuple[Document, FoveaError | None]:
+    with open_data(choice, lock=False) as data:
+        stills, still_id = StillCollection(choice.settings.data / STILLS), new_id("still")
+        folder = stills.new_folder(order.name, waits=False)
+        with opened_rig(choice, data.settle_times, console=console) as rig:
+            still = take_still(OwnRig(rig), order.plan, watch=_SilentWatcher())
         labels = StillLabels(label=order.label, codec=order.codec, id=still_id)
-        write_still(folder, still, shop.calibration.current, labels)
-        found = shelf.keep(still_id)
-        return still_document(found), still.missing_error(kept=f"what came is kept in {found.kept.folder}")
+        write_still(folder, still, data.calibration.current, labels)
+        found = stills.keep(still_id)
+        return still_document(found), still.trouble(kept=f"what came is kept in {found.kept.folder}")
 
 
-def _show(document: Document, *, as_json: bool) -> None:
+def _print_still(document: Document, *, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(document))
         return
