@@ -19,7 +19,7 @@ from foveacam_pipeline.models import Calibration
 from foveacam_server.calibrate_command.rig import environment_of
 from foveacam_server.calibrating.documents import sweep_paths
 from foveacam_server.calibrating.drift_step import close_drift
-from foveacam_server.calibrating.fit_step import fit_of
+from foveacam_server.calibrating.fit_step import compute_fit
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import FitOptions, MirrorsOptions
 from foveacam_server.calibrating.sessions import DRIFT, CalibrationSession, SessionCollection
@@ -123,7 +123,7 @@ def test_the_drift_that_was_measured_is_the_true_one(swept: Swept) -> None:
 
 def test_what_drifts_between_the_sweep_and_the_check_is_taken_out(swept: Swept) -> None:
     options, kept = FitOptions(compare=False), Kept()
-    fitted = fit_of(swept.session, options, WIDE).calibration
+    fitted = compute_fit(swept.session, options, WIDE).calibration
     kept.add(fitted)
     clock = swept.rig.clock
     clock.sleep_until_ns(clock.now_ns() + round(WAIT_S * 1e9))

@@ -14,7 +14,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration
 from foveacam_server.calibrating.documents import session_document
-from foveacam_server.calibrating.fit_step import fit_session, known_fit
+from foveacam_server.calibrating.fit_step import earlier_fit, fit_session
 from foveacam_server.calibrating.options import FitOptions
 from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
 
@@ -94,9 +94,9 @@ def test_fit_is_kept_told_and_drawn(session: CalibrationSession) -> None:
     assert {model["eye"] for model in document["fit"]["models"] if model["chosen"]} == {"left", "right"}
     assert set(document["fit"]["parallax"]) == {f"markers at {distance_m:g} m" for distance_m in DISTANCES_M}
     assert document["fit"]["volts_roundtrip_max_lsb"] <= 1.0
-    assert known_fit(session, FitOptions(compare=False), lens, registry=kept) == calibration
-    assert known_fit(session, FitOptions(compare=False, order=3), lens, registry=kept) is None
-    assert known_fit(session, FitOptions(compare=False), replace(lens, fx_px=3000.0), registry=kept) is None
+    assert earlier_fit(session, FitOptions(compare=False), lens, registry=kept) == calibration
+    assert earlier_fit(session, FitOptions(compare=False, order=3), lens, registry=kept) is None
+    assert earlier_fit(session, FitOptions(compare=False), replace(lens, fx_px=3000.0), registry=kept) is None
     drawn = {picture["name"] for picture in document["pictures"]}
     assert {"quiver_left", "quiver_right", "loo", "warp_left", "warp_right"} <= drawn
 

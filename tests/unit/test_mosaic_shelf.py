@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_server.capturing.mosaic_collection import MosaicCollection, StoredMosaic
-from foveacam_server.capturing.mosaic_documents import outlook
+from foveacam_server.capturing.mosaic_documents import viewpoint_of
 from foveacam_server.errors import NotFound
 
 CHART = {"u0_px": -500, "v0_px": 100, "width": 4000, "height": 3000, "f_px": 28760.0}
@@ -57,7 +57,7 @@ def test_one_looks_at_a_field_from_before_its_nearest_end(
         size_bytes=0,
         made_ns=0,
     )
-    stand, middle = outlook(kept)
+    stand, middle = viewpoint_of(kept)
     assert stand[2] < near_m
     assert middle[2] == pytest.approx((near_m + far_m) / 2)
     assert middle[0] == pytest.approx(middle[2] * 1500 / 28760)

@@ -13,11 +13,11 @@ from foveacam_pipeline.stereo.values import DepthMap
 from foveacam_server.recordings.depth import RecordedDepthService, centre_of
 from foveacam_server.recordings.moments import (
     anaglyph,
-    moment,
-    moment_of_frame,
+    frame_time_s,
+    moment_document,
+    observation_of,
     pair_at,
-    sighting_of,
-    timeline,
+    timeline_document,
 )
 from foveacam_server.recordings.opened import OpenRecordings
 
@@ -44,9 +44,9 @@ def centre(corners: Sequence[Sequence[float]]) -> np.ndarray[tuple[int], np.dtyp
 
 def test_a_moment_has_the_nearest_frame_of_every_camera_and_where_the_foveae_look(seen: Path) -> None:
     with Recording(seen) as recording:
-        found = moment(recording, "rec-1", t_s=0.09)
-        line = timeline(recording)
-        late = moment_of_frame(recording, Role.RIGHT, -1)
+        found = moment_document(recording, "rec-1", t_s=0.09)
+        line = timeline_document(recording)
+        late = frame_time_s(recording, Role.RIGHT, -1)
     frames = found["frames"]
     aim = np.tan(np.deg2rad([2.0, -1.0]))
 
@@ -97,7 +97,7 @@ def test_looks_of_mirrors_that_stand_still_are_fused_and_state_no_larger_error(
 def test_foveae_are_laid_over_each_other_rectified_where_their_poses_are_known(seen: Path) -> None:
     with Recording(seen) as recording:
         pair = pair_at(recording, 0.0)
-        rectified, plain = anaglyph(pair, sighting_of(recording, pair)), anaglyph(pair, None)
+        rectified, plain = anaglyph(pair, observation_of(recording, pair)), anaglyph(pair, None)
 
     middle = rectified[200:340, 260:460].astype(np.int64)
     assert np.abs(middle[..., 0] - middle[..., 1]).mean() < 12.0  # grain of one texture lies on itself
@@ -128,9 +128,9 @@ def test_frames_of_another_size_than_the_calibration_s_have_no_depth(
 def test_a_recording_of_others_has_outlines_by_the_matrix_that_came_with_its_frames(tmp_path: Path) -> None:
     record(tmp_path / "a.fcap")
     with Recording(tmp_path / "a.fcap") as recording:
-        found = moment(recording, "rec-1", t_s=0.0)
+        found = moment_document(recording, "rec-1", t_s=0.0)
         with pytest.raises(InvalidInput, match="frame 6 of left: the recording has 6"):
-            moment_of_frame(recording, Role.LEFT, 6)
+            frame_time_s(recording, Role.LEFT, 6)
 
     corner = np.array([-0.5, -0.5, 1.0]) @ np.arange(9.0).reshape(3, 3).T
     assert found["frames"]["left"]["footprint_px"][0] == pytest.approx(corner[:2] / corner[2], abs=0.01)

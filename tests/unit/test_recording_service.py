@@ -293,7 +293,7 @@ def test_a_frame_that_is_shown_twice_is_recorded_once_and_one_not_asked_for_not_
     live.recorder = recorder  # type: ignore[assignment]  # counts what a recorder is given
     shown = Pictures(watching=set())
     tap = FrameTap(shown)
-    with tap.listening(live.roles, live.take):
+    with tap.listening(live.roles, live.record_frame):
         assert (tap.watched("left"), tap.watched("wide")) == (True, False)
         for one in (frame(1, t_ns=10), frame(1, t_ns=10), frame(2, t_ns=20)):
             tap.publish_frame(one)
@@ -336,7 +336,7 @@ def test_an_error_at_a_frame_ends_the_recording_not_the_thread_of_the_cameras(li
     recorder = Published()
     recorder.failure = ValueError("no such format")
     live.recorder = recorder  # type: ignore[assignment]  # fails at every frame
-    live.take(frame(1, t_ns=10))
+    live.record_frame(frame(1, t_ns=10))
 
     assert live.failure is not None
     assert "camera left cannot be recorded (no such format)" in str(live.failure)

@@ -22,17 +22,17 @@ def shelf(tmp_path: Path) -> StillCollection:
     return found
 
 
-def names(shelf: StillCollection, standing: StillState) -> list[str]:
-    return [found.kept.name for found in shelf.every(standing)]
+def names(shelf: StillCollection, state: StillState) -> list[str]:
+    return [found.stored.name for found in shelf.every(state)]
 
 
 def test_a_still_is_held_until_it_is_kept(shelf: StillCollection) -> None:
-    assert shelf.get("test").standing is StillState.HELD
+    assert shelf.get("test").state is StillState.HELD
 
     kept = shelf.keep("test", name="the desk")
 
-    assert (kept.standing, kept.kept.folder) == (StillState.KEPT, shelf.folder / "the desk")
-    assert check_dataset(kept.kept.folder) == []
+    assert (kept.state, kept.stored.folder) == (StillState.KEPT, shelf.folder / "the desk")
+    assert check(kept.stored.folder) == []
     assert names(shelf, StillState.HELD) == []
     with pytest.raises(InvalidInput, match="kept already"):
         shelf.keep("test")
@@ -44,7 +44,7 @@ def test_one_that_was_discarded_can_be_had_back(shelf: StillCollection) -> None:
         shelf.get("test")
     assert names(shelf, StillState.REMOVED) == ["one"]
 
-    assert shelf.restore("test").standing is StillState.KEPT
+    assert shelf.restore("test").state is StillState.KEPT
     assert names(shelf, StillState.KEPT) == ["one"]
 
 
@@ -83,7 +83,7 @@ def test_what_a_killed_program_had_begun_is_cleared_away(shelf: StillCollection)
 
 def test_one_that_cannot_be_read_is_listed_with_the_reason(shelf: StillCollection) -> None:
     found = shelf.keep("test")
-    (found.kept.folder / "dataset.json").write_text('{"format": "foveacam-dataset", "version": 99}')
+    (found.stored.folder / "dataset.json").write_text('{"format": "foveacam-dataset", "version": 99}')
 
     document = still_document(shelf.every(StillState.KEPT)[0])
 

@@ -35,7 +35,7 @@ from foveacam_pipeline.calibrate.drift.correction import correct_calibration
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 from foveacam_server.calibrate_command.rig import environment_of
-from foveacam_server.calibrating.fit_step import fit_of
+from foveacam_server.calibrating.fit_step import compute_fit
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import FitOptions, MirrorsOptions, WideOptions
 from foveacam_server.calibrating.sessions import SessionCollection
@@ -138,7 +138,7 @@ def calibrated(
     with watch.timed("sweep"):
         measure_mirrors(session, MirrorsOptions(nodes=nodes), lens, environment=environment, watch=silent)
     with watch.timed("fit"):
-        result = fit_of(session, FitOptions(label=label, compare=False), lens)
+        result = compute_fit(session, FitOptions(label=label, compare=False), lens)
     return result.calibration, result.paper
 
 

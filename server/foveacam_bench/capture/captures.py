@@ -35,7 +35,7 @@ from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 from foveacam_pipeline.capture.run import CaptureReport, run_capture
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.storage.disk import sync_folder
-from foveacam_server.capturing.begin import CaptureSpec, begin
+from foveacam_server.capturing.begin import CaptureSpec, begin_dataset
 from foveacam_server.capturing.rig_facts import rig_facts
 from foveacam_server.runtime.calibrations import SHIPPED
 
@@ -112,7 +112,9 @@ def captured(folder: Path, plan: RasterPlan) -> tuple[float, float]:
         exposure_ns=EXPOSURE_NS,
         wide_hz=MOST_HZ,
     )
-    with begin(rig, folder, CaptureSpec(plan=plan), calibration, watch=SilentCaptureWatcher()) as writer:
+    with begin_dataset(
+        rig, folder, CaptureSpec(plan=plan), calibration, watch=SilentCaptureWatcher()
+    ) as writer:
         begin_s = time.perf_counter()
         run_capture(rig, writer, watch=SilentCaptureWatcher())
         took_s = time.perf_counter() - begin_s

@@ -9,7 +9,7 @@ from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server.api.answers import file_responses, problems
 from foveacam_server.api.capture_models import CaptureChecked, PointsDocument
 from foveacam_server.api.captures import CaptureId, Form, media_type
-from foveacam_server.capturing.points import point_of, point_picture, points_document, readable
+from foveacam_server.capturing.points import point_of, point_picture, points_document, readable_dataset
 from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
@@ -25,7 +25,7 @@ Bracket = Annotated[str, Query(pattern=r"^\d{1,2}$", description="which exposure
 )
 def points(capture_id: CaptureId, services: ServicesDep) -> Document:
     """Return the points that were taken, with their places on the contact sheet, and those passed over."""
-    return points_document(readable(services.captures.shelf.get(capture_id)))
+    return points_document(readable_dataset(services.captures.shelf.get(capture_id)))
 
 
 @router.get(

@@ -25,8 +25,8 @@ from foveacam_server.api.capture_models import (
 )
 from foveacam_server.api.models import JobDocument
 from foveacam_server.capturing.download import zip_stream
-from foveacam_server.capturing.drawings import anaglyph_drawing, drawing
-from foveacam_server.capturing.points import readable
+from foveacam_server.capturing.drawings import anaglyph_picture, capture_picture
+from foveacam_server.capturing.points import readable_dataset
 from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
@@ -188,7 +188,7 @@ def go_on(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = N
 def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
     kept = services.captures.shelf.get(capture_id)
-    readable(kept)
+    readable_dataset(kept)
     headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
     return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
 
@@ -202,7 +202,7 @@ def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
 def picture_of(capture_id: CaptureId, picture: Picture, form: Form, services: ServicesDep) -> FileResponse:
     """Draw the capture as far as it is."""
     captures = services.captures
-    path = drawing(captures.shelf, captures.shelf.get(capture_id), picture, form=form)
+    path = capture_picture(captures.shelf, captures.shelf.get(capture_id), picture, form=form)
     return FileResponse(path, media_type=media_type(form))
 
 
@@ -221,7 +221,7 @@ def anaglyph(
 ) -> FileResponse:
     """Return both foveae of a point, rectified: left in red, right in green and blue."""
     shelf = services.captures.shelf
-    path = anaglyph_drawing(shelf, shelf.get(capture_id), index=index, bracket=int(bracket), form=form)
+    path = anaglyph_picture(shelf, shelf.get(capture_id), index=index, bracket=int(bracket), form=form)
     return FileResponse(path, media_type=media_type(form))
 
 

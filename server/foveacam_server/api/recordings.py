@@ -164,7 +164,7 @@ def download(recording_id: RecordingId, services: ServicesDep) -> FileResponse:
 def timeline(recording_id: RecordingId, services: ServicesDep) -> Document:
     """Return the moments of all frames, by camera."""
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
-        return moments.timeline(recording)
+        return moments.timeline_document(recording)
 
 
 @router.get(
@@ -187,8 +187,8 @@ def frames(
         raise InvalidInput("frames: role and index go together; give both, or t_s alone")
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
         if role is not None and index is not None:
-            t_s = moments.moment_of_frame(recording, Role(role), int(index))
-        return moments.moment(recording, recording_id, t_s=t_s)
+            t_s = moments.frame_time_s(recording, Role(role), int(index))
+        return moments.moment_document(recording, recording_id, t_s=t_s)
 
 
 @router.get(
@@ -221,7 +221,7 @@ def anaglyph(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
         pair = moments.pair_at(recording, t_s)
         try:
-            look = moments.sighting_of(recording, pair)
+            look = moments.observation_of(recording, pair)
         except FoveaError:
             look = None
     return _jpeg(encode_jpeg(moments.anaglyph(pair, look), quality=QUALITY))

@@ -28,10 +28,9 @@ from foveacam_server.api.still_models import (
     StillRequest,
 )
 from foveacam_server.capturing.download import zip_stream
-from foveacam_server.capturing.drawings import anaglyph_drawing, drawing
-from foveacam_server.capturing.points import readable
+from foveacam_server.capturing.drawings import anaglyph_picture, capture_picture, still_picture
+from foveacam_server.capturing.points import readable_dataset
 from foveacam_server.capturing.still_collection import StillState
-from foveacam_server.capturing.still_pictures import still_picture
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
 
@@ -73,7 +72,7 @@ def every(
     state: Annotated[StateName, Query(description="held: neither kept nor discarded")] = "kept",
 ) -> list[Document]:
     """Return all stills of one state, or those that hold every word of `text`."""
-    return services.stills.every(text=text, standing=StillState(state))
+    return services.stills.every(text=text, state=StillState(state))
 
 
 @router.delete("/trash", summary="Empty the trash", response_model=TrashEmptied)
@@ -132,7 +131,7 @@ def restore(still_id: StillId, services: ServicesDep) -> Document:
 )
 def check_files(still_id: StillId, services: ServicesDep) -> Document:
     """Read every file of the still's dataset again, and say what is not as it was written."""
-    faults = check_dataset(services.stills.shelf.get(still_id).kept.folder)
+    faults = check(services.stills.shelf.get(still_id).stored.folder)
     return {"id": still_id, "sound": not faults, "faults": faults}
 
 
@@ -144,8 +143,8 @@ def check_files(still_id: StillId, services: ServicesDep) -> Document:
 )
 def download(still_id: StillId, services: ServicesDep) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
-    kept = services.stills.shelf.get(still_id).kept
-    readable(kept)
+    kept = services.stills.shelf.get(still_id).stored
+    readable_dataset(kept)
     headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
     return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
 
@@ -171,7 +170,7 @@ def picture(
     number = None if frame is None else int(frame)
     found = shelf.get(still_id)
     path = still_picture(shelf, found, Role(camera), form=form, frame=number)
-    name = f"{found.kept.id}-{camera}.{form}"
+    name = f"{found.stored.id}-{camera}.{form}"
     return FileResponse(path, media_type=_MEDIA[form], filename=name, content_disposition_type="inline")
 
 
@@ -189,9 +188,9 @@ def drawing_of(
 ) -> FileResponse:
     """Draw a small wide view with both outlines, a large one, or the rectified pair."""
     shelf = services.stills.shelf
-    kept = shelf.get(still_id).kept
+    kept = shelf.get(still_id).stored
     if drawn == "anaglyph":
-        path = anaglyph_drawing(shelf.drawn, kept, index=0, bracket=0, form=form)
+        path = anaglyph_picture(shelf.drawn, kept, index=0, bracket=0, form=form)
     else:
-        path = drawing(shelf.drawn, kept, drawn, form=form)
+        path = capture_picture(shelf.drawn, kept, drawn, form=form)
     return FileResponse(path, media_type=_MEDIA[form])

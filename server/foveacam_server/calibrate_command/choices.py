@@ -94,7 +94,7 @@ def on_rig(*, usual_scene: str) -> Callable[[Callable[..., None]], Callable[...,
     return with_options
 
 
-def checked(model: type[_Model], given: Mapping[str, object]) -> _Model:
+def validated(model: type[_Model], given: Mapping[str, object]) -> _Model:
     """Return the validated options of a step; None means not given. Raise `InvalidInput` in plain words."""
     try:
         return model.model_validate({name: value for name, value in given.items() if value is not None})
@@ -103,7 +103,7 @@ def checked(model: type[_Model], given: Mapping[str, object]) -> _Model:
         raise InvalidInput(words.detail, asked=words.asked, found=words.found, remedy=words.remedy) from error
 
 
-def pair(text: str | None, *, option: str, example: str) -> tuple[int, int] | None:
+def parse_pair(text: str | None, *, option: str, example: str) -> tuple[int, int] | None:
     """Return the two whole numbers of `9x6`; raise `InvalidInput` for anything else."""
     if text is None:
         return None

@@ -14,9 +14,9 @@ from foveacam_server.calibrate_command.choices import (
     CalibrateOptions,
     LabelOption,
     SessionOption,
-    checked,
     on_rig,
-    pair,
+    parse_pair,
+    validated,
 )
 from foveacam_server.calibrate_command.record_commands import app as records_app
 from foveacam_server.calibrating import options as of_step
@@ -62,7 +62,7 @@ def wide(
     from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session, run_on_images
     from foveacam_server.calibrating.steps import ImageFolder
 
-    options = checked(
+    options = validated(
         of_step.WideOptions,
         {
             "station": station,
@@ -97,8 +97,8 @@ def mirrors(
     """Stage 2: sweep the markers over the field, or go on with an interrupted sweep."""
     from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session
 
-    grid = pair(nodes, option="--nodes", example="9x9")
-    options = checked(
+    grid = parse_pair(nodes, option="--nodes", example="9x9")
+    options = validated(
         of_step.MirrorsOptions,
         {
             "stations": station or None,
@@ -130,7 +130,7 @@ def rectify(
     """Stages 2 and 3 fitted: volts to angles, and the rectification, from what was measured."""
     from foveacam_server.calibrate_command.runs import SessionChoice, run_fit_in_session
 
-    options = checked(
+    options = validated(
         of_step.FitOptions, {"label": label, "order": order, "use_all_distances": not farthest_only}
     )
     run_fit_in_session(rig_options, options, SessionChoice(session=session), activate=activate)
@@ -147,7 +147,7 @@ def check(
     """Check the fitted calibration at poses that no sweep visited."""
     from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session
 
-    options = checked(of_step.CheckOptions, {"poses": poses})
+    options = validated(of_step.CheckOptions, {"poses": poses})
     run_in_session(
         rig_options, of_step.CheckRun(step="check", options=options), SessionChoice(session=session)
     )
@@ -198,16 +198,16 @@ def run_all(
     """Calibrate from nothing: every step after the other."""
     from foveacam_server.calibrate_command.runs import SessionChoice, run_in_session
 
-    grid = pair(nodes, option="--nodes", example="9x9")
-    options = checked(
+    grid = parse_pair(nodes, option="--nodes", example="9x9")
+    options = validated(
         of_step.AllOptions,
         {
-            "wide": checked(of_step.WideOptions, {"views": views}),
-            "mirrors": checked(
+            "wide": validated(of_step.WideOptions, {"views": views}),
+            "mirrors": validated(
                 of_step.MirrorsOptions,
                 {"stations": station or None, "nodes": None if grid is None else list(grid)},
             ),
-            "fit": checked(of_step.FitOptions, {"label": label, "order": order}),
+            "fit": validated(of_step.FitOptions, {"label": label, "order": order}),
             "settle": not without_settle,
             "apply_settle": apply_settle,
             "activate": activate,
@@ -275,7 +275,7 @@ app.registered_commands.extend(records_app.registered_commands)
 
 
 def _board(corners: str | None, square_mm: float | None, marker_mm: float | None) -> dict[str, object] | None:
-    size = pair(corners, option="--board", example="9x6")
+    size = parse_pair(corners, option="--board", example="9x6")
     if size is None and square_mm is None and marker_mm is None:
         return None
     if size is None or square_mm is None:

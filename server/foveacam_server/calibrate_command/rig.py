@@ -119,12 +119,12 @@ def open_data(choice: RigChoice, *, lock: bool) -> Iterator[DataDirectory]:
 @contextmanager
 def open_environment(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[StepEnvironment]:
     """Open the rig for calibration steps and park it at the end."""
-    with opened_rig(choice, times, console=console) as rig:
+    with open_enabled_rig(choice, times, console=console) as rig:
         yield environment_of(rig, times)
 
 
 @contextmanager
-def opened_rig(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[Rig]:
+def open_enabled_rig(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[Rig]:
     """Open and enable the rig and park it at the end; raise `NotConnected` when a device is missing."""
     config = choice.config
     if isinstance(config, SimulatedRigConfig):

@@ -12,7 +12,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.documents import sweep_paths
 from foveacam_server.calibrating.options import CheckOptions
-from foveacam_server.calibrating.pictures import draw
+from foveacam_server.calibrating.pictures import draw_pictures
 from foveacam_server.calibrating.sessions import CHECK, CalibrationSession
 from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepEnvironment, StepWatcher
 from foveacam_server.calibrating.turning import turn_to_station
@@ -33,7 +33,7 @@ def check_session(
 ) -> CheckResult:
     """Measure the newest fit at gazes over the whole field, on the farthest markers, and store the result."""
     watch.stage(STEP)
-    calibration = newest_of(session, registry)
+    calibration = newest_calibration(session, registry)
     with environment.use("the check of a calibration") as rig:
         if rig.pan_tilt is not None and _has_markers(environment):
             station = environment.sweep_stations(None)[0]
@@ -54,7 +54,7 @@ def check_session(
             swept_rad=_swept_rad(session),
         )
     session.write(CHECK, check_document(result))
-    draw(session, check_pictures(result, calibration))
+    draw_pictures(session, check_pictures(result, calibration))
     session.finish_step(STEP, _run_key(calibration, options))
     return result
 
@@ -68,7 +68,7 @@ def _run_key(calibration: Calibration, options: CheckOptions) -> Document:
     return {"calibration_id": calibration.id, **options.model_dump()}
 
 
-def newest_of(session: CalibrationSession, registry: CalibrationRegistry) -> Calibration:
+def newest_calibration(session: CalibrationSession, registry: CalibrationRegistry) -> Calibration:
     """Return the session's newest calibration; raise `NotCalibrated` before the first fit."""
     fitted = session.head.calibrations
     if not fitted:

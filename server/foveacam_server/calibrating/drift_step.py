@@ -15,7 +15,7 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrating.drift_records import DriftRecords
-from foveacam_server.calibrating.mirrors_step import revisit, sweep_settings, swept_stations
+from foveacam_server.calibrating.mirrors_step import measure_nodes_again, sweep_settings, swept_stations
 from foveacam_server.calibrating.options import FitOptions
 from foveacam_server.calibrating.sessions import DRIFT, CalibrationSession
 from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepEnvironment, StepWatcher
@@ -86,7 +86,7 @@ def close_drift(
             return calibration
     stations = swept_stations(session, environment)
     settings = sweep_settings(environment)
-    visits = revisit(
+    visits = measure_nodes_again(
         session, stations[0], calibration.wide, environment=environment, watch=watch, settings=settings
     )
     used = stations if options.use_all_distances else stations[:1]

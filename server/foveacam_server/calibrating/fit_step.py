@@ -24,7 +24,7 @@ from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.documents import sweep_paths
 from foveacam_server.calibrating.options import FitOptions
-from foveacam_server.calibrating.pictures import drawn, write_picture
+from foveacam_server.calibrating.pictures import draw_png, write_picture
 from foveacam_server.calibrating.sessions import FIT, CalibrationSession
 from foveacam_server.calibrating.step_environment import CalibrationRegistry, StepWatcher
 from foveacam_server.runtime.names import utc_now
@@ -49,7 +49,7 @@ def fit_session(
     """
     watch.stage(STEP)
     fit_watch = _FitWatcher(watch)
-    result = fit_of(session, options, wide, watch=fit_watch)
+    result = compute_fit(session, options, wide, watch=fit_watch)
     pictures = _pictures(session, result, watch=fit_watch)
     check(watch, doing=DOING)
     calibration = result.calibration
@@ -64,7 +64,7 @@ def fit_session(
     return calibration
 
 
-def known_fit(
+def earlier_fit(
     session: CalibrationSession, options: FitOptions, wide: Intrinsics, *, registry: CalibrationRegistry
 ) -> Calibration | None:
     """Return the calibration of an earlier fit with these inputs; None when there is none."""
@@ -112,13 +112,13 @@ def _pictures(session: CalibrationSession, result: FitResult, *, watch: _FitWatc
     for number, (name, make) in enumerate(fit_pictures(result).items()):
         raise_if_cancelled(watch, doing=DOING)
         watch.progress(fitted + number, total=fitted, note="drawing")
-        png = drawn(session, name, make)
+        png = draw_png(session, name, make)
         if png is not None:
             pictures[name] = png
     return pictures
 
 
-def fit_of(
+def compute_fit(
     session: CalibrationSession,
     options: FitOptions,
     wide: Intrinsics,

@@ -65,7 +65,7 @@ def measure_mirrors(
             )
     swept = swept_stations(session, environment)
     if not returned([load_sweep(session.folder / sweep_filename(station)) for station in swept]):
-        revisit(session, swept[0], wide, environment=environment, watch=watch, settings=settings)
+        measure_nodes_again(session, swept[0], wide, environment=environment, watch=watch, settings=settings)
 
 
 def is_swept(path: Path, options: MirrorsOptions, station: Station, *, retry: bool) -> bool:
@@ -84,7 +84,7 @@ def swept_stations(session: CalibrationSession, environment: StepEnvironment) ->
     return tuple(station for station in stations if (session.folder / sweep_filename(station)).exists())
 
 
-def revisit(
+def measure_nodes_again(
     session: CalibrationSession,
     station: Station,
     wide: Intrinsics,

@@ -36,15 +36,15 @@ Maker = Callable[[], bytes]
 """Draws one picture and returns its PNG."""
 
 
-def draw(session: CalibrationSession, makers: Mapping[str, Maker]) -> None:
+def draw_pictures(session: CalibrationSession, makers: Mapping[str, Maker]) -> None:
     """Draw and store pictures by name; log those that cannot be drawn."""
     for name, make in makers.items():
-        png = drawn(session, name, make)
+        png = draw_png(session, name, make)
         if png is not None:
             write_picture(session, name, png)
 
 
-def drawn(session: CalibrationSession, name: str, make: Maker) -> bytes | None:
+def draw_png(session: CalibrationSession, name: str, make: Maker) -> bytes | None:
     """Return the PNG of a picture; log and return None when it cannot be drawn."""
     try:
         return make()

@@ -9,7 +9,7 @@ from foveacam_pipeline.calibrate.settle.settle_resonance import settle_wait_us
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.calibrating.options import SettleOptions
-from foveacam_server.calibrating.pictures import draw
+from foveacam_server.calibrating.pictures import draw_pictures
 from foveacam_server.calibrating.sessions import SETTLE, SETTLE_REPORT, CalibrationSession
 from foveacam_server.calibrating.settle_times import SettleTime
 from foveacam_server.calibrating.step_environment import StepEnvironment, StepWatcher
@@ -55,7 +55,7 @@ def measure_settle(
         environment.wait_after_moves(time)
     save_settle(report, session.folder / SETTLE_REPORT)
     session.write(SETTLE, settle_document(report, time))
-    draw(session, {"settle": partial(settle_picture, report)})
+    draw_pictures(session, {"settle": partial(settle_picture, report)})
     return report
 
 

@@ -4,9 +4,9 @@ from pydantic import BaseModel
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.calibrating.check_step import check_session, is_checked, newest_of
+from foveacam_server.calibrating.check_step import check_session, is_checked, newest_calibration
 from foveacam_server.calibrating.drift_step import close_drift
-from foveacam_server.calibrating.fit_step import fit_session, known_fit
+from foveacam_server.calibrating.fit_step import earlier_fit, fit_session
 from foveacam_server.calibrating.mirrors_step import measure_mirrors
 from foveacam_server.calibrating.options import (
     AllOptions,
@@ -69,11 +69,11 @@ def _fitted(
 ) -> Calibration:
     """Fit, correct for the drift since the sweep, and check; return the resulting calibration."""
     wide = lens_of(session)
-    if known_fit(session, options.fit, wide, registry=registry) is None:
+    if earlier_fit(session, options.fit, wide, registry=registry) is None:
         calibration = fit_session(session, options.fit, wide, registry=registry, watch=watch)
     else:
         _report_complete("fit", watch)
-        calibration = newest_of(session, registry)  # the fit, or the fit corrected for drift
+        calibration = newest_calibration(session, registry)  # the fit, or the fit corrected for drift
         if is_checked(session, calibration, options.check):
             _report_complete("check", watch)
             return calibration

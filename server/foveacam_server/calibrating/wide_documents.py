@@ -43,9 +43,9 @@ def views_id(folder: Path) -> str:
 
 @lru_cache(maxsize=4)
 def _unfitted(folder: Path, views: str) -> Document:
-    from foveacam_server.calibrating.wide_results import unfitted  # board detection is slow to import
+    from foveacam_server.calibrating.wide_results import unfitted_result  # board detection is slow to import
 
-    return unfitted(folder, views)
+    return unfitted_result(folder, views)
 
 
 def lens_of(session: CalibrationSession) -> Intrinsics:

@@ -19,7 +19,7 @@ from foveacam_server.runtime.store import Document
 Model = Literal["five", "rational"]
 
 
-def unfitted(folder: Path, views: str) -> Document:
+def unfitted_result(folder: Path, views: str) -> Document:
     """Return the result of views without a fitted lens, as while they are being taken."""
     return _result(WideSamples.load(folder), views, model=None, fits=[], reason="no lens fits them yet")
 

@@ -12,7 +12,7 @@ from foveacam_pipeline.calibrate.wide.wide_pictures import coverage_picture, res
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_server.calibrating.options import BoardOption, WideOptions
-from foveacam_server.calibrating.pictures import draw
+from foveacam_server.calibrating.pictures import draw_pictures
 from foveacam_server.calibrating.sessions import VIEWS, CalibrationSession
 from foveacam_server.calibrating.step_environment import StepEnvironment, StepWatcher
 from foveacam_server.calibrating.turning import turn_to_station
@@ -74,12 +74,12 @@ def measure_wide_images(
     session.finish_step(STEP, {"views": len(samples)})
 
 
-def redraw(session: CalibrationSession, samples: WideSamples, fit: WideFit | None) -> None:
+def draw_wide_pictures(session: CalibrationSession, samples: WideSamples, fit: WideFit | None) -> None:
     """Draw the pictures of stage 1."""
     makers = {"coverage": partial(coverage_picture, samples, fit)}
     if fit is not None:
         makers["wide_residuals"] = partial(residuals_picture, samples, fit)
-    draw(session, makers)
+    draw_pictures(session, makers)
 
 
 def _conclude(
@@ -88,7 +88,7 @@ def _conclude(
     taken = len(samples)
     watch.progress(taken, total=taken, note="fitting the lens")
     fits = write_result(session, samples, model=options.model)
-    redraw(session, samples, fits[0] if fits else None)
+    draw_wide_pictures(session, samples, fits[0] if fits else None)
     if not fits:
         fit_wide(samples, options.model or "five")  # raises what is wrong with the views
     watch.progress(taken, total=taken, note=f"{fits[0].rms_px:.3f} px rms")

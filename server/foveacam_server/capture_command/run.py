@@ -18,8 +18,8 @@ from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 from foveacam_pipeline.capture.run import CaptureReport, CaptureRig, prepare, run_capture
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrate_command.choices import CalibrateOptions
-from foveacam_server.calibrate_command.rig import RigChoice, open_data, opened_rig
-from foveacam_server.capturing.begin import CaptureSpec, begin, check_resumable, go_on
+from foveacam_server.calibrate_command.rig import RigChoice, open_data, open_enabled_rig
+from foveacam_server.capturing.begin import CaptureSpec, begin_dataset, check_resumable, resume_dataset
 from foveacam_server.capturing.capture_collection import CAPTURES, CaptureCollection
 from foveacam_server.capturing.documents import capture_document, estimate_document
 from foveacam_server.capturing.rig_facts import rig_facts
@@ -147,7 +147,7 @@ def run_order(rig_options: CalibrateOptions, order: CaptureOrder) -> None:
         folder = _folder(captures, order)
         calibration = data.calibration.require()
         with (
-            opened_rig(choice, data.settle_times, console=console) as rig,
+            open_enabled_rig(choice, data.settle_times, console=console) as rig,
             progress_bar(console, stage=order.name, cancels=True) as bar,
         ):
             watch = CaptureProgressBar(bar, console)
@@ -179,10 +179,10 @@ def _capture(
     access: OwnRig, order: CaptureOrder, calibration: Calibration, *, folder: Path, watch: CaptureProgressBar
 ) -> None:
     if order.plan is None:
-        writer = go_on(access, folder)
+        writer = resume_dataset(access, folder)
     else:
         wanted = CaptureSpec(plan=order.plan, label=order.label, codec=_codec(order.codec))
-        writer = begin(access, folder, wanted, calibration, watch=watch)
+        writer = begin_dataset(access, folder, wanted, calibration, watch=watch)
     with writer:
         run_capture(access, writer, watch=watch)
 

@@ -1,1 +1,1 @@
-"""Captures for server and command line alike: begun or gone on with, kept on a shelf, estimated, shown."""
+"""Captures, stills, mosaics and references on the disk, for server and command line."""

@@ -1,4 +1,4 @@
-"""Begins a capture's dataset, or opens one to go on with: plan filled in and checked, room on the disk."""
+"""Create a capture's dataset, or open an interrupted one: complete the plan, check it and the disk's room."""
 
 import shutil
 from dataclasses import dataclass, field
@@ -27,7 +27,7 @@ from foveacam_server.runtime.names import new_id
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaptureSpec:
-    """What is to be captured, and under which name."""
+    """The capture to make: plan, label, licence, image codec and id."""
 
     plan: RasterPlan
     label: str = ""
@@ -36,14 +36,14 @@ class CaptureSpec:
     capture_id: str = field(default_factory=lambda: new_id("cap"))
 
 
-def begin(
-    access: RigAccess, folder: Path, wish: CaptureSpec, calibration: Calibration, *, watch: CaptureWatcher
+def begin_dataset(
+    access: RigAccess, folder: Path, spec: CaptureSpec, calibration: Calibration, *, watch: CaptureWatcher
 ) -> DatasetWriter:
-    """Measure what the plan lacks, check it, and return the writer of a new dataset in `folder`."""
+    """Complete and check the plan, and return the writer of a new dataset in `folder`."""
     access.check_may_move()
-    plan, measured_m = prepare_plan(access, wish.plan, calibration, watch=watch)
-    facts = access.run_still(rig_facts)
-    check_room(plan, facts, calibration, codec=wish.codec, folder=folder.parent)
+    plan, measured_m = prepare(access, spec.plan, calibration, watch=watch)
+    facts = access.still(rig_facts)
+    check_room(plan, facts, calibration, codec=spec.codec, folder=folder.parent)
 
     def described(rig: CaptureRig) -> DatasetHeader:
         return DatasetHeader(
@@ -52,10 +52,10 @@ def begin(
             rig=rig_document(rig),
             conditions=conditions_document(rig, measured_m=measured_m),
             calibration=calibration,
-            label=wish.label,
-            licence=wish.licence,
-            codec=wish.codec,
-            id=wish.capture_id,
+            label=spec.label,
+            licence=spec.licence,
+            codec=spec.codec,
+            id=spec.capture_id,
         )
 
     fovea, wide = facts.sizes(calibration)
@@ -64,35 +64,35 @@ def begin(
     )
 
 
-def go_on(access: RigAccess, folder: Path) -> DatasetWriter:
-    """Return the writer of a dataset that was interrupted, behind its last point."""
+def resume_dataset(access: RigAccess, folder: Path) -> DatasetWriter:
+    """Return the writer of an interrupted dataset, positioned after its last point."""
     access.check_may_move()
-    facts = access.run_still(rig_facts)
-    check_rest(folder, facts)
+    facts = access.still(rig_facts)
+    check_remaining_room(folder, facts)
     header = read_document(folder).header
     if header.calibration is None:
-        return DatasetWriter.resume(folder)  # the capture itself refuses it, in words
+        return DatasetWriter.resume(folder)  # the capture itself refuses it
     plan = plan_from(header.plan, what=f"plan of {folder.name}")
     fovea, wide = facts.sizes(header.calibration)
     return DatasetWriter.resume(folder, writer_settings(plan, fovea=fovea, wide=wide))
 
 
-def check_resumable(kept: StoredCapture) -> None:
-    """Raise InvalidInput for a capture that is not partial."""
-    document = capture_document(kept)
+def check_resumable(stored: StoredCapture) -> None:
+    """Raise `InvalidInput` for a capture that is not partial."""
+    document = capture_document(stored)
     if not document["resumable"]:
         why = f" ({document['why']})" if document["why"] else ""
         found = f"it is {document['state']}{why}"
         raise InvalidInput(
-            f"capture {kept.name} cannot go on: {found}; only partial ones do, begin another one",
-            asked=f"capture {kept.name} to go on",
+            f"capture {stored.name} cannot go on: {found}; only partial ones do, begin another one",
+            asked=f"capture {stored.name} to go on",
             found=found,
             remedy="begin another capture",
         )
 
 
-def check_rest(folder: Path, facts: RigFacts) -> None:
-    """Raise OutOfRange when the disk is too small for what an interrupted dataset lacks."""
+def check_remaining_room(folder: Path, facts: RigFacts) -> None:
+    """Raise `OutOfRange` when the disk is too small for the remaining points of an interrupted dataset."""
     header = read_document(folder).header
     plan = plan_from(header.plan, what=f"plan of {folder.name}")
     if header.calibration is None:
@@ -110,7 +110,7 @@ def check_room(
     folder: Path,
     done: int = 0,
 ) -> None:
-    """Raise OutOfRange when the disk, or the memory for one point, is too small for what is to come."""
+    """Raise `OutOfRange` when the disk, or the memory for one point, is too small for what is left."""
     fovea, wide = facts.sizes(calibration)
     writer_settings(plan, fovea=fovea, wide=wide)
     needed = facts.estimate(plan, calibration, codec=codec, done=done)

@@ -1,4 +1,4 @@
-"""The captures of a data directory: folders by name, found by id; what was removed waits in the trash."""
+"""The captures of a data directory: one folder each, found by id or name; removed ones are in the trash."""
 
 import shutil
 import threading
@@ -25,7 +25,7 @@ _Stamp = tuple[int, int, int, int, bool]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredCapture:
-    """One capture as it lies on the disk. `trouble`: why it cannot be read; then there is no dataset."""
+    """One capture on the disk. `trouble`: why it cannot be read; then `dataset` is None."""
 
     id: str
     folder: Path
@@ -35,12 +35,12 @@ class StoredCapture:
 
     @property
     def name(self) -> str:
-        """Its name, which is its folder's."""
+        """The capture's name: its folder's name."""
         return self.folder.name
 
 
 class CaptureCollection:
-    """Finds, removes and restores captures; the folders themselves are the record."""
+    """Lists, removes and restores captures; the folders are the only record of them."""
 
     def __init__(self, folder: Path, *, noun: str = "capture", url: str = "/api/v1/captures") -> None:
         self.folder = folder
@@ -50,7 +50,7 @@ class CaptureCollection:
         self._known: dict[Path, tuple[_Stamp, StoredCapture]] = {}
 
     def new_folder(self, name: str) -> Path:
-        """Return the folder for a new capture; raise InvalidInput for a name that is none, or is taken."""
+        """Return the folder for a new capture; raise `InvalidInput` for an invalid or used name."""
         path = self.folder / dataset_name(name)
         taken = {other.name.casefold() for other in self.folder.iterdir()}
         if path.name.casefold() in taken:
@@ -64,73 +64,73 @@ class CaptureCollection:
 
     def every(self) -> list[StoredCapture]:
         """Return all captures, newest first."""
-        found = [self._kept(path) for path in sorted(self._folders(self.folder))]
-        return _told_apart(sorted(found, key=_created, reverse=True))
+        found = [self._load(path) for path in sorted(self._folders(self.folder))]
+        return _with_unique_ids(sorted(found, key=_created, reverse=True))
 
     def trash(self) -> list[StoredCapture]:
-        """Return what was removed and can be restored, newest first."""
+        """Return the captures in the trash, newest first."""
         homes = [home for home in (self.folder / TRASH).glob("*") if home.is_dir()]
         found = [
-            replace(self._kept(path, removed=True), id=home.name)
+            replace(self._load(path, removed=True), id=home.name)
             for home in homes
             for path in self._folders(home)
         ]
         return sorted(found, key=_created, reverse=True)
 
     def get(self, capture_id: str) -> StoredCapture:
-        """Return one capture by its id or raise NotFound."""
+        """Return one capture by its id or raise `NotFound`."""
         return self._by_id(self.every(), capture_id, where=self._url)
 
     def named(self, name: str) -> StoredCapture:
-        """Return one capture by its name or its id, or raise NotFound."""
+        """Return one capture by its name or id, or raise `NotFound`."""
         wanted = unicodedata.normalize("NFC", name)
-        for kept in self.every():
-            if wanted in (kept.name, kept.id):
-                return kept
+        for stored in self.every():
+            if wanted in (stored.name, stored.id):
+                return stored
         raise NotFound(f"there is no {self._noun} {name!r} in {self.folder}", asked=name)
 
     def remove(self, capture_id: str) -> StoredCapture:
         """Move a capture to the trash; raise `Busy` while any program writes it."""
-        kept = self.get(capture_id)
-        if is_held(kept.folder):
+        stored = self.get(capture_id)
+        if is_held(stored.folder):
             raise Busy(
-                f"{self._noun} {kept.name} is being written; wait until it ends, or cancel it there",
-                asked=f"remove {self._noun} {kept.name}",
+                f"{self._noun} {stored.name} is being written; wait until it ends, or cancel it there",
+                asked=f"remove {self._noun} {stored.name}",
                 found="a program is writing it",
                 remedy="wait until it ends, or cancel it there",
             )
-        home = self.folder / TRASH / kept.id
-        with disk_errors(f"removing {self._noun} {kept.name}", self.folder):
+        home = self.folder / TRASH / stored.id
+        with disk_errors(f"removing {self._noun} {stored.name}", self.folder):
             home.mkdir(parents=True, exist_ok=True)
-            kept.folder.rename(home / kept.name)
-        return kept
+            stored.folder.rename(home / stored.name)
+        return stored
 
     def restore(self, capture_id: str) -> StoredCapture:
-        """Take a capture out of the trash again, under its name, or one beside it where that is taken."""
-        kept = self._by_id(self.trash(), capture_id, where=f"the trash of {self._url}")
-        target = self.folder / kept.name
+        """Restore a capture from the trash, with a number after its name if that is used."""
+        stored = self._by_id(self.trash(), capture_id, where=f"the trash of {self._url}")
+        target = self.folder / stored.name
         number = 2
         while target.exists():
-            target = self.folder / f"{kept.name} ({number})"
+            target = self.folder / f"{stored.name} ({number})"
             number += 1
-        with disk_errors(f"restoring {self._noun} {kept.name}", self.folder):
-            home = kept.folder.parent
-            kept.folder.rename(target)
-            with suppress(OSError):  # a copy of it may have come after it
+        with disk_errors(f"restoring {self._noun} {stored.name}", self.folder):
+            home = stored.folder.parent
+            stored.folder.rename(target)
+            with suppress(OSError):  # a copy of the capture may have been removed too
                 home.rmdir()
         return next(each for each in self.every() if each.folder == target)
 
     def empty_trash(self) -> int:
-        """Delete for good what was removed; return how many."""
+        """Delete the captures in the trash; return how many."""
         removed = self.trash()
-        for kept in removed:
-            shutil.rmtree(kept.folder.parent, ignore_errors=True)
-            shutil.rmtree(self.pictures(kept.id), ignore_errors=True)
-            MosaicCollection(self.folder / MOSAICS).remove(kept.id)
+        for stored in removed:
+            shutil.rmtree(stored.folder.parent, ignore_errors=True)
+            shutil.rmtree(self.pictures(stored.id), ignore_errors=True)
+            MosaicCollection(self.folder / MOSAICS).remove(stored.id)
         return len(removed)
 
     def pictures(self, capture_id: str) -> Path:
-        """Return the folder of pictures that were drawn of a capture."""
+        """Return the folder of a capture's drawn pictures."""
         return self.folder / PICTURES / capture_id
 
     @property
@@ -138,16 +138,16 @@ class CaptureCollection:
         return ", or resume that one" if self._noun == "capture" else ""
 
     def _by_id(self, found: list[StoredCapture], wanted: str, *, where: str) -> StoredCapture:
-        for kept in found:
-            if kept.id == wanted:
-                return kept
+        for stored in found:
+            if stored.id == wanted:
+                return stored
         raise NotFound(f"there is no {self._noun} {wanted}; see {where} for those there are", asked=wanted)
 
     def _folders(self, home: Path) -> list[Path]:
         return [path for path in home.iterdir() if not path.name.startswith(".") and path.is_dir()]
 
-    def _kept(self, path: Path, *, removed: bool = False) -> StoredCapture:
-        """Return what lies in a folder, read anew only when it changed."""
+    def _load(self, path: Path, *, removed: bool = False) -> StoredCapture:
+        """Return the capture of a folder, read again only when the folder changed."""
         stamp = _stamp(path)
         with self._lock:
             known = self._known.get(path)
@@ -155,26 +155,30 @@ class CaptureCollection:
             return known[1]
         try:
             dataset = Dataset.open(path)
-            kept = StoredCapture(id=dataset.document.header.id, folder=path, dataset=dataset, removed=removed)
+            stored = StoredCapture(
+                id=dataset.document.header.id, folder=path, dataset=dataset, removed=removed
+            )
         except FoveaError as error:
-            kept = StoredCapture(id=path.name, folder=path, dataset=None, removed=removed, trouble=str(error))
+            stored = StoredCapture(
+                id=path.name, folder=path, dataset=None, removed=removed, trouble=str(error)
+            )
         with self._lock:
-            self._known[path] = stamp, kept
-        return kept
+            self._known[path] = stamp, stored
+        return stored
 
 
-def _told_apart(captures: list[StoredCapture]) -> list[StoredCapture]:
-    """Name copies of a folder, which hold its id as well, by their own folders."""
+def _with_unique_ids(captures: list[StoredCapture]) -> list[StoredCapture]:
+    """Give copies of a capture, which have the same id, their folder's name as id."""
     seen: set[str] = set()
     found = []
-    for kept in captures:
-        found.append(replace(kept, id=kept.name) if kept.id in seen else kept)
-        seen.add(kept.id)
+    for stored in captures:
+        found.append(replace(stored, id=stored.name) if stored.id in seen else stored)
+        seen.add(stored.id)
     return found
 
 
-def _created(kept: StoredCapture) -> str:
-    return "" if kept.dataset is None else kept.dataset.document.header.created_utc
+def _created(stored: StoredCapture) -> str:
+    return "" if stored.dataset is None else stored.dataset.document.header.created_utc
 
 
 def _stamp(path: Path) -> _Stamp:

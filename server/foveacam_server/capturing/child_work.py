@@ -1,6 +1,6 @@
-"""What our modules share that make something in a process of their own: what they tell, how they end.
+"""Run work in a child process: report progress and errors, and end with the parent.
 
-Progress and trouble are told as JSON lines on stdout. Such a process ends with whoever holds its stdin open.
+Progress and errors are JSON lines on stdout. The process ends when its stdin is closed.
 """
 
 import json
@@ -12,46 +12,46 @@ from collections.abc import Callable, Mapping
 from foveacam_hardware.contract import FoveaError
 
 NICENESS = 10
-"""Below the server's own work."""
+"""Lower priority than the server's."""
 
 
 class StdoutProgress:
-    """Implements `ProgressWatcher`: tells each step on stdout. To be cancelled, its process is ended.
+    """Implements `ProgressWatcher`: writes each step to stdout. To cancel, kill the process.
 
-    `rounds`: how often there is a step of each kind in `costs`, which tells what it takes, in times of any
-    other step. `share`, as told: of the work that is over.
+    `costs`: duration of each kind of step, in units of any other step; `rounds`: number of steps of each
+    kind. The message's `share` is the completed share of the work.
     """
 
     def __init__(self, rounds: int, costs: Mapping[str, float]) -> None:
         self._rounds, self._costs, self._done, self._over = rounds, costs, 0, 0.0
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Tell it."""
+        """Write the progress."""
         self._over += (done - self._done) * self._costs.get(note, 1.0)
         self._done = done
         other = max(0, total - len(self._costs) * self._rounds)
         whole = self._rounds * sum(self._costs.values()) + other
-        tell({"done": done, "total": total, "note": note, "share": min(1.0, self._over / whole)})
+        write_message({"done": done, "total": total, "note": note, "share": min(1.0, self._over / whole)})
 
     def cancelled(self) -> bool:
-        """Go on."""
+        """Never cancel."""
         return False
 
 
-def tell(message: dict[str, object]) -> None:
-    """Write one line for the server."""
+def write_message(message: dict[str, object]) -> None:
+    """Write one message as a JSON line to stdout."""
     sys.stdout.write(json.dumps(message) + "\n")
     sys.stdout.flush()
 
 
-def work(make: Callable[[], None]) -> int:
-    """Make it, below the server's own work. Return the exit status: 0, or 1 when it was told why not."""
+def run_child(make: Callable[[], None]) -> int:
+    """Run `make` at low priority; return the exit status: 0, or 1 after writing its error."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     os.nice(NICENESS)
     try:
         make()
     except FoveaError as error:
-        tell(
+        write_message(
             {
                 "error": type(error).__name__,
                 "detail": str(error),
@@ -65,6 +65,6 @@ def work(make: Callable[[], None]) -> int:
 
 
 def _end_with_parent() -> None:
-    while os.read(sys.stdin.fileno(), 1):  # not by the file object: its lock would be held at exit
+    while os.read(sys.stdin.fileno(), 1):  # not `sys.stdin.read`: it would hold a lock at exit
         pass
     os._exit(2)

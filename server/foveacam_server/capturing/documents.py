@@ -1,4 +1,4 @@
-"""Captures as REST and the command line show them."""
+"""Documents of captures, estimates and coverage, for REST and the command line."""
 
 from dataclasses import asdict
 from urllib.parse import quote
@@ -12,16 +12,16 @@ from foveacam_server.runtime.store import Document
 URL = "/api/v1/captures"
 
 
-def capture_document(kept: StoredCapture) -> Document:
-    """Return one capture on the disk; what runs is added by whoever runs it."""
-    dataset = kept.dataset
+def capture_document(stored: StoredCapture) -> Document:
+    """Return a capture on the disk as a document; the service adds a running job's progress."""
+    dataset = stored.dataset
     if dataset is None:
         return _document(
-            kept, state="damaged", why=kept.trouble, header=None, points=_points(None), size_bytes=0
+            stored, state="damaged", why=stored.trouble, header=None, points=_points(None), size_bytes=0
         )
     document = dataset.document
     return _document(
-        kept,
+        stored,
         state=document.state.value,
         why=document.why,
         header=dataset,
@@ -31,7 +31,7 @@ def capture_document(kept: StoredCapture) -> Document:
 
 
 def report_document(report: CaptureReport) -> Document:
-    """Return how far a running capture is."""
+    """Return the progress of a running capture as a document."""
     return {
         "phase": report.phase.value,
         "done": report.done,
@@ -45,7 +45,7 @@ def report_document(report: CaptureReport) -> Document:
 
 
 def estimate_document(needed: CaptureEstimate, *, free_bytes: int) -> Document:
-    """Return what a plan takes."""
+    """Return a plan's time and size as a document."""
     return {
         "points": needed.points,
         "shots": needed.shots,
@@ -63,7 +63,7 @@ def estimate_document(needed: CaptureEstimate, *, free_bytes: int) -> Document:
 
 
 def coverage_document(cover: PlanCoverage) -> Document:
-    """Return how the views of a plan lie in the wide image: corners, wide px, clockwise from the top left."""
+    """Return the footprints of a plan's views: corners, wide px, clockwise from the top left."""
     return {
         "footprints": [
             {"left": left, "right": right} for left, right in cover.footprints_px.round(2).tolist()
@@ -89,20 +89,20 @@ def _points(dataset: Dataset | None) -> Document:
 
 
 def _document(
-    kept: StoredCapture, *, state: str, why: str, header: Dataset | None, points: Document, size_bytes: int
+    stored: StoredCapture, *, state: str, why: str, header: Dataset | None, points: Document, size_bytes: int
 ) -> Document:
     own = None if header is None else header.document.header
     calibration = None if own is None else own.calibration
     rig = {} if own is None else own.rig
     return {
-        "id": kept.id,
-        "name": kept.name,
-        "folder": str(kept.folder.resolve()),
+        "id": stored.id,
+        "name": stored.name,
+        "folder": str(stored.folder.resolve()),
         "label": "" if own is None else own.label,
         "licence": "" if own is None else own.licence,
         "state": state,
         "why": why,
-        "removed": kept.removed,
+        "removed": stored.removed,
         "created_utc": None if own is None else own.created_utc,
         "codec": None if own is None else own.codec.value,
         "rig_id": rig.get("rig_id"),
@@ -111,8 +111,8 @@ def _document(
         "conditions": None if own is None else own.conditions,
         "points": points,
         "size_bytes": size_bytes,
-        "resumable": state == "partial" and not kept.removed,
+        "resumable": state == "partial" and not stored.removed,
         "job_id": None,
         "progress": None,
-        "url": f"{URL}/{quote(kept.id, safe='')}",
+        "url": f"{URL}/{quote(stored.id, safe='')}",
     }

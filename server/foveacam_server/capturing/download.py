@@ -1,4 +1,4 @@
-"""A capture as one ZIP file, made while it is sent: it is neither held in memory nor put on the disk."""
+"""A capture as a ZIP stream, made while it is sent, without a copy in memory or on the disk."""
 
 import zipfile
 from collections.abc import Iterator
@@ -10,8 +10,8 @@ from foveacam_pipeline.storage.disk import PART
 BLOCK = 1 << 20
 
 
-class _Outbox:
-    """What `zipfile` writes to: it takes bytes, and gives them away again."""
+class _Buffer:
+    """The write buffer of `zipfile`; `drain` empties it."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
@@ -21,20 +21,20 @@ class _Outbox:
         return len(content)
 
     def flush(self) -> None:
-        """Keep what there is."""
+        """Do nothing."""
 
     def close(self) -> None:
-        """Stay open: what was written is still to be taken."""
+        """Stay open: the last bytes are still to be drained."""
 
-    def taken(self) -> bytes:
+    def drain(self) -> bytes:
         parts, self._parts = self._parts, []
         return b"".join(parts)
 
 
 def zip_stream(folder: Path) -> Iterator[bytes]:
-    """Yield a ZIP file of a folder's files, not compressed: images do not become smaller."""
-    outbox = _Outbox()
-    with zipfile.ZipFile(outbox, "w", zipfile.ZIP_STORED) as archive:
+    """Yield an uncompressed ZIP file of a folder's files; images would not become smaller."""
+    buffer = _Buffer()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for path in sorted(folder.rglob("*")):
             if not path.is_file() or path.name == LOCK or path.name.endswith(PART):
                 continue
@@ -42,5 +42,5 @@ def zip_stream(folder: Path) -> Iterator[bytes]:
             with path.open("rb") as file, archive.open(head, "w", force_zip64=True) as entry:
                 while block := file.read(BLOCK):
                     entry.write(block)
-                    yield outbox.taken()
-    yield outbox.taken()
+                    yield buffer.drain()
+    yield buffer.drain()

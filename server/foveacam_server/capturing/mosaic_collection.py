@@ -1,7 +1,7 @@
-"""Mosaics of captures on the disk: one that is made, one that is being made; never one that only looks whole.
+"""Mosaics of captures on the disk: for each capture one complete and one in progress.
 
-They lie beside the datasets, not in them: `.mosaics/ID/made` and `.mosaics/ID/making`. What is finished takes
-the place of what was there by a rename.
+They are in folders beside the datasets: `.mosaics/ID/made` and `.mosaics/ID/making`. A finished mosaic
+replaces the former one by a rename, so `made` is always complete.
 """
 
 import hashlib
@@ -20,14 +20,14 @@ from foveacam_server.runtime.store import Document
 MADE, MAKING = "made", "making"
 Layer = Literal["picture", "depth"]
 FILES: dict[str, str] = {"picture": "mosaic", "depth": "depth"}
-"""How the Deep Zoom files of a layer are called."""
+"""Stem of a layer's Deep Zoom files."""
 FORMS: dict[str, str] = {"picture": "jpg", "depth": "png"}
 _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredMosaic:
-    """One that is whole. `document`: its mosaic.json; `depth`: what its depth tiles mean."""
+    """One complete mosaic. `document`: its mosaic.json; `depth`: its depth_tiles.json."""
 
     folder: Path
     document: Document
@@ -37,29 +37,29 @@ class StoredMosaic:
 
     @property
     def version(self) -> str:
-        """What its tiles' addresses carry: another mosaic of the same capture has another."""
+        """The version in the tiles' URLs; it differs between mosaics of the same capture."""
         return f"{self.made_ns:x}"
 
 
 class MosaicCollection:
-    """Finds, begins, finishes and removes mosaics by the ids of their captures."""
+    """Finds, prepares, finishes and removes mosaics by their capture's id."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._known: dict[Path, StoredMosaic] = {}
 
     def home(self, capture_id: str) -> Path:
-        """Return the folder of a capture's mosaics, whatever its id looks like."""
+        """Return the folder of a capture's mosaics, safe for any id."""
         plain = _PLAIN.fullmatch(capture_id) is not None
         name = capture_id if plain else "." + hashlib.sha256(capture_id.encode()).hexdigest()
         return self.folder / name
 
     def making(self, capture_id: str) -> Path:
-        """Return the folder in which one is being made, or was."""
+        """Return the folder of the mosaic in progress."""
         return self.home(capture_id) / MAKING
 
     def made(self, capture_id: str) -> StoredMosaic | None:
-        """Return the one that is whole, if there is one."""
+        """Return the complete mosaic; None without one."""
         folder = self.home(capture_id) / MADE
         try:
             made_ns = (folder / "mosaic.json").stat().st_mtime_ns
@@ -71,7 +71,7 @@ class MosaicCollection:
         return known
 
     def require(self, capture_id: str) -> StoredMosaic:
-        """Return the one that is whole or raise NotFound."""
+        """Return the complete mosaic or raise `NotFound`."""
         found = self.made(capture_id)
         if found is None:
             raise NotFound(
@@ -83,25 +83,25 @@ class MosaicCollection:
         return found
 
     def file(self, capture_id: str, name: str) -> Path:
-        """Return one file of a mosaic or raise NotFound; `name` is never what a request says."""
+        """Return the path of a mosaic's file or raise `NotFound`; `name` must not come from a request."""
         path = self.require(capture_id).folder / name
         if not path.is_file():
             raise NotFound(f"the mosaic of {capture_id} has no {name}", asked=name, found="no such file")
         return path
 
     def tile(self, capture_id: str, layer: Layer, *, level: int, column: int, row: int) -> Path:
-        """Return the file of a tile or raise NotFound."""
+        """Return the path of a tile or raise `NotFound`."""
         name = f"{FILES[layer]}_files/{level}/{column}_{row}.{FORMS[layer]}"
         return self.file(capture_id, name)
 
     def prepare(self, capture_id: str) -> Path:
-        """Return the folder to make one in, whose parent is there. Raise as `disk_errors`."""
+        """Return the folder to make a mosaic in, with its parent created. Raise as `disk_errors`."""
         with disk_errors("a mosaic", self.folder.parent):
             self.home(capture_id).mkdir(parents=True, exist_ok=True)
         return self.making(capture_id)
 
     def finish(self, capture_id: str) -> None:
-        """Put what was made in the place of what was there. Raise as `disk_errors`."""
+        """Replace the former mosaic by the finished one. Raise as `disk_errors`."""
         home, made = self.home(capture_id), self.home(capture_id) / MADE
         with disk_errors("the finished mosaic", self.folder.parent):
             if made.exists():
@@ -112,11 +112,11 @@ class MosaicCollection:
             shutil.rmtree(home / "older", ignore_errors=True)
 
     def drop_making(self, capture_id: str) -> None:
-        """Remove what is half made."""
+        """Delete the mosaic in progress."""
         shutil.rmtree(self.making(capture_id), ignore_errors=True)
 
     def remove(self, capture_id: str) -> None:
-        """Remove all mosaics of a capture; what is whole goes first, at once."""
+        """Delete all mosaics of a capture; a rename makes them disappear at once."""
         home = self.home(capture_id)
         gone = home.with_name(f"{home.name}.gone")
         shutil.rmtree(gone, ignore_errors=True)
@@ -127,8 +127,8 @@ class MosaicCollection:
         shutil.rmtree(gone, ignore_errors=True)
 
 
-def begun_as(folder: Path) -> Document | None:
-    """Return the recipe of a mosaic that was begun in `folder`."""
+def recipe_in(folder: Path) -> Document | None:
+    """Return the recipe of the unfinished mosaic in `folder`; None without a readable one."""
     try:
         recipe = json.loads((folder / "mosaic.json").read_text(encoding="utf-8"))["recipe"]
     except (OSError, ValueError, KeyError, TypeError, FoveaError):

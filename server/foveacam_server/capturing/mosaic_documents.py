@@ -1,4 +1,4 @@
-"""Mosaics as REST shows them: size, layers and their tiles, figures, files."""
+"""REST documents of mosaics: size, layers and their tiles, figures, files; and the viewpoint for 3D."""
 
 from datetime import UTC, datetime
 from typing import TypeAlias
@@ -12,21 +12,21 @@ from foveacam_server.runtime.store import Document
 
 PICTURE_TILE_PX = 512
 NEAREST_SHARE = 0.8
-"""Whoever looks at a field stands before its nearest end, at this part of its distance."""
+"""Distance of the viewpoint, as a share of the nearest depth."""
 FIT_WIDTHS = 1.5
-"""So many of its widths away all of a field is seen."""
+"""Distance in field widths from which the whole field is visible."""
 LIFT = 0.06
-"""Straight on, a surface looks flat: one stands so much aside and above, per metre of distance."""
+"""Offset of the viewpoint aside and above, per metre of distance; head-on a surface looks flat."""
 Point: TypeAlias = tuple[float, float, float]
 
 
 def mosaic_url(capture_id: str) -> str:
-    """Return where a capture's mosaic is told."""
+    """Return the URL of a capture's mosaic."""
     return f"{URL}/{capture_id}/mosaic"
 
 
 def made_document(capture_id: str, made: StoredMosaic, dataset: Dataset | None) -> Document:
-    """Return one mosaic that is whole."""
+    """Return a complete mosaic as a document."""
     recipe, figures, url = made.document["recipe"], made.document["figures"], mosaic_url(capture_id)
     settings, chart = recipe["settings"], recipe["chart"]
     has_mesh = (made.folder / "mesh.glb").is_file()
@@ -88,18 +88,18 @@ def _eye_rig_m(dataset: Dataset | None, eye: Role) -> list[float] | None:
 
 
 def choices_document(dataset: Dataset | None) -> Document:
-    """Return of which scans and exposures a mosaic may be asked for."""
+    """Return the scans and exposures that a mosaic can be made of."""
     return {"scans": [] if dataset is None else list(dataset.scans), "brackets": brackets_of(dataset)}
 
 
-def outlook(made: StoredMosaic) -> tuple[Point, Point]:
-    """Return whence and whither one sees a field best, rig frame: before its nearest end, to its middle."""
+def viewpoint_of(made: StoredMosaic) -> tuple[Point, Point]:
+    """Return eye and target of a good view, m, rig frame: before the nearest depth, to the centre."""
     chart, near_m, far_m = made.document["recipe"]["chart"], made.depth["near_m"], made.depth["far_m"]
     if near_m is None:
         return (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
     f_px, z_m = chart["f_px"], (near_m + far_m) / 2
     x, y = (chart["u0_px"] + chart["width"] / 2) / f_px, (chart["v0_px"] + chart["height"] / 2) / f_px
     across_m = chart["width"] / f_px * z_m
-    stand_m = min(NEAREST_SHARE * near_m, z_m - FIT_WIDTHS * across_m)
-    lift = LIFT * (z_m - stand_m)
-    return (x * stand_m + lift, y * stand_m - lift, stand_m), (x * z_m, y * z_m, z_m)
+    eye_z_m = min(NEAREST_SHARE * near_m, z_m - FIT_WIDTHS * across_m)
+    lift = LIFT * (z_m - eye_z_m)
+    return (x * eye_z_m + lift, y * eye_z_m - lift, eye_z_m), (x * z_m, y * z_m, z_m)

@@ -1,4 +1,4 @@
-"""Whether a mosaic can be made of a dataset, how large it will be, and whether the disk has room for it."""
+"""Check whether a mosaic of a dataset is possible, estimate its size, and check the disk's room."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,18 +14,18 @@ if TYPE_CHECKING:
     from foveacam_pipeline.capture.mosaic.views import MosaicView
 
 BYTES_PER_PX = 0.5
-"""Of a grey picture, all levels: JPEG at quality 90 takes 0.17 in the `bench` scene, 0.44 of pure grain."""
+"""Of a grey picture, all levels: JPEG at quality 90 takes 0.17 in the `bench` scene, 0.44 of pure noise."""
 BYTES_PER_CELL = 40.0
 """Depth, its error, their pictures, the mesh."""
 BYTES_PER_FOVEA_CELL = 12 * 3
-"""What is kept of the pairs until the end, three numbers a cell; 14 bytes over 16 foveae of `bench`."""
+"""The pairs' results, stored until the end, three numbers a cell; 14 bytes over 16 foveae of `bench`."""
 FIXED_BYTES = 20_000_000
 """Cloud and overview, whatever the size."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MosaicNeeds:
-    """What a mosaic takes: foveae, size in px, room on the disk until it is done."""
+    """A mosaic's foveae, size in px, and room on the disk while it is made."""
 
     views: int
     width: int
@@ -34,9 +34,9 @@ class MosaicNeeds:
     free_bytes: int
 
 
-def needs_of(dataset: Dataset, wish: MosaicSpec, folder: Path) -> MosaicNeeds:
-    """Return what a mosaic takes in `folder`; raise InvalidInput or NotCalibrated where none can be made."""
-    # scipy comes with these: they are loaded when somebody asks
+def needs_of(dataset: Dataset, spec: MosaicSpec, folder: Path) -> MosaicNeeds:
+    """Return a mosaic's needs in `folder`; raise `InvalidInput` or `NotCalibrated` if it is impossible."""
+    # these import scipy, so they are loaded on demand
     from foveacam_pipeline.capture.mosaic.build import chart_of
     from foveacam_pipeline.capture.mosaic.chart import CELL
     from foveacam_pipeline.capture.mosaic.values import MosaicSettings
@@ -51,8 +51,8 @@ def needs_of(dataset: Dataset, wish: MosaicSpec, folder: Path) -> MosaicNeeds:
             found="it has no calibration",
             remedy="capture it again with a calibration in use",
         )
-    settings = MosaicSettings(eye=Role(wish.eye), scan=wish.scan, bracket=wish.bracket)
-    views = mosaic_views(_scan(dataset, wish), dataset.calibration, settings)
+    settings = MosaicSettings(eye=Role(spec.eye), scan=spec.scan, bracket=spec.bracket)
+    views = views_of(_scan(dataset, spec), dataset.calibration, settings)
     _check_overlap(views, name)
     chart = chart_of(views, dataset.calibration)
     pixels, cells = chart.width * chart.height, chart.rows * chart.columns
@@ -74,7 +74,7 @@ def needs_of(dataset: Dataset, wish: MosaicSpec, folder: Path) -> MosaicNeeds:
 
 
 def check_room(needs: MosaicNeeds) -> None:
-    """Raise OutOfRange, or StorageFull for a full disk, with both figures when it does not fit."""
+    """Raise `OutOfRange`, or `StorageFull` for a full disk, with both sizes when the mosaic does not fit."""
     wanted_bytes = needs.needed_bytes + RESERVE_BYTES
     if wanted_bytes > needs.free_bytes:
         raise free_space_error(
@@ -87,10 +87,10 @@ def check_room(needs: MosaicNeeds) -> None:
         )
 
 
-def _scan(dataset: Dataset, wish: MosaicSpec) -> Dataset:
+def _scan(dataset: Dataset, spec: MosaicSpec) -> Dataset:
     if len(dataset) == 0:
         raise InvalidInput(f"dataset {dataset.folder.name} has no point yet; capture it first")
-    return dataset.scan(wish.scan)
+    return dataset.scan(spec.scan)
 
 
 def _check_overlap(views: Sequence["MosaicView"], name: str) -> None:
@@ -113,5 +113,5 @@ def _check_overlap(views: Sequence["MosaicView"], name: str) -> None:
 
 
 def _overlap(a: "MosaicView", b: "MosaicView") -> bool:
-    """Tell whether two views share something: boxes hold left, top, right, bottom."""
+    """Tell whether two views overlap; boxes are left, top, right, bottom."""
     return a.box[0] < b.box[2] and b.box[0] < a.box[2] and a.box[1] < b.box[3] and b.box[1] < a.box[3]

@@ -1,6 +1,6 @@
-"""Makes one mosaic in a process of its own, so that live views go on: `python -m` this module.
+"""Make one mosaic in a child process, so that live views continue: `python -m` this module.
 
-It may be killed at any time: what is on the disk by then is gone on with.
+It may be killed at any time; the next run continues from what is on the disk.
 """
 
 import json
@@ -10,26 +10,26 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import Role
-from foveacam_server.capturing.child_work import StdoutProgress, work
-from foveacam_server.capturing.mosaic_collection import begun_as
+from foveacam_server.capturing.child_work import StdoutProgress, run_child
+from foveacam_server.capturing.mosaic_collection import recipe_in
 
 COSTS = {"depth of the pairs": 8.0, "depth where views overlap": 7.0, "overlaps": 3.0}
-"""What one fovea's step takes, in times of a tile; measured at full resolution."""
+"""Duration of one fovea's step, in units of a tile's; measured at full resolution."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MosaicSpec:
-    """Which mosaic is asked for: whose picture, of which scan and exposure."""
+    """The mosaic to make: eye, scan and exposure."""
 
     eye: str = Role.LEFT.value
     scan: int = 0
     bracket: int = 0
 
 
-def make(dataset: Path, folder: Path, wish: MosaicSpec) -> None:
-    """Make the mosaic of a dataset in `folder`, with mesh and depth tiles; go on where one was begun.
+def make(dataset: Path, folder: Path, spec: MosaicSpec) -> None:
+    """Make the mosaic of a dataset in `folder`, with mesh and depth tiles, or continue an unfinished one.
 
-    What was begun of other frames or for another wish is thrown away.
+    An unfinished mosaic of other frames or another spec is deleted.
     """
     from foveacam_pipeline.capture.dataset import Dataset
     from foveacam_pipeline.capture.mosaic.build import build_mosaic, chart_of
@@ -40,12 +40,12 @@ def make(dataset: Path, folder: Path, wish: MosaicSpec) -> None:
     from foveacam_pipeline.storage.disk import disk_errors
     from foveacam_web.glb import write_glb
 
-    settings = MosaicSettings(eye=Role(wish.eye), scan=wish.scan, bracket=wish.bracket)
+    settings = MosaicSettings(eye=Role(spec.eye), scan=spec.scan, bracket=spec.bracket)
     opened = Dataset.open(dataset)
-    calibration, scan = mosaic_calibration(opened), opened.scan(wish.scan)
-    views = mosaic_views(scan, calibration, settings)
+    calibration, scan = calibration_of(opened), opened.scan(spec.scan)
+    views = views_of(scan, calibration, settings)
     chart = chart_of(views, calibration)
-    if folder.exists() and begun_as(folder) != recipe_of(scan, settings, chart):
+    if folder.exists() and recipe_in(folder) != recipe_of(scan, settings, chart):
         shutil.rmtree(folder)
     made = build_mosaic(
         opened,
@@ -59,9 +59,9 @@ def make(dataset: Path, folder: Path, wish: MosaicSpec) -> None:
 
 
 def main() -> int:
-    """Do what the arguments say: dataset, folder, wish as JSON. Return 0, or 1 when it was told why not."""
-    dataset, folder, wish = sys.argv[1:]
-    return work(lambda: make(Path(dataset), Path(folder), MosaicSpec(**json.loads(wish))))
+    """Run with the arguments dataset, folder, spec as JSON; return the exit status as `run_child`."""
+    dataset, folder, spec = sys.argv[1:]
+    return run_child(lambda: make(Path(dataset), Path(folder), MosaicSpec(**json.loads(spec))))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The points of a capture, one by one: where they stand on the contact sheet, what each camera saw there."""
+"""The single points of a capture: their documents, cells on the contact sheet, and pictures."""
 
 import math
 
@@ -17,32 +17,32 @@ from foveacam_server.runtime.store import Document
 QUALITY = 90
 
 
-def readable(kept: StoredCapture) -> Dataset:
-    """Return the dataset of a capture; raise InvalidInput for one that is damaged."""
-    if kept.dataset is None:
-        raise InvalidInput(f"capture {kept.name} cannot be read: {kept.trouble}")
-    return kept.dataset
+def readable_dataset(stored: StoredCapture) -> Dataset:
+    """Return the dataset of a capture; raise `InvalidInput` for a damaged one."""
+    if stored.dataset is None:
+        raise InvalidInput(f"capture {stored.name} cannot be read: {stored.trouble}")
+    return stored.dataset
 
 
 def brackets_of(dataset: Dataset | None) -> list[int]:
-    """Return the exposures that any camera has frames of, by number."""
+    """Return the numbers of the exposures that any camera has frames of."""
     return sorted({frame.bracket for point in dataset or () for frame in point.frames})
 
 
-def point_of(kept: StoredCapture, index: int) -> DatasetPoint:
-    """Return a point by its number in the plan; raise InvalidInput when it was not taken."""
-    dataset = readable(kept)
+def point_of(stored: StoredCapture, index: int) -> DatasetPoint:
+    """Return a point by its number in the plan; raise `InvalidInput` when it was not captured."""
+    dataset = readable_dataset(stored)
     point = next((point for point in dataset if point.index == index), None)
     if point is None:
         raise InvalidInput(
-            f"capture {kept.name}: point {index} was asked for, it has {len(dataset)} points of"
+            f"capture {stored.name}: point {index} was asked for, it has {len(dataset)} points of"
             f" {dataset.document.header.points}; ask for one that was taken"
         )
     return point
 
 
 def points_document(dataset: Dataset) -> Document:
-    """Return the points that were taken, in order, and those passed over, with the reason."""
+    """Return the captured points in order, and the skipped ones with the reason, as a document."""
     points = list(dataset)
     cells = sheet_cells(points)
     return {
@@ -54,7 +54,7 @@ def points_document(dataset: Dataset) -> Document:
 
 
 def point_picture(point: DatasetPoint, role: Role, *, bracket: int, form: str) -> bytes:
-    """Return what one camera saw at a point, of a stack the mean, as a file of 8 bits; `form`: jpg or png."""
+    """Return one camera's 8-bit picture of a point, a stack's mean, as a file's bytes; `form`: jpg or png."""
     image = np.ascontiguousarray(rgb(to_uint8(point.stacked(role, bracket=bracket))))
     return png_bytes(image) if form == "png" else encode_jpeg(image, quality=QUALITY)
 

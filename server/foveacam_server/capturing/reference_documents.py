@@ -1,4 +1,4 @@
-"""References over long baselines as REST shows them: on which stops, their figures, their files."""
+"""REST documents of references over long baselines: their rail stops, figures and files."""
 
 import json
 from datetime import UTC, datetime
@@ -20,15 +20,15 @@ from foveacam_server.runtime.store import Document
 
 
 def reference_url(capture_id: str) -> str:
-    """Return where a capture's reference is told."""
+    """Return the URL of a capture's reference."""
     return f"{URL}/{capture_id}/reference"
 
 
-def made_document(kept: StoredCapture) -> Document | None:
-    """Return the reference of a capture, if it has one that can be read."""
-    path = kept.folder / REFERENCE / REFERENCE_DOCUMENT
+def made_document(stored: StoredCapture) -> Document | None:
+    """Return the reference of a capture; None without a readable one."""
+    path = stored.folder / REFERENCE / REFERENCE_DOCUMENT
     try:
-        if not reference_files(kept.folder):
+        if not reference_files(stored.folder):
             return None
         made_ns = path.stat().st_mtime_ns
         document = json.loads(path.read_text(encoding="utf-8"))
@@ -41,7 +41,7 @@ def made_document(kept: StoredCapture) -> Document | None:
         }
     except (OSError, ValueError, KeyError, TypeError, FoveaError):
         return None
-    url = reference_url(kept.id)
+    url = reference_url(stored.id)
     return {
         **found,
         "made_utc": datetime.fromtimestamp(made_ns / 1e9, tz=UTC).isoformat(timespec="seconds"),
@@ -51,8 +51,8 @@ def made_document(kept: StoredCapture) -> Document | None:
     }
 
 
-def outdated(dataset: Dataset | None, made: Document) -> bool:
-    """Tell whether the capture has grown since: a dataset's points are never changed, only added."""
+def is_outdated(dataset: Dataset | None, made: Document) -> bool:
+    """Tell whether points were added to the capture since; they are never changed."""
     if dataset is None:
         return False
     try:
@@ -63,20 +63,20 @@ def outdated(dataset: Dataset | None, made: Document) -> bool:
 
 
 def stops_document(dataset: Dataset | None) -> list[Document]:
-    """Return the scans whose place on the rail is known."""
-    places_m = {} if dataset is None else rail_positions_m(dataset)
+    """Return the scans whose rail position is known."""
+    places_m = {} if dataset is None else rail_places_m(dataset)
     return [{"scan": scan, "rail_m": rail_m} for scan, rail_m in places_m.items()]
 
 
-def reference_file(kept: StoredCapture, name: str) -> bytes:
-    """Return one file of a capture's reference or raise NotFound; `name` is never what a request says."""
+def reference_file(stored: StoredCapture, name: str) -> bytes:
+    """Return one file of a capture's reference or raise `NotFound`; `name` must not come from a request."""
     try:
-        return (kept.folder / REFERENCE / name).read_bytes()  # whole: it may be removed at any moment
+        return (stored.folder / REFERENCE / name).read_bytes()  # whole: it may be removed at any moment
     except FileNotFoundError:
-        order = f"make one: POST {reference_url(kept.id)}"
+        order = f"make one: POST {reference_url(stored.id)}"
         raise NotFound(
-            f"capture {kept.id} has no reference; {order}",
-            asked=f"{name} of the reference of {kept.id}",
+            f"capture {stored.id} has no reference; {order}",
+            asked=f"{name} of the reference of {stored.id}",
             found="none was made",
             remedy=order,
         ) from None

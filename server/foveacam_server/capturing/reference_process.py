@@ -1,6 +1,6 @@
-"""Makes one reference over long baselines in a process of its own: `python -m` this module.
+"""Make one reference over long baselines in a child process: `python -m` this module.
 
-It may be killed at any time: the dataset then has the reference that it had before.
+It may be killed at any time; the dataset then has its former reference.
 """
 
 import json
@@ -8,18 +8,18 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_server.capturing.child_work import StdoutProgress, work
+from foveacam_server.capturing.child_work import StdoutProgress, run_child
 
 COSTS = {"depth of the pairs": 2.0, "views from other places": 3.0, "matching over long baselines": 3.0}
-"""What one pair's step takes, to each other; measured at full resolution over three stops."""
+"""Relative duration of a pair's steps; measured at full resolution over three stops."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceSpec:
-    """Which reference is asked for. `scan`: whose depth is judged; None: of the stop nearest to the middle.
+    """The reference to make. `scan`: whose depth is compared; None: of the stop nearest to the middle.
 
-    `bracket`: which exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard error of
-    a place on the rail.
+    `bracket`: number of the exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard
+    error of a rail position.
     """
 
     scan: int | None = None
@@ -28,8 +28,8 @@ class ReferenceSpec:
     rail_sigma_m: float = 1e-4
 
 
-def make(dataset: Path, wish: ReferenceSpec) -> None:
-    """Make the reference of a dataset and put it beside its frames."""
+def make(dataset: Path, spec: ReferenceSpec) -> None:
+    """Make the reference of a dataset and store it in the dataset's folder."""
     from foveacam_pipeline.capture.dataset import Dataset
     from foveacam_pipeline.capture.rail_stops import reference_basis
     from foveacam_pipeline.capture.reference import (
@@ -40,16 +40,16 @@ def make(dataset: Path, wish: ReferenceSpec) -> None:
     )
 
     opened = Dataset.open(dataset)
-    rail = RailTrust(along_m=wish.rail_sigma_m)
-    settings = ReferenceSettings(scan=wish.scan, bracket=wish.bracket, across=wish.across, rail=rail)
-    pairs = reference_basis(opened, scan=wish.scan, bracket=wish.bracket).pairs
+    rail = RailTrust(along_m=spec.rail_sigma_m)
+    settings = ReferenceSettings(scan=spec.scan, bracket=spec.bracket, across=spec.across, rail=rail)
+    pairs = footing_of(opened, scan=spec.scan, bracket=spec.bracket).pairs
     write_reference(dataset, build_reference(opened, settings, watch=StdoutProgress(pairs, COSTS)))
 
 
 def main() -> int:
-    """Do what the arguments say: dataset, wish as JSON. Return 0, or 1 when it was told why not."""
-    dataset, wish = sys.argv[1:]
-    return work(lambda: make(Path(dataset), ReferenceSpec(**json.loads(wish))))
+    """Run with the arguments dataset, spec as JSON; return the exit status as `run_child`."""
+    dataset, spec = sys.argv[1:]
+    return run_child(lambda: make(Path(dataset), ReferenceSpec(**json.loads(spec))))
 
 
 if __name__ == "__main__":

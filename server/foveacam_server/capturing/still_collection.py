@@ -1,4 +1,4 @@
-"""The stills of a data directory: those held until somebody keeps or discards them, those kept, the trash."""
+"""The stills of a data directory: held ones that wait for a decision, kept ones, and the trash."""
 
 import shutil
 from collections.abc import Callable
@@ -18,14 +18,14 @@ STILLS = "stills"
 HELD = ".held"
 URL = "/api/v1/stills"
 MOST_HELD = 8
-"""Stills that nobody has kept or discarded; then another press is refused."""
+"""Most stills that wait for a decision; further ones are refused."""
 
 
 class StillState(StrEnum):
-    """What became of a still."""
+    """State of a still."""
 
     HELD = "held"
-    """Taken, and on the disk, but neither kept nor discarded."""
+    """On the disk, neither kept nor discarded yet."""
     KEPT = "kept"
     REMOVED = "removed"
     """In the trash."""
@@ -33,14 +33,14 @@ class StillState(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredStill:
-    """One still and what became of it."""
+    """One still and its state."""
 
-    kept: StoredCapture
-    standing: StillState
+    stored: StoredCapture
+    state: StillState
 
 
 class StillCollection:
-    """Finds stills, keeps and discards them; each is a folder, and its place says what became of it."""
+    """Lists, keeps, removes and restores stills; a still is a folder, whose parent folder gives its state."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -48,27 +48,27 @@ class StillCollection:
         self._held = CaptureCollection(folder / HELD, noun="still", url=URL)
         self._clear_leftovers()
 
-    def every(self, standing: StillState) -> list[StoredStill]:
-        """Return the stills of one standing, newest first."""
+    def every(self, state: StillState) -> list[StoredStill]:
+        """Return the stills of one state, newest first."""
         found: dict[StillState, Callable[[], list[StoredCapture]]] = {
             StillState.HELD: self._held.every,
             StillState.KEPT: self._kept.every,
             StillState.REMOVED: self._kept.trash,
         }
-        return [StoredStill(kept=kept, standing=standing) for kept in found[standing]()]
+        return [StoredStill(stored=kept, state=state) for kept in found[state]()]
 
     def get(self, still_id: str) -> StoredStill:
-        """Return one still that is held or kept, by its id, or raise NotFound."""
-        for standing in (StillState.HELD, StillState.KEPT):
-            for found in self.every(standing):
-                if found.kept.id == still_id:
+        """Return one held or kept still by its id, or raise `NotFound`."""
+        for state in (StillState.HELD, StillState.KEPT):
+            for found in self.every(state):
+                if found.stored.id == still_id:
                     return found
         raise NotFound(f"there is no still {still_id}; see {URL} for those there are", asked=still_id)
 
     def new_folder(self, name: str | None, *, waits: bool = True) -> Path:
-        """Return the folder for a still to come; None: named by the moment. `waits`: it is to be looked at.
+        """Return the folder for a new still; None: named by the time. `waits`: it waits for a decision.
 
-        Raise InvalidInput for a name that is none or is taken, Busy while too many wait to be looked at.
+        Raise `InvalidInput` for an invalid or used name, `Busy` while too many wait for a decision.
         """
         waiting = len(self.every(StillState.HELD))
         if waits and waiting >= MOST_HELD:
@@ -84,54 +84,52 @@ class StillCollection:
         return self._held.new_folder(name)
 
     def keep(self, still_id: str, *, name: str | None = None) -> StoredStill:
-        """Move a still that is held to those kept, under another name if one is given."""
+        """Move a held still to the kept ones, under another name if one is given."""
         found = self.get(still_id)
-        if found.standing is StillState.KEPT:
+        if found.state is StillState.KEPT:
             raise InvalidInput(
-                f"keep still {found.kept.name}: it is kept already",
-                asked=f"keep still {found.kept.name}",
+                f"keep still {found.stored.name}: it is kept already",
+                asked=f"keep still {found.stored.name}",
                 found="it is kept already",
                 remedy="nothing is left to do",
             )
-        folder = found.kept.folder
+        folder = found.stored.folder
         target = self._kept.new_folder(folder.name if name is None else dataset_name(name))
         self._move(folder, target, what=f"keeping still {folder.name}")
         return self.get(still_id)
 
     def remove(self, still_id: str) -> StoredCapture:
-        """Move a still, held or kept, to the trash."""
+        """Move a held or kept still to the trash."""
         found = self.get(still_id)
-        if found.standing is StillState.KEPT:
+        if found.state is StillState.KEPT:
             return self._kept.remove(still_id)
-        folder = found.kept.folder
+        folder = found.stored.folder
         self._move(
             folder, self.folder / TRASH / still_id / folder.name, what=f"discarding still {folder.name}"
         )
-        return found.kept
+        return found.stored
 
     def restore(self, still_id: str) -> StoredStill:
-        """Take a still out of the trash; it is kept then."""
-        return StoredStill(kept=self._kept.restore(still_id), standing=StillState.KEPT)
+        """Restore a still from the trash to the kept ones."""
+        return StoredStill(stored=self._kept.restore(still_id), state=StillState.KEPT)
 
     def empty_trash(self) -> int:
-        """Delete for good what was removed; return how many."""
+        """Delete the stills in the trash; return how many."""
         return self._kept.empty_trash()
 
     def pictures(self, still_id: str) -> Path:
-        """Return the folder of pictures that were drawn of a still."""
+        """Return the folder of a still's drawn pictures."""
         return self._kept.pictures(still_id)
 
     @property
     def drawn(self) -> CaptureCollection:
-        """Where pictures of stills are kept."""
+        """The collection of the kept stills, with the folders of drawn pictures."""
         return self._kept
 
     def _free_name(self, wanted: str) -> str:
-        """Return the name, or one beside it where that is taken."""
+        """Return the name, with a number after it if it is used."""
         taken = {
-            found.kept.name
-            for standing in (StillState.HELD, StillState.KEPT)
-            for found in self.every(standing)
+            found.stored.name for state in (StillState.HELD, StillState.KEPT) for found in self.every(state)
         }
         name, number = wanted, 2
         while name in taken:
@@ -148,6 +146,6 @@ class StillCollection:
     def _clear_leftovers(self) -> None:
         """Delete the empty stills of killed programs; nobody knows of them."""
         for found in self.every(StillState.HELD):
-            dataset, folder = found.kept.dataset, found.kept.folder
+            dataset, folder = found.stored.dataset, found.stored.folder
             if dataset is not None and not len(dataset) and not is_held(folder):
                 shutil.rmtree(folder, ignore_errors=True)

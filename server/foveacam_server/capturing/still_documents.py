@@ -1,4 +1,4 @@
-"""Stills as REST and the command line show them."""
+"""Documents of stills, for REST and the command line."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -18,15 +18,15 @@ _CAMERAS = (Role.WIDE, Role.LEFT, Role.RIGHT)
 
 
 def still_document(found: StoredStill) -> Document:
-    """Return one still; one that is damaged has no cameras and says why."""
-    kept, dataset = found.kept, found.kept.dataset
+    """Return a still as a document; a damaged one has no cameras and says why."""
+    stored, dataset = found.stored, found.stored.dataset
     document: Document = {
-        "id": kept.id,
-        "name": kept.name,
-        "state": found.standing.value,
-        "trouble": kept.trouble,
-        "folder": str(kept.folder.resolve()),
-        "url": f"{URL}/{kept.id}",
+        "id": stored.id,
+        "name": stored.name,
+        "state": found.state.value,
+        "trouble": stored.trouble,
+        "folder": str(stored.folder.resolve()),
+        "url": f"{URL}/{stored.id}",
     }
     return document | (_nothing() if dataset is None else _content(dataset))
 
@@ -78,7 +78,7 @@ def _content(dataset: Dataset) -> Document:
 def _cameras(
     conditions: Mapping[str, JsonValue], plan: Mapping[str, JsonValue], frames: Sequence[FrameRecord]
 ) -> list[Document]:
-    """Return what there is of every camera that was asked for, and what there is not."""
+    """Return a document for every requested camera, with its files and what is missing."""
     exposures, missing = (
         _rows(conditions, "exposures"),
         {row["role"]: row for row in _rows(conditions, "missing")},

@@ -21,7 +21,7 @@ from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, SUFFIX
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.storage.free_space import free_bytes
 from foveacam_server.calibrate_command.choices import CalibrateOptions
-from foveacam_server.calibrate_command.rig import RigChoice, open_data, opened_rig
+from foveacam_server.calibrate_command.rig import RigChoice, open_data, open_enabled_rig
 from foveacam_server.recordings.begin import check_room, identity_of
 
 ReportProgress = Callable[[float, str], None]
@@ -50,7 +50,7 @@ def record_rig(
     console = Console(stderr=True, quiet=rig_options.as_json)
     with open_data(choice, lock=False) as data:
         calibration = data.calibration.current
-        with opened_rig(choice, data.settle_times, console=console) as rig:
+        with open_enabled_rig(choice, data.settle_times, console=console) as rig:
             return record_opened(rig, spec, calibration=calibration, report=report)
 
 

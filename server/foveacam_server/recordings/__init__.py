@@ -1,1 +1,1 @@
-"""Recordings of a running server: where they lie, how one is made beside other work, what is shown of it."""
+"""Recordings of a running server: the files on the disk, the one being made, and their documents."""

@@ -1,4 +1,4 @@
-"""Before a recording begins: which rig it shows, and whether the disk has room for it."""
+"""Preparations of a recording: describe the rig, get the frame rates, check the disk's room."""
 
 from collections.abc import Iterable
 
@@ -12,7 +12,7 @@ from foveacam_server.runtime.ports import AssembledRig
 
 
 def identity_of(rig: AssembledRig, calibration: Calibration | None) -> RigDescription:
-    """Return what a recording says of the rig; call where its devices are owned."""
+    """Return the rig's description for a recording; call it on the rig's thread."""
     cameras = {Role.WIDE: rig.wide, Role.LEFT: rig.left, Role.RIGHT: rig.right}
     return RigDescription(
         rig_id=rig.rig_id,
@@ -24,15 +24,15 @@ def identity_of(rig: AssembledRig, calibration: Calibration | None) -> RigDescri
 
 
 def full_rates(rig: AssembledRig) -> LiveRates:
-    """Return how fast frames can come, Hz: the wide camera's rate, and look after look of the foveae."""
+    """Return the highest frame rates, Hz: of the wide camera, and of successive looks."""
     look_ns = 1_000 * rig.settle_us + max(rig.left.settings.exposure_ns, rig.right.settings.exposure_ns)
     return LiveRates(wide_hz=rig.wide.settings.frame_rate_hz, fovea_hz=1e9 / max(1, look_ns))
 
 
 def check_room(frames: Iterable[tuple[int, float]], *, duration_s: float | None, free_bytes: int) -> None:
-    """Raise OutOfRange, or StorageFull for a full disk, with both figures when it does not fit.
+    """Raise `OutOfRange`, or `StorageFull` for a full disk, with both sizes when it does not fit.
 
-    Without a duration, for one second: it ends by itself at the reserve.
+    Without a duration one second must fit: the recording ends by itself at the disk's reserve.
     `frames`: bytes of a frame and rate, Hz, of every camera.
     """
     asked_s = 1.0 if duration_s is None else duration_s

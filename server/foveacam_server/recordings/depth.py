@@ -1,4 +1,4 @@
-"""Depth at a moment of a recording, computed anew from its frames, its poses and its own calibration."""
+"""Depth at a time of a recording, computed from its frames, poses and own calibration."""
 
 import threading
 from collections import OrderedDict
@@ -17,25 +17,25 @@ from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend
 from foveacam_pipeline.stereo.pictures import depth_picture
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import DepthMap
-from foveacam_server.recordings.moments import pair_at, sighting_of
+from foveacam_server.recordings.moments import observation_of, pair_at
 from foveacam_server.recordings.opened import OpenRecordings
 from foveacam_server.runtime.encoder import encode_jpeg
 
 KEPT = 4
-"""Depths that are not computed again when their picture is fetched."""
+"""Results in memory, so that fetching their picture computes nothing."""
 QUALITY = 88
 CENTRE_SHARE = 0.1
-"""Side of the box at the centre, of the picture's, whose median is told."""
+"""Side of the central box whose median is reported, as a share of the picture's."""
 CENTRE_KNOWN = 0.05
 """Below this share of known pixels the centre has no depth."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedDepth:
-    """Depth along the rig's z at the middle of the left fovea, with its standard error, m; None: unknown.
+    """Depth along the rig's z at the centre of the left fovea, with its standard error, m; None: unknown.
 
     `verged_z_m`: where the gazes cross. `known`: share of pixels with depth. `apart_ms`: between the eyes'
-    exposures. `looks`: how many were fused. `picture`: JPEG.
+    exposures. `looks`: number of fused looks. `picture`: JPEG.
     """
 
     left_index: int
@@ -50,7 +50,7 @@ class RecordedDepth:
 
 
 class RecordedDepthService:
-    """Computes depth when it is asked for, one at a time, and keeps the last ones."""
+    """Computes depth on request, one at a time, and caches the last results."""
 
     def __init__(self, opened: OpenRecordings) -> None:
         self._opened = opened
@@ -58,23 +58,23 @@ class RecordedDepthService:
         self._kept: OrderedDict[tuple[Path, int, int, DepthBackend, int], RecordedDepth] = OrderedDict()
 
     def at(self, path: Path, *, t_s: float, backend: DepthBackend = "sgbm", looks: int = 1) -> RecordedDepth:
-        """Return the depth at a moment; raise NotCalibrated or InvalidInput, in words, where it cannot be.
+        """Return the depth at a time; raise `NotCalibrated` or `InvalidInput` where there is none.
 
-        `looks`: so many looks from that moment on are fused, as long as the mirrors stand still.
+        `looks`: most looks to fuse from that time on, while the mirrors do not move.
         """
         with self._opened.reading(path) as recording:
             pair = pair_at(recording, t_s)
-            sightings, calibration = _still_sightings(recording, pair, looks)
+            observations, calibration = _observations_at_rest(recording, pair, looks)
         key = path, pair[0].t_ns, pair[1].t_ns, backend, looks
         with self._lock:
             found = self._kept.get(key)
             if found is None:
-                rectified = rectify(sightings[0], calibration, scale=0.5)
+                rectified = rectify(observations[0], calibration, scale=0.5)
                 stack = DisparityStack()
-                for sighting in sightings:
+                for sighting in observations:
                     each = rectify(sighting, calibration, scale=0.5)
                     stack = stack.with_map(BACKENDS[backend].estimate(each))
-                fused = stack.fused() if len(sightings) > 1 else stack.maps[0]
+                fused = stack.fused() if len(observations) > 1 else stack.maps[0]
                 depth = depth_map(rectified, fused)
                 z_m, sigma_m = centre_of(depth)
                 verged_z_m = rectified.verged_z_m
@@ -86,7 +86,7 @@ class RecordedDepthService:
                     verged_z_m=verged_z_m if np.isfinite(verged_z_m) else None,
                     known=float(np.isfinite(depth.z_m).mean()),
                     apart_ms=abs(pair[1].t_ns - pair[0].t_ns) / 1e6,
-                    looks=len(sightings),
+                    looks=len(observations),
                     picture=encode_jpeg(depth_picture(depth), quality=QUALITY),
                 )
                 self._kept[key] = found
@@ -96,12 +96,12 @@ class RecordedDepthService:
         return found
 
 
-def _still_sightings(
+def _observations_at_rest(
     recording: Recording, pair: tuple[RecordedFrame, RecordedFrame], looks: int
 ) -> tuple[list[Sighting], Calibration]:
-    """Return at most `looks` looks from a pair on, while the mirrors stand as they did in it."""
-    sighting, calibration = sighting_of(recording, pair)
-    sightings = [sighting]
+    """Return at most `looks` observations from a pair on, while the mirrors' volts stay the same."""
+    sighting, calibration = observation_of(recording, pair)
+    observations = [sighting]
     left, right = (recording.stream(frame.stream) for frame in pair)
     for index in range(pair[0].index + 1, min(pair[0].index + looks, len(left))):
         following = recording.frame(left.name, index)
@@ -109,12 +109,12 @@ def _still_sightings(
         drives = following.pose.volts, partner.pose.volts
         if drives != (sighting.volts.left, sighting.volts.right):
             break
-        sightings.append(sighting_of(recording, (following, partner))[0])
-    return sightings, calibration
+        observations.append(observation_of(recording, (following, partner))[0])
+    return observations, calibration
 
 
 def centre_of(depth: DepthMap) -> tuple[float | None, float | None]:
-    """Return the median depth of the box at the centre and its standard error, m; None where too few know."""
+    """Return the central box's median depth and standard error, m; None with too few known pixels."""
     height, width = depth.z_m.shape
     half_y, half_x = max(1, round(0.5 * CENTRE_SHARE * height)), max(1, round(0.5 * CENTRE_SHARE * width))
     box = slice(height // 2 - half_y, height // 2 + half_y), slice(width // 2 - half_x, width // 2 + half_x)

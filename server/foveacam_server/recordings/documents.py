@@ -1,4 +1,4 @@
-"""Recordings as REST shows them."""
+"""REST documents of recordings."""
 
 from collections.abc import Mapping
 
@@ -12,28 +12,28 @@ URL = "/api/v1/recordings"
 _COUNTS = ("published", "written", "dropped", "missing", "losses", "bytes")
 
 
-def recording_document(kept: StoredRecording) -> Document:
-    """Return one recording on the disk."""
-    held, notes = kept.contents, kept.notes
+def recording_document(stored: StoredRecording) -> Document:
+    """Return a recording on the disk as a document."""
+    held, notes = stored.contents, stored.notes
     rig = (held or {}).get("rig") or {}
     counted = (held or {}).get("statistics") or notes.statistics
     streams = (held or {}).get("streams", {})
-    state, why = _state(kept)
+    state, why = _state(stored)
     return {
-        **_named(notes.id, kept.name, notes.label, notes.created_utc),
-        "file": kept.path.name,
+        **_named(notes.id, stored.name, notes.label, notes.created_utc),
+        "file": stored.path.name,
         "state": state,
         "ended": notes.ended,
         "why": why,
-        "removed": kept.removed,
+        "removed": stored.removed,
         "duration_s": round((held or {}).get("duration_s", 0.0), 3),
-        "size_bytes": kept.size_bytes,
+        "size_bytes": stored.size_bytes,
         "rig_id": rig.get("rig_id"),
         "calibration_id": rig.get("calibration_id"),
         "calibration_problem": rig.get("calibration_problem"),
         "truncated": (held or {}).get("truncated"),
-        "streams": [_stream(name, told, counted.get(name)) for name, told in streams.items()],
-        "playable": any(told["frames"] > 0 for told in streams.values()),
+        "streams": [_stream(name, facts, counted.get(name)) for name, facts in streams.items()],
+        "playable": any(facts["frames"] > 0 for facts in streams.values()),
         "asked_s": None,
         "left_s": None,
         "room_s": None,
@@ -43,7 +43,7 @@ def recording_document(kept: StoredRecording) -> Document:
 
 
 def live_document(live: LiveRecording, *, elapsed_s: float) -> Document:
-    """Return a recording that is being made, as far as it is."""
+    """Return the recording in progress as a document."""
     counted = {name: found.document() for name, found in live.statistics.items()}
     waiting = {name: found.waiting for name, found in live.statistics.items()}
     nothing: Document = dict.fromkeys((*_COUNTS, "fps"), 0) | {"losses": {}}
@@ -51,8 +51,8 @@ def live_document(live: LiveRecording, *, elapsed_s: float) -> Document:
     for role in live.roles:
         name = STREAM_OF_ROLE[role]
         counts = counted.get(name, nothing)
-        told = {"role": role.value, "frames": counts["written"], "fps": counts["fps"]}
-        streams.append(_stream(name, told, counts) | {"waiting": waiting.get(name, 0)})
+        facts = {"role": role.value, "frames": counts["written"], "fps": counts["fps"]}
+        streams.append(_stream(name, facts, counts) | {"waiting": waiting.get(name, 0)})
     return {
         **_named(live.id, live.name, live.label, live.created_utc),
         "file": live.path.name,
@@ -76,8 +76,8 @@ def live_document(live: LiveRecording, *, elapsed_s: float) -> Document:
 
 
 def _room(live: LiveRecording, *, elapsed_s: float) -> Document:
-    """Return how much it may still write, and for how long at the rate so far; None before there is one."""
-    room_bytes, rate = live.bounds.remaining_bytes(), live.size_bytes / max(elapsed_s, 1.0)
+    """Return the bytes it may still write, and for how long at the present rate; None without a rate."""
+    room_bytes, rate = live.bounds.room_bytes(), live.size_bytes / max(elapsed_s, 1.0)
     return {"room_bytes": room_bytes, "room_s": round(room_bytes / rate, 1) if rate > 0.0 else None}
 
 
@@ -91,33 +91,36 @@ def _named(recording_id: str, name: str, label: str, created_utc: str) -> Docume
     }
 
 
-def _stream(name: str, told: Mapping[str, object], counted: Mapping[str, object] | None) -> Document:
-    """Return one camera; counts are None where nobody counted."""
+def _stream(name: str, facts: Mapping[str, object], counted: Mapping[str, object] | None) -> Document:
+    """Return one stream as a document; counts are None when there are none."""
     role = role_of(name)
     counts = {key: (counted or {}).get(key) for key in _COUNTS}
     return {
         "name": name,
         "role": None if role is None else role.value,
-        "frames": told["frames"],
-        "fps": told["fps"],
-        "width": told.get("width"),
-        "height": told.get("height"),
-        "pixel_format": told.get("pixel_format"),
-        "bits": told.get("bits"),
+        "frames": facts["frames"],
+        "fps": facts["fps"],
+        "width": facts.get("width"),
+        "height": facts.get("height"),
+        "pixel_format": facts.get("pixel_format"),
+        "bits": facts.get("bits"),
         "waiting": 0,
         **counts,
         "losses": counts["losses"] or {},
     }
 
 
-def _state(kept: StoredRecording) -> tuple[str, str]:
-    """Return how a file stands, and why where it is not as meant."""
-    held = kept.contents
+def _state(stored: StoredRecording) -> tuple[str, str]:
+    """Return the state of a file, and why it is not complete."""
+    held = stored.contents
     if held is None:
-        return "damaged", kept.trouble
+        return "damaged", stored.trouble
     if held["truncated"] is not None:
         lost = held["truncated"]
-        return "truncated", kept.notes.why or f"{lost['reason']}; {lost['lost_bytes'] / 1e6:.1f} MB are lost"
+        return (
+            "truncated",
+            stored.notes.why or f"{lost['reason']}; {lost['lost_bytes'] / 1e6:.1f} MB are lost",
+        )
     if held["finalized"]:
-        return "complete", kept.notes.why if kept.notes.ended is EndCause.DISK_RESERVE else ""
-    return "partial", kept.notes.why or "its program did not end it as meant; what it holds is whole"
+        return "complete", stored.notes.why if stored.notes.ended is EndCause.DISK_RESERVE else ""
+    return "partial", stored.notes.why or "its program did not end it as meant; what it holds is whole"

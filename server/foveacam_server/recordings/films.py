@@ -1,4 +1,4 @@
-"""Films of recordings: made by a job, kept beside them until the trash is emptied."""
+"""Films of recordings: made by a job, stored beside them until the trash is emptied."""
 
 import hashlib
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ LAYOUTS = {layout.value for layout in MovieLayout}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FilmSpec:
-    """What is asked: a role, side-by-side or anaglyph; a part of the recording, seconds from its begin."""
+    """The film to make: a role, side-by-side or anaglyph; a part of the recording, seconds from its start."""
 
     show: str
     fps: float | None = None
@@ -36,58 +36,58 @@ class FilmSpec:
 
     @property
     def name(self) -> str:
-        """Name of its file: the same wish has the same one."""
-        told = f"{self.show} {self.fps} {self.start_s} {self.end_s}"
-        return f"{self.show}-{hashlib.blake2s(told.encode(), digest_size=4).hexdigest()}{SUFFIX}"
+        """Name of the film's file: the same spec has the same name."""
+        wanted = f"{self.show} {self.fps} {self.start_s} {self.end_s}"
+        return f"{self.show}-{hashlib.blake2s(wanted.encode(), digest_size=4).hexdigest()}{SUFFIX}"
 
 
-def check_film(recording: Recording, wish: FilmSpec) -> None:
-    """Raise InvalidInput for a film that the recording cannot give, before a job is queued."""
-    for role in (Role.LEFT, Role.RIGHT) if wish.show in LAYOUTS else (Role(wish.show),):
+def check_film(recording: Recording, spec: FilmSpec) -> None:
+    """Raise `InvalidInput` for a film that the recording cannot give."""
+    for role in (Role.LEFT, Role.RIGHT) if spec.show in LAYOUTS else (Role(spec.show),):
         stream_of(recording, role)
-    if wish.end_s is not None and wish.end_s <= wish.start_s:
+    if spec.end_s is not None and spec.end_s <= spec.start_s:
         raise InvalidInput(
-            f"film: it would begin at {wish.start_s:g} s and end at {wish.end_s:g} s; give a later end"
+            f"film: it would begin at {spec.start_s:g} s and end at {spec.end_s:g} s; give a later end"
         )
 
 
 def make_film(
-    shelf: RecordingCollection, kept: StoredRecording, wish: FilmSpec, *, progress: Progress
+    collection: RecordingCollection, stored: StoredRecording, spec: FilmSpec, *, progress: Progress
 ) -> Path:
-    """Make a film, unless there is one already, and return its file."""
-    folder = shelf.films(kept.id)
-    target = folder / wish.name
+    """Make a film, unless it exists, and return its path."""
+    folder = collection.films(stored.id)
+    target = folder / spec.name
     if target.exists():
         return target
     quiet_encoders()
-    with disk_errors(f"a film of recording {kept.name}", shelf.folder):
+    with disk_errors(f"a film of recording {stored.name}", collection.folder):
         folder.mkdir(parents=True, exist_ok=True)
-        with Recording(kept.path) as recording:
-            show = wish.show if wish.show in LAYOUTS else stream_of(recording, Role(wish.show)).name
-            asked = MovieSpec(show=show, fps=wish.fps, start_s=wish.start_s, end_s=wish.end_s)
-            export_movie(recording, asked, target, progress=progress)
+        with Recording(stored.path) as recording:
+            show = spec.show if spec.show in LAYOUTS else stream_of(recording, Role(spec.show)).name
+            movie = MovieSpec(show=show, fps=spec.fps, start_s=spec.start_s, end_s=spec.end_s)
+            export_movie(recording, movie, target, progress=progress)
     return target
 
 
-def clear_unfinished(shelf: RecordingCollection) -> None:
-    """Remove the films that a killed server left unfinished; only while no film is made."""
-    for left in (shelf.folder / FILMS).glob(f"*/{UNFINISHED}"):
+def clear_unfinished(collection: RecordingCollection) -> None:
+    """Delete the unfinished films of a killed server; call it only while no film is made."""
+    for left in (collection.folder / FILMS).glob(f"*/{UNFINISHED}"):
         left.unlink(missing_ok=True)
 
 
-def film_file(shelf: RecordingCollection, kept: StoredRecording, name: str) -> Path:
-    """Return the file of a film that was made; raise NotFound where there is none."""
-    for path in shelf.films(kept.id).glob(f"*{SUFFIX}"):
+def film_file(collection: RecordingCollection, stored: StoredRecording, name: str) -> Path:
+    """Return the path of a film or raise `NotFound`."""
+    for path in collection.films(stored.id).glob(f"*{SUFFIX}"):
         if path.name == name and not name.startswith("."):
             return path
-    raise NotFound(f"recording {kept.name} has no film {name}; ask for one", asked=name)
+    raise NotFound(f"recording {stored.name} has no film {name}; ask for one", asked=name)
 
 
-def film_document(kept: StoredRecording, path: Path) -> Document:
-    """Return a film as REST shows it."""
+def film_document(stored: StoredRecording, path: Path) -> Document:
+    """Return a film as a REST document."""
     return {
         "name": path.name,
-        "recording_id": kept.id,
+        "recording_id": stored.id,
         "size_bytes": path.stat().st_size,
-        "url": f"{URL}/{kept.id}/films/{path.name}",
+        "url": f"{URL}/{stored.id}/films/{path.name}",
     }

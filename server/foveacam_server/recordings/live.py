@@ -1,4 +1,4 @@
-"""The recording that is being made: from a camera's frame to the recorder, until somebody says stop."""
+"""The recording in progress: passes camera frames to the recorder until it is stopped."""
 
 import logging
 import threading
@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(slots=True, kw_only=True)
 class LiveRecording:
-    """What is recorded, and how it stands; the job and the cameras' thread write, whoever asks reads."""
+    """The recording in progress; written by its job and the cameras' thread, read by any thread."""
 
     id: str
     job_id: str
@@ -29,7 +29,7 @@ class LiveRecording:
     label: str
     bounds: RecordingBounds
     every: bool
-    """Whether frames come as fast as the rig can bring them, or as live views show them."""
+    """Whether frames come as fast as the rig can deliver them, or at the live views' rate."""
     begun_ns: int
     created_utc: str = field(default_factory=utc_now)
     recorder: Recorder | None = None
@@ -40,19 +40,19 @@ class LiveRecording:
 
     @property
     def name(self) -> str:
-        """Its name, which is its file's."""
+        """The recording's name: its file's stem."""
         return self.path.stem
 
     @property
     def state(self) -> str:
-        """How it stands, for people."""
+        """State of the recording: starting, recording or ending."""
         if self.recorder is None:
             return "starting"
         return "ending" if self.stopping.is_set() else "recording"
 
     @property
     def statistics(self) -> dict[str, StreamStatistics]:
-        """What became of the frames so far, by stream."""
+        """Frame counts so far, by stream."""
         return {} if self.recorder is None else self.recorder.statistics
 
     @property
@@ -62,26 +62,26 @@ class LiveRecording:
 
     @property
     def broken(self) -> FoveaError | None:
-        """What ends it early; None while all is well."""
+        """The fault that ends it early; None without one."""
         return self.failure or (None if self.recorder is None else self.recorder.failure)
 
-    def take(self, frame: Frame) -> None:
-        """Hand a frame over, with its pose; one that was shown twice is recorded once. Never raises."""
+    def record_frame(self, frame: Frame) -> None:
+        """Pass a frame with its pose to the recorder; skip a repeated one. Never raises."""
         recorder = self.recorder
         if recorder is None or frame.t_ns <= self.newest_ns.get(frame.role, -1):
             return
         self.newest_ns[frame.role] = frame.t_ns
         try:
             recorder.publish(STREAM_OF_ROLE[frame.role], raw_frame(frame, calibration=self.rig.calibration))
-        except Exception as error:  # noqa: BLE001 - this is the hardware's thread: it must live on
+        except Exception as error:  # noqa: BLE001 - this is the hardware's thread, which must not end
             _log.exception("recording %s", self.name)
             self.failure = DeviceFault(
                 f"recording {self.name}: a frame of camera {frame.role.value} cannot be recorded ({error});"
                 " what came before it can be read; look at the camera's format"
             )
 
-    def told(self) -> str:
-        """Return a few words on how far it is."""
+    def summary(self) -> str:
+        """Return the frame counts and size in words."""
         found = self.statistics.values()
         written, dropped = sum(one.written for one in found), sum(one.dropped for one in found)
         return f"{written} frames, {dropped} dropped, {self.size_bytes / 1e6:.0f} MB"

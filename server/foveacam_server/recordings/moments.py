@@ -1,4 +1,4 @@
-"""One moment of a recording: the frame of every camera, with the pose and the outline of its exposure."""
+"""A time of a recording: every camera's nearest frame with its pose and footprint, as documents and pairs."""
 
 import math
 
@@ -18,12 +18,12 @@ from foveacam_server.recordings.documents import URL
 from foveacam_server.runtime.store import Document
 
 NEAREST_M, FARTHEST_M = 0.3, 300.0
-"""Gazes that meet beyond count as parallel: the outlines are drawn at infinity."""
+"""Limits of the gazes' meeting distance; outside they count as parallel, with footprints at infinity."""
 EYES = (Role.LEFT, Role.RIGHT)
 
 
-def timeline(recording: Recording) -> Document:
-    """Return when every frame was exposed, seconds from the recording's begin."""
+def timeline_document(recording: Recording) -> Document:
+    """Return the exposure times of all frames, seconds from the recording's start."""
     begin_ns, end_ns = recording.span_ns
     return {
         "duration_s": (end_ns - begin_ns) / 1e9,
@@ -42,28 +42,28 @@ def timeline(recording: Recording) -> Document:
     }
 
 
-def moment(recording: Recording, recording_id: str, *, t_s: float) -> Document:
-    """Return the frames nearest to `t_s` after the begin, with poses and outlines; pictures by their URL."""
+def moment_document(recording: Recording, recording_id: str, *, t_s: float) -> Document:
+    """Return the frames nearest to `t_s` after the start, with poses, footprints and picture URLs."""
     t_ns = _moment_ns(recording, t_s)
     poses = {role: (stream, nearest_index(stream.t_ns, t_ns)) for role, stream in _streams(recording).items()}
-    told = {
-        role: _frame_document(recording, recording_id, role, *place, begin_ns=recording.span_ns[0])
-        for role, place in poses.items()
+    frames = {
+        role: _frame_document(recording, recording_id, role, *position, begin_ns=recording.span_ns[0])
+        for role, position in poses.items()
     }
     found = {role: recording.pose(stream.name, index) for role, (stream, index) in poses.items()}
     distance_m = _meeting_m(recording, found)
     for role in EYES:
-        if role in told:
-            told[role]["footprint_px"] = _footprint(recording, role, found[role], distance_m)
+        if role in frames:
+            frames[role]["footprint_px"] = _footprint(recording, role, found[role], distance_m)
     return {
         "t_s": round((t_ns - recording.span_ns[0]) / 1e9, 6),
-        "frames": {role.value: document for role, document in told.items()},
+        "frames": {role.value: document for role, document in frames.items()},
         "meeting_m": None if math.isinf(distance_m) else round(distance_m, 4),
     }
 
 
-def moment_of_frame(recording: Recording, role: Role, index: int) -> float:
-    """Return when a frame was exposed, seconds from the begin; negative numbers count from the end."""
+def frame_time_s(recording: Recording, role: Role, index: int) -> float:
+    """Return a frame's exposure time, seconds from the start; a negative `index` counts from the end."""
     stream = stream_of(recording, role)
     if not -len(stream) <= index < len(stream):
         raise InvalidInput(
@@ -73,8 +73,8 @@ def moment_of_frame(recording: Recording, role: Role, index: int) -> float:
 
 
 def stream_of(recording: Recording, role: Role) -> RecordedStream:
-    """Return the stream of an eye that has frames; raise InvalidInput where there is none."""
-    stream = recording.stream_of_role(role)
+    """Return the stream of a camera; raise `InvalidInput` when it has no frames."""
+    stream = recording.of_role(role)
     if stream is None or len(stream) == 0:
         raise InvalidInput(
             f"recording {recording.path.name} holds no frames of the {role.value} camera; its streams are"
@@ -84,19 +84,19 @@ def stream_of(recording: Recording, role: Role) -> RecordedStream:
 
 
 def pair_at(recording: Recording, t_s: float) -> tuple[RecordedFrame, RecordedFrame]:
-    """Return the left frame nearest to a moment, and the right one nearest to that."""
+    """Return the left frame nearest to a time, and the right frame nearest to that one."""
     streams = [stream_of(recording, role) for role in EYES]
     left = recording.nearest(streams[0].name, _moment_ns(recording, t_s))
     return left, recording.nearest(streams[1].name, left.t_ns)
 
 
-def sighting_of(
+def observation_of(
     recording: Recording, pair: tuple[RecordedFrame, RecordedFrame]
 ) -> tuple[Sighting, Calibration]:
-    """Return a pair as one look, with the calibration that was recorded with it.
+    """Return a pair as one observation, with the recording's calibration.
 
-    Raise NotCalibrated where there is none, InvalidInput where the poses are missing or the frames are not
-    of the calibrated size. The left frame stands in for the wide one.
+    Raise `NotCalibrated` without a calibration, `InvalidInput` without poses or with frames of another size
+    than the calibrated one. The left frame replaces the wide one.
     """
     calibration = _calibration(recording)
     if calibration is None:
@@ -125,7 +125,7 @@ def sighting_of(
 def anaglyph(
     pair: tuple[RecordedFrame, RecordedFrame], look: tuple[Sighting, Calibration] | None
 ) -> NDArray[np.uint8]:
-    """Return (h, w, 3) RGB: left in red, right in cyan; rectified where the look is known, else as taken."""
+    """Return (h, w, 3) RGB: left in red, right in cyan; rectified with an observation, else raw."""
     if look is not None:
         return pictures.anaglyph(rectify(look[0], look[1], scale=0.5))
     return compose_picture([rgb_picture(frame) for frame in pair], "anaglyph")
@@ -187,7 +187,7 @@ def _frame_document(
 
 
 def _meeting_m(recording: Recording, poses: dict[Role, FramePose]) -> float:
-    """Return how far away the gazes meet, m, from the rig's origin; infinite where they do not."""
+    """Return the distance from the rig's origin to the gazes' meeting point, m; infinite without one."""
     calibration = _calibration(recording)
     drives = [poses[role].volts if role in poses else None for role in EYES]
     if calibration is None or drives[0] is None or drives[1] is None:
@@ -200,10 +200,10 @@ def _meeting_m(recording: Recording, poses: dict[Role, FramePose]) -> float:
 def _footprint(
     recording: Recording, role: Role, pose: FramePose, distance_m: float
 ) -> list[list[float]] | None:
-    """Return the (x, y) of a fovea's corners in the wide picture, px, clockwise; None where nobody knows.
+    """Return a fovea's corners (x, y) in the wide picture, px, clockwise; None when they are unknown.
 
-    By the calibration, or, in a recording without one, by the affine that came with the frame, which is for
-    infinity and leaves out the wide lens' distortion.
+    From the calibration, or, in a recording without one, from the affine stored with the frame, which is for
+    infinity and ignores the wide lens' distortion.
     """
     calibration = _calibration(recording)
     if calibration is not None and pose.volts is not None:

@@ -1,4 +1,4 @@
-"""What is known of a recording beside its file: id, label, why it ended. Lost notes lose no picture."""
+"""The notes of a recording in a file beside it: id, label, why it ended; it is readable without."""
 
 import hashlib
 import logging
@@ -18,7 +18,7 @@ NOTES = ".json"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingNotes:
-    """`ended`: what ended it; `why`: in words, where that was not meant. `statistics`: of every stream."""
+    """`ended`: what ended it; `why`: in words, when that was unintended. `statistics`: of every stream."""
 
     id: str
     label: str = ""
@@ -29,18 +29,18 @@ class RecordingNotes:
 
 
 def notes_path(recording: Path) -> Path:
-    """Return where the notes of a recording lie."""
+    """Return the path of a recording's notes."""
     return recording.with_name(recording.name + NOTES)
 
 
 def write_notes(recording: Path, notes: RecordingNotes) -> None:
-    """Write them whole; raise as `write_document`."""
+    """Write a recording's notes; raise as `write_document`."""
     document = {"format": FORM, "version": VERSION, **asdict(notes)}
     write_document(notes_path(recording), document, what=f"the notes of recording {recording.stem}")
 
 
 def read_notes(recording: Path) -> RecordingNotes | None:
-    """Return the notes of a recording; None where there are none that can be read."""
+    """Return the notes of a recording; None without readable ones."""
     try:
         found = read_document(notes_path(recording), form=FORM, version=VERSION)
         ended = found.pop("ended", None)
@@ -53,5 +53,5 @@ def read_notes(recording: Path) -> RecordingNotes | None:
 
 
 def id_without_notes(recording: Path) -> str:
-    """Return the id of a file that somebody put there: it follows from its name."""
+    """Return the id of a recording without notes, derived from its file's name."""
     return "rec-" + hashlib.blake2s(recording.name.encode(), digest_size=5).hexdigest()

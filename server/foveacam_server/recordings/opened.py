@@ -1,4 +1,4 @@
-"""Recordings that are being looked at stay open: an index of hours is not read anew for every picture."""
+"""A cache of open recordings, so that a long index is not read again for every picture."""
 
 import threading
 from collections import OrderedDict
@@ -10,7 +10,7 @@ from pathlib import Path
 from foveacam_pipeline.capture.recording.reader import Recording
 
 KEPT = 4
-"""Recordings open at once; that which nobody has looked at for longest is closed."""
+"""Most open recordings; the least recently used is closed."""
 
 
 @dataclass(slots=True, eq=False)
@@ -26,7 +26,7 @@ class _Open:
 
 
 class OpenRecordings:
-    """Lends open recordings, each to one thread at a time."""
+    """Gives open recordings to one thread at a time each."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -34,7 +34,7 @@ class OpenRecordings:
 
     @contextmanager
     def reading(self, path: Path) -> Iterator[Recording]:
-        """Lend a recording; raise `InvalidInput` for what is none. Frames outlive the loan."""
+        """Yield an open recording; raise `InvalidInput` for another file. Frames stay valid afterwards."""
         while True:
             entry = self._entry(path)
             with entry.lock:
@@ -43,14 +43,14 @@ class OpenRecordings:
                     return
 
     def forget(self, path: Path) -> None:
-        """Close a recording that goes away, so that its room is free; harmless when it is not open."""
+        """Close a recording that is removed, if it is open, so that its disk room is freed."""
         with self._lock:
             gone = [self._open.pop(key) for key in list(self._open) if key[0] == path]
         for entry in gone:
             entry.close()
 
     def close(self) -> None:
-        """Close all."""
+        """Close all recordings."""
         with self._lock:
             left, self._open = list(self._open.values()), OrderedDict()
         for entry in left:

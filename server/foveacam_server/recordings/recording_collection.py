@@ -1,17 +1,20 @@
-"""The recordings of a data directory: files by name, found by id; what was removed waits in the trash."""
+"""The recordings of a data directory: one file each, found by id; removed ones are in the trash."""
 
+import json
 import shutil
 import threading
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
+from foveacam_pipeline.capture.recording.session import STATISTICS
+from foveacam_pipeline.capture.recording.values import OLDER_SUFFIX, SUFFIX
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.errors import NotFound
-from foveacam_server.recordings.contents import contents
+from foveacam_server.recording_command.information import information_of
 from foveacam_server.recordings.notes import (
     RecordingNotes,
     id_without_notes,
@@ -29,7 +32,7 @@ _Stamp = tuple[int, int, int, int]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRecording:
-    """One recording on the disk. `contents`: what it holds; None when it cannot be read, for `trouble`."""
+    """One recording on the disk. `contents`: its document; None when it cannot be read, for `trouble`."""
 
     path: Path
     notes: RecordingNotes
@@ -40,17 +43,17 @@ class StoredRecording:
 
     @property
     def id(self) -> str:
-        """Its id."""
+        """The recording's id."""
         return self.notes.id
 
     @property
     def name(self) -> str:
-        """Its name, which is its file's."""
+        """The recording's name: its file's stem."""
         return self.path.stem
 
 
 class RecordingCollection:
-    """Finds, removes and restores recordings; the files themselves are the record."""
+    """Lists, removes and restores recordings; the files are the only record of them."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -59,7 +62,7 @@ class RecordingCollection:
         self._known: dict[Path, tuple[_Stamp, StoredRecording]] = {}
 
     def new_file(self, name: str) -> Path:
-        """Return the file of a new recording; raise InvalidInput for a name that is none, or is taken."""
+        """Return the path for a new recording; raise `InvalidInput` for an invalid or used name."""
         stem = dataset_name(name)
         if stem.casefold() in {path.stem.casefold() for path in _files(self.folder)}:
             raise InvalidInput(
@@ -72,55 +75,55 @@ class RecordingCollection:
 
     def every(self, *, but: Path | None = None) -> list[StoredRecording]:
         """Return all recordings, newest first; `but`: one that is being written."""
-        return _newest_first([self._kept(path) for path in _files(self.folder) if path != but])
+        return _newest_first([self._load(path) for path in _files(self.folder) if path != but])
 
     def trash(self) -> list[StoredRecording]:
-        """Return what was removed and can be restored, newest first."""
+        """Return the recordings in the trash, newest first."""
         homes = [home for home in (self.folder / TRASH).glob("*") if home.is_dir()]
-        return _newest_first([self._kept(path, removed=True) for home in homes for path in _files(home)])
+        return _newest_first([self._load(path, removed=True) for home in homes for path in _files(home)])
 
     def get(self, recording_id: str, *, but: Path | None = None) -> StoredRecording:
-        """Return one recording by its id or raise NotFound."""
+        """Return one recording by its id or raise `NotFound`."""
         return _by_id(self.every(but=but), recording_id, where="/api/v1/recordings")
 
-    def describe(self, kept: StoredRecording, *, label: str) -> None:
-        """Change the label."""
-        write_notes(kept.path, replace(kept.notes, label=label))
+    def set_label(self, stored: StoredRecording, *, label: str) -> None:
+        """Change a recording's label."""
+        write_notes(stored.path, replace(stored.notes, label=label))
 
-    def remove(self, kept: StoredRecording) -> None:
+    def remove(self, stored: StoredRecording) -> None:
         """Move a recording to the trash."""
-        home = self.folder / TRASH / kept.id
-        with disk_errors(f"removing recording {kept.name}", self.folder):
+        home = self.folder / TRASH / stored.id
+        with disk_errors(f"removing recording {stored.name}", self.folder):
             home.mkdir(parents=True, exist_ok=True)
-            _move(kept, home / kept.path.name)
+            _move(stored, home / stored.path.name)
 
     def restore(self, recording_id: str) -> StoredRecording:
-        """Take a recording out of the trash, under its name, or one beside it where that is taken."""
-        kept = _by_id(self.trash(), recording_id, where="/api/v1/recordings?removed=true")
-        target, number = self.folder / kept.path.name, 2
+        """Restore a recording from the trash, with a number after its name if that is used."""
+        stored = _by_id(self.trash(), recording_id, where="/api/v1/recordings?removed=true")
+        target, number = self.folder / stored.path.name, 2
         while target.exists():
-            target = self.folder / f"{kept.name} ({number}){kept.path.suffix}"
+            target = self.folder / f"{stored.name} ({number}){stored.path.suffix}"
             number += 1
-        with disk_errors(f"restoring recording {kept.name}", self.folder):
-            home = kept.path.parent
-            _move(kept, target)
+        with disk_errors(f"restoring recording {stored.name}", self.folder):
+            home = stored.path.parent
+            _move(stored, target)
             home.rmdir()
         return self.get(recording_id)
 
     def empty_trash(self) -> int:
-        """Delete for good what was removed; return how many."""
+        """Delete the recordings in the trash; return how many."""
         removed = self.trash()
-        for kept in removed:
-            shutil.rmtree(kept.path.parent, ignore_errors=True)
-            shutil.rmtree(self.films(kept.id), ignore_errors=True)
+        for stored in removed:
+            shutil.rmtree(stored.path.parent, ignore_errors=True)
+            shutil.rmtree(self.films(stored.id), ignore_errors=True)
         return len(removed)
 
     def films(self, recording_id: str) -> Path:
-        """Return the folder of films that were made of a recording."""
+        """Return the folder of a recording's films."""
         return self.folder / FILMS / recording_id
 
-    def _kept(self, path: Path, *, removed: bool = False) -> StoredRecording:
-        """Return what a file holds, read anew only when it or its notes changed."""
+    def _load(self, path: Path, *, removed: bool = False) -> StoredRecording:
+        """Return the recording of a file, read again only when it or its notes changed."""
         stamp = _stamp(path)
         with self._lock:
             known = self._known.get(path)
@@ -131,18 +134,35 @@ class RecordingCollection:
         if notes is None:
             recorded = None if held is None else held["recorded"]
             notes = RecordingNotes(id=id_without_notes(path), created_utc=recorded or "")
-        kept = StoredRecording(
+        stored = StoredRecording(
             path=path, notes=notes, size_bytes=stamp[1], contents=held, removed=removed, trouble=trouble
         )
         with self._lock:
-            self._known[path] = stamp, kept
-        return kept
+            self._known[path] = stamp, stored
+        return stored
+
+
+def contents_document(recording: Recording) -> Document:
+    """Return the document of an open recording, with the recorder's statistics if it has any."""
+    return {**information_of(recording), "statistics": _statistics(recording.metadata.get(STATISTICS, {}))}
+
+
+def _statistics(record: Mapping[str, str]) -> Document:
+    found = {}
+    for stream, text in record.items():
+        try:
+            counts = json.loads(text)
+        except ValueError:
+            continue
+        if isinstance(counts, dict):
+            found[stream] = counts
+    return found
 
 
 def _read(path: Path) -> tuple[Document | None, str]:
     try:
         with Recording(path) as recording:
-            return contents(recording), ""
+            return contents_document(recording), ""
     except FoveaError as error:
         return None, str(error)
 
@@ -155,26 +175,26 @@ def _files(home: Path) -> list[Path]:
     ]
 
 
-def _move(kept: StoredRecording, target: Path) -> None:
+def _move(stored: StoredRecording, target: Path) -> None:
     """Rename a recording with its notes, which keep its id. Raise `OSError`, or as `write_notes`."""
-    notes, moved = notes_path(kept.path), notes_path(target)
+    notes, moved = notes_path(stored.path), notes_path(target)
     moved.unlink(missing_ok=True)
     try:
-        moved.hardlink_to(notes)  # takes no room: also on a full disk something can be thrown away
+        moved.hardlink_to(notes)  # needs no room, so it works on a full disk
     except OSError:
-        write_notes(target, kept.notes)
-    kept.path.rename(target)
+        write_notes(target, stored.notes)
+    stored.path.rename(target)
     notes.unlink(missing_ok=True)
 
 
 def _newest_first(found: list[StoredRecording]) -> list[StoredRecording]:
-    return sorted(found, key=lambda kept: kept.notes.created_utc, reverse=True)
+    return sorted(found, key=lambda stored: stored.notes.created_utc, reverse=True)
 
 
 def _by_id(found: list[StoredRecording], recording_id: str, *, where: str) -> StoredRecording:
-    for kept in found:
-        if kept.id == recording_id:
-            return kept
+    for stored in found:
+        if stored.id == recording_id:
+            return stored
     raise NotFound(
         f"there is no recording {recording_id}; see {where} for those there are", asked=recording_id
     )

@@ -65,7 +65,9 @@ class CalibrationSessionService:
     def remove_sample(self, session_id: str, sample_id: str) -> Document:
         """Take a view of the board out of the fit of the lens."""
         from foveacam_server.calibrating.wide_results import remove_sample, samples_of
-        from foveacam_server.calibrating.wide_step import redraw  # fits and figures load for seconds
+        from foveacam_server.calibrating.wide_step import (
+            draw_wide_pictures,  # fits and figures load for seconds
+        )
 
         session = self._shelf.get(session_id)
         self._runs.check_idle(session_id, "remove a view")
@@ -73,7 +75,7 @@ class CalibrationSessionService:
             fits = remove_sample(session, sample_id)
             samples = samples_of(session)
             if samples is not None:
-                redraw(session, samples, fits[0] if fits else None)
+                draw_wide_pictures(session, samples, fits[0] if fits else None)
         return self._document(session)
 
     def settle_time(self, session_id: str) -> SettleTime:

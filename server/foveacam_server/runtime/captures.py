@@ -10,11 +10,17 @@ from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.dataset.labels import change_labels
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 from foveacam_pipeline.capture.run import run_capture
-from foveacam_server.capturing.begin import CaptureSpec, begin, check_rest, check_resumable, check_room, go_on
+from foveacam_server.capturing.begin import (
+    CaptureSpec,
+    begin_dataset,
+    check_remaining_room,
+    check_resumable,
+    check_room,
+    resume_dataset,
+)
 from foveacam_server.capturing.capture_collection import CaptureCollection, StoredCapture
 from foveacam_server.capturing.documents import URL, capture_document, report_document
-from foveacam_server.capturing.estimates import check_possible, estimated
-from foveacam_server.capturing.rig_facts import RigFacts, rig_facts
+from foveacam_server.capturing.rig_facts import RigFacts, check_possible, estimate_plan, rig_facts
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.capture_job_watcher import CaptureJobWatcher, LiveCapture
@@ -85,7 +91,7 @@ class CaptureService:
             kept = self.shelf.get(capture_id)
             check_resumable(kept)
             self._tools.hardware.check_may_move()
-            check_rest(kept.folder, self._facts())
+            check_remaining_room(kept.folder, self._facts())
             job = self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
             self._live = LiveCapture(id=capture_id, name=kept.name, job_id=job.id)
         return job
@@ -104,7 +110,7 @@ class CaptureService:
 
     def estimate(self, plan: RasterPlan, *, codec: ImageCodec, distance_m: float | None) -> Document:
         """Return time, size, warnings and footprints of a plan, at a distance where it leaves that open."""
-        return estimated(
+        return estimate_plan(
             plan,
             self._tools.calibration.require(),
             self._facts(),
@@ -172,11 +178,11 @@ class CaptureService:
             with tools.hardware.session(f"capture {live.name}", cancelled=context.cancelled) as head:
                 access = ThreadAccess(tools.hardware, head, clock=tools.clock)
                 if "capture_id" in request:
-                    writer = go_on(access, self.shelf.get(live.id).folder)
+                    writer = resume_dataset(access, self.shelf.get(live.id).folder)
                 else:
                     wish = _wish(request, live.id)
                     folder = self.shelf.new_folder(request["name"])
-                    writer = begin(access, folder, wish, tools.calibration.require(), watch=watch)
+                    writer = begin_dataset(access, folder, wish, tools.calibration.require(), watch=watch)
                 with writer:
                     run_capture(access, writer, watch=watch)
         finally:

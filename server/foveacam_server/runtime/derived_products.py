@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from foveacam_hardware.contract import Busy, Clock
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.capturing.capture_collection import StoredCapture
-from foveacam_server.capturing.points import readable
+from foveacam_server.capturing.points import readable_dataset
 from foveacam_server.runtime.captures import CaptureService
 from foveacam_server.runtime.child_process import run_child
 from foveacam_server.runtime.events import EventLog
@@ -83,7 +83,7 @@ class DerivedProductJobs:
 
     def ended_dataset(self, kept: StoredCapture) -> Dataset:
         """Return the dataset of a capture; raise InvalidInput for a damaged one, Busy for one that runs."""
-        dataset = readable(kept)
+        dataset = readable_dataset(kept)
         if self._tools.captures.document(kept.id)["job_id"] is not None:
             noun = self._kind.noun
             raise Busy(

@@ -7,8 +7,13 @@ from dataclasses import asdict
 from foveacam_hardware.contract import FoveaError, NotConnected
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.capturing.capture_collection import MOSAICS, StoredCapture
-from foveacam_server.capturing.mosaic_collection import MosaicCollection, StoredMosaic, begun_as
-from foveacam_server.capturing.mosaic_documents import choices_document, made_document, mosaic_url, outlook
+from foveacam_server.capturing.mosaic_collection import MosaicCollection, StoredMosaic, recipe_in
+from foveacam_server.capturing.mosaic_documents import (
+    choices_document,
+    made_document,
+    mosaic_url,
+    viewpoint_of,
+)
 from foveacam_server.capturing.mosaic_needs import MosaicNeeds, check_room, needs_of
 from foveacam_server.capturing.mosaic_process import MosaicSpec
 from foveacam_server.errors import problem_of
@@ -50,7 +55,7 @@ class MosaicService:
         """Return what there is of a capture's mosaic, and what one would take; raise NotFound."""
         kept, made = self._captures.shelf.get(capture_id), self.shelf.made(capture_id)
         making = self._making.document(capture_id)
-        begun = begun_as(self.shelf.making(capture_id)) is not None
+        begun = recipe_in(self.shelf.making(capture_id)) is not None
         return {
             "capture_id": capture_id,
             "name": kept.name,
@@ -92,7 +97,7 @@ class MosaicService:
                 remedy="download mesh.glb and open it elsewhere",
             )
         with self._lock:
-            stand, middle = outlook(made)
+            stand, middle = viewpoint_of(made)
             self._viewer.show_field(content, from_rig_m=stand, to_rig_m=middle)
             self._shown = capture_id
         self._making.tell("shown", f"the mosaic of capture {kept.name} is in the 3D scene", capture_id)

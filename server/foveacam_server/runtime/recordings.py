@@ -182,7 +182,7 @@ class RecordingService:
         if live is not None and live.id == recording_id:
             live.label = label  # written down with its end
         else:
-            self.shelf.describe(self.shelf.get(recording_id), label=label)
+            self.shelf.set_label(self.shelf.get(recording_id), label=label)
         self._tell("recording.updated", "a recording was described anew", recording_id)
         return self.document(recording_id)
 
@@ -225,7 +225,7 @@ class RecordingService:
         """Record until it shall end, and return why it did; raise what broke it off."""
         live.recorder = recorder = _begun(live)
         try:
-            with self._tools.tap.listening(live.roles, live.take, every=live.every):
+            with self._tools.tap.listening(live.roles, live.record_frame, every=live.every):
                 ended = self._wait(context, live)
         finally:
             recorder.close(finalize=not context.cancelled() and live.failure is None)
@@ -246,7 +246,10 @@ class RecordingService:
                 due_ns = now_ns + TELL_NS
                 longest_s = live.bounds.longest_s
                 context.progress(
-                    round(elapsed_s), total=_whole(longest_s), note=live.told(), left_s=longest_s - elapsed_s
+                    round(elapsed_s),
+                    total=_whole(longest_s),
+                    note=live.summary(),
+                    left_s=longest_s - elapsed_s,
                 )
         return EndCause.STOPPED
 
@@ -269,7 +272,7 @@ class RecordingService:
         with self._lock:
             self._live = None
         live.ended.set()
-        told = f"recording {live.name} has ended: {why or live.told()}"
+        told = f"recording {live.name} has ended: {why or live.summary()}"
         data = {"recording_id": live.id, "name": live.name, "ended": ended, "why": why}
         level = EventLevel.ERROR if why else EventLevel.INFO
         self._tools.events.emit("recording.ended", told, level=level, data=data)

@@ -10,8 +10,8 @@ from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.capturing.capture_collection import StoredCapture
 from foveacam_server.capturing.points import brackets_of
 from foveacam_server.capturing.reference_documents import (
+    is_outdated,
     made_document,
-    outdated,
     reference_url,
     stops_document,
 )
@@ -55,7 +55,7 @@ class ReferenceService:
             "capture_id": capture_id,
             "name": kept.name,
             "state": whole if making["job_id"] is None else "building",
-            "outdated": made is not None and outdated(kept.dataset, made),
+            "outdated": made is not None and is_outdated(kept.dataset, made),
             **making,
             "refusal": self._refusal(kept),
             "stops": stops_document(kept.dataset),

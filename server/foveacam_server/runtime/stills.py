@@ -76,10 +76,10 @@ class StillService:
             self._check_room(plan)
             return jobs.submit(KIND, request, idempotency_key=idempotency_key)
 
-    def every(self, *, text: str = "", standing: StillState = StillState.KEPT) -> list[Document]:
-        """Return the stills of one standing whose name, label or id holds every word of `text`."""
+    def every(self, *, text: str = "", state: StillState = StillState.KEPT) -> list[Document]:
+        """Return the stills of one state whose name, label or id holds every word of `text`."""
         words = text.casefold().split()
-        found = [still_document(still) for still in self.shelf.every(standing)]
+        found = [still_document(still) for still in self.shelf.every(state)]
         return [document for document in found if all(word in _searched(document) for word in words)]
 
     def document(self, still_id: str) -> Document:
@@ -93,29 +93,29 @@ class StillService:
     def keep(self, still_id: str, *, name: str | None, label: str | None) -> Document:
         """Keep a still that is held; what is given of name and label is changed."""
         found = self.shelf.get(still_id)
-        if label is not None and found.standing is StillState.HELD:
-            change_labels(found.kept.folder, label=label)
+        if label is not None and found.state is StillState.HELD:
+            describe(found.stored.folder, label=label)
         found = self.shelf.keep(still_id, name=name)
-        self._tell("still.kept", f"still {found.kept.name} is kept", found)
+        self._tell("still.kept", f"still {found.stored.name} is kept", found)
         return still_document(found)
 
     def describe(self, still_id: str, *, label: str | None, licence: str | None) -> Document:
         """Change label or licence."""
-        change_labels(self.shelf.get(still_id).kept.folder, label=label, licence=licence)
+        describe(self.shelf.get(still_id).stored.folder, label=label, licence=licence)
         found = self.shelf.get(still_id)
-        self._tell("still.updated", f"still {found.kept.name} was described anew", found)
+        self._tell("still.updated", f"still {found.stored.name} was described anew", found)
         return still_document(found)
 
     def remove(self, still_id: str) -> None:
         """Move a still to the trash, whether it is held or kept."""
         kept = self.shelf.remove(still_id)
-        found = StoredStill(kept=kept, standing=StillState.REMOVED)
+        found = StoredStill(stored=kept, state=StillState.REMOVED)
         self._tell("still.removed", f"still {kept.name} is in the trash", found)
 
     def restore(self, still_id: str) -> Document:
         """Take a still out of the trash; it is kept then."""
         found = self.shelf.restore(still_id)
-        self._tell("still.updated", f"still {found.kept.name} is out of the trash", found)
+        self._tell("still.updated", f"still {found.stored.name} is out of the trash", found)
         return still_document(found)
 
     def _work(self, context: JobContext) -> str:
@@ -151,7 +151,7 @@ class StillService:
         check_still_room(still_bytes(plan, fovea=fovea, wide=wide), free_bytes=free_bytes)
 
     def _tell(self, kind: str, message: str, found: StoredStill) -> None:
-        data = {"still_id": found.kept.id, "name": found.kept.name, "state": found.standing.value}
+        data = {"still_id": found.stored.id, "name": found.stored.name, "state": found.state.value}
         self._tools.events.emit(kind, message, data=data)
 
 

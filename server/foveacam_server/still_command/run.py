@@ -12,7 +12,7 @@ from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
 from foveacam_server.calibrate_command.choices import CalibrateOptions
-from foveacam_server.calibrate_command.rig import RigChoice, open_data, opened_rig
+from foveacam_server.calibrate_command.rig import RigChoice, open_data, open_enabled_rig
 from foveacam_server.capture_command.run import OwnRig
 from foveacam_server.capturing.still_collection import STILLS, StillCollection
 from foveacam_server.capturing.still_documents import still_document
@@ -113,12 +113,12 @@ def _take_on_own_rig(
     with open_data(choice, lock=False) as data:
         stills, still_id = StillCollection(choice.settings.data / STILLS), new_id("still")
         folder = stills.new_folder(order.name, waits=False)
-        with opened_rig(choice, data.settle_times, console=console) as rig:
+        with open_enabled_rig(choice, data.settle_times, console=console) as rig:
             still = take_still(OwnRig(rig), order.plan, watch=_SilentWatcher())
         labels = StillLabels(label=order.label, codec=order.codec, id=still_id)
         write_still(folder, still, data.calibration.current, labels)
         found = stills.keep(still_id)
-        return still_document(found), still.trouble(kept=f"what came is kept in {found.kept.folder}")
+        return still_document(found), still.trouble(kept=f"what came is kept in {found.stored.folder}")
 
 
 def _print_still(document: Document, *, as_json: bool) -> None:
