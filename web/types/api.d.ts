@@ -8,9 +8,9 @@ export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
         /**
-         * @description Every step after the other; `activate`: put the result in force.
+         * @description All steps in order; `activate`: put the result in force.
          *
-         *     `apply_settle`: also let the rig wait after every move as long as was measured.
+         *     `apply_settle`: also put the measured settle time in use.
          */
         AllOptions: {
             /** @default false */
@@ -24,7 +24,7 @@ export interface components {
             settle?: boolean;
             wide?: components["schemas"]["WideOptions"];
         };
-        /** @description Calibrate from nothing. */
+        /** @description Run all steps of a calibration. */
         AllRun: {
             options?: components["schemas"]["AllOptions"];
             /** @constant */
@@ -58,7 +58,7 @@ export interface components {
             rows: number;
             square_mm: number;
         };
-        /** @description The board that is shown: its inner corners, the side of a square, of a marker (ChArUco). */
+        /** @description The calibration board: inner corners, side of a square, side of a marker (ChArUco). */
         BoardOption: {
             /** @default 9 */
             columns?: number;
@@ -258,11 +258,11 @@ export interface components {
             pointing_sigma_px: number | null;
             poses: number;
         };
-        /** @description How many poses outside the sweep are looked at. */
+        /** @description Number of poses outside the sweep to measure. */
         CheckOptions: {
             poses?: number | null;
         };
-        /** @description Look at poses that no sweep visited, with the fitted calibration. */
+        /** @description Check the fitted calibration at poses that no sweep visited. */
         CheckRun: {
             options?: components["schemas"]["CheckOptions"];
             /** @constant */
@@ -603,11 +603,11 @@ export interface components {
             volts_roundtrip_max_lsb: number;
         };
         /**
-         * @description Stages 2 and 3 from what was measured.
+         * @description The fit of stages 2 and 3.
          *
-         *     `order`, `field_order`: of the mirrors' and the rectification's polynomials; null: elected by scores.
-         *     `pose_by_pose`: the paper's way to rectify. `distance`: who says how far the markers stood. `compare`:
-         *     judge each of our additions to the paper's model.
+         *     `order`, `field_order`: of the mirrors' and the rectification's polynomials; null: chosen by scores.
+         *     `pose_by_pose`: the paper's rectification. `distance`: source of the markers' distance. `compare`:
+         *     score each of our additions to the paper's model.
          */
         FitOptions: {
             /** @default true */
@@ -625,7 +625,7 @@ export interface components {
             /** @default true */
             use_all_distances?: boolean;
         };
-        /** @description Fit a calibration to what was measured. */
+        /** @description Fit a calibration to the session's measurements. */
         FitRun: {
             options?: components["schemas"]["FitOptions"];
             /** @constant */
@@ -1012,7 +1012,7 @@ export interface components {
             rx_packets: number;
             tx_packets: number;
         };
-        /** @description Stage 2: where, how many poses, how far, and whether to forget what was measured before. */
+        /** @description Stage 2: stations, nodes and extent of the sweep; `restart`: set earlier sweeps aside. */
         MirrorsOptions: {
             extent_ax_deg?: number | null;
             extent_ay_deg?: number | null;
@@ -1022,7 +1022,7 @@ export interface components {
             spacing?: ("rim" | "even") | null;
             stations?: string[] | null;
         };
-        /** @description Sweep the mirrors, or go on with an interrupted sweep. */
+        /** @description Sweep the mirrors, or continue an interrupted sweep. */
         MirrorsRun: {
             options?: components["schemas"]["MirrorsOptions"];
             /** @constant */
@@ -1750,12 +1750,12 @@ export interface components {
             axes: components["schemas"]["SettleAxisDocument"][];
             settle_us: number | null;
         };
-        /** @description `apply`: let the rig wait after every move as long as was measured, now and at every start. */
+        /** @description `apply`: put the measured settle time in use, now and at every start. */
         SettleOptions: {
             /** @default false */
             apply?: boolean;
         };
-        /** @description Measure how the mirrors settle. */
+        /** @description Measure the mirrors' settle time. */
         SettleRun: {
             options?: components["schemas"]["SettleOptions"];
             /** @constant */
@@ -2148,14 +2148,14 @@ export interface components {
             height: number;
             width: number;
         };
-        /** @description Stage 1; `views`: how many to take, `model`: which lens model counts, `station`: where it is shown. */
+        /** @description Stage 1; `views`: number to take, `model`: lens model to use, `station`: where the board is shown. */
         WideOptions: {
             board?: components["schemas"]["BoardOption"] | null;
             model?: ("five" | "rational") | null;
             station?: string | null;
             views?: number | null;
         };
-        /** @description Measure the wide camera, or add to what was measured. */
+        /** @description Measure the wide camera, or add views to those measured. */
         WideRun: {
             options?: components["schemas"]["WideOptions"];
             /** @constant */
