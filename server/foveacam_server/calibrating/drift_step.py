@@ -7,9 +7,9 @@ import math
 from dataclasses import replace
 
 from foveacam_hardware.contract import Clock, Head, Role
-from foveacam_pipeline.calibrate.drift.drift import applied, one_shot
-from foveacam_pipeline.calibrate.drift.drift_markers import marker_shot
-from foveacam_pipeline.calibrate.drift.drift_values import DriftCheck, DriftSettings
+from foveacam_pipeline.calibrate.drift.check import check_drift_at_nodes, run_drift_check
+from foveacam_pipeline.calibrate.drift.correction import correct_calibration
+from foveacam_pipeline.calibrate.drift.values import DriftCheck, DriftSettings
 from foveacam_pipeline.calibrate.fit.measured import DistanceSource
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
@@ -91,7 +91,7 @@ def close_drift(
     )
     used = stations if options.use_all_distances else stations[:1]
     sweeps = [load_sweep(session.folder / sweep_filename(station)) for station in used]
-    found = marker_shot(sweeps, visits, calibration, distance=DistanceSource(options.distance))
+    found = check_drift_at_nodes(sweeps, visits, calibration, distance=DistanceSource(options.distance))
     corrected = _corrected(calibration, found)
     session.write(DRIFT, closing_document(found, corrected, f_px=calibration.fovea_f_px))
     if corrected.id != calibration.id:
@@ -105,7 +105,7 @@ def _corrected(calibration: Calibration, found: DriftCheck) -> Calibration:
     if not (found.locked and found.significant):
         return calibration
     created_utc = utc_now().replace("Z", "+00:00")
-    corrected = applied(calibration, found, created_utc=created_utc)
+    corrected = correct_calibration(calibration, found, created_utc=created_utc)
     return replace(corrected, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
 
 

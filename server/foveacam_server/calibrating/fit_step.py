@@ -13,8 +13,7 @@ from foveacam_hardware.contract import FoveaError, NotCalibrated, Role
 from foveacam_pipeline.calibrate.fit import session_fit
 from foveacam_pipeline.calibrate.fit.fit import DOING
 from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
-from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig
-from foveacam_pipeline.calibrate.fit.parallax import StationParallax
+from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, StationParallax
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings
 from foveacam_pipeline.calibrate.fit.variants import VariantScore
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
@@ -51,7 +50,7 @@ def fit_session(
     fit_watch = _FitWatcher(watch)
     result = compute_fit(session, options, wide, watch=fit_watch)
     pictures = _pictures(session, result, watch=fit_watch)
-    check(watch, doing=DOING)
+    raise_if_cancelled(watch, doing=DOING)
     calibration = result.calibration
     registry.add(calibration)
     session.write(FIT, fit_document(result))

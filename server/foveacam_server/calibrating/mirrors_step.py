@@ -64,7 +64,7 @@ def measure_mirrors(
                 settings=settings,
             )
     swept = swept_stations(session, environment)
-    if not returned([load_sweep(session.folder / sweep_filename(station)) for station in swept]):
+    if not has_returned([load_sweep(session.folder / sweep_filename(station)) for station in swept]):
         measure_nodes_again(session, swept[0], wide, environment=environment, watch=watch, settings=settings)
 
 

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_pipeline.calibrate.records.compare import DifferenceSpread, compare
-from foveacam_pipeline.calibrate.records.compare_picture import comparison_picture
+from foveacam_pipeline.calibrate.records.compare import DifferenceSpread, compare, comparison_picture
 from foveacam_pipeline.calibrate.report import (
     DriftFacts,
     SessionFacts,

@@ -36,7 +36,7 @@ def measure_settle(
                 head=rig.head,
                 wide=_known_lens(session),
             )
-        report = characterise(
+        report = characterise_settling(
             rig.head,
             clock=environment.clock,
             rig_id=environment.rig_id,
@@ -46,7 +46,7 @@ def measure_settle(
         )
     time = SettleTime(
         rig_id=report.rig_id,
-        settle_us=wait_us(report, max_v=environment.max_v),
+        settle_us=settle_wait_us(report, max_v=environment.max_v),
         measured_utc=report.created_utc,
         session_id=session.id,
         low_pass_hz=report.low_pass_hz,

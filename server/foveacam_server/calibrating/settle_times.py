@@ -6,7 +6,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from foveacam_hardware.contract import NotCalibrated
-from foveacam_pipeline.calibrate.settle.settle_file import load_settle
+from foveacam_pipeline.calibrate.settle.settle_report import load_settle
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.calibrating.sessions import SETTLE, SETTLE_REPORT, CalibrationSession
 from foveacam_server.runtime.store import Document
