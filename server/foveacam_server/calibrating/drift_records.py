@@ -35,10 +35,6 @@ class DriftRecords:
 
     def trend_picture(self) -> bytes:
         """Return a PNG of the drift over time; raise `NotFound` before the first check."""
-        from foveacam_pipeline.calibrate.drift.drift_trend import (
-            trend_picture,  # matplotlib takes seconds to import
-        )
-
         records = self._history.records()
         if not records:
             raise NotFound("the drift was not checked yet, so there is no trend; POST /api/v1/drift_checks")
