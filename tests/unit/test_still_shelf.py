@@ -32,7 +32,7 @@ def test_a_still_is_held_until_it_is_kept(shelf: StillCollection) -> None:
     kept = shelf.keep("test", name="the desk")
 
     assert (kept.state, kept.stored.folder) == (StillState.KEPT, shelf.folder / "the desk")
-    assert check(kept.stored.folder) == []
+    assert check_dataset(kept.stored.folder) == []
     assert names(shelf, StillState.HELD) == []
     with pytest.raises(InvalidInput, match="kept already"):
         shelf.keep("test")

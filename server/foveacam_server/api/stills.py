@@ -131,7 +131,7 @@ def restore(still_id: StillId, services: ServicesDep) -> Document:
 )
 def check_files(still_id: StillId, services: ServicesDep) -> Document:
     """Read every file of the still's dataset again, and say what is not as it was written."""
-    faults = check(services.stills.shelf.get(still_id).stored.folder)
+    faults = check_dataset(services.stills.shelf.get(still_id).stored.folder)
     return {"id": still_id, "sound": not faults, "faults": faults}
 
 

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, InvalidInp
 from foveacam_hardware.rig import Rig
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
-from foveacam_pipeline.capture.run import CaptureReport, CaptureRig, prepare, run_capture
+from foveacam_pipeline.capture.run import CaptureReport, CaptureRig, prepare_plan, run_capture
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.calibrate_command.choices import CalibrateOptions
 from foveacam_server.calibrate_command.rig import RigChoice, open_data, open_enabled_rig
@@ -98,11 +98,11 @@ class OwnRig:
     def check_may_move(self) -> None:
         """Always allow it: this command owns the rig."""
 
-    def moving(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
         """Run `work` on the rig at once."""
         return work(self._rig)
 
-    def still(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_still(self, work: Callable[[CaptureRig], T]) -> T:
         """Run `work` on the rig at once."""
         return work(self._rig)
 
@@ -126,16 +126,16 @@ class CaptureProgressBar:
         """Never pause."""
         return False
 
-    def ask(self, wish: str) -> None:
+    def ask_operator(self, request: str) -> None:
         """Wait until the operator presses Enter; raise `Cancelled` without a terminal."""
         try:
-            self._console.input(f"{wish} [Enter]: ")
+            self._console.input(f"{request} [Enter]: ")
         except EOFError as error:
             raise Cancelled(
                 f"{request}: nobody is there to do it; what was taken is kept, resume it"
             ) from error
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Ignore frames."""
 
 

@@ -41,8 +41,8 @@ def begin_dataset(
 ) -> DatasetWriter:
     """Complete and check the plan, and return the writer of a new dataset in `folder`."""
     access.check_may_move()
-    plan, measured_m = prepare(access, spec.plan, calibration, watch=watch)
-    facts = access.still(rig_facts)
+    plan, measured_m = prepare_plan(access, spec.plan, calibration, watch=watch)
+    facts = access.run_still(rig_facts)
     check_room(plan, facts, calibration, codec=spec.codec, folder=folder.parent)
 
     def described(rig: CaptureRig) -> DatasetHeader:
@@ -67,7 +67,7 @@ def begin_dataset(
 def resume_dataset(access: RigAccess, folder: Path) -> DatasetWriter:
     """Return the writer of an interrupted dataset, positioned after its last point."""
     access.check_may_move()
-    facts = access.still(rig_facts)
+    facts = access.run_still(rig_facts)
     check_remaining_room(folder, facts)
     header = read_document(folder).header
     if header.calibration is None:

@@ -92,7 +92,7 @@ class CaptureCollection:
     def remove(self, capture_id: str) -> StoredCapture:
         """Move a capture to the trash; raise `Busy` while any program writes it."""
         stored = self.get(capture_id)
-        if is_held(stored.folder):
+        if is_being_written(stored.folder):
             raise Busy(
                 f"{self._noun} {stored.name} is being written; wait until it ends, or cancel it there",
                 asked=f"remove {self._noun} {stored.name}",

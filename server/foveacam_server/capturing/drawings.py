@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Frame, Role
 from foveacam_pipeline.capture.dataset import Dataset, DatasetPoint, ImageCodec
 from foveacam_pipeline.capture.dataset.images import encode
-from foveacam_pipeline.capture.dataset.pictures import anaglyph, contact_sheet, coverage, png, thumbnail
+from foveacam_pipeline.capture.dataset.pictures import (
+    contact_sheet,
+    coverage_picture,
+    png_bytes,
+    point_anaglyph,
+    thumbnail,
+)
 from foveacam_pipeline.stereo.depth import rgb
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.storage.disk import disk_errors, write_file
@@ -38,7 +44,7 @@ def anaglyph_picture(
     """Return the path of one point's red and cyan picture; `index`: its number in the plan."""
     point = point_of(stored, index)
     name = f"anaglyph-{index}-{bracket}"
-    return _file(collection, stored, name, form=form, draw=lambda: anaglyph(point, bracket=bracket))
+    return _file(collection, stored, name, form=form, draw=lambda: point_anaglyph(point, bracket=bracket))
 
 
 def _file(
@@ -54,7 +60,7 @@ def _file(
     if path.exists():
         return path
     picture = draw()
-    content = png(picture) if form == "png" else encode_jpeg(picture, quality=SHEET_QUALITY)
+    content = png_bytes(picture) if form == "png" else encode_jpeg(picture, quality=SHEET_QUALITY)
     with disk_errors(f"a picture of capture {stored.name}", collection.folder):
         folder.mkdir(parents=True, exist_ok=True)
         for older in folder.glob(f"{name}-*.{form}"):

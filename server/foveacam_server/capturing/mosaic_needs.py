@@ -52,7 +52,7 @@ def needs_of(dataset: Dataset, spec: MosaicSpec, folder: Path) -> MosaicNeeds:
             remedy="capture it again with a calibration in use",
         )
     settings = MosaicSettings(eye=Role(spec.eye), scan=spec.scan, bracket=spec.bracket)
-    views = views_of(_scan(dataset, spec), dataset.calibration, settings)
+    views = mosaic_views(_scan(dataset, spec), dataset.calibration, settings)
     _check_overlap(views, name)
     chart = chart_of(views, dataset.calibration)
     pixels, cells = chart.width * chart.height, chart.rows * chart.columns

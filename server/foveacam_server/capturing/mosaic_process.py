@@ -42,8 +42,8 @@ def make(dataset: Path, folder: Path, spec: MosaicSpec) -> None:
 
     settings = MosaicSettings(eye=Role(spec.eye), scan=spec.scan, bracket=spec.bracket)
     opened = Dataset.open(dataset)
-    calibration, scan = calibration_of(opened), opened.scan(spec.scan)
-    views = views_of(scan, calibration, settings)
+    calibration, scan = mosaic_calibration(opened), opened.scan(spec.scan)
+    views = mosaic_views(scan, calibration, settings)
     chart = chart_of(views, calibration)
     if folder.exists() and recipe_in(folder) != recipe_of(scan, settings, chart):
         shutil.rmtree(folder)

@@ -64,7 +64,7 @@ def is_outdated(dataset: Dataset | None, made: Document) -> bool:
 
 def stops_document(dataset: Dataset | None) -> list[Document]:
     """Return the scans whose rail position is known."""
-    places_m = {} if dataset is None else rail_places_m(dataset)
+    places_m = {} if dataset is None else rail_positions_m(dataset)
     return [{"scan": scan, "rail_m": rail_m} for scan, rail_m in places_m.items()]
 
 

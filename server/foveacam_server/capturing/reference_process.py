@@ -42,7 +42,7 @@ def make(dataset: Path, spec: ReferenceSpec) -> None:
     opened = Dataset.open(dataset)
     rail = RailTrust(along_m=spec.rail_sigma_m)
     settings = ReferenceSettings(scan=spec.scan, bracket=spec.bracket, across=spec.across, rail=rail)
-    pairs = footing_of(opened, scan=spec.scan, bracket=spec.bracket).pairs
+    pairs = reference_basis(opened, scan=spec.scan, bracket=spec.bracket).pairs
     write_reference(dataset, build_reference(opened, settings, watch=StdoutProgress(pairs, COSTS)))
 
 

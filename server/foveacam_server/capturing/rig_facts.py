@@ -14,9 +14,9 @@ from foveacam_pipeline.capture.plan import (
     RasterPlan,
     check_plan,
     check_rail,
-    coverage,
-    estimate,
-    prepared,
+    coverage_of,
+    estimate_capture,
+    fill_in_plan,
 )
 from foveacam_pipeline.capture.plan.plan_estimate import READOUT_10BIT_MS, READOUT_12BIT_MS
 from foveacam_pipeline.capture.run import CaptureRig, check_exposures, image_size, trigger_head
@@ -84,7 +84,7 @@ def check_possible(plan: RasterPlan, calibration: Calibration, facts: RigFacts) 
     """Refuse a plan that the rig cannot do at its distance, or at any where the plan names none."""
     check_rail(plan, facts.rail)
     check_exposures(plan, facts.exposures_ns)
-    check_plan(prepared(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
+    check_plan(fill_in_plan(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
 
 
 def estimate_plan(
@@ -97,10 +97,10 @@ def estimate_plan(
     folder: Path,
 ) -> Document:
     """Return time, size, warnings and footprints; `assumed_m`: distance where the plan names none."""
-    whole = prepared(plan, calibration, average_m=assumed_m)
+    whole = fill_in_plan(plan, calibration, average_m=assumed_m)
     check_plan(whole, calibration, rail=facts.rail)
     check_exposures(whole, facts.exposures_ns)
-    cover = coverage(whole, calibration)
+    cover = coverage_of(whole, calibration)
     needed = facts.estimate(whole, calibration, codec=codec)
     return {
         "plan": whole.model_dump(mode="json"),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
-from foveacam_pipeline.capture.dataset.lock import is_held
+from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_pipeline.storage.disk import disk_errors, sync_folder
 from foveacam_server.capturing.capture_collection import TRASH, CaptureCollection, StoredCapture
 from foveacam_server.errors import NotFound
@@ -147,5 +147,5 @@ class StillCollection:
         """Delete the empty stills of killed programs; nobody knows of them."""
         for found in self.every(StillState.HELD):
             dataset, folder = found.stored.dataset, found.stored.folder
-            if dataset is not None and not len(dataset) and not is_held(folder):
+            if dataset is not None and not len(dataset) and not is_being_written(folder):
                 shutil.rmtree(folder, ignore_errors=True)

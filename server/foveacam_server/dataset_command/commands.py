@@ -208,7 +208,7 @@ def mosaic(
             made = build_mosaic(
                 opened, output, settings, watch=bar, mesh_file=lambda mesh: write_glb(mesh, y_up=True)
             )
-            write_depth_tiles(output, made.laid.depth.z_m)
+            write_depth_tiles(output, made.placed.depth.z_m)
         except (KeyboardInterrupt, Cancelled):
             typer.echo(f"ended; the same command goes on with {output}", err=True)
             raise typer.Exit(_CANCELLED) from None

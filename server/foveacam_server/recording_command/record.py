@@ -70,7 +70,7 @@ def record_opened(
     return {
         "file": str(spec.file),
         "ended": ended.value,
-        "why": reserve_words(spec.file) if ended is EndCause.DISK_RESERVE else "",
+        "why": early_end_message(spec.file) if ended is EndCause.DISK_RESERVE else "",
         "bytes": recorder.bytes_written,
         "streams": {stream: found.document() for stream, found in recorder.statistics.items()},
     }

@@ -77,7 +77,7 @@ def live_document(live: LiveRecording, *, elapsed_s: float) -> Document:
 
 def _room(live: LiveRecording, *, elapsed_s: float) -> Document:
     """Return the bytes it may still write, and for how long at the present rate; None without a rate."""
-    room_bytes, rate = live.bounds.room_bytes(), live.size_bytes / max(elapsed_s, 1.0)
+    room_bytes, rate = live.bounds.remaining_bytes(), live.size_bytes / max(elapsed_s, 1.0)
     return {"room_bytes": room_bytes, "room_s": round(room_bytes / rate, 1) if rate > 0.0 else None}
 
 

@@ -74,7 +74,7 @@ def frame_time_s(recording: Recording, role: Role, index: int) -> float:
 
 def stream_of(recording: Recording, role: Role) -> RecordedStream:
     """Return the stream of a camera; raise `InvalidInput` when it has no frames."""
-    stream = recording.of_role(role)
+    stream = recording.stream_of_role(role)
     if stream is None or len(stream) == 0:
         raise InvalidInput(
             f"recording {recording.path.name} holds no frames of the {role.value} camera; its streams are"

@@ -11,7 +11,7 @@ from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import STATISTICS
-from foveacam_pipeline.capture.recording.values import OLDER_SUFFIX, SUFFIX
+from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.errors import NotFound
 from foveacam_server.recording_command.information import information_of

@@ -94,14 +94,14 @@ class StillService:
         """Keep a still that is held; what is given of name and label is changed."""
         found = self.shelf.get(still_id)
         if label is not None and found.state is StillState.HELD:
-            describe(found.stored.folder, label=label)
+            change_labels(found.stored.folder, label=label)
         found = self.shelf.keep(still_id, name=name)
         self._tell("still.kept", f"still {found.stored.name} is kept", found)
         return still_document(found)
 
     def describe(self, still_id: str, *, label: str | None, licence: str | None) -> Document:
         """Change label or licence."""
-        describe(self.shelf.get(still_id).stored.folder, label=label, licence=licence)
+        change_labels(self.shelf.get(still_id).stored.folder, label=label, licence=licence)
         found = self.shelf.get(still_id)
         self._tell("still.updated", f"still {found.stored.name} was described anew", found)
         return still_document(found)

@@ -90,7 +90,7 @@ class _SilentWatcher:
         """Never cancel."""
         return False
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Ignore it."""
 
 
@@ -118,7 +118,7 @@ def _take_on_own_rig(
         labels = StillLabels(label=order.label, codec=order.codec, id=still_id)
         write_still(folder, still, data.calibration.current, labels)
         found = stills.keep(still_id)
-        return still_document(found), still.trouble(kept=f"what came is kept in {found.stored.folder}")
+        return still_document(found), still.missing_error(kept=f"what came is kept in {found.stored.folder}")
 
 
 def _print_still(document: Document, *, as_json: bool) -> None:
