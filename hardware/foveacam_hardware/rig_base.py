@@ -11,8 +11,7 @@ from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
 from foveacam_hardware.drivers.positioners.grbl_board import GrblBoard
 from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMounting
-from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
-from foveacam_hardware.drivers.positioners.manual_rail import ManualRail
+from foveacam_hardware.drivers.positioners.manual import ManualPanTilt, ManualRail
 from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
 from foveacam_hardware.drivers.positioners.ptu_axes import PtuMounting
 from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, ManualPanTiltConfig, PtuPanTiltConfig

@@ -4,6 +4,7 @@ With rig.py the only module that names concrete camera drivers.
 """
 
 from collections.abc import Callable
+from typing import TypeAlias
 
 from foveacam_hardware.camera_config import (
     AravisCameraConfig,
@@ -22,18 +23,32 @@ from foveacam_hardware.contract import (
     TriggerSource,
 )
 from foveacam_hardware.drivers.cameras.absent import AbsentCamera
-from foveacam_hardware.drivers.cameras.aravis import AravisDevice
-from foveacam_hardware.drivers.cameras.aravis_settings import AravisOptions
-from foveacam_hardware.drivers.cameras.device import CameraDevice
-from foveacam_hardware.drivers.cameras.opencv import OpenCvDevice, OpenCvOptions
-from foveacam_hardware.drivers.cameras.opencv_source import SourceKind, kind_of, shown
-from foveacam_hardware.drivers.cameras.plan import CameraPlan
-from foveacam_hardware.drivers.cameras.pylon import PylonDevice
-from foveacam_hardware.drivers.cameras.pylon_settings import PylonOptions
+from foveacam_hardware.drivers.cameras.aravis import library as aravis_library
+from foveacam_hardware.drivers.cameras.aravis.device import AravisDevice
+from foveacam_hardware.drivers.cameras.aravis.settings import AravisOptions
+from foveacam_hardware.drivers.cameras.device import CameraDevice, FoundCamera
+from foveacam_hardware.drivers.cameras.held_device import CameraPlan
+from foveacam_hardware.drivers.cameras.opencv import video_devices
+from foveacam_hardware.drivers.cameras.opencv.device import OpenCvDevice, OpenCvOptions
+from foveacam_hardware.drivers.cameras.opencv.source import SourceKind, kind_of, shown
+from foveacam_hardware.drivers.cameras.pylon import library as pylon_library
+from foveacam_hardware.drivers.cameras.pylon.device import PylonDevice
+from foveacam_hardware.drivers.cameras.pylon.settings import PylonOptions
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 
 NS_PER_MS = 1e6
 NS_PER_US = 1e3
+Discover: TypeAlias = Callable[[], list[FoundCamera]]
+"""Looks for the cameras that a library sees."""
+
+
+def camera_searches() -> dict[str, Discover]:
+    """Return the searches by kind; none has begun."""
+    return {
+        "aravis": aravis_library.find_cameras,
+        "pylon": pylon_library.find_cameras,
+        "opencv": video_devices.find_cameras,
+    }
 
 
 def build_camera(role: Role, given: CameraConfig, *, clock: Clock) -> Camera:

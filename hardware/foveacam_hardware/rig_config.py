@@ -17,10 +17,9 @@ from pydantic import (
 )
 
 from foveacam_hardware.camera_config import ROLES, CamerasConfig, OpenCvCameraConfig
+from foveacam_hardware.config_errors import explain_file
 from foveacam_hardware.contract import InvalidInput, MarkerPrint
-from foveacam_hardware.file_words import explain_file
-from foveacam_hardware.operator_config import OperatorConfig
-from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, PanTiltConfig
+from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, OperatorConfig, PanTiltConfig
 from foveacam_hardware.rail_config import GrblRailConfig, RailConfig
 from foveacam_hardware.simulated_faults import SimulatedFaults
 

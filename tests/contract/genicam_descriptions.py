@@ -6,7 +6,7 @@ A feature is a register that keeps what is written: what a camera would do with 
 import ctypes
 from ctypes import POINTER, byref, c_char_p, c_size_t, c_void_p
 
-from foveacam_hardware.drivers.cameras.aravis_library import LIBRARY
+from foveacam_hardware.drivers.cameras.aravis.library import LIBRARY
 
 EXPOSURE_AUTO_AT, RATE_BY_HAND_AT, RESULTING_AT = 0x1F00, 0x1F04, 0x1F08
 """Where nothing else of the fake camera is."""

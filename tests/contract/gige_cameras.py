@@ -16,10 +16,10 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import CameraSettings, Clock, DeviceInfo, MonotonicClock, NotConnected, Role
-from foveacam_hardware.drivers.cameras.aravis import AravisDevice
-from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary, discover
-from foveacam_hardware.drivers.cameras.aravis_settings import AravisOptions
-from foveacam_hardware.drivers.cameras.plan import CameraPlan
+from foveacam_hardware.drivers.cameras.aravis.device import AravisDevice
+from foveacam_hardware.drivers.cameras.aravis.library import AravisLibrary, find_cameras
+from foveacam_hardware.drivers.cameras.aravis.settings import AravisOptions
+from foveacam_hardware.drivers.cameras.held_device import CameraPlan
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 
 LOOPBACK = "127.0.0.1"
@@ -80,7 +80,7 @@ class FakeProgram:
 def await_on_network(serial: str, *, within_s: float = 20.0) -> None:
     """Wait until a camera answers."""
     until_s = time.monotonic() + within_s
-    while all(found.info.serial != serial for found in discover()):
+    while all(found.info.serial != serial for found in find_cameras()):
         assert time.monotonic() < until_s, f"{serial} does not answer"
         threading.Event().wait(0.05)
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import AutoMode, CameraSettings, MonotonicClock
-from foveacam_hardware.drivers.cameras.aravis import AravisDevice
-from foveacam_hardware.drivers.cameras.aravis_settings import AravisFeatures
+from foveacam_hardware.drivers.cameras.aravis.device import AravisDevice
+from foveacam_hardware.drivers.cameras.aravis.settings import AravisFeatures
 
 from . import genicam_descriptions as genicam
 from .gige_cameras import OPTIONS, SETTINGS, await_on_network, fake_program, require_library

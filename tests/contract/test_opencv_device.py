@@ -21,8 +21,8 @@ from foveacam_hardware.contract import (
     VirtualClock,
 )
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
-from foveacam_hardware.drivers.cameras.opencv import OpenCvDevice, OpenCvOptions
-from foveacam_hardware.drivers.cameras.opencv_source import Source, SourceKind, kind_of, shown
+from foveacam_hardware.drivers.cameras.opencv.device import OpenCvDevice, OpenCvOptions
+from foveacam_hardware.drivers.cameras.opencv.source import Source, SourceKind, kind_of, shown
 
 from .mjpeg_server import MjpegServer
 

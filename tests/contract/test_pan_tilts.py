@@ -20,7 +20,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
-from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
+from foveacam_hardware.drivers.positioners.manual import ManualPanTilt
 from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
 from foveacam_hardware.drivers.positioners.ptu_axes import PtuMounting
 from foveacam_hardware.sim.far_ends.board_far_end import BoardFaults, BoardKind

@@ -16,9 +16,9 @@ from foveacam_hardware.contract import (
     OutOfRange,
     ValueRange,
 )
-from foveacam_hardware.drivers.cameras.pylon import PylonDevice
-from foveacam_hardware.drivers.cameras.pylon_nodes import READ_ONLY, Vendor
-from foveacam_hardware.drivers.cameras.pylon_settings import PylonOptions, check, ranges_of
+from foveacam_hardware.drivers.cameras.pylon.device import PylonDevice
+from foveacam_hardware.drivers.cameras.pylon.nodes import READ_ONLY, Vendor
+from foveacam_hardware.drivers.cameras.pylon.settings import PylonOptions, check, ranges_of
 
 SERIAL = "0815-0001"
 SETTINGS = CameraSettings(exposure_ns=1_000_000, frame_rate_hz=100.0)

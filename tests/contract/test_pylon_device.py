@@ -21,12 +21,12 @@ from foveacam_hardware.contract import (
     TriggerSource,
     VirtualClock,
 )
-from foveacam_hardware.drivers.cameras import pylon_library
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
-from foveacam_hardware.drivers.cameras.pylon import PylonDevice
-from foveacam_hardware.drivers.cameras.pylon_library import found_cameras
-from foveacam_hardware.drivers.cameras.pylon_nodes import Vendor
-from foveacam_hardware.drivers.cameras.pylon_settings import PylonOptions
+from foveacam_hardware.drivers.cameras.pylon import library
+from foveacam_hardware.drivers.cameras.pylon.device import PylonDevice
+from foveacam_hardware.drivers.cameras.pylon.library import find_cameras
+from foveacam_hardware.drivers.cameras.pylon.nodes import Vendor
+from foveacam_hardware.drivers.cameras.pylon.settings import PylonOptions
 
 SERIAL = "0815-0001"
 SETTINGS = CameraSettings(exposure_ns=1_000_000, frame_rate_hz=100.0)
@@ -67,7 +67,7 @@ def picture(device: PylonDevice) -> Image:
 
 
 def test_discovery_finds_every_camera_with_its_serial_number() -> None:
-    found = found_cameras()
+    found = find_cameras()
 
     assert [camera.info.serial for camera in found] == ["0815-0000", "0815-0001", "0815-0002"]
     assert {camera.kind for camera in found} == {"pylon"}
@@ -77,7 +77,7 @@ def test_a_missing_library_is_told_with_how_to_get_it(monkeypatch: pytest.Monkey
     def missing(name: str) -> None:
         raise ModuleNotFoundError(f"No module named {name!r}")
 
-    monkeypatch.setattr(pylon_library, "import_module", missing)
+    monkeypatch.setattr(library, "import_module", missing)
 
     with pytest.raises(NotConnected, match=r"pip install 'foveacam-duo\[pylon\]'"):
         PylonDevice(SERIAL, clock=MonotonicClock()).open()
@@ -342,7 +342,7 @@ class OldNodes:
 
 
 def test_both_families_of_names_are_understood(device: PylonDevice) -> None:
-    from foveacam_hardware.drivers.cameras.pylon_settings import ranges_of, read_back, write
+    from foveacam_hardware.drivers.cameras.pylon.settings import ranges_of, read_back, write
 
     older = ("ExposureTime", "AcquisitionFrameRate")
     newer = ("ExposureTimeAbs", "AcquisitionFrameRateAbs", "ResultingFrameRateAbs")
@@ -356,7 +356,7 @@ def test_both_families_of_names_are_understood(device: PylonDevice) -> None:
 
 
 def test_a_gain_that_is_counted_in_steps_cannot_be_set_in_db(device: PylonDevice) -> None:
-    from foveacam_hardware.drivers.cameras.pylon_settings import check, ranges_of
+    from foveacam_hardware.drivers.cameras.pylon.settings import check, ranges_of
 
     map_ = OldNodes(emulator(device).GetNodeMap(), without=("Gain", "GainAbs"))
     ranges = ranges_of(map_)
@@ -387,7 +387,7 @@ def test_a_trigger_soon_after_the_last_one_waits_and_a_later_one_does_not(device
 
     paced._camera = Watched()
     for pause_ns in (20_000_000, 3_000_000, 20_000_000):
-        camera.WaitForFrameTriggerReady(1000, pylon_library.load_library().TimeoutHandling_Return)
+        camera.WaitForFrameTriggerReady(1000, library.load_library().TimeoutHandling_Return)
         clock.sleep_until_ns(clock.now_ns() + pause_ns)
         paced.software_trigger()
         frame(paced)

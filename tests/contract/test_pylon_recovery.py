@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from foveacam_hardware.contract import CameraPhase, CameraSettings, DeviceInfo, MonotonicClock, Role
-from foveacam_hardware.drivers.cameras.plan import CameraPlan
-from foveacam_hardware.drivers.cameras.pylon import PylonDevice
-from foveacam_hardware.drivers.cameras.pylon_settings import PylonOptions
+from foveacam_hardware.drivers.cameras.held_device import CameraPlan
+from foveacam_hardware.drivers.cameras.pylon.device import PylonDevice
+from foveacam_hardware.drivers.cameras.pylon.settings import PylonOptions
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 
 SERIAL = "0815-0001"

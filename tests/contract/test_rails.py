@@ -16,7 +16,7 @@ from foveacam_hardware.contract import (
     VirtualClock,
 )
 from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMounting
-from foveacam_hardware.drivers.positioners.manual_rail import ManualRail
+from foveacam_hardware.drivers.positioners.manual import ManualRail
 from foveacam_hardware.rail_config import PAPER_PLACES
 from foveacam_hardware.sim.far_ends.board_far_end import BoardKind
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback

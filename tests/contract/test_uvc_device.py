@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import AutoMode, CameraSettings, MonotonicClock, NotConnected, OutOfRange
 from foveacam_hardware.drivers.cameras.device import GrabStatus
-from foveacam_hardware.drivers.cameras.opencv import OpenCvDevice
+from foveacam_hardware.drivers.cameras.opencv.device import OpenCvDevice
 
 AS_IT_IS = CameraSettings(exposure_ns=0, frame_rate_hz=0.0)
 AUTOMATIC = replace(AS_IT_IS, exposure_auto=AutoMode.CONTINUOUS, frame_rate_auto=True)

@@ -37,8 +37,8 @@ from foveacam_hardware.contract import (
     Timeout,
     TriggerSource,
 )
-from foveacam_hardware.drivers.cameras.aravis import AravisDevice
-from foveacam_hardware.drivers.cameras.aravis_settings import AravisOptions
+from foveacam_hardware.drivers.cameras.aravis.device import AravisDevice
+from foveacam_hardware.drivers.cameras.aravis.settings import AravisOptions
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 from foveacam_hardware.sim.far_ends.gige_camera import AcquisitionRequest, GigeCamera
 from foveacam_hardware.sim.rig import open_simulated

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import (
     PanTilt,
     Role,
 )
-from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
+from foveacam_hardware.drivers.positioners.manual import ManualPanTilt
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.sweep.base_turn import HandTurnedBase

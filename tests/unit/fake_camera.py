@@ -22,7 +22,7 @@ from foveacam_hardware.contract import (
     ValueRange,
 )
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
-from foveacam_hardware.drivers.cameras.plan import CameraPlan
+from foveacam_hardware.drivers.cameras.held_device import CameraPlan
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 from foveacam_hardware.drivers.cameras.watchdog import WatchdogTimeouts
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from foveacam_hardware.contract import VirtualClock
-from foveacam_hardware.drivers.cameras.aravis_clock import (
+from foveacam_hardware.drivers.cameras.aravis.clock import (
     LATCH,
     LATCH_FEATURE,
     LATCH_NOW,

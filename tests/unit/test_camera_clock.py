@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from foveacam_hardware.drivers.cameras.clock import CameraClock
 from foveacam_hardware.drivers.cameras.device import ClockReading, Grab, GrabStatus
-from foveacam_hardware.drivers.cameras.exposure_times import ExposureTimes
+from foveacam_hardware.drivers.cameras.frame_times import CameraClock, ExposureTimes
 
 OFFSET_NS = 1_000_000_000_000
 LEAST_NS = 300_000

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from foveacam_hardware.contract import CameraPhase, CameraSettings
-from foveacam_hardware.drivers.cameras.link import BackOff, LinkState
+from foveacam_hardware.drivers.cameras.shared_state import BackOff, LinkState
 from foveacam_hardware.drivers.cameras.watchdog import Watchdog, WatchdogAdvice, WatchdogTimeouts
 
 MS = 1_000_000

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import PanTiltPose, VirtualClock
-from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
-from foveacam_hardware.operator_config import OperatorConfig
+from foveacam_hardware.drivers.positioners.manual import ManualPanTilt
+from foveacam_hardware.pan_tilt_config import OperatorConfig
 from foveacam_hardware.sim.pan_tilt import OPERATOR_REACTION_S, Operator, TurningHistory
 
 CONFIG = OperatorConfig(delay_s=0.5, speed_deg_s=10.0, error_deg=0.2)

@@ -8,7 +8,7 @@ import pytest
 import foveacam_hardware
 from foveacam_hardware.contract import InvalidInput, PanTiltPose, StationTarget
 from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
-from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
+from foveacam_hardware.drivers.positioners.manual import ManualPanTilt
 from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
 from foveacam_hardware.rig import Rig, load_rig_config, open_rig
 

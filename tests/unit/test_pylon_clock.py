@@ -6,8 +6,8 @@ import pytest
 
 from foveacam_hardware.contract import VirtualClock
 from foveacam_hardware.drivers.cameras.device import ClockReading
-from foveacam_hardware.drivers.cameras.pylon_clock import LATCHES, PylonClock
-from foveacam_hardware.drivers.cameras.pylon_nodes import READ_WRITE, WRITE_ONLY
+from foveacam_hardware.drivers.cameras.pylon.device import LATCHES, PylonClock
+from foveacam_hardware.drivers.cameras.pylon.nodes import READ_WRITE, WRITE_ONLY
 
 TRIP_NS = 300_000
 TICK_NS = 8.0

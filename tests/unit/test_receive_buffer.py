@@ -2,7 +2,7 @@
 
 import socket
 
-from foveacam_hardware.drivers.cameras.receive_buffer import widen
+from foveacam_hardware.drivers.cameras.aravis.stream import widen
 
 
 def test_socket_at_a_port_holds_more_afterwards_and_its_neighbour_does_not() -> None:

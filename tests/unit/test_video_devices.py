@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.camera_search import camera_searches
 from foveacam_hardware.drivers.cameras.device import FoundCamera
-from foveacam_hardware.drivers.cameras.video_devices import found_cameras, is_device, is_named
+from foveacam_hardware.drivers.cameras.opencv.video_devices import find_cameras, is_device, is_named
+from foveacam_hardware.rig_cameras import camera_searches
 
 BY_ID = "/dev/v4l/by-id/usb-Logitech_C920_A1-video-index0"
 
@@ -40,12 +40,12 @@ def plug_in(
 
 
 def one(root: Path) -> FoundCamera:
-    (found,) = found_cameras(root=root)
+    (found,) = find_cameras(root=root)
     return found
 
 
 def test_a_machine_without_any_has_none(tmp_path: Path) -> None:
-    assert found_cameras(root=tmp_path) == []
+    assert find_cameras(root=tmp_path) == []
 
 
 def test_a_camera_is_told_by_its_name_maker_and_lasting_source(tmp_path: Path) -> None:
@@ -73,7 +73,7 @@ def test_they_are_listed_in_the_order_of_their_numbers(tmp_path: Path) -> None:
     for number in (10, 9, 0):
         plug_in(tmp_path, number, name="C920")
 
-    assert [found.address[-2:] for found in found_cameras(root=tmp_path)] == ["o0", "o9", "10"]
+    assert [found.address[-2:] for found in find_cameras(root=tmp_path)] == ["o0", "o9", "10"]
 
 
 def test_a_node_that_is_missing_is_told_with_what_to_do(tmp_path: Path) -> None:
@@ -104,4 +104,4 @@ def test_a_rig_file_names_it_by_number_node_or_lasting_name(
 
 
 def test_it_is_one_of_the_searches_of_this_machine() -> None:
-    assert camera_searches()["opencv"] is found_cameras
+    assert camera_searches()["opencv"] is find_cameras

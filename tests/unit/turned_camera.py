@@ -6,10 +6,9 @@ from concurrent.futures import Future
 from typing import TypeVar
 
 from foveacam_hardware.contract import CameraPhase, CameraSettings, Frame, Role, VirtualClock
-from foveacam_hardware.drivers.cameras.commands import CameraCommand
-from foveacam_hardware.drivers.cameras.plan import CameraPlan
+from foveacam_hardware.drivers.cameras.held_device import CameraPlan
 from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
-from foveacam_hardware.drivers.cameras.worker import CameraWorker
+from foveacam_hardware.drivers.cameras.worker import CameraCommand, CameraWorker
 
 from .fake_camera import READOUT_NS, SETTINGS, FakeCamera, FakeDevice
 
@@ -22,12 +21,12 @@ class VirtualInbox:
 
     def __init__(self, clock: VirtualClock) -> None:
         self._clock = clock
-        self._commands: list[CameraCommand[CameraWorker]] = []
+        self._commands: list[CameraCommand] = []
 
-    def put(self, command: CameraCommand[CameraWorker]) -> None:
+    def put(self, command: CameraCommand) -> None:
         self._commands.append(command)
 
-    def get(self, block: bool = True, timeout: float | None = None) -> CameraCommand[CameraWorker]:
+    def get(self, block: bool = True, timeout: float | None = None) -> CameraCommand:
         if self._commands:
             return self._commands.pop(0)
         if block:

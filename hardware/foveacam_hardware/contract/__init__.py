@@ -9,8 +9,11 @@ from foveacam_hardware.contract.camera_values import (
     CameraRanges,
     CameraSettings,
     PixelFormat,
+    TriggerBudget,
     TriggerSource,
     ValueRange,
+    same_exposure,
+    trigger_budget,
 )
 from foveacam_hardware.contract.clock import Clock, MonotonicClock, VirtualClock
 from foveacam_hardware.contract.devices import (
@@ -33,9 +36,8 @@ from foveacam_hardware.contract.errors import (
     Stopped,
     StorageFull,
     Timeout,
+    install_command,
 )
-from foveacam_hardware.contract.extras import install_command
-from foveacam_hardware.contract.trigger import TriggerBudget, same_exposure, trigger_budget
 from foveacam_hardware.contract.values import (
     PARKED,
     DeviceInfo,

@@ -15,6 +15,9 @@
 Every message says what was asked, what was found, and what to do.
 """
 
+import shlex
+import sys
+
 
 class FoveaError(Exception):
     """Root of every error that a user may see; `code` is stable and machine readable.
@@ -96,3 +99,8 @@ class DeviceFault(FoveaError):
     """A device answered wrongly, or refused what it should do."""
 
     code = "device_fault"
+
+
+def install_command(extra: str) -> str:
+    """Return the command that installs an extra, such as `pylon`, where this program looks for it."""
+    return f"{shlex.quote(sys.executable)} -m pip install 'foveacam-duo[{extra}]'"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Clock, PanTiltPose
 
 if TYPE_CHECKING:  # the processes of the far ends import this module, and start without pydantic
-    from foveacam_hardware.operator_config import OperatorConfig
+    from foveacam_hardware.pan_tilt_config import OperatorConfig
 
 AxisPositions: TypeAlias = tuple[float, float, float]
 """Pan and tilt in degrees, rail in millimetres."""

@@ -18,7 +18,7 @@ from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
 from foveacam_hardware.drivers.positioners.grbl_board import GrblBoard
 from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMounting
-from foveacam_hardware.drivers.positioners.manual_pan_tilt import ManualPanTilt
+from foveacam_hardware.drivers.positioners.manual import ManualPanTilt
 from foveacam_hardware.drivers.triggered_head import TriggeredHead
 from foveacam_hardware.rail_config import PAPER_PLACES
 from foveacam_hardware.rig import Rig, RigName

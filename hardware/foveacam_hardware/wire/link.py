@@ -11,6 +11,7 @@ import select
 import struct
 import termios
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
@@ -23,6 +24,7 @@ from foveacam_hardware.wire.usb_ports import PortIdentity, UsbPort, identify
 
 WRITE_TIMEOUT_S = 0.25
 """A packet that the port does not take within this time counts as an unplugged device."""
+ECHO_TIMEOUT_S = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,3 +198,17 @@ def _why_not_open(port: str, failure: Exception) -> str:
     else:
         found, remedy = f"cannot be opened ({failure})", "check that it is a serial port"
     return f"serial port {port}: {found}; {remedy}"
+
+
+def bare_round_trips_ms(port: str, *, data: bytes, count: int) -> list[float]:
+    """Return the times of `count` writes of `data`, each read back whole, ms."""
+    times_ms = []
+    with serial.Serial(port, 115_200, timeout=ECHO_TIMEOUT_S) as line:
+        for _ in range(count):
+            began_ns = time.perf_counter_ns()
+            line.write(data)
+            echo = line.read(len(data))
+            times_ms.append((time.perf_counter_ns() - began_ns) / 1e6)
+            if echo != data:
+                raise ValueError(f"{port} does not echo: sent {data.hex(' ')}, read {echo.hex(' ')}")
+    return times_ms

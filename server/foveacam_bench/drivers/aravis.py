@@ -20,7 +20,7 @@ import numpy as np
 from foveacam_bench.drivers.race import DriverLoop, Entry, PictureLoop, RaceSettings, frames_per_s
 from foveacam_hardware.camera_config import AravisCameraConfig
 from foveacam_hardware.contract import CameraSettings, MonotonicClock, NotConnected, Role
-from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary, discover, listed
+from foveacam_hardware.drivers.cameras.aravis.library import AravisLibrary, find_cameras, listed
 from foveacam_hardware.rig_cameras import build_camera
 
 PROGRAM = "arv-fake-gv-camera-0.8"
@@ -114,7 +114,7 @@ def _fake_camera() -> Iterator[None]:
     ) as process:
         try:
             until_s = time.monotonic() + STARTS_WITHIN_S
-            while all(found.info.serial != SERIAL for found in discover()):
+            while all(found.info.serial != SERIAL for found in find_cameras()):
                 if time.monotonic() > until_s or process.poll() is not None:
                     raise NotConnected(
                         f"{PROGRAM} does not serve on {INTERFACE}; end another one that is there"

@@ -15,7 +15,7 @@ from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.echo_process import echo_port
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
-from foveacam_hardware.wire.bare_port import bare_round_trips_ms
+from foveacam_hardware.wire.link import bare_round_trips_ms
 
 ROUNDS = 5
 """Ours and bare round trips alternate, so that a busy machine slows both."""

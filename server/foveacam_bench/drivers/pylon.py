@@ -15,8 +15,8 @@ from foveacam_bench.drivers.race import (
 )
 from foveacam_hardware.camera_config import PylonCameraConfig
 from foveacam_hardware.contract import CameraSettings, MonotonicClock, Role, Timeout, TriggerSource
-from foveacam_hardware.drivers.cameras.pylon_library import find_serial, load_library
-from foveacam_hardware.drivers.cameras.pylon_nodes import Vendor
+from foveacam_hardware.drivers.cameras.pylon.library import find_serial, load_library
+from foveacam_hardware.drivers.cameras.pylon.nodes import Vendor
 from foveacam_hardware.rig_cameras import build_camera
 
 SERIAL = "0815-0000"

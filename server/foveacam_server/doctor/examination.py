@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 
-from foveacam_hardware.camera_search import camera_searches
 from foveacam_hardware.rig import open_rig
+from foveacam_hardware.rig_cameras import camera_searches
 from foveacam_server.doctor import buses, devices, ports, program, trigger
 from foveacam_server.doctor.cameras import Discover, check_named, look_for_cameras
 from foveacam_server.doctor.findings import Finding

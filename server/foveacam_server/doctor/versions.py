@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from importlib import metadata
 
 from foveacam_hardware.contract import install_command
-from foveacam_hardware.drivers.cameras.aravis_library import LIBRARY
+from foveacam_hardware.drivers.cameras.aravis.library import LIBRARY
 from foveacam_server.doctor.findings import Finding, fine, problem
 from foveacam_server.doctor.needs import RigNeeds
 

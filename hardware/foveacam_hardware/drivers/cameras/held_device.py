@@ -5,6 +5,7 @@ Every call into the vendor's library goes through `call`, with a deadline. Frame
 
 import logging
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 from foveacam_hardware.contract import (
@@ -17,12 +18,11 @@ from foveacam_hardware.contract import (
     Role,
 )
 from foveacam_hardware.drivers.cameras.device import CameraDevice, ReadsItsClock, TellsItsSettings
-from foveacam_hardware.drivers.cameras.exposure_times import ExposureTimes
-from foveacam_hardware.drivers.cameras.link import BackOff
-from foveacam_hardware.drivers.cameras.plan import CameraPlan
+from foveacam_hardware.drivers.cameras.frame_times import ExposureTimes
 from foveacam_hardware.drivers.cameras.ranges import refuse_outside
-from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
+from foveacam_hardware.drivers.cameras.shared_state import BackOff, CameraSharedState
 from foveacam_hardware.drivers.cameras.vendor_calls import VendorCalls
+from foveacam_hardware.drivers.cameras.watchdog import WatchdogTimeouts
 
 logger = logging.getLogger(__name__)
 
@@ -31,6 +31,18 @@ T = TypeVar("T")
 READ_BACK_NS = 1_000_000_000
 """How often a camera with an automatic mode is asked what it runs with."""
 NEVER_NS = 1 << 63
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraPlan:
+    """Settings to begin with, the sensor's readout, and how much is waited for it and kept of it."""
+
+    settings: CameraSettings
+    readout_ns: int = 0
+    """How long a frame is read out of the sensor; used where the camera's clock cannot be read."""
+    frames: int = 8
+    """How many wait for their reader."""
+    patience: WatchdogTimeouts = field(default_factory=WatchdogTimeouts)
 
 
 class HeldDevice:

@@ -2,8 +2,8 @@
 
 from foveacam_hardware.contract import CameraSettings, Frame, Role, TriggerSource
 from foveacam_hardware.drivers.cameras.device import Grab
-from foveacam_hardware.drivers.cameras.exposure_times import ExposureTimes
 from foveacam_hardware.drivers.cameras.frame_checks import BufferAction, FrameChecks
+from foveacam_hardware.drivers.cameras.frame_times import ExposureTimes
 from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
 from foveacam_hardware.drivers.cameras.watchdog import Watchdog, WatchdogTimeouts
 

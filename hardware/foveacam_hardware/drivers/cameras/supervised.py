@@ -27,13 +27,12 @@ from foveacam_hardware.contract import (
     Timeout,
     TriggerSource,
 )
-from foveacam_hardware.drivers.cameras.commands import CameraCommand
 from foveacam_hardware.drivers.cameras.device import CameraDevice
-from foveacam_hardware.drivers.cameras.plan import CameraPlan
+from foveacam_hardware.drivers.cameras.held_device import CameraPlan
 from foveacam_hardware.drivers.cameras.ranges import refuse_outside
 from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
 from foveacam_hardware.drivers.cameras.vendor_calls import CallAbandoned, VendorCall
-from foveacam_hardware.drivers.cameras.worker import CameraWorker
+from foveacam_hardware.drivers.cameras.worker import CameraCommand, CameraWorker
 
 T = TypeVar("T")
 
@@ -66,7 +65,7 @@ class SupervisedCamera:
         self._expected = expected
         self._patience = plan.patience
         self._desk = CameraSharedState(frames=plan.frames)
-        self._inbox: queue.SimpleQueue[CameraCommand[CameraWorker]] = queue.SimpleQueue()
+        self._inbox: queue.SimpleQueue[CameraCommand] = queue.SimpleQueue()
         self._worker = self._new_worker()
         self._thread: threading.Thread | None = None
         self._lock = threading.Lock()
@@ -294,7 +293,7 @@ class SupervisedCamera:
         return CameraWorker(self._role, self._factory, desk=self._desk, plan=self._plan, clock=self._clock)
 
 
-def _work(worker: CameraWorker, inbox: "queue.SimpleQueue[CameraCommand[CameraWorker]]") -> None:
+def _work(worker: CameraWorker, inbox: "queue.SimpleQueue[CameraCommand]") -> None:
     """Turn until closed or given up."""
     while worker.goes_on:
         try:

@@ -7,7 +7,9 @@ itself, how it is opened and given up, stands in `held_device`.
 import logging
 import queue
 from collections.abc import Callable
-from typing import TypeVar
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 from foveacam_hardware.contract import (
     CameraPhase,
@@ -20,10 +22,8 @@ from foveacam_hardware.contract import (
     Role,
     Timeout,
 )
-from foveacam_hardware.drivers.cameras.commands import CommandInbox
 from foveacam_hardware.drivers.cameras.device import CameraDevice
-from foveacam_hardware.drivers.cameras.held_device import HeldDevice
-from foveacam_hardware.drivers.cameras.plan import CameraPlan
+from foveacam_hardware.drivers.cameras.held_device import CameraPlan, HeldDevice
 from foveacam_hardware.drivers.cameras.run import CameraRun
 from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
 from foveacam_hardware.drivers.cameras.vendor_calls import VendorCalls
@@ -42,6 +42,23 @@ COMMAND_S = 0.1
 """How long a camera that exposes on command is left alone before it is looked at."""
 FAILURES = (NotConnected, DeviceFault, Timeout)
 """After these the device is closed and opened anew; others are the caller's mistakes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraCommand:
+    """Something that a caller wants done by the thread."""
+
+    name: str
+    work: Callable[["CameraWorker"], object]
+    done: "Future[object]"
+
+
+class CommandInbox(Protocol):
+    """Where commands wait; a queue."""
+
+    def get(self, block: bool = True, timeout: float | None = None) -> CameraCommand:
+        """Return the next command or raise `queue.Empty`."""
+        ...
 
 
 class CameraWorker:
@@ -160,7 +177,7 @@ class CameraWorker:
 
     # One turn ---------------------------------------------------------------------------------------------
 
-    def step(self, inbox: "CommandInbox[CameraWorker]") -> None:
+    def step(self, inbox: CommandInbox) -> None:
         """Do the next thing: a command, an attempt to open, a frame, or a look whether the camera lives."""
         try:
             pause_s = self._pause_s()

@@ -34,9 +34,8 @@ from foveacam_hardware.drivers.controller.recovery import LinkRecovery, switched
 from foveacam_hardware.drivers.controller.replies import ControllerRefusal
 from foveacam_hardware.drivers.controller.requests import ControllerRequests
 from foveacam_hardware.drivers.controller.session import ControllerSession
-from foveacam_hardware.drivers.controller.steering_pacer import SteeringPacer
 from foveacam_hardware.drivers.controller.traffic import NO_TRAFFIC
-from foveacam_hardware.drivers.controller.update_rate import UpdateRateGovernor
+from foveacam_hardware.drivers.controller.update_rate import SteeringPacer, UpdateRateGovernor
 from foveacam_hardware.wire.controller import PacketProperty
 from foveacam_hardware.wire.link import PortLinkFactory
 

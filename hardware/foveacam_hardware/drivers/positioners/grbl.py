@@ -1,9 +1,9 @@
 """A pan-tilt on a Grbl board, as `contract.PanTilt`: X pans, Y tilts, in degrees; see `grbl_board`."""
 
 from foveacam_hardware.contract import Clock, DeviceInfo, PanTiltLimits, PanTiltPose, PanTiltState
-from foveacam_hardware.drivers.positioners.bearing_limits import check_bearing
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
 from foveacam_hardware.drivers.positioners.grbl_board import GrblBoard
+from foveacam_hardware.drivers.positioners.limits import check_bearing
 from foveacam_hardware.wire.link import LinkFactory
 
 USER = "pan-tilt"

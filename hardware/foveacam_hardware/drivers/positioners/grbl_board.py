@@ -19,8 +19,7 @@ from foveacam_hardware.contract import (
     NotConnected,
     Timeout,
 )
-from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis, feed_per_min
-from foveacam_hardware.drivers.positioners.grbl_move import AxesMove
+from foveacam_hardware.drivers.positioners.grbl_axes import AxesMove, GrblAxis, feed_per_min
 from foveacam_hardware.drivers.positioners.grbl_session import GrblSession, LineRefused, SentLine
 from foveacam_hardware.drivers.positioners.grbl_start import MOVING, READY, greet
 from foveacam_hardware.wire.grbl import HOME, JOG_CANCEL, RESET, GrblAlarm, GrblOk, GrblStatusReport, jog

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from foveacam_hardware.contract import Clock, DeviceInfo, RailLimits, RailState
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis
 from foveacam_hardware.drivers.positioners.grbl_board import GrblBoard
-from foveacam_hardware.drivers.positioners.rail_limits import check_position
+from foveacam_hardware.drivers.positioners.limits import check_position
 from foveacam_hardware.wire.link import LinkFactory
 
 USER = "rail"

@@ -21,7 +21,7 @@ from foveacam_hardware.contract import (
     PanTiltState,
     Timeout,
 )
-from foveacam_hardware.drivers.positioners.bearing_limits import STRAIGHT_AHEAD, check_bearing
+from foveacam_hardware.drivers.positioners.limits import STRAIGHT_AHEAD, check_bearing
 from foveacam_hardware.drivers.positioners.ptu_axes import PtuAxes, PtuMounting, Steps
 from foveacam_hardware.drivers.positioners.ptu_session import PtuSession, SentCommand
 from foveacam_hardware.drivers.positioners.ptu_start import greet, prepare

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import PanTiltPose
-from foveacam_hardware.drivers.positioners.bearing_limits import STRAIGHT_AHEAD
+from foveacam_hardware.drivers.positioners.limits import STRAIGHT_AHEAD
 
 Steps = tuple[int, int]
 """Positions of pan and tilt."""

@@ -8,8 +8,8 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Strict, model_validator
 
+from foveacam_hardware.pan_tilt_config import StationTable, check_station_names
 from foveacam_hardware.sim.scenes.materials import Color, Material, Metres, Position, Real, StrictTable, Unit
-from foveacam_hardware.stations import StationTable, check_station_names
 
 
 class PathMotion(StrictTable):

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from foveacam_hardware.config_errors import explain_file
 from foveacam_hardware.contract import InvalidInput
-from foveacam_hardware.file_words import explain_file
 from foveacam_hardware.sim.scenes.format import SceneFile
 
 SCENES_FOLDER = Path(__file__).parent

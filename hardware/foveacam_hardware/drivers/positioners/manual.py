@@ -13,11 +13,15 @@ from foveacam_hardware.contract import (
     PanTiltLimits,
     PanTiltPose,
     PanTiltState,
+    RailLimits,
+    RailState,
 )
+from foveacam_hardware.drivers.positioners.limits import check_position
 
-ANYWHERE = PanTiltLimits(
+ANY_BEARING = PanTiltLimits(
     pan_min_rad=-math.pi, pan_max_rad=math.pi, tilt_min_rad=-math.pi / 2, tilt_max_rad=math.pi / 2
 )
+ANY_POSITION = RailLimits(min_m=-2.0, max_m=2.0)
 
 
 def _nobody(wanted: PanTiltPose | None) -> None:
@@ -31,7 +35,7 @@ class ManualPanTilt:
     """
 
     moves_itself = False
-    limits = ANYWHERE
+    limits = ANY_BEARING
 
     def __init__(
         self, *, name: str = "by hand", on_wanted: Callable[[PanTiltPose | None], None] = _nobody
@@ -66,7 +70,7 @@ class ManualPanTilt:
     def move_to(self, pose: PanTiltPose) -> None:
         """Remember where the operator is to turn it."""
         self._check("move")
-        if abs(pose.pan_rad) > ANYWHERE.pan_max_rad or abs(pose.tilt_rad) > ANYWHERE.tilt_max_rad:
+        if abs(pose.pan_rad) > ANY_BEARING.pan_max_rad or abs(pose.tilt_rad) > ANY_BEARING.tilt_max_rad:
             raise OutOfRange(
                 f"pan-tilt (by hand): pan {math.degrees(pose.pan_rad):.1f}, tilt"
                 f" {math.degrees(pose.tilt_rad):.1f} deg is outside ±180, ±90 deg; choose a bearing inside"
@@ -85,3 +89,52 @@ class ManualPanTilt:
     def _check(self, action: str) -> None:
         if not self._connected:
             raise NotConnected(f"pan-tilt (by hand): asked to {action} before it was connected; connect it")
+
+
+class ManualRail:
+    """A rail with a scale; `wanted_m` is the place last asked for, None when none is."""
+
+    moves_itself = False
+
+    def __init__(self, *, limits: RailLimits = ANY_POSITION, name: str = "by hand") -> None:
+        self.limits = limits
+        self.info = DeviceInfo(vendor="none", model="moved by hand", serial=name)
+        self.wanted_m: float | None = None
+        self._connected = False
+
+    @property
+    def state(self) -> RailState:
+        """Say that it is there, where it is wanted, and that nobody knows where it stands."""
+        return RailState(connected=self._connected, wanted_m=self.wanted_m)
+
+    def connect(self) -> None:
+        """Begin; there is nothing that could fail."""
+        self._connected = True
+
+    def close(self) -> None:
+        """End; harmless when ended."""
+        self._connected = False
+        self.wanted_m = None
+
+    def home(self) -> None:
+        """Do nothing: there is no switch, and no need of one."""
+        self._check("home")
+
+    def confirm_zero(self) -> None:
+        """Do nothing: it counts nothing."""
+        self._check("take where it stands for its zero")
+
+    def move_to(self, position_m: float) -> None:
+        """Remember where the operator is to push it."""
+        self._check("move")
+        check_position(position_m, self.limits, name="rail (by hand)")
+        self.wanted_m = position_m
+
+    def hold(self) -> None:
+        """Want nothing any more."""
+        self._check("hold")
+        self.wanted_m = None
+
+    def _check(self, action: str) -> None:
+        if not self._connected:
+            raise NotConnected(f"rail (by hand): asked to {action} before it was connected; connect it")

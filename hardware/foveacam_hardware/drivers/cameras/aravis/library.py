@@ -196,7 +196,7 @@ def interface_address(library: AravisLibrary, camera: int) -> str:
     return address
 
 
-def discover() -> list[FoundCamera]:
+def find_cameras() -> list[FoundCamera]:
     """Look on every network and USB; takes a second. Raise `NotConnected` without the library."""
     library = AravisLibrary()
     library.plain("arv_update_device_list")()

@@ -14,7 +14,7 @@ from foveacam_hardware.contract import (
     TriggerSource,
     ValueRange,
 )
-from foveacam_hardware.drivers.cameras.opencv_source import OpenCvCapture, SourceKind
+from foveacam_hardware.drivers.cameras.opencv.source import OpenCvCapture, SourceKind
 from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 
 UVC_EXPOSURE_NS = 100_000

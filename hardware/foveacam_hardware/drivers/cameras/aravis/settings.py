@@ -15,8 +15,8 @@ from foveacam_hardware.contract import (
     TriggerSource,
     ValueRange,
 )
-from foveacam_hardware.drivers.cameras.aravis_automatic import AravisAutomatic
-from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary
+from foveacam_hardware.drivers.cameras.aravis.automatic import AravisAutomatic
+from foveacam_hardware.drivers.cameras.aravis.library import AravisLibrary
 from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 
 logger = logging.getLogger(__name__)

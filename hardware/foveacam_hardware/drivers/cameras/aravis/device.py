@@ -4,7 +4,10 @@ libaravis says that control was lost only after seconds, and blocks 2.5 s in eve
 lost is decided above, by missing frames; here calls only fail.
 """
 
+import fcntl
 import logging
+import socket
+import struct
 
 from foveacam_hardware.contract import (
     CameraRanges,
@@ -15,14 +18,16 @@ from foveacam_hardware.contract import (
     FoveaError,
     NotConnected,
 )
-from foveacam_hardware.drivers.cameras.aravis_clock import AravisClock
-from foveacam_hardware.drivers.cameras.aravis_library import AravisLibrary, interface_address, listed
-from foveacam_hardware.drivers.cameras.aravis_settings import AravisFeatures, AravisOptions
-from foveacam_hardware.drivers.cameras.aravis_stream import AravisStream
+from foveacam_hardware.drivers.cameras.aravis.clock import AravisClock
+from foveacam_hardware.drivers.cameras.aravis.library import AravisLibrary, interface_address, listed
+from foveacam_hardware.drivers.cameras.aravis.settings import AravisFeatures, AravisOptions
+from foveacam_hardware.drivers.cameras.aravis.stream import AravisStream
 from foveacam_hardware.drivers.cameras.device import ClockReading, FoundCamera, Grab
-from foveacam_hardware.drivers.cameras.network_interface import address_of
 
 logger = logging.getLogger(__name__)
+
+SIOCGIFADDR = 0x8915  # Linux: netdevice(7)
+LONGEST_NAME = 15
 
 
 class AravisDevice:
@@ -195,3 +200,14 @@ class AravisDevice:
 
     def _call(self, name: str) -> object:
         return self._open_features.call(name)
+
+
+def address_of(name: str) -> str | None:
+    """Return the IPv4 address of an interface, or None when there is no such interface or it has none."""
+    request = struct.pack("256s", name.encode()[:LONGEST_NAME])
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            answer = fcntl.ioctl(probe.fileno(), SIOCGIFADDR, request)
+        except OSError:
+            return None
+    return socket.inet_ntoa(answer[20:24])

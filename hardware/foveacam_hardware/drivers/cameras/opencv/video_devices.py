@@ -15,7 +15,7 @@ FIRST = "0"
 """A camera's first node gives its pictures; others tell about them."""
 
 
-def found_cameras(*, root: Path = Path("/")) -> list[FoundCamera]:
+def find_cameras(*, root: Path = Path("/")) -> list[FoundCamera]:
     """Return the cameras among the video devices; `root`: of another machine's files."""
     entries = sorted((root / CLASS).glob("video*"), key=lambda entry: (len(entry.name), entry.name))
     lasting = _lasting_names(root)

@@ -2,10 +2,11 @@
 
 import math
 
-from foveacam_hardware.contract import OutOfRange, PanTiltLimits, PanTiltPose
+from foveacam_hardware.contract import OutOfRange, PanTiltLimits, PanTiltPose, RailLimits
 
 STRAIGHT_AHEAD = PanTiltPose(pan_rad=0.0, tilt_rad=0.0)
 SLACK_RAD = 1e-9
+SLACK_M = 1e-9
 
 
 def check_bearing(pose: PanTiltPose, limits: PanTiltLimits, *, name: str) -> None:
@@ -19,3 +20,12 @@ def check_bearing(pose: PanTiltPose, limits: PanTiltLimits, *, name: str) -> Non
                 f"{name}: {axis} {math.degrees(asked):.2f} deg is outside {math.degrees(low):g} to"
                 f" {math.degrees(high):g} deg; choose a bearing inside"
             )
+
+
+def check_position(position_m: float, limits: RailLimits, *, name: str) -> None:
+    """Raise `OutOfRange` for a place beyond the limits, or one that is no number."""
+    if not limits.min_m - SLACK_M <= position_m <= limits.max_m + SLACK_M:
+        raise OutOfRange(
+            f"{name}: {1e3 * position_m:.1f} mm is outside {1e3 * limits.min_m:g} to"
+            f" {1e3 * limits.max_m:g} mm; choose a place inside"
+        )

@@ -5,7 +5,7 @@ from importlib import import_module
 
 from foveacam_hardware.contract import DeviceInfo, NotConnected, install_command
 from foveacam_hardware.drivers.cameras.device import FoundCamera
-from foveacam_hardware.drivers.cameras.pylon_nodes import Vendor
+from foveacam_hardware.drivers.cameras.pylon.nodes import Vendor
 
 KIND = "pylon"
 
@@ -37,7 +37,7 @@ def find_serial(pylon: Vendor, serial: str) -> Vendor:
     )
 
 
-def found_cameras() -> list[FoundCamera]:
+def find_cameras() -> list[FoundCamera]:
     """Return the cameras that the library sees; raise `NotConnected` when it is not installed."""
     entries = load_library().TlFactory.GetInstance().EnumerateDevices()
     return [_found(entry) for entry in entries]

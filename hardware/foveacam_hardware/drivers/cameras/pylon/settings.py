@@ -10,7 +10,7 @@ from foveacam_hardware.contract import (
     TriggerSource,
     ValueRange,
 )
-from foveacam_hardware.drivers.cameras import pylon_nodes as nodes
+from foveacam_hardware.drivers.cameras.pylon import nodes
 from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 
 NS_PER_US = 1000.0

@@ -21,7 +21,7 @@ def explain_file(error: ValidationError, content: object) -> str:
 
 
 def _told(detail: Mapping[str, Any], content: object) -> str:  # Any: pydantic's own
-    key = key_of(detail["loc"], content)
+    key = locate_key(detail["loc"], content)
     return f"{key + ': ' if key else ''}{_what(detail)}{_found(detail)}"
 
 
@@ -41,7 +41,7 @@ def _found(detail: Mapping[str, Any]) -> str:
     return "" if isinstance(value, dict | list | BaseModel) else f" (found {value!r})"
 
 
-def key_of(steps: tuple[int | str, ...], content: object) -> str:
+def locate_key(steps: tuple[int | str, ...], content: object) -> str:
     """Return a place as the file names it, entries of a list by their name where they have one.
 
     Pydantic names the kind of a table or of a value as well, where there are several: those are no keys.

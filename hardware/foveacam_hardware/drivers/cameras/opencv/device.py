@@ -22,8 +22,7 @@ from foveacam_hardware.contract import (
     PixelFormat,
 )
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
-from foveacam_hardware.drivers.cameras.opencv_pump import FramePump
-from foveacam_hardware.drivers.cameras.opencv_settings import (
+from foveacam_hardware.drivers.cameras.opencv.settings import (
     SourceCapabilities,
     abilities_of,
     check,
@@ -31,7 +30,8 @@ from foveacam_hardware.drivers.cameras.opencv_settings import (
     read_back,
     write,
 )
-from foveacam_hardware.drivers.cameras.opencv_source import (
+from foveacam_hardware.drivers.cameras.opencv.source import (
+    FramePump,
     OpenCvCapture,
     Source,
     SourceKind,

@@ -1,0 +1,1 @@
+"""UVC cameras, network streams, video files and image sequences through OpenCV."""

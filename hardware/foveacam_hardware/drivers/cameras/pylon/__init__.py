@@ -1,0 +1,1 @@
+"""Basler cameras through the vendor's pylon library (the extra `pylon`)."""
