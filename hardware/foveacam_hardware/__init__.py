@@ -1,1 +1,1 @@
-"""What touches the world: volts, pixels, bytes, nanoseconds. Knows no angle and no HTTP."""
+"""Device drivers, wire protocols and the simulated rig: volts, pixels, bytes and ns; no gaze, no HTTP."""

@@ -1,7 +1,7 @@
-"""What a rig's TOML file may say of its three cameras: which device is which eye, and what it runs with.
+"""Schema of the three cameras in a rig's TOML file: which device serves which role, with which settings.
 
-A camera is found by its serial number, never by the order in which the machine lists it. What an option means
-to a device is its driver's; that left and right agree is checked here.
+A camera is identified by its serial number, never by the order in which the machine lists it. Checks that
+left and right agree; how an option is applied to a device is left to its driver.
 """
 
 from typing import Annotated, Literal, TypeAlias
@@ -37,7 +37,7 @@ LINKED = (
     "trigger",
     "trigger_edge",
 )
-"""What left and right must have alike: one pulse exposes both, and their pictures are compared."""
+"""Keys that must be equal for left and right: one pulse exposes both, and their images are compared."""
 
 
 class _Table(BaseModel):
@@ -45,65 +45,65 @@ class _Table(BaseModel):
 
 
 class AbsentCameraConfig(_Table):
-    """No camera: the rig opens without, and says so."""
+    """A role without a camera: the rig opens without it and reports it as missing."""
 
     kind: Literal["absent"] = "absent"
 
 
 class _PresentCamera(_Table):
     frame_rate_hz: Annotated[float, Field(gt=0.0, le=10_000.0)] = 30.0
-    """Of a free-running camera; a triggered one is at most as fast."""
+    """Rate of a free-running camera; a triggered camera is at most as fast."""
     frame_rate_auto: bool = False
-    """The camera chooses its rate itself: as fast as exposure and readout allow."""
+    """Whether the camera chooses its rate itself: as fast as exposure and readout allow."""
     readout_us: Annotated[float, Field(ge=0.0, le=1_000_000.0)] = 0.0
-    """How long a frame is read out of the sensor; it places exposures where no clock can be read."""
+    """Readout time of the sensor; dates exposures of cameras whose clock cannot be read."""
     buffers: Annotated[int, Field(ge=2, le=256)] = 8
-    """Frames that wait for who reads; of more the oldest are skipped, and counted."""
+    """Frames buffered for the reader; beyond that the oldest are skipped and counted."""
 
 
 class _MachineVisionCamera(_PresentCamera):
     serial: Serial
-    """As on its label; the camera is found by it."""
+    """Serial number on the camera's label; identifies the camera."""
     exposure_ms: ExposureMs = 8.0
     exposure_auto: Literal["off", "once", "continuous"] = "off"
-    """Whether the camera sets its exposure itself, beginning with `exposure_ms`; not of an eye on a pulse."""
+    """Automatic exposure, starting from `exposure_ms`; refused for a fovea that waits for the pulse."""
     gain_db: GainDb = 0.0
     black_level: Annotated[float, Field(ge=0.0, le=65_535.0)] = 0.0
-    """In the camera's own units."""
+    """Black level in the camera's own units."""
     pixel_format: Literal["Mono8", "Mono12", "Mono12p", "BayerRG8", "BayerRG12p", "RGB8"] = "Mono8"
     trigger: Literal["hardware", "software", "none"] | None = None
-    """What each exposure waits for; None: left and right wait for `trigger_line`, wide for nothing."""
+    """What starts each exposure; None: `trigger_line` for left and right, free-running for wide."""
     trigger_line: Line = "Line0"
-    """The input that the mirror controller's pulse arrives at."""
+    """Input that receives the mirror controller's pulse."""
     trigger_edge: Literal["rising", "falling"] = "rising"
     strobe_line: Line | None = "Line1"
-    """The output that tells the controller when an exposure goes on; None when it is not wired."""
+    """Output that signals the exposure to the controller; None when it is not wired."""
     width_px: Pixels | None = None
     height_px: Pixels | None = None
-    """The part of the sensor that is read, None: all of it; in its middle unless offsets are given."""
+    """Size of the sensor region that is read; None: all of it. Centred unless offsets are given."""
     offset_x_px: Annotated[int, Field(ge=0, le=20_000)] | None = None
     offset_y_px: Annotated[int, Field(ge=0, le=20_000)] | None = None
     packet_size_bytes: Annotated[int, Field(ge=220, le=16_000)] | None = None
-    """GigE Vision only: the largest packet; None lets the driver find it (8900 suits an MTU of 9000)."""
+    """GigE Vision only: largest packet; None lets the driver find it (8900 suits an MTU of 9000)."""
     packet_delay_ns: Annotated[int, Field(ge=0, le=10_000_000)] | None = None
-    """GigE Vision only: the pause between packets, where cameras share a link."""
+    """GigE Vision only: pause between packets, for cameras that share a link."""
 
 
 class AravisCameraConfig(_MachineVisionCamera):
-    """GigE Vision or USB3 Vision, by the system's libaravis."""
+    """A GigE Vision or USB3 Vision camera, opened through the system's libaravis."""
 
     kind: Literal["aravis"]
     interface: Annotated[str, Field(min_length=1, max_length=60)] | None = None
-    """Address or name of the network interface to look on; None: on all."""
+    """Address or name of the network interface to search; None: all interfaces."""
 
 
 class PylonCameraConfig(_MachineVisionCamera):
-    """A Basler camera, by the vendor's library."""
+    """A Basler camera, opened through the vendor's library."""
 
     kind: Literal["pylon"]
     trigger_line: Line = "Line1"
     strobe_line: Line | None = "Line2"
-    """Basler counts its lines from 1: the opto-coupled input, and the output."""
+    """Basler counts lines from 1: Line1 is the opto-coupled input, Line2 the output."""
 
 
 class OpenCvCameraConfig(_PresentCamera):
@@ -111,19 +111,19 @@ class OpenCvCameraConfig(_PresentCamera):
 
     kind: Literal["opencv"]
     source: Annotated[str, Field(min_length=1)] | Annotated[int, Field(ge=0, le=63)]
-    """`0`, `/dev/v4l/by-id/…`, `rtsp://…`, or beside this file a video, or images as `shots/%04d.png`."""
+    """`0`, `/dev/v4l/by-id/…`, `rtsp://…`, or a video or images (`shots/%04d.png`) relative to this file."""
     exposure_ms: ExposureMs | None = None
-    """None leaves it to the camera: a UVC camera then sets it itself."""
+    """None leaves the exposure to the camera: a UVC camera then sets it automatically."""
     exposure_auto: Literal["off", "continuous"] | None = None
-    """None: off when there is an `exposure_ms`."""
+    """None: off when `exposure_ms` is given."""
     gain_db: GainDb | None = None
     pixel_format: Literal["Mono8", "RGB8"] = "RGB8"
     trigger: Literal["software", "none"] | None = None
-    """Such a camera hears no pulse: None is free-running."""
+    """Such a camera has no trigger input: None means free-running."""
     width_px: Pixels | None = None
     height_px: Pixels | None = None
     loop: bool = False
-    """Begin a file anew at its end, instead of being lost there."""
+    """Restart a file at its end; otherwise the camera counts as lost there."""
 
 
 CameraConfig: TypeAlias = Annotated[
@@ -133,7 +133,7 @@ CameraConfig: TypeAlias = Annotated[
 
 
 class CamerasConfig(_Table):
-    """The three cameras, by their roles."""
+    """The three cameras by role."""
 
     wide: CameraConfig = AbsentCameraConfig()
     left: CameraConfig = AbsentCameraConfig()
@@ -180,7 +180,7 @@ class CamerasConfig(_Table):
 
 
 def device_name(camera: CameraConfig) -> str | None:
-    """Return what tells a camera's device from all others; None where there is none."""
+    """Return the identification of a camera's device, unique on the machine; None for an absent camera."""
     match camera:
         case AravisCameraConfig() | PylonCameraConfig():
             return f"serial {camera.serial}"

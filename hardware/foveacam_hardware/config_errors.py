@@ -1,31 +1,31 @@
-"""What is wrong in a file that a person wrote, in its own words: which key, what is there, what to do."""
+"""Turns pydantic's errors about a hand-written file into one sentence: key, value found, remedy."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-MOST = 5
-"""So many are told; who mends them finds the rest, which often come of the same mistake."""
-_WORDS = {
+MAX_REPORTED = 5
+"""Errors listed in full; the rest often follow from the same mistake and show after these are corrected."""
+_MESSAGES = {
     "extra_forbidden": "not permitted here; correct its spelling, or take it out",
     "missing": "is missing; add it",
 }
 
 
 def explain_file(error: ValidationError, content: object) -> str:
-    """Say in one line what is wrong where; `content`: the file as it was read."""
-    told = list(dict.fromkeys(_told(detail, content) for detail in error.errors()))
-    more = [f"and {len(told) - MOST} more like these"] if len(told) > MOST else []
-    return "; ".join([*told[:MOST], *more])
+    """Return one line that names every faulty key and its remedy; `content`: the file as parsed."""
+    messages = list(dict.fromkeys(_describe(detail, content) for detail in error.errors()))
+    more = [f"and {len(messages) - MAX_REPORTED} more like these"] if len(messages) > MAX_REPORTED else []
+    return "; ".join([*messages[:MAX_REPORTED], *more])
 
 
-def _told(detail: Mapping[str, Any], content: object) -> str:  # Any: pydantic's own
+def _describe(detail: Mapping[str, Any], content: object) -> str:  # Any: pydantic's own
     key = locate_key(detail["loc"], content)
-    return f"{key + ': ' if key else ''}{_what(detail)}{_found(detail)}"
+    return f"{key + ': ' if key else ''}{_message(detail)}{_found(detail)}"
 
 
-def _what(detail: Mapping[str, Any]) -> str:
+def _message(detail: Mapping[str, Any]) -> str:
     kind, context = detail["type"], detail.get("ctx") or {}
     if kind == "union_tag_not_found":
         tag = str(context["discriminator"]).strip("'")
@@ -33,7 +33,7 @@ def _what(detail: Mapping[str, Any]) -> str:
     if kind == "union_tag_invalid":
         tag = str(context["discriminator"]).strip("'")
         return f"{tag} {context['tag']!r} is not known; give one of {context['expected_tags']}"
-    return _WORDS.get(kind) or str(detail["msg"]).removeprefix("Value error, ")
+    return _MESSAGES.get(kind) or str(detail["msg"]).removeprefix("Value error, ")
 
 
 def _found(detail: Mapping[str, Any]) -> str:
@@ -42,15 +42,15 @@ def _found(detail: Mapping[str, Any]) -> str:
 
 
 def locate_key(steps: tuple[int | str, ...], content: object) -> str:
-    """Return a place as the file names it, entries of a list by their name where they have one.
+    """Return an error's key path as the file writes it, list entries by their `name` where they have one.
 
-    Pydantic names the kind of a table or of a value as well, where there are several: those are no keys.
+    Pydantic inserts the tag of a discriminated union into the path; such steps are not keys of the file.
     """
     key = ""
     for number, step in enumerate(steps):
         if isinstance(content, dict):
             if step not in content and (number < len(steps) - 1 or step in content.values()):
-                continue  # the kind of this table
+                continue  # the tag of this table's union
             content = content.get(step)
             key += f".{step}" if key else str(step)
         elif isinstance(content, list) and isinstance(step, int) and step < len(content):

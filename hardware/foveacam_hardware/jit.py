@@ -1,7 +1,7 @@
-"""How numba compiles kernels: no GIL, cached on disk, no reassociation of sums.
+"""Numba decorators of the project's kernels: without the GIL, cached on disk, sums not reassociated.
 
-Numba caches beside the module, in NUMBA_CACHE_DIR when that is set, else in the user's cache folder;
-where none of them can be written the kernels still work, and are compiled anew by each process.
+Numba caches beside the module, in NUMBA_CACHE_DIR when that is set, else in the user's cache folder.
+Where none of them is writable, each process compiles the kernels again.
 """
 
 import hashlib
@@ -23,10 +23,10 @@ def _folder_digest(folder: Path) -> str:
     return digest.hexdigest()
 
 
-def _tie_to_folder(dispatcher: Any, folder: Path) -> None:  # noqa: ANN401 (numba ships no types)
-    """Let the cached code of a kernel lapse when any module of its folder changes.
+def _invalidate_with_folder(dispatcher: Any, folder: Path) -> None:  # noqa: ANN401 (numba ships no types)
+    """Invalidate the cached code of a kernel when any module of its folder changes.
 
-    Numba looks at the kernel's own file only, though the code of others is linked into it.
+    Numba checks the kernel's own file only, although code of other modules is linked into it.
     """
     try:
         index = dispatcher._cache._cache_file  # noqa: SLF001 (numba offers no other way)
@@ -36,15 +36,15 @@ def _tie_to_folder(dispatcher: Any, folder: Path) -> None:  # noqa: ANN401 (numb
 
 
 def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
-    """Compile a function on its first call; it releases the GIL and gives the same bits on every run."""
+    """Compile a function on its first call; it releases the GIL and is bit-reproducible."""
     try:
         dispatcher = njit(nogil=True, cache=True, error_model="numpy")(function)
     except RuntimeError:  # numba: "no locator available", that is, no folder to write the cache to
         return njit(nogil=True, error_model="numpy")(function)
-    _tie_to_folder(dispatcher, Path(inspect.getfile(function)).parent)
+    _invalidate_with_folder(dispatcher, Path(inspect.getfile(function)).parent)
     return dispatcher
 
 
 def inlined(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
-    """Make a function part of each kernel that calls it, which saves compiling it on its own."""
+    """Inline a function into each kernel that calls it, which saves compiling it separately."""
     return njit(inline="always", error_model="numpy")(function)

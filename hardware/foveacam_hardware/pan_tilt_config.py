@@ -1,4 +1,8 @@
-"""What a rig's TOML file may say of its pan-tilt, and the stations that it turns to."""
+"""Schema of the pan-tilt in a rig's TOML file, its calibration stations, and the simulated operator.
+
+A station says where the base must point and which target is there. Scene files list the stations of their
+scene, rig files those of a real room.
+"""
 
 import math
 from collections.abc import Sequence
@@ -10,21 +14,21 @@ from foveacam_hardware.contract import PanTiltLimits, PanTiltPose, Station, Stat
 
 
 class StationTable(BaseModel):
-    """A place to look at while calibrating."""
+    """A bearing to calibrate at, and the target that is seen there."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
     target: Literal["board", "markers"]
     pan_deg: Annotated[float, Field(ge=-180.0, le=180.0)]
-    """Above 0 to the right."""
+    """Positive to the right."""
     tilt_deg: Annotated[float, Field(ge=-90.0, le=90.0)] = 0.0
-    """Above 0 down."""
+    """Positive down."""
     distance_m: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
-    """From the wide camera to the middle of the target, by tape; leave it out when nobody measured."""
+    """Measured distance from the wide camera to the centre of the target; leave it out when not measured."""
 
     def station(self) -> Station:
-        """Return it as the contract's."""
+        """Return the contract's value type."""
         return Station(
             name=self.name,
             target=StationTarget(self.target),
@@ -42,15 +46,15 @@ def check_station_names(stations: Sequence[StationTable]) -> None:
 
 
 class OperatorConfig(BaseModel):
-    """Somebody who turns the rig where it is wanted: after a while, at a pace, not quite there."""
+    """A simulated person who turns a manual pan-tilt: reaction time, speed and pointing error."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
     delay_s: Annotated[float, Field(ge=0.0, le=60.0)] = 0.8
-    """From being asked to beginning to turn."""
+    """Reaction time from the request to the start of the turn."""
     speed_deg_s: Annotated[float, Field(gt=0.0, le=200.0)] = 12.0
     error_deg: Annotated[float, Field(ge=0.0, le=5.0)] = 0.15
-    """Standard deviation on either axis; never more than twice as much."""
+    """Standard deviation of the pointing error on each axis; the error never exceeds twice this value."""
 
 
 PanDeg: TypeAlias = Annotated[float, Field(ge=-180.0, le=180.0)]
@@ -62,7 +66,7 @@ class _Table(BaseModel):
 
 
 class ManualPanTiltConfig(_Table):
-    """The operator turns the rig."""
+    """A pan-tilt that the operator turns by hand."""
 
     kind: Literal["manual"]
     stations: list[StationTable] = Field(default_factory=list)
@@ -104,7 +108,7 @@ class _Motors(_Table):
 
     @property
     def limits(self) -> PanTiltLimits:
-        """How far it turns."""
+        """The range of both axes, rad."""
         return PanTiltLimits(
             pan_min_rad=math.radians(self.pan_min_deg),
             pan_max_rad=math.radians(self.pan_max_deg),
@@ -114,18 +118,18 @@ class _Motors(_Table):
 
     @property
     def zero(self) -> PanTiltPose:
-        """Where the base points when its motors count zero."""
+        """The bearing of the base at motor position zero, rad."""
         return PanTiltPose(
             pan_rad=math.radians(self.zero_pan_deg or 0.0), tilt_rad=math.radians(self.zero_tilt_deg or 0.0)
         )
 
 
 class GrblPanTiltConfig(_Motors):
-    """Two motors on a Grbl board: X pans, Y tilts, in degrees."""
+    """Two motors on a Grbl board: X is pan, Y is tilt, in degrees."""
 
     kind: Literal["grbl"]
     has_switches: bool = True
-    """False: it counts from where it stood when it was switched on."""
+    """False: positions count from where the axes were at power-on."""
 
     @model_validator(mode="after")
     def _know_its_zero(self) -> "GrblPanTiltConfig":
@@ -138,12 +142,12 @@ class GrblPanTiltConfig(_Motors):
 
 
 class PtuPanTiltConfig(_Motors):
-    """A FLIR (Directed Perception) unit; `zero_…`: where the rig points at its 0/0, 0 when left out."""
+    """A FLIR (Directed Perception) unit; `zero_…`: bearing of the rig at the unit's 0/0, default 0."""
 
     kind: Literal["ptu"]
     baud: Literal[600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200] = 9600
     upside_down: bool = False
-    """It hangs from above: both axes turn the other way."""
+    """The unit is mounted upside down: both axes turn the other way."""
 
 
 PanTiltConfig: TypeAlias = Annotated[

@@ -1,6 +1,6 @@
-"""What a rig's TOML file may say of its rail, and the places on it that have names.
+"""Schema of the rail in a rig's TOML file, and the named positions on it.
 
-The paper's datasets are captured from five places (Sec. 5.1); they are the default.
+The default positions are the five from which the paper's datasets are captured (Sec. 5.1).
 """
 
 from collections.abc import Sequence
@@ -26,11 +26,11 @@ class _Table(BaseModel):
 
 
 class RailPlaceTable(_Table):
-    """A place on the rail by its name."""
+    """A named position on the rail."""
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
     position_mm: PlaceMm
-    """From the rail's middle, above 0 to the rig's right."""
+    """Distance from the centre of the rail, positive to the rig's right."""
 
 
 def _paper_places() -> list[RailPlaceTable]:
@@ -51,33 +51,33 @@ class _Rail(_Table):
 
     @property
     def limits(self) -> RailLimits:
-        """How far it reaches."""
+        """The travel of the rail, m."""
         return RailLimits(min_m=1e-3 * self.min_mm, max_m=1e-3 * self.max_mm)
 
     @property
-    def named(self) -> tuple[RailPlace, ...]:
-        """The places that have names."""
+    def named_positions(self) -> tuple[RailPlace, ...]:
+        """The named positions as the contract's value types."""
         return tuple(RailPlace(name=place.name, position_m=1e-3 * place.position_mm) for place in self.places)
 
 
 class ManualRailConfig(_Rail):
-    """The operator pushes the rig along a scale."""
+    """A rail along which the operator pushes the rig by hand, read on a scale."""
 
     kind: Literal["manual"]
 
 
 class GrblRailConfig(_Rail):
-    """A motor on a Grbl board's Z, in millimetres; the board may be the pan-tilt's."""
+    """A motor on axis Z of a Grbl board, in millimetres; the board may also drive the pan-tilt."""
 
     kind: Literal["grbl"]
     port: Annotated[str, Field(min_length=1)]
     has_switches: bool = True
-    """False: it counts from where it stood when it was switched on."""
+    """False: positions count from where the axis was at power-on."""
     zero_mm: PlaceMm | None = None
-    """Where the rig stands when the board counts zero: with a switch, there."""
+    """Position of the rig at the board's zero, which is at the reference switch if there is one."""
     speed_mm_s: Annotated[float, Field(gt=0.0, le=500.0)] = 50.0
     reversed: bool = False
-    """The motor counts against the rig's right."""
+    """Whether the motor counts positive to the rig's left."""
 
     @model_validator(mode="after")
     def _know_its_zero(self) -> "GrblRailConfig":

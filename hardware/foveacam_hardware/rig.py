@@ -1,4 +1,4 @@
-"""A rig as one thing: opens what a configuration names, says what is missing, closes last opened first.
+"""A rig: opens the devices that a configuration names, reports what is missing, closes in reverse order.
 
 The only module that names concrete drivers or the simulation, with `rig_cameras` for cameras, `rig_base` for
 pan-tilt and rail, and `rig_replay` for recordings.
@@ -38,7 +38,7 @@ from foveacam_hardware.simulated_faults import FaultInjector
 from foveacam_hardware.wire.controller import USB_PRODUCT_ID, USB_VENDOR_ID
 from foveacam_hardware.wire.link import usb_link
 
-if TYPE_CHECKING:  # the simulation compiles a renderer: a rig of metal does without
+if TYPE_CHECKING:  # importing the simulation compiles a renderer, which a hardware rig does not need
     from foveacam_hardware.sim.truth import Truth
 
 __all__ = ["Closeable", "OpeningProblem", "Rig", "RigConfig", "RigName", "load_rig_config", "open_rig"]
@@ -48,7 +48,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpeningProblem:
-    """Why a device is not usable, in words for the operator; what to do about it, where the device knows."""
+    """Why a device is not usable, for the operator, and the remedy where the device knows one."""
 
     device: str
     detail: str
@@ -57,7 +57,7 @@ class OpeningProblem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigName:
-    """Which rig it is; calibrations carry its id."""
+    """Identity of a rig; calibrations carry its `rig_id`."""
 
     rig_id: str
     name: str
@@ -67,23 +67,23 @@ class RigName:
 
 
 class Closeable(Protocol):
-    """Anything that is released at the end."""
+    """A resource that is released when the rig closes."""
 
     def close(self) -> None:
-        """Release it; harmless when released."""
+        """Release the resource; do nothing when it is already released."""
         ...
 
 
 class SettlingHead(Head, Protocol):
-    """A head that waits after every move; `settle_us`: how long, unless a look is told otherwise."""
+    """A head that waits after every move; `settle_us`: default settling time of a look."""
 
     settle_us: int
 
 
 class Rig:
-    """Three cameras, a pair of mirrors, the head that they make, and what turns it; one thread owns it.
+    """Three cameras, two mirrors, their head, and optionally a pan-tilt and a rail; owned by one thread.
 
-    `connect` may be called again at any time: it opens what is not open yet.
+    `connect` may be called again at any time: it opens the devices that are not open yet.
     """
 
     def __init__(
@@ -105,26 +105,26 @@ class Rig:
         self.wide, self.left, self.right = cameras
         self.head = head
         self.pan_tilt: PanTilt | None = None
-        """What turns the whole rig; None when nothing does."""
+        """Turns the whole rig; None when there is no pan-tilt."""
         self.stations: tuple[Station, ...] = ()
-        """Where the pan-tilt must point to calibrate here; may be empty."""
+        """Bearings at which the rig is calibrated; may be empty."""
         self.markers = MarkerPrint()
-        """What it is calibrated with."""
+        """Dimensions and ids of the printed calibration markers."""
         self.rail: Rail | None = None
-        """What moves the whole rig sideways; None when nothing does."""
+        """Moves the whole rig sideways; None when there is no rail."""
         self.rail_places: tuple[RailPlace, ...] = ()
-        """Places on the rail that have names."""
+        """Named positions on the rail."""
         self.breakable: FaultInjector | None = None
-        """What breaks the rig on purpose; None for a rig of metal."""
+        """Injects faults into a simulated rig; None for a hardware rig."""
         self.truth: Truth | None = None
         self.replayed = False
-        """Whether it plays a recording: then nothing moves, and looks come as they were recorded."""
+        """Whether it plays a recording: nothing moves, and looks return what was recorded."""
         self.problems: tuple[OpeningProblem, ...] = ()
         self._owned: list[Closeable] = []
 
     @property
     def settle_us(self) -> int:
-        """How long a look waits between its move and its exposure, unless it is told otherwise."""
+        """Default time that a look waits between its move and its exposure."""
         return self.head.settle_us
 
     @settle_us.setter
@@ -134,20 +134,20 @@ class Rig:
         self.head.settle_us = settle_us
 
     def own(self, resources: Sequence[Closeable]) -> None:
-        """Take resources that were opened before the devices, to be closed after them."""
+        """Take over resources that were opened before the devices; they are closed after them."""
         self._owned.extend(resources)
 
     @property
     def cameras(self) -> tuple[Camera, Camera, Camera]:
-        """Wide, left, right."""
+        """The cameras in the order wide, left, right."""
         return self.wide, self.left, self.right
 
     def camera(self, role: Role) -> Camera:
-        """Return the camera of an eye."""
+        """Return the camera of a role."""
         return {Role.WIDE: self.wide, Role.LEFT: self.left, Role.RIGHT: self.right}[role]
 
     def connect(self) -> tuple[OpeningProblem, ...]:
-        """Open every device; return what is wrong with those that would not open. Never raises for them."""
+        """Open every device; return the problems of those that failed to open, without raising."""
         problems = []
         try:
             self.mirrors.connect()
@@ -170,7 +170,7 @@ class Rig:
         return self.problems
 
     def close(self) -> None:
-        """Release everything, last opened first; pan-tilt and rail are held, the mirrors are parked."""
+        """Release everything in reverse order; pan-tilt and rail stop, the mirrors are parked."""
         devices: list[tuple[str, Closeable]] = [*reversed(self._base)]
         devices.extend((str(camera.role), camera) for camera in reversed(self.cameras))
         devices.append(("mirrors", self.mirrors))
@@ -184,7 +184,7 @@ class Rig:
 
     @property
     def _base(self) -> list[tuple[str, PanTilt | Rail]]:
-        """What the rig stands on, by its name."""
+        """Pan-tilt and rail by name, where the rig has them."""
         devices = (("pan_tilt", self.pan_tilt), ("rail", self.rail))
         return [(name, device) for name, device in devices if device is not None]
 
@@ -201,9 +201,9 @@ class Rig:
 def open_rig(
     config: SimulatedRigConfig | SerialRigConfig, *, clock: Clock | None = None, guarded: bool = False
 ) -> Rig:
-    """Return the rig that a configuration names, not yet connected.
+    """Return the rig that a configuration describes, not yet connected.
 
-    `guarded`: a guardian, another process, parks the mirrors of a rig of metal when this process is killed.
+    `guarded`: a guardian process parks the mirrors of a hardware rig when this process is killed.
     """
     if isinstance(config, SimulatedRigConfig):
         from foveacam_hardware.sim.rig import simulated_rig

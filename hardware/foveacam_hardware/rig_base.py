@@ -1,6 +1,6 @@
-"""What a rig of metal stands on: its pan-tilt and its rail, which may share one board.
+"""Builds the pan-tilt and the rail of a hardware rig, which may share one motor board.
 
-Beside `rig` the module that names the drivers of these.
+Besides `rig`, the only module that names their drivers.
 """
 
 import math
@@ -22,7 +22,7 @@ from foveacam_hardware.wire.link import serial_link
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigBase:
-    """Pan-tilt and rail, None where the rig has none, and the places that both know."""
+    """Pan-tilt and rail (None where the rig has none), with their stations and named positions."""
 
     pan_tilt: PanTilt | None
     stations: tuple[Station, ...]
@@ -31,14 +31,14 @@ class RigBase:
 
 
 def build_base(config: SerialRigConfig, clock: Clock) -> RigBase:
-    """Return what the rig file says that the rig stands on, not yet connected."""
+    """Return the pan-tilt and the rail of a rig file, not yet connected."""
     turns, moves = config.pan_tilt, config.rail
     board = _shared_board(config, clock)
     return RigBase(
         pan_tilt=None if turns is None else _pan_tilt(turns, clock, board),
         stations=() if turns is None else tuple(table.station() for table in turns.stations),
         rail=None if moves is None else _rail(moves, clock, board),
-        places=() if moves is None else moves.named,
+        places=() if moves is None else moves.named_positions,
     )
 
 

@@ -1,6 +1,6 @@
-"""Builds the cameras that a rig file names: which library, which device, what it begins with.
+"""Builds the cameras of a rig file, and lists the searches for connected cameras by driver kind.
 
-With rig.py the only module that names concrete camera drivers.
+Besides `rig`, the only module that names concrete camera drivers. Connecting is left to the cameras.
 """
 
 from collections.abc import Callable
@@ -39,11 +39,11 @@ from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 NS_PER_MS = 1e6
 NS_PER_US = 1e3
 Discover: TypeAlias = Callable[[], list[FoundCamera]]
-"""Looks for the cameras that a library sees."""
+"""Returns the cameras that a library sees, without opening any; raises `NotConnected` without the library."""
 
 
 def camera_searches() -> dict[str, Discover]:
-    """Return the searches by kind; none has begun."""
+    """Return each driver's camera search by the kind that rig files use; none has run yet."""
     return {
         "aravis": aravis_library.find_cameras,
         "pylon": pylon_library.find_cameras,
@@ -52,7 +52,7 @@ def camera_searches() -> dict[str, Discover]:
 
 
 def build_camera(role: Role, given: CameraConfig, *, clock: Clock) -> Camera:
-    """Return the camera of a role, not connected; one that the file does not name says so."""
+    """Return the camera of a role, not connected; an `AbsentCamera` where the file names none."""
     match given:
         case AravisCameraConfig():
             return _supervised(role, given, lambda: _aravis(given, clock), clock=clock)
@@ -69,7 +69,7 @@ def build_camera(role: Role, given: CameraConfig, *, clock: Clock) -> Camera:
 
 
 def plan_of(role: Role, given: AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig) -> CameraPlan:
-    """Return what a camera is opened with."""
+    """Return the settings, readout time and buffer count that a camera is opened with."""
     return CameraPlan(
         settings=first_settings(role, given),
         readout_ns=round(given.readout_us * NS_PER_US),
@@ -80,9 +80,9 @@ def plan_of(role: Role, given: AravisCameraConfig | PylonCameraConfig | OpenCvCa
 def first_settings(
     role: Role, given: AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig
 ) -> CameraSettings:
-    """Return what a camera begins with; the foveae wait for the mirrors unless the file says otherwise."""
+    """Return a camera's initial settings; foveae wait for the mirrors' pulse by default."""
     if isinstance(given, OpenCvCameraConfig):
-        return _as_it_is(given)
+        return _opencv_settings(given)
     trigger = given.trigger or ("none" if role is Role.WIDE else "hardware")
     return CameraSettings(
         exposure_ns=round(given.exposure_ms * NS_PER_MS),
@@ -97,18 +97,18 @@ def first_settings(
     )
 
 
-def _as_it_is(given: OpenCvCameraConfig) -> CameraSettings:
-    """Return what the file says; what it does not say is left to the source itself."""
-    said = given.model_fields_set
-    own_pace = given.frame_rate_auto if "frame_rate_auto" in said else "frame_rate_hz" not in said
-    leaves_it = given.exposure_ms is None and kind_of(given.source) is SourceKind.DEVICE
-    itself = AutoMode.CONTINUOUS if leaves_it else AutoMode.OFF
+def _opencv_settings(given: OpenCvCameraConfig) -> CameraSettings:
+    """Return the file's settings; 0 or automatic for what it leaves to the source."""
+    given_keys = given.model_fields_set
+    own_rate = given.frame_rate_auto if "frame_rate_auto" in given_keys else "frame_rate_hz" not in given_keys
+    camera_exposes = given.exposure_ms is None and kind_of(given.source) is SourceKind.DEVICE
+    default_auto = AutoMode.CONTINUOUS if camera_exposes else AutoMode.OFF
     return CameraSettings(
         exposure_ns=round((given.exposure_ms or 0.0) * NS_PER_MS),
-        exposure_auto=AutoMode(given.exposure_auto or itself),
+        exposure_auto=AutoMode(given.exposure_auto or default_auto),
         gain_db=given.gain_db or 0.0,
-        frame_rate_hz=0.0 if own_pace else given.frame_rate_hz,
-        frame_rate_auto=own_pace,
+        frame_rate_hz=0.0 if own_rate else given.frame_rate_hz,
+        frame_rate_auto=own_rate,
         pixel_format=PixelFormat(given.pixel_format),
         triggered=given.trigger == "software",
         trigger_source=TriggerSource.SOFTWARE,

@@ -1,4 +1,4 @@
-"""What a rig's TOML file may say; what it may not is refused by file, key, value and remedy."""
+"""Schema and loader of a rig's TOML file; anything else is refused with file, key, value and remedy."""
 
 import re
 import tomllib
@@ -39,39 +39,39 @@ class _Table(BaseModel):
 
 
 class SimulatedRigConfig(_Table):
-    """A rig that exists in this program alone."""
+    """A simulated rig."""
 
     format: Literal["foveacam-rig"] = FORMAT
     version: Literal[1] = VERSION
     kind: Literal["simulated"] = "simulated"
     name: str = "Simulated FoveaCam Duo"
     scene: str = "bench"
-    """A scene that ships with the product, or the path of a scene file (relative to this file)."""
+    """Name of a shipped scene, or path of a scene file relative to this file."""
     preset: str = "rig120"
     seed: Annotated[int, Field(ge=0, lt=10_000)] = 0
-    """Another seed is another specimen: other assembly errors, other noise."""
+    """Seed of the assembly errors and the noise."""
     strict: bool = False
-    """The controller errs as those in the field do."""
+    """Whether the simulated controller reproduces the known faults of real ones."""
     pan_tilt: Literal["motors", "manual"] = "motors"
-    """What turns the rig while it is calibrated: its motors, or somebody by hand, who is simulated too."""
+    """What turns the rig for calibration: motors, or a simulated person by hand."""
     operator: OperatorConfig = OperatorConfig()
-    """Who turns it by hand."""
+    """The simulated person of a manual pan-tilt."""
     faults: SimulatedFaults = SimulatedFaults()
-    """What is broken in it from the start."""
+    """Faults present from the start."""
 
 
 class SerialMirrorsConfig(_Table):
     """The mirror controller on a serial port."""
 
     port: str
-    """`auto`: the only controller plugged in; `usb:SERIAL`: the one with that serial number; or a path."""
+    """`auto`: the only connected controller; `usb:SERIAL`: the one with that serial number; or a path."""
     low_pass_hz: Annotated[int, Field(ge=1, le=1000)] = 120
     settle_us: Annotated[int, Field(ge=0, le=1_000_000)] = 14_000
     pulse_us: Annotated[int, Field(ge=1, le=1_000_000)] = 4_000
     max_v: Annotated[float, Field(gt=0.0, le=180.0)] = 170.0
     bias_v: Annotated[float, Field(gt=0.0, le=100.0)] = 90.0
     crc: Literal["prefer", "require", "forbid"] = "prefer"
-    """Whether packets carry a CRC, which our own firmware offers and others do not."""
+    """Whether packets carry a CRC, which only our own firmware offers."""
 
     @field_validator("port")
     @classmethod
@@ -82,16 +82,16 @@ class SerialMirrorsConfig(_Table):
 
 
 class MarkersConfig(_Table):
-    """The three markers that the mirrors are calibrated with, one for each camera, in one plane on a line."""
+    """The three calibration markers of the mirrors, one per camera, in one plane on a horizontal line."""
 
     side_mm: Annotated[float, Field(gt=0.0, le=1000.0)] = 60.0
-    """Of the black square."""
+    """Side of the black square."""
     spacing_mm: Annotated[float, Field(gt=0.0, le=2000.0)] = 100.0
-    """From the middle of the wide camera's marker to that of each eye's."""
+    """Distance from the centre of the wide camera's marker to the centre of each fovea's."""
     wide_id: MarkerId = 0
     left_id: MarkerId = 1
     right_id: MarkerId = 2
-    """Of the dictionary 4X4_50."""
+    """Ids are of the dictionary 4X4_50."""
 
     @model_validator(mode="after")
     def _make_sense(self) -> "MarkersConfig":
@@ -109,7 +109,7 @@ class MarkersConfig(_Table):
 
     @property
     def printed(self) -> MarkerPrint:
-        """What the calibration is told of them."""
+        """The markers as the contract's value type, m."""
         return MarkerPrint(
             side_m=1e-3 * self.side_mm,
             spacing_m=1e-3 * self.spacing_mm,
@@ -120,23 +120,23 @@ class MarkersConfig(_Table):
 
 
 class SerialRigConfig(_Table):
-    """A rig of metal and glass."""
+    """A hardware rig whose mirror controller is on a serial port."""
 
     format: Literal["foveacam-rig"] = FORMAT
     version: Literal[1] = VERSION
-    """A file without them is of version 1: there was none before."""
+    """A file without `format` and `version` counts as version 1, the first."""
     kind: Literal["serial"]
     rig_id: Annotated[str, AfterValidator(_checked_id)]
-    """Calibrations carry it: a letter or digit, then letters, digits and hyphens, all small."""
+    """Identifies the rig in calibrations: a lower-case letter or digit, then such or hyphens, 40 at most."""
     name: str = "FoveaCam Duo"
     baseline_m: Annotated[float, Field(gt=0.0, le=2.0)] = 0.2
     mirrors: SerialMirrorsConfig
     cameras: CamerasConfig = CamerasConfig()
     markers: MarkersConfig = MarkersConfig()
     pan_tilt: PanTiltConfig | None = None
-    """What turns the rig while it is calibrated; none needed to use it."""
+    """Turns the rig for calibration; not needed to use a calibrated rig."""
     rail: RailConfig | None = None
-    """What moves the rig sideways between captures; none needed."""
+    """Moves the rig sideways between captures; optional."""
 
     @model_validator(mode="after")
     def _share_a_board(self) -> "SerialRigConfig":
@@ -156,7 +156,7 @@ _ANY_RIG: TypeAdapter[SimulatedRigConfig | SerialRigConfig] = TypeAdapter(RigCon
 
 
 def load_rig_config(path: str | Path) -> SimulatedRigConfig | SerialRigConfig:
-    """Read and check a rig file."""
+    """Read a rig file; raise `InvalidInput` for one that cannot be read or is not valid."""
     file = Path(path)
     try:
         content = tomllib.loads(file.read_text(encoding="utf-8"))
@@ -172,7 +172,7 @@ def load_rig_config(path: str | Path) -> SimulatedRigConfig | SerialRigConfig:
         config = _ANY_RIG.validate_python(content)
     except ValidationError as error:
         raise InvalidInput(f"rig file {file}: {explain_file(error, content)}") from error
-    return _beside(config, file.parent)
+    return _resolve_paths(config, file.parent)
 
 
 def _toml_remedy(error: Exception) -> str:
@@ -182,7 +182,7 @@ def _toml_remedy(error: Exception) -> str:
 
 
 def _wrong_header(content: dict[str, Any]) -> str | None:  # Any: nothing of the file is checked yet
-    """Return why a file is not one of this version's, in words; None when it is."""
+    """Return why a file's format or version is not supported; None when it is."""
     found, version = content.get("format", FORMAT), content.get("version", VERSION)
     if found != FORMAT:
         return f"its format is {found!r}, not {FORMAT!r}; give the path of a rig file"
@@ -201,10 +201,10 @@ def _wrong_header(content: dict[str, Any]) -> str | None:  # Any: nothing of the
     return None
 
 
-def _beside(
+def _resolve_paths(
     config: SimulatedRigConfig | SerialRigConfig, folder: Path
 ) -> SimulatedRigConfig | SerialRigConfig:
-    """Return it with the files that it names found beside its own."""
+    """Return the configuration with its relative paths resolved against the rig file's folder."""
     if isinstance(config, SimulatedRigConfig):
         if config.scene.endswith(".toml"):
             return config.model_copy(update={"scene": str(folder / config.scene)})

@@ -1,7 +1,7 @@
-"""A rig that plays a recording: its cameras, its mirrors, the head that they make; nothing else is there.
+"""A rig that plays a recording through replaying cameras, mirrors and head.
 
-Beside `rig` the module that names the drivers of this. The recording itself is given: files of the
-pipeline are not read here.
+Besides `rig`, the only module that names these drivers. The recording is passed in; reading its file is left
+to the pipeline.
 """
 
 import numpy as np
@@ -25,14 +25,14 @@ from foveacam_hardware.drivers.replay.timeline import Playback, PlaybackTimeline
 from foveacam_hardware.rig import Rig, RigName
 
 SHARE = 0.5
-"""Of a frame period: how far apart in time the eyes of one look may be."""
+"""Fraction of a frame period by which the two foveae of one look may differ in time."""
 
 
 class ReplayHead:
-    """Implements the contract's Head. `look` waits for the next recorded exposure of the left eye.
+    """Implements the contract's Head. `look` waits for the next recorded exposure of the left fovea.
 
-    The volts that are asked are ignored; the sighting carries the recorded ones (parked where none were
-    recorded), so that whoever reckons with them reckons right.
+    The requested volts are ignored; the observation carries the recorded ones (parked where none were
+    recorded), so that computations from it stay correct.
     """
 
     def __init__(self, left: Camera, right: Camera, wide: Camera, *, clock: Clock) -> None:
@@ -43,7 +43,7 @@ class ReplayHead:
         self.settle_us = 0
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        """Return the next recorded pair, and the wide frame of that moment or the first one after it."""
+        """Return the next recorded pair, with the wide frame of that time or the first one after it."""
         left = _since(self._left, self._clock.now_ns(), now_ns=self._clock.now_ns())
         period_ns = 1e9 / self._left.settings.frame_rate_hz
         from_ns = left.t_ns - round(SHARE * period_ns)
@@ -57,7 +57,7 @@ class ReplayHead:
         return self._wide.latest(max_age_ms=max_age_ms)
 
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
-        """Refuse, unless nothing would change."""
+        """Raise `InvalidInput` unless the values are those of the recording."""
         for camera in (self._left, self._right):
             now = camera.settings
             if (exposure_ns, gain_db) != (now.exposure_ns, now.gain_db):
@@ -67,7 +67,7 @@ class ReplayHead:
                 )
 
     def set_low_pass(self, cutoff_hz: int) -> int:
-        """Refuse: the recorded mirrors cannot be filtered anew."""
+        """Raise `InvalidInput`: the filter of recorded mirrors cannot be changed."""
         raise InvalidInput(
             f"mirrors: asked to run at {cutoff_hz} Hz, but they are those of a recording; open a rig"
         )
@@ -81,21 +81,21 @@ def _since(camera: Camera, t_ns: int, *, now_ns: int) -> Frame:
     return frame
 
 
-USUAL_GAP_NS = 33_333_333
-"""Between the last frame and the first one of the next lap, where one frame is all there is."""
+DEFAULT_GAP_NS = 33_333_333
+"""Time from the last frame to the first of the next loop, for a recording of a single frame."""
 
 
 def replay_rig(recorded: RecordedRig, *, playback: Playback | None = None, clock: Clock | None = None) -> Rig:
-    """Return the rig of a recording, not yet connected; closing it releases the recording."""
+    """Return a rig that plays a recording, not yet connected; closing it releases the recording."""
     if not recorded.cameras:
         raise InvalidInput(
             f"replay: {recorded.name} has no frames of a wide, a left or a right camera;"
             " choose another recording"
         )
     clock = clock or MonotonicClock()
-    tape = _tape(recorded, playback or Playback(), clock)
+    timeline = _timeline(recorded, playback or Playback(), clock)
     playing = {
-        role: ReplayCamera(role, camera, tape, clock=clock) for role, camera in recorded.cameras.items()
+        role: ReplayCamera(role, camera, timeline, clock=clock) for role, camera in recorded.cameras.items()
     }
     wide, left, right = (_camera(role, playing) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
     who = RigName(rig_id=recorded.rig_id, name=recorded.name, simulated=False, baseline_m=recorded.baseline_m)
@@ -118,7 +118,7 @@ def _camera(role: Role, playing: dict[Role, ReplayCamera]) -> Camera:
     return AbsentCamera(role, reason="the recording has no frames of it", remedy="choose one that has")
 
 
-def _tape(recorded: RecordedRig, playback: Playback, clock: Clock) -> PlaybackTimeline:
+def _timeline(recorded: RecordedRig, playback: Playback, clock: Clock) -> PlaybackTimeline:
     cameras = recorded.cameras.values()
     return PlaybackTimeline(
         clock,
@@ -130,5 +130,5 @@ def _tape(recorded: RecordedRig, playback: Playback, clock: Clock) -> PlaybackTi
 
 
 def _gap_ns(camera: RecordedCamera) -> int:
-    """Return the usual time between two frames."""
-    return int(np.median(np.diff(camera.t_ns))) if len(camera.t_ns) > 1 else USUAL_GAP_NS
+    """Return the median time between two frames, ns."""
+    return int(np.median(np.diff(camera.t_ns))) if len(camera.t_ns) > 1 else DEFAULT_GAP_NS

@@ -1,4 +1,4 @@
-"""What is broken on purpose in a simulated rig: as a rig file says it, and as it is changed while it runs."""
+"""Faults injected into a simulated rig: their schema in a rig file, and the Protocol that changes them."""
 
 from typing import Annotated, Literal, Protocol, TypeAlias
 
@@ -21,35 +21,35 @@ class _Table(BaseModel):
 
 
 class MountKnock(_Table):
-    """How far an eye's mount was knocked out of place; signs are those of a drift check, degrees."""
+    """Displacement of a fovea's mount after a knock, degrees; signs as in a drift check."""
 
     shift_x_deg: KnockDeg = 0.0
-    """Where it looks, to the right."""
+    """Shift of the line of sight, positive to the right."""
     shift_y_deg: KnockDeg = 0.0
-    """Where it looks, downwards."""
+    """Shift of the line of sight, positive down."""
     rotation_deg: KnockDeg = 0.0
-    """About its line of sight, clockwise as it sees."""
+    """Rotation about the line of sight, positive clockwise in the image."""
 
 
 class SimulatedFaults(_Table):
-    """Everything works when all lists are empty and nothing is knocked."""
+    """The faults in force; none when all lists are empty and both knocks are zero."""
 
     unplugged: CameraNames = []
-    """Cameras off the bus."""
+    """Cameras that are disconnected from the bus."""
     frozen: CameraNames = []
-    """Cameras that go on counting frames but repeat the last picture."""
+    """Cameras that keep counting frames but repeat the last image."""
     no_trigger: EyeNames = []
-    """Cameras whose trigger cable is off."""
+    """Cameras whose trigger cable is disconnected."""
     no_strobe: EyeNames = []
-    """Cameras whose strobe cable is off; the exposure still happens."""
+    """Cameras whose strobe cable is disconnected; the exposure still happens."""
     dead_axes: MirrorAxes = []
-    """Axes of the mirrors that stay where they are."""
+    """Mirror axes that no longer move."""
     knocked_left: MountKnock = MountKnock()
     knocked_right: MountKnock = MountKnock()
 
     @property
     def words(self) -> list[str]:
-        """What is broken, for people; empty when nothing is."""
+        """A sentence for each fault, for the operator; empty when there is none."""
         parts = [f"{name} camera unplugged" for name in self.unplugged]
         parts += [f"{name} camera frozen" for name in self.frozen]
         parts += [f"{name} trigger cable off" for name in self.no_trigger]
@@ -60,7 +60,7 @@ class SimulatedFaults(_Table):
 
 
 class FaultInjector(Protocol):
-    """What can be broken on purpose; callable from any thread, in force with the next exposure."""
+    """Sets the faults of a simulated rig; callable from any thread, in force with the next exposure."""
 
     @property
     def in_force(self) -> SimulatedFaults:

@@ -18,7 +18,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.cameras.pylon.device import PylonDevice
 from foveacam_hardware.drivers.cameras.pylon.nodes import READ_ONLY, Vendor
-from foveacam_hardware.drivers.cameras.pylon.settings import PylonOptions, check, ranges_of
+from foveacam_hardware.drivers.cameras.pylon.settings import PylonOptions, check_settings, ranges_of
 
 SERIAL = "0815-0001"
 SETTINGS = CameraSettings(exposure_ns=1_000_000, frame_rate_hz=100.0)
@@ -118,6 +118,6 @@ def test_a_camera_without_the_modes_refuses_them_in_a_sentence(device: PylonDevi
 
     assert ranges_of(plain).exposure_autos == (AutoMode.OFF,)
     with pytest.raises(OutOfRange, match="camera 1: automatic exposure, once, is not one of its own"):
-        check(plain, ONCE, who="camera 1")
+        check_settings(plain, ONCE, who="camera 1")
     with pytest.raises(OutOfRange, match="camera 1: it cannot choose its frame rate itself; give one in Hz"):
-        check(plain, FREE, who="camera 1")
+        check_settings(plain, FREE, who="camera 1")

@@ -204,9 +204,9 @@ def supervised(
     camera: FakeCamera,
     *,
     settings: CameraSettings = SETTINGS,
-    patience: WatchdogTimeouts | None = None,
+    timeouts: WatchdogTimeouts | None = None,
     role: Role = Role.LEFT,
 ) -> SupervisedCamera:
     """Return the fake camera behind the contract, not connected."""
-    plan = CameraPlan(settings=settings, readout_ns=READOUT_NS, patience=patience or WatchdogTimeouts())
+    plan = CameraPlan(settings=settings, readout_ns=READOUT_NS, timeouts=timeouts or WatchdogTimeouts())
     return SupervisedCamera(role, lambda: FakeDevice(camera), clock=camera.clock, plan=plan, expected=INFO)

@@ -19,7 +19,7 @@ FREE = replace(SETTINGS, frame_rate_auto=True)
 
 
 def newest_exposure_ns(bench: Bench) -> int:
-    bench.desk.clear()
+    bench.shared.clear()
     return bench.frame().exposure_ns
 
 
@@ -73,7 +73,7 @@ def test_a_camera_that_does_not_answer_that_question_is_lost() -> None:
     bench.camera.blocks_ns["read_settings"] = 600 * MS
     bench.turn_until(bench.is_down, within_s=2.0)
 
-    assert "asked to tell its settings" in bench.desk.state.link.reason
+    assert "asked to tell its settings" in bench.shared.state.link.reason
 
 
 def test_a_reopened_camera_goes_on_by_itself_from_where_it_was() -> None:
@@ -99,10 +99,10 @@ def test_switching_it_off_leaves_the_exposure_that_is_asked_for() -> None:
 
 def test_a_camera_that_may_choose_longer_exposures_may_be_silent_for_longer() -> None:
     by_hand, itself = (
-        Watchdog(settings, patience=WatchdogTimeouts(), now_ns=0).limit_ns
+        Watchdog(settings, timeouts=WatchdogTimeouts(), now_ns=0).limit_ns
         for settings in (SETTINGS, CONTINUOUS)
     )
-    watchdog = Watchdog(CONTINUOUS, patience=WatchdogTimeouts(), now_ns=0)
+    watchdog = Watchdog(CONTINUOUS, timeouts=WatchdogTimeouts(), now_ns=0)
     watchdog.adjust(replace(CONTINUOUS, exposure_ns=2000 * MS, frame_rate_hz=0.5))
 
     assert (by_hand, itself) == (500 * MS, 1000 * MS)

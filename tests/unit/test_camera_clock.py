@@ -92,7 +92,9 @@ def test_readings_of_the_cameras_clock_leave_no_latency_to_guess() -> None:
         trip_ns = 200_000 + int(rng.integers(3_000_000))
         before_ns = t_ns + OFFSET_NS - trip_ns // 2
         assert times.reading_due(before_ns)
-        times.read(ClockReading(t_device_ns=t_ns, t_before_ns=before_ns, t_after_ns=before_ns + trip_ns))
+        times.add_reading(
+            ClockReading(t_device_ns=t_ns, t_before_ns=before_ns, t_after_ns=before_ns + trip_ns)
+        )
         start_ns = t_ns + 30_000_000
         arrival_ns = start_ns + OFFSET_NS + EXPOSURE_NS + 12_000_000
         middle_ns = times.middle_ns(grab(start_ns, arrival_ns), exposure_ns=EXPOSURE_NS)
@@ -102,7 +104,7 @@ def test_readings_of_the_cameras_clock_leave_no_latency_to_guess() -> None:
 
 def test_a_camera_without_such_a_register_is_not_asked_again() -> None:
     times = ExposureTimes()
-    times.read(None)
+    times.add_reading(None)
 
     assert not times.reading_due(10_000_000_000)
 
@@ -117,7 +119,7 @@ def test_a_clock_that_was_set_back_is_mapped_anew() -> None:
 
 def test_no_exposure_ends_after_its_frame_arrived() -> None:
     times = ExposureTimes()
-    times.read(ClockReading(t_device_ns=0, t_before_ns=OFFSET_NS, t_after_ns=OFFSET_NS))
+    times.add_reading(ClockReading(t_device_ns=0, t_before_ns=OFFSET_NS, t_after_ns=OFFSET_NS))
     middle_ns = times.middle_ns(grab(50_000_000, OFFSET_NS + 20_000_000), exposure_ns=EXPOSURE_NS)
 
     assert middle_ns == OFFSET_NS + 20_000_000 - EXPOSURE_NS // 2

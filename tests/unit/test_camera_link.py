@@ -81,8 +81,8 @@ def test_pauses_grow_to_a_limit_and_begin_again_after_a_success() -> None:
     ("rate_hz", "limit_ms"), [(200.0, 500), (30.0, 500), (7.0, 714), (5.0, 1000), (1.0, 1505)]
 )
 def test_the_limit_of_silence_follows_the_frame_rate(rate_hz: float, limit_ms: int) -> None:
-    watchdog = Watchdog(replace(SETTINGS, frame_rate_hz=rate_hz), patience=WatchdogTimeouts(), now_ns=0)
-    watchdog.heard(7)
+    watchdog = Watchdog(replace(SETTINGS, frame_rate_hz=rate_hz), timeouts=WatchdogTimeouts(), now_ns=0)
+    watchdog.note_buffer(7)
 
     assert watchdog.limit_ns / MS == pytest.approx(limit_ms, abs=1)
     assert watchdog.advice(watchdog.limit_ns + 6) is WatchdogAdvice.WAIT
@@ -90,44 +90,44 @@ def test_the_limit_of_silence_follows_the_frame_rate(rate_hz: float, limit_ms: i
 
 
 def test_first_frame_may_take_longer_and_a_slow_camera_still_has_its_own_time() -> None:
-    watchdog = Watchdog(SETTINGS, patience=WatchdogTimeouts(), now_ns=0)
-    assert watchdog.worry(900 * MS) is None
-    assert watchdog.worry(1000 * MS) == "no frame for 1.0 s"
+    watchdog = Watchdog(SETTINGS, timeouts=WatchdogTimeouts(), now_ns=0)
+    assert watchdog.describe_silence(900 * MS) is None
+    assert watchdog.describe_silence(1000 * MS) == "no frame for 1.0 s"
     assert watchdog.advice(1999 * MS) is WatchdogAdvice.WAIT
     assert watchdog.advice(2000 * MS) is WatchdogAdvice.LOST
 
-    slow = Watchdog(replace(SETTINGS, frame_rate_hz=0.5), patience=WatchdogTimeouts(), now_ns=0)
+    slow = Watchdog(replace(SETTINGS, frame_rate_hz=0.5), timeouts=WatchdogTimeouts(), now_ns=0)
     assert slow.advice(2999 * MS) is WatchdogAdvice.WAIT
     assert slow.advice(slow.limit_ns) is WatchdogAdvice.LOST
 
 
 def test_half_of_the_limit_is_a_worry_that_a_frame_takes_away() -> None:
-    watchdog = Watchdog(SETTINGS, patience=WatchdogTimeouts(), now_ns=0)
-    watchdog.heard(0)
-    assert watchdog.worry(100 * MS) is None
-    assert watchdog.worry(300 * MS) == "no frame for 0.3 s"
-    watchdog.heard(301 * MS)
+    watchdog = Watchdog(SETTINGS, timeouts=WatchdogTimeouts(), now_ns=0)
+    watchdog.note_buffer(0)
+    assert watchdog.describe_silence(100 * MS) is None
+    assert watchdog.describe_silence(300 * MS) == "no frame for 0.3 s"
+    watchdog.note_buffer(301 * MS)
 
-    assert watchdog.worry(302 * MS) is None
+    assert watchdog.describe_silence(302 * MS) is None
 
 
 def test_a_silent_triggered_camera_is_asked_and_never_lost_for_its_silence() -> None:
-    watchdog = Watchdog(replace(SETTINGS, triggered=True), patience=WatchdogTimeouts(), now_ns=0)
+    watchdog = Watchdog(replace(SETTINGS, triggered=True), timeouts=WatchdogTimeouts(), now_ns=0)
     assert watchdog.advice(299 * MS) is WatchdogAdvice.WAIT
     assert watchdog.advice(300 * MS) is WatchdogAdvice.ASK
-    watchdog.answered(300 * MS)
+    watchdog.note_answer(300 * MS)
     assert watchdog.advice(599 * MS) is WatchdogAdvice.WAIT
 
     assert watchdog.advice(3_600_000 * MS) is WatchdogAdvice.ASK
-    assert watchdog.worry(3_600_000 * MS) is None
+    assert watchdog.describe_silence(3_600_000 * MS) is None
 
 
 def test_three_bad_frames_within_two_seconds_are_too_many() -> None:
-    watchdog = Watchdog(SETTINGS, patience=WatchdogTimeouts(), now_ns=0)
+    watchdog = Watchdog(SETTINGS, timeouts=WatchdogTimeouts(), now_ns=0)
     for t_ms in (0, 1000, 2500):
-        watchdog.bad(t_ms * MS)
-    assert not watchdog.unsound(2500 * MS)
-    watchdog.bad(2600 * MS)
+        watchdog.note_bad_frame(t_ms * MS)
+    assert not watchdog.has_many_bad_frames(2500 * MS)
+    watchdog.note_bad_frame(2600 * MS)
 
-    assert watchdog.unsound(2600 * MS)
-    assert not watchdog.unsound(3100 * MS)
+    assert watchdog.has_many_bad_frames(2600 * MS)
+    assert not watchdog.has_many_bad_frames(3100 * MS)

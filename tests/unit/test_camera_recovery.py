@@ -45,11 +45,11 @@ def test_frames_carry_the_middle_of_their_exposure_on_the_hosts_clock() -> None:
 def test_the_oldest_frames_make_room_and_are_counted() -> None:
     bench = Bench(frames=3).streaming()
     bench.turn_for(0.2)
-    waiting = [bench.desk.take() for _ in range(3)]
+    waiting = [bench.shared.take_oldest() for _ in range(3)]
 
     assert [frame.seq for frame in waiting if frame] == [8, 9, 10]
-    assert (bench.desk.counters.skipped, bench.desk.counters.dropped) == (8, 0)
-    assert bench.desk.counters.delivered == 3
+    assert (bench.shared.counters.skipped, bench.shared.counters.dropped) == (8, 0)
+    assert bench.shared.counters.delivered == 3
 
 
 def spoilt(change: dict[str, object]) -> Callable[[Grab], Grab]:
@@ -66,7 +66,7 @@ def test_a_broken_frame_reaches_nobody_and_is_counted(change: dict[str, object])
     second = bench.frame()
 
     assert second.seq > first.seq
-    assert bench.desk.counters.incomplete == 1
+    assert bench.shared.counters.incomplete == 1
     assert bench.is_up()
 
 
@@ -76,7 +76,7 @@ def test_frames_lost_on_the_cable_are_counted_and_leave_a_gap() -> None:
     bench.camera.lost_frames = 2
 
     assert bench.frame().seq == first.seq + 3
-    assert (bench.desk.counters.skipped, bench.desk.counters.dropped) == (0, 2)
+    assert (bench.shared.counters.skipped, bench.shared.counters.dropped) == (0, 2)
 
 
 def test_many_broken_frames_degrade_the_camera_until_they_are_over() -> None:
@@ -84,7 +84,7 @@ def test_many_broken_frames_degrade_the_camera_until_they_are_over() -> None:
     bench.camera.spoil.extend([spoilt({"image": None})] * 5)
     bench.turn_for(0.2)
     assert bench.phase is CameraPhase.DEGRADED
-    assert "packets are missing" in bench.desk.state.link.reason
+    assert "packets are missing" in bench.shared.state.link.reason
 
     bench.turn_for(2.1)
     assert bench.is_up()
@@ -95,7 +95,7 @@ def test_frames_that_found_no_buffer_are_counted() -> None:
     bench.camera.underruns = 4
     bench.turn_for(1.1)
 
-    assert bench.desk.counters.underrun == 4
+    assert bench.shared.counters.underrun == 4
 
 
 # Being lost ------------------------------------------------------------------------------------------------
@@ -108,7 +108,7 @@ def test_a_free_running_camera_that_falls_silent_is_degraded_then_lost_within_a_
 
     bench.turn_until(lambda: bench.phase is CameraPhase.DEGRADED, within_s=0.4)
     bench.turn_until(bench.is_down, within_s=0.6)
-    assert "no frame for 0.5 s" in bench.desk.state.link.reason
+    assert "no frame for 0.5 s" in bench.shared.state.link.reason
 
 
 def test_a_silent_triggered_camera_is_asked_and_stays_streaming() -> None:
@@ -141,7 +141,7 @@ def test_a_call_that_took_too_long_loses_the_camera_though_it_returned() -> None
     bench.camera.blocks_ns["alive"] = 2500 * MS
     bench.turn_until(bench.is_down, within_s=4.0)
 
-    assert "has not answered for 2.5 s" in bench.desk.state.link.reason
+    assert "has not answered for 2.5 s" in bench.shared.state.link.reason
 
 
 # Coming back -----------------------------------------------------------------------------------------------
@@ -164,8 +164,8 @@ def test_a_reopened_camera_counts_an_epoch_goes_on_numbering_and_has_no_stale_fr
     bench.turn_for(0.05)  # more frames wait, unread
     bench.camera.dead = True
     bench.turn_until(bench.is_down, within_s=1.0)
-    assert bench.desk.take() is None
-    assert bench.desk.take_newest(oldest_ns=0) is None
+    assert bench.shared.take_oldest() is None
+    assert bench.shared.take_newest(oldest_ns=0) is None
     bench.camera.dead = False
     bench.turn_until(bench.is_up, within_s=5.0)
     frame = bench.frame()
@@ -212,7 +212,7 @@ def test_a_camera_that_cannot_be_opened_is_tried_until_it_can(
     with pytest.raises(NotConnected, match=words):
         bench.do(CameraWorker.connect)
     assert bench.phase is CameraPhase.BACKOFF
-    assert words in bench.desk.state.link.reason
+    assert words in bench.shared.state.link.reason
     bench.turn_for(20.0)
     assert 8 <= bench.camera.calls["open"] <= 14  # pauses of 0.25, 0.5, 1, then 2 s
     setattr(bench.camera, attribute, True if attribute == "present" else None)
@@ -241,7 +241,7 @@ def test_a_closed_camera_is_not_opened_again() -> None:
     bench = Bench().streaming()
     bench.do(CameraWorker.close)
 
-    assert not bench.worker.goes_on
+    assert not bench.worker.running
     assert bench.phase is CameraPhase.CLOSED
     assert bench.camera.calls["stop"] == 1  # a camera must not go on sending to nobody
     assert bench.camera.calls["open"] == 1
@@ -272,12 +272,12 @@ def test_new_settings_throw_away_the_frames_of_the_old() -> None:
 def test_a_command_exposes_once() -> None:
     bench = Bench(settings=COMMANDED).streaming()
     bench.turn_for(0.3)
-    assert bench.desk.waiting == 0
+    assert bench.shared.waiting == 0
     bench.do(CameraWorker.trigger)
 
     assert bench.frame().seq == 0
     bench.turn_for(0.3)
-    assert bench.desk.waiting == 0
+    assert bench.shared.waiting == 0
 
 
 def test_a_command_that_gave_no_frame_is_counted() -> None:
@@ -286,7 +286,7 @@ def test_a_command_that_gave_no_frame_is_counted() -> None:
     bench.do(CameraWorker.trigger)
     bench.turn_for(1.5)
 
-    assert bench.desk.counters.dropped == 1
+    assert bench.shared.counters.dropped == 1
     assert bench.is_up()
 
 

@@ -28,7 +28,7 @@ def checks(*, first_seq: int = 0, pixel_format: PixelFormat = PixelFormat.MONO8)
 def after(first: Grab, second: Grab) -> BufferVerdict:
     """Return what the second buffer of a run is."""
     judge = checks()
-    assert judge.judge(first).fate is BufferAction.GOOD
+    assert judge.judge(first).action is BufferAction.GOOD
     return judge.judge(second)
 
 
@@ -42,14 +42,14 @@ def test_good_frames_are_numbered_on_from_the_run_before() -> None:
 def test_frames_that_never_came_are_counted_and_leave_a_gap_in_the_numbers() -> None:
     verdict = after(grab(7), grab(10))
 
-    assert (verdict.fate, verdict.seq, verdict.missing) == (BufferAction.GOOD, 3, 2)
+    assert (verdict.action, verdict.seq, verdict.missing) == (BufferAction.GOOD, 3, 2)
 
 
 @pytest.mark.parametrize(("last", "first"), [(0xFFFF, 1), (0xFFFF_FFFF, 1)])
 def test_a_counter_that_begins_again_loses_no_frame(last: int, first: int) -> None:
     verdict = after(grab(last), grab(first, t_device_ns=last * 1000 + 99))
 
-    assert (verdict.fate, verdict.missing) == (BufferAction.GOOD, 0)
+    assert (verdict.action, verdict.missing) == (BufferAction.GOOD, 0)
 
 
 def test_a_counter_that_counts_anew_loses_no_frame() -> None:
@@ -66,12 +66,12 @@ def test_a_camera_that_does_not_count_is_counted_here() -> None:
 def test_a_number_that_comes_twice_is_refused() -> None:
     verdict = after(grab(7), grab(7))
 
-    assert verdict.fate is BufferAction.INCOMPLETE
+    assert verdict.action is BufferAction.INCOMPLETE
     assert "twice" in verdict.reason
 
 
 def test_a_frame_that_a_newer_one_overtook_is_late() -> None:
-    assert after(grab(7), grab(5)).fate is BufferAction.LATE
+    assert after(grab(7), grab(5)).action is BufferAction.LATE
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_a_frame_that_a_newer_one_overtook_is_late() -> None:
 def test_a_broken_buffer_is_refused_and_says_why(change: dict[str, object], reason: str) -> None:
     verdict = after(grab(7), replace(grab(8), **change))  # type: ignore[arg-type]  # one field each
 
-    assert verdict.fate is BufferAction.INCOMPLETE
+    assert verdict.action is BufferAction.INCOMPLETE
     assert reason in verdict.reason
 
 
@@ -113,4 +113,4 @@ def test_each_pixel_format_has_its_shape_and_type(
 ) -> None:
     judge = checks(pixel_format=pixel_format)
 
-    assert judge.judge(replace(grab(1), image=image, bits=bits)).fate is BufferAction.GOOD
+    assert judge.judge(replace(grab(1), image=image, bits=bits)).action is BufferAction.GOOD

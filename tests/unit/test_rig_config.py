@@ -67,7 +67,7 @@ def test_the_rails_example_has_the_papers_places_and_shares_a_board() -> None:
     assert isinstance(config.rail, GrblRailConfig)
     assert isinstance(config.pan_tilt, GrblPanTiltConfig)
 
-    assert config.rail.named == PAPER_PLACES
+    assert config.rail.named_positions == PAPER_PLACES
     assert config.rail.port == config.pan_tilt.port
 
 

@@ -89,7 +89,7 @@ def test_frames_come_in_order_with_their_epoch(device: FakeCamera) -> None:
 
 
 def test_a_call_that_hangs_is_a_timeout_for_its_caller_and_says_what_hangs(device: FakeCamera) -> None:
-    with streaming(supervised(device, patience=QUICK)) as camera, hanging(device, "configure"):
+    with streaming(supervised(device, timeouts=QUICK)) as camera, hanging(device, "configure"):
         began_s = time.monotonic()
         with pytest.raises(Timeout, match=r"camera left: asked to configure.*has not answered"):
             camera.configure(replace(SETTINGS, gain_db=3.0))
@@ -99,9 +99,9 @@ def test_a_call_that_hangs_is_a_timeout_for_its_caller_and_says_what_hangs(devic
 
 
 def test_a_command_does_not_wait_behind_a_call_that_hangs(device: FakeCamera) -> None:
-    patience = replace(QUICK, call_ns=60_000 * MS, alive_ns=300 * MS, abandon_ns=500 * MS)
+    timeouts = replace(QUICK, call_ns=60_000 * MS, alive_ns=300 * MS, abandon_ns=500 * MS)
     with (
-        streaming(supervised(device, settings=TRIGGERED, patience=patience)) as camera,
+        streaming(supervised(device, settings=TRIGGERED, timeouts=timeouts)) as camera,
         hanging(device, "alive"),
     ):
         asked = device.calls["alive"]
@@ -114,7 +114,7 @@ def test_a_command_does_not_wait_behind_a_call_that_hangs(device: FakeCamera) ->
 
 
 def test_a_reader_is_not_held_by_a_library_that_hangs(device: FakeCamera) -> None:
-    with streaming(supervised(device, patience=QUICK)) as camera:
+    with streaming(supervised(device, timeouts=QUICK)) as camera:
         camera.read()
         with hanging(device, "grab"):
             began_s = time.monotonic()
@@ -126,17 +126,17 @@ def test_a_reader_is_not_held_by_a_library_that_hangs(device: FakeCamera) -> Non
 
 def test_a_triggered_camera_that_hangs_is_lost_as_soon_as_its_answer_is_overdue(device: FakeCamera) -> None:
     with (
-        streaming(supervised(device, settings=TRIGGERED, patience=QUICK)) as camera,
+        streaming(supervised(device, settings=TRIGGERED, timeouts=QUICK)) as camera,
         hanging(device, "alive"),
     ):
         becomes(lambda: "read a register" in (seen := camera.link).reason and seen.phase in DOWN)
 
 
 def test_a_thread_that_hangs_for_good_is_replaced_and_the_camera_comes_back(device: FakeCamera) -> None:
-    patience = replace(
+    timeouts = replace(
         QUICK, abandon_ns=1_000 * MS
     )  # time enough to see that it hangs, and to let the next go
-    with streaming(supervised(device, patience=patience)) as camera:
+    with streaming(supervised(device, timeouts=timeouts)) as camera:
         camera.configure(replace(SETTINGS, gain_db=4.0))
         last_seq = camera.read().seq
         release = threading.Event()
@@ -175,7 +175,7 @@ def test_a_reader_hears_at_once_that_the_camera_was_lost(device: FakeCamera) -> 
 
 def test_connecting_to_a_camera_known_to_be_lost_takes_only_a_moment(device: FakeCamera) -> None:
     device.present = False
-    camera = supervised(device, patience=QUICK)
+    camera = supervised(device, timeouts=QUICK)
     with pytest.raises(NotConnected, match="camera left: serial F-1 is not found"):
         camera.connect()
     with hanging(device, "open"):
@@ -189,7 +189,7 @@ def test_connecting_to_a_camera_known_to_be_lost_takes_only_a_moment(device: Fak
 
 def test_a_camera_that_is_plugged_in_later_only_needs_a_start(device: FakeCamera) -> None:
     device.present = False
-    camera = supervised(device, patience=QUICK)
+    camera = supervised(device, timeouts=QUICK)
     with pytest.raises(NotConnected):
         camera.connect()
     device.present = True
@@ -202,7 +202,7 @@ def test_a_camera_that_is_plugged_in_later_only_needs_a_start(device: FakeCamera
 
 
 def test_closing_is_not_held_by_a_library_that_hangs(device: FakeCamera) -> None:
-    camera = supervised(device, patience=QUICK)
+    camera = supervised(device, timeouts=QUICK)
     camera.connect()
     with hanging(device, "close"):
         began_s = time.monotonic()

@@ -40,12 +40,12 @@ class Bench:
     def __init__(self, *, settings: CameraSettings = SETTINGS, frames: int = 8) -> None:
         self.clock = VirtualClock(100 * S)
         self.camera = FakeCamera(self.clock)
-        self.desk = CameraSharedState(frames=frames)
+        self.shared = CameraSharedState(frames=frames)
         self.inbox = VirtualInbox(self.clock)
         self.worker = CameraWorker(
             Role.LEFT,
             lambda: FakeDevice(self.camera),
-            desk=self.desk,
+            shared=self.shared,
             plan=CameraPlan(settings=settings, readout_ns=READOUT_NS, frames=frames),
             clock=self.clock,
         )
@@ -76,14 +76,14 @@ class Bench:
             self.worker.step(self.inbox)
 
     def frame(self, *, within_s: float = 1.0) -> Frame:
-        self.turn_until(lambda: self.desk.waiting > 0, within_s=within_s)
-        frame = self.desk.take()
+        self.turn_until(lambda: self.shared.waiting > 0, within_s=within_s)
+        frame = self.shared.take_oldest()
         assert frame is not None
         return frame
 
     @property
     def phase(self) -> CameraPhase:
-        return self.desk.state.link.phase
+        return self.shared.state.link.phase
 
     def is_down(self) -> bool:
         return self.phase in (CameraPhase.LOST, CameraPhase.BACKOFF)

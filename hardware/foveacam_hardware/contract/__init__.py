@@ -1,4 +1,4 @@
-"""Protocols, value types, errors and the clock: all that procedures know of hardware. numpy only."""
+"""Protocols, value types, errors and the clock through which procedures use the hardware; numpy only."""
 
 from foveacam_hardware.contract.base_devices import PanTilt, Rail
 from foveacam_hardware.contract.camera_values import (

@@ -1,4 +1,4 @@
-"""Protocols of what the rig stands on: what turns it while it is calibrated, what moves it sideways."""
+"""Protocols of the devices that carry the rig: a pan-tilt that turns it and a rail that moves it sideways."""
 
 from typing import Protocol
 
@@ -13,49 +13,50 @@ from foveacam_hardware.contract.values import (
 
 
 class PanTilt(Protocol):
-    """What turns the whole rig. Calls return at once; whoever waits polls `state`."""
+    """Turns the whole rig. Calls return at once; a caller that waits for a move polls `state`."""
 
     @property
     def info(self) -> DeviceInfo:
-        """Who it is."""
+        """Vendor, model, serial number, version and port of the device."""
         ...
 
     @property
     def limits(self) -> PanTiltLimits:
-        """How far it turns."""
+        """Reachable bearings."""
         ...
 
     @property
     def moves_itself(self) -> bool:
-        """False when the operator turns the rig by hand: `move_to` then only says where to."""
+        """False when the operator turns the rig by hand: `move_to` then only shows the requested bearing."""
         ...
 
     @property
     def state(self) -> PanTiltState:
-        """Connected, moving, where."""
+        """Whether it is connected and moving, and its position."""
         ...
 
     def connect(self) -> None:
-        """Open the link and check who answers."""
+        """Open the link and identify the device that answers."""
         ...
 
     def close(self) -> None:
-        """Stop and release; harmless when closed."""
+        """Stop and release the device; do nothing when closed."""
         ...
 
     def home(self) -> None:
-        """Begin to look for the reference switches."""
+        """Begin to search for the reference switches."""
         ...
 
     def confirm_zero(self) -> None:
-        """Take the operator's word that it stands at its zero.
+        """Accept the operator's confirmation that the device is at its zero position.
 
-        Raise `InvalidInput` for one that finds its zero by itself, `DeviceFault` where that cannot be.
+        Raise `InvalidInput` for a device that finds its zero by itself, `DeviceFault` when its state rules it
+        out.
         """
         ...
 
     def move_to(self, pose: PanTiltPose) -> None:
-        """Begin to move; raise `OutOfRange` beyond the limits, `DeviceFault` when it is in alarm."""
+        """Begin to move; raise `OutOfRange` beyond the limits, `DeviceFault` in an alarm state."""
         ...
 
     def hold(self) -> None:
@@ -64,49 +65,50 @@ class PanTilt(Protocol):
 
 
 class Rail(Protocol):
-    """What moves the whole rig sideways. Calls return at once; whoever waits polls `state`."""
+    """Moves the whole rig sideways. Calls return at once; a caller that waits for a move polls `state`."""
 
     @property
     def info(self) -> DeviceInfo:
-        """Who it is."""
+        """Vendor, model, serial number, version and port of the device."""
         ...
 
     @property
     def limits(self) -> RailLimits:
-        """How far it reaches."""
+        """Reachable positions."""
         ...
 
     @property
     def moves_itself(self) -> bool:
-        """False when the operator pushes the rig by hand: `move_to` then only says where to."""
+        """False when the operator pushes the rig by hand: `move_to` then only shows the position."""
         ...
 
     @property
     def state(self) -> RailState:
-        """Connected, moving, where."""
+        """Whether it is connected and moving, and its position."""
         ...
 
     def connect(self) -> None:
-        """Open the link and check who answers."""
+        """Open the link and identify the device that answers."""
         ...
 
     def close(self) -> None:
-        """Stop and release; harmless when closed."""
+        """Stop and release the device; do nothing when closed."""
         ...
 
     def home(self) -> None:
-        """Begin to look for the reference switch; then go to the middle."""
+        """Begin to search for the reference switch, then go to the centre of the rail."""
         ...
 
     def confirm_zero(self) -> None:
-        """Take the operator's word that it stands at its zero.
+        """Accept the operator's confirmation that the device is at its zero position.
 
-        Raise `InvalidInput` for one that finds its zero by itself, `DeviceFault` where that cannot be.
+        Raise `InvalidInput` for a device that finds its zero by itself, `DeviceFault` when its state rules it
+        out.
         """
         ...
 
     def move_to(self, position_m: float) -> None:
-        """Begin to move; raise `OutOfRange` beyond the limits, `DeviceFault` when it is in alarm."""
+        """Begin to move; raise `OutOfRange` beyond the limits, `DeviceFault` in an alarm state."""
         ...
 
     def hold(self) -> None:

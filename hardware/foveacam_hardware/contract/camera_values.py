@@ -1,4 +1,4 @@
-"""What a camera is asked for, what it took, what it can do, and how it fares."""
+"""Camera settings, ranges, link states and counters, and the time budget of a triggered look."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -6,13 +6,13 @@ from enum import StrEnum
 from foveacam_hardware.contract.errors import InvalidInput
 
 MARGIN_US = 500
-"""Between the end of one look and the next move."""
-SAME_SHARE = 0.01
-"""By how much of the longer one both eyes' exposures may differ: each camera rounds to lines of its own."""
+"""Margin between the end of one look and the next move."""
+EXPOSURE_TOLERANCE = 0.01
+"""Fraction of the longer exposure by which the two may differ: each camera rounds to its own line time."""
 
 
 class PixelFormat(StrEnum):
-    """What a camera sends (GenICam names). Bayer formats become RGB in the driver, packed ones 16 bit."""
+    """Pixel format on the wire (GenICam names); drivers convert Bayer to RGB and packed pixels to 16 bit."""
 
     MONO8 = "Mono8"
     MONO12 = "Mono12"
@@ -23,7 +23,7 @@ class PixelFormat(StrEnum):
 
 
 class TriggerSource(StrEnum):
-    """What a triggered camera waits for."""
+    """What starts an exposure of a triggered camera."""
 
     HARDWARE = "hardware"
     """An edge on its input line, from the mirror controller."""
@@ -32,20 +32,20 @@ class TriggerSource(StrEnum):
 
 
 class AutoMode(StrEnum):
-    """Whether a camera sets its exposure itself."""
+    """Mode of a camera's automatic exposure."""
 
     OFF = "off"
     ONCE = "once"
-    """Until it has found one; then it is off."""
+    """Automatic until the camera has found an exposure, then off."""
     CONTINUOUS = "continuous"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraSettings:
-    """What a camera is asked for, and, as returned by `configure`, what it took.
+    """Settings requested of a camera, or, as returned by `configure`, the settings in force.
 
-    While a camera sets its exposure or its rate itself, `exposure_ns` and `frame_rate_hz` ask where it
-    begins, and tell what is in force, as it said within the last second.
+    While exposure or rate are automatic, a request's `exposure_ns` and `frame_rate_hz` are their starting
+    values; as read from the camera they are the values in force, at most a second old.
     """
 
     exposure_ns: int
@@ -53,23 +53,23 @@ class CameraSettings:
     gain_db: float = 0.0
     frame_rate_hz: float = 30.0
     frame_rate_auto: bool = False
-    """Its rate is its own: as fast as exposure and readout allow, or that of the file it plays."""
+    """The camera chooses its rate: as fast as exposure and readout allow, or the rate of its video file."""
     pixel_format: PixelFormat = PixelFormat.MONO8
     triggered: bool = False
     trigger_source: TriggerSource = TriggerSource.HARDWARE
-    """Of a triggered camera; without a meaning for a free-running one."""
+    """Ignored for a free-running camera."""
     black_level: float = 0.0
-    """Offset of black, in the camera's own units."""
+    """Black level offset in the camera's own units."""
 
     @property
     def automatic(self) -> bool:
-        """Whether the camera may change any of them by itself."""
+        """Whether the camera may change its exposure or rate by itself."""
         return self.frame_rate_auto or self.exposure_auto is not AutoMode.OFF
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ValueRange:
-    """What a camera accepts for one setting, both ends included; `low == high`: it cannot be set."""
+    """Accepted values of one setting, both ends included; `low == high` when it cannot be set."""
 
     low: float
     high: float
@@ -77,7 +77,7 @@ class ValueRange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraRanges:
-    """What a camera accepts; asking for more is refused."""
+    """Accepted values of every setting; values outside are refused."""
 
     exposure_ns: ValueRange
     gain_db: ValueRange
@@ -85,13 +85,13 @@ class CameraRanges:
     black_level: ValueRange
     pixel_formats: tuple[PixelFormat, ...]
     exposure_autos: tuple[AutoMode, ...] = (AutoMode.OFF,)
-    """The modes that it has."""
+    """Automatic exposure modes that the camera has."""
     frame_rate_auto: bool = False
-    """Whether it can choose its rate itself."""
+    """Whether the camera can choose its rate itself."""
 
 
 class CameraPhase(StrEnum):
-    """How far a camera is from delivering frames."""
+    """State of the link to a camera."""
 
     CLOSED = "closed"
     OPENING = "opening"
@@ -99,15 +99,15 @@ class CameraPhase(StrEnum):
     """Open and configured, not started."""
     STREAMING = "streaming"
     DEGRADED = "degraded"
-    """It delivers, but frames are missing or broken."""
+    """Delivers frames, but some are missing or corrupt."""
     LOST = "lost"
     BACKOFF = "backoff"
-    """Lost, and waited for until the next attempt to open it."""
+    """Lost, pausing before the next attempt to open it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraLink:
-    """The state of a camera and why; `epoch` counts how often it was opened."""
+    """State of a camera's link, since when and why; `epoch` counts how often the camera was opened."""
 
     phase: CameraPhase
     since_ns: int = 0
@@ -117,44 +117,44 @@ class CameraLink:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraCounters:
-    """Honest statistics of one camera since it was started."""
+    """Frame statistics of one camera since it was started."""
 
     delivered: int = 0
     skipped: int = 0
-    """Frames that came whole and that nobody read before newer ones took their place; nothing is wrong."""
+    """Complete frames that were overwritten by newer ones before anyone read them; not an error."""
     dropped: int = 0
-    """Frames that never came: by the gap in the camera's numbers, or asked for in vain."""
+    """Frames that never arrived: gaps in the camera's frame numbers, or triggers without a frame."""
     incomplete: int = 0
     late: int = 0
     underrun: int = 0
-    """Frames that the camera sent while there was no buffer for them."""
+    """Frames that the camera sent while no buffer was free."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TriggerBudget:
-    """One pulse exposes both eyes, as long as the longer exposure; looks may follow each other so closely."""
+    """Length of the pulse that exposes both foveae (the longer exposure), and shortest interval of looks."""
 
     pulse_us: float
     interval_us: float
 
     @property
     def interval_ms(self) -> float:
-        """The same in ms."""
+        """Shortest interval of looks, ms."""
         return self.interval_us / 1e3
 
     @property
     def rate_hz(self) -> float:
-        """Looks a second."""
+        """Highest rate of looks."""
         return 1e6 / self.interval_us
 
 
 def trigger_budget(
     exposures_us: tuple[float, float], most_rates_hz: tuple[float, float], *, settle_us: float
 ) -> TriggerBudget:
-    """Return the budget of (left, right): settle, then the slower eye's exposure or frame, then a margin.
+    """Return the budget of a look: settling, then the slower fovea's exposure or frame period, then a margin.
 
-    `most_rates_hz`: at which each camera can deliver; its readout overlaps the next move, not the next frame.
-    Raise InvalidInput for times and rates that cannot be.
+    `exposures_us`, `most_rates_hz`: (left, right) exposures and highest frame rates; a camera's readout
+    overlaps the next move, not its next frame. Raise `InvalidInput` for times or rates that are not positive.
     """
     if not (min(exposures_us) > 0.0 and min(most_rates_hz) > 0.0 and settle_us >= 0.0):
         raise InvalidInput(
@@ -167,5 +167,5 @@ def trigger_budget(
 
 
 def same_exposure(left_ns: int, right_ns: int) -> bool:
-    """Tell whether one pulse can expose both eyes: their exposures are alike but for rounding."""
-    return abs(left_ns - right_ns) <= SAME_SHARE * max(left_ns, right_ns)
+    """Return whether both exposures are equal but for rounding, so that one pulse can expose both foveae."""
+    return abs(left_ns - right_ns) <= EXPOSURE_TOLERANCE * max(left_ns, right_ns)

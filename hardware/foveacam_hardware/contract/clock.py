@@ -1,23 +1,23 @@
-"""Time as an argument: every timestamp of the product comes from one injected Clock."""
+"""The injected clock from which every timestamp is taken, in real and in simulated time."""
 
 import time
 from typing import Protocol
 
 
 class Clock(Protocol):
-    """A monotonic clock in nanoseconds that can also be waited on."""
+    """A monotonic clock in nanoseconds that can also sleep."""
 
     def now_ns(self) -> int:
         """Return the current time, ns, monotonic."""
         ...
 
     def sleep_until_ns(self, t_ns: int) -> None:
-        """Return at `t_ns` or at once when it has passed."""
+        """Sleep until `t_ns`; return at once when it has passed."""
         ...
 
 
 class MonotonicClock:
-    """The machine's own monotonic clock."""
+    """The system's monotonic clock."""
 
     def now_ns(self) -> int:
         """Return CLOCK_MONOTONIC, ns."""
@@ -31,7 +31,7 @@ class MonotonicClock:
 
 
 class VirtualClock:
-    """Simulated time: sleeping moves it on at once, so that a test runs faster than the clock."""
+    """Simulated time: sleeping advances it at once, so that tests run faster than real time."""
 
     def __init__(self, start_ns: int = 0) -> None:
         self._now_ns = start_ns
@@ -41,5 +41,5 @@ class VirtualClock:
         return self._now_ns
 
     def sleep_until_ns(self, t_ns: int) -> None:
-        """Jump to `t_ns`; never backwards."""
+        """Advance to `t_ns`; never go backwards."""
         self._now_ns = max(self._now_ns, t_ns)

@@ -1,4 +1,4 @@
-"""Protocols of the devices. Drivers and the simulation implement them; procedures know nothing else."""
+"""Protocols of cameras, mirrors and heads, implemented by drivers and simulation and used by procedures."""
 
 from collections.abc import Iterator
 from typing import Protocol, runtime_checkable
@@ -23,24 +23,24 @@ from foveacam_hardware.contract.values import (
 
 
 class Camera(Protocol):
-    """A camera; the sequence is the primitive, a snap is n = 1.
+    """A camera; the primitive is a sequence of frames, a single image is n = 1.
 
     `connect` ends connected and verified, or undoes everything and raises `NotConnected`.
     """
 
     @property
     def role(self) -> Role:
-        """Which eye it is."""
+        """Role of the camera in the rig."""
         ...
 
     @property
     def info(self) -> DeviceInfo:
-        """Who it is."""
+        """Vendor, model, serial number, version and port of the camera."""
         ...
 
     @property
     def settings(self) -> CameraSettings:
-        """What it runs with; of what it sets itself, what it said within the last second."""
+        """Settings in force; values that the camera sets itself are at most a second old."""
         ...
 
     @property
@@ -50,45 +50,45 @@ class Camera(Protocol):
 
     @property
     def ranges(self) -> CameraRanges:
-        """What it accepts."""
+        """Accepted values of every setting."""
         ...
 
     @property
     def link(self) -> CameraLink:
-        """Whether it delivers, and if not, why."""
+        """State of the link, and the reason when frames are not delivered."""
         ...
 
     @property
     def waiting(self) -> int:
-        """How many frames wait to be read; 0 where a frame is made only when asked for."""
+        """Number of frames not yet read; 0 where frames are produced only on request."""
         ...
 
     def connect(self) -> None:
-        """Open the device and verify it."""
+        """Open and verify the device."""
         ...
 
     def close(self) -> None:
-        """Release the device; harmless when closed."""
+        """Release the device; do nothing when closed."""
         ...
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Apply the settings; return what the camera took."""
+        """Apply the settings; return those in force."""
         ...
 
     def start(self) -> None:
-        """Begin to deliver frames (free-running, or one a trigger)."""
+        """Start delivering frames, free-running or one per trigger."""
         ...
 
     def stop(self) -> None:
-        """Stop delivering."""
+        """Stop delivering frames."""
         ...
 
     def software_trigger(self) -> None:
-        """Expose once; raise `InvalidInput` unless it is triggered by software."""
+        """Expose once; raise `InvalidInput` unless the camera is configured for software triggers."""
         ...
 
     def read(self, *, timeout_ms: float = 1000.0) -> Frame:
-        """Return the next frame not yet read; raise `Timeout` or `DeviceFault`."""
+        """Return the oldest frame not yet read; raise `Timeout` or `DeviceFault`."""
         ...
 
     def latest(self, *, max_age_ms: float) -> Frame:
@@ -101,10 +101,10 @@ class Camera(Protocol):
 
 
 class PendingExposure(Protocol):
-    """A triggered exposure that was asked for."""
+    """A triggered exposure that has been requested."""
 
     def wait(self) -> ExposureReceipt:
-        """Return once it is over; once. Raise `Timeout`, `DeviceFault` or `NotConnected` when it failed."""
+        """Wait for its end; call once. Raise `Timeout`, `DeviceFault` or `NotConnected` when it failed."""
         ...
 
 
@@ -113,42 +113,42 @@ class Mirrors(Protocol):
 
     @property
     def info(self) -> DeviceInfo:
-        """Who the controller is."""
+        """Vendor, model, serial number, version and port of the controller."""
         ...
 
     @property
     def limits(self) -> MirrorLimits:
-        """What the driver refuses to exceed."""
+        """Limits beyond which the driver refuses a command."""
         ...
 
     @property
     def state(self) -> MirrorState:
-        """Connected, enabled, volts last commanded, fault."""
+        """Whether it is connected and enabled, the volts last commanded, and the fault if any."""
         ...
 
     @property
     def telemetry(self) -> LinkTelemetry:
-        """Traffic, round trips, clock offset."""
+        """Traffic, round-trip times and clock offset of the link."""
         ...
 
     def connect(self) -> None:
-        """Open the link, check the version, set filter and bias, map the clock."""
+        """Open the link, check the version, set filter and bias, synchronise the clock."""
         ...
 
     def close(self) -> None:
-        """Park, disable and release; harmless when closed."""
+        """Park, disable and release; do nothing when closed."""
         ...
 
     def enable(self) -> None:
-        """Switch the mirror rail on, bias first."""
+        """Set the bias, then switch the mirror supply rail on."""
         ...
 
     def disable(self) -> None:
-        """Park and switch the rail off."""
+        """Park and switch the mirror supply rail off."""
         ...
 
     def steer(self, volts: StereoVolts) -> StereoVolts:
-        """Move without waiting for a reply; return the volts really set. Safe at 1 kHz."""
+        """Move without waiting for a reply; return the volts actually set. May be called at 1 kHz."""
         ...
 
     def expose(
@@ -156,52 +156,52 @@ class Mirrors(Protocol):
     ) -> ExposureReceipt:
         """Move, settle, trigger both foveae, and return once the exposure is over.
 
-        `without`: the fovea that has no camera; the other one's is triggered alone.
+        `without`: the fovea that has no camera; only the other one is triggered.
         """
         ...
 
     def begin_exposure(
         self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
     ) -> PendingExposure:
-        """Do the same without waiting: the exposure is over when its `wait` returns. One at a time."""
+        """Request the same without waiting: the exposure is over when `wait` returns. One at a time."""
         ...
 
     def park(self) -> None:
-        """Bring both mirrors to zero differential now; callable from any thread at any time."""
+        """Set both mirrors to zero differential volts now; callable from any thread at any time."""
         ...
 
     def park_confirmed(self, *, within_s: float) -> None:
-        """Do the same and return once the controller has acknowledged it, or raise `Timeout`."""
+        """Park and wait for the controller's acknowledgement; raise `Timeout` without it."""
         ...
 
     def ping(self) -> float:
-        """Return one round trip, ms; raise `Timeout` or `NotConnected`."""
+        """Return the round-trip time of one request, ms; raise `Timeout` or `NotConnected`."""
         ...
 
     def recover(self) -> None:
-        """Start the mirrors' DACs anew, rail unswitched; raise `DeviceFault` where that is unknown."""
+        """Restart the mirrors' DACs without switching the rail; raise `DeviceFault` if not supported."""
         ...
 
     def set_low_pass(self, cutoff_hz: int) -> None:
-        """Run the drive filters at another cut-off, Hz (1 to 1000), until closed or set again."""
+        """Set the cut-off of the drive filters, Hz (1 to 1000), until closed or set again."""
         ...
 
     @property
     def low_pass_hz(self) -> int:
-        """Cut-off of the drive filters."""
+        """Cut-off of the drive filters, Hz."""
         ...
 
 
 class Head(Protocol):
-    """What a procedure needs of a rig: look somewhere and see.
+    """Steers both foveae and captures observations; all that a procedure needs of a rig.
 
     Implemented by the rig itself (scripts, benches) and by the server (through its hardware thread).
     """
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        """Steer, settle, expose both foveae, and return them with a wide frame not older than them.
+        """Steer, settle and expose both foveae; return their frames with a wide frame not older than them.
 
-        `settle_us`: how long to wait between the move and the exposure; None is the rig's own time.
+        `settle_us`: wait between the move and the exposure; None for the rig's default.
         """
         ...
 
@@ -210,11 +210,11 @@ class Head(Protocol):
         ...
 
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
-        """Set both foveae's exposure and gain, for the looks that follow."""
+        """Set exposure and gain of both foveae for the following looks."""
         ...
 
     def set_low_pass(self, cutoff_hz: int) -> int:
-        """Run the mirrors' drive filters at another cut-off, Hz; return the one before."""
+        """Set the cut-off of the mirrors' drive filters, Hz; return the previous one."""
         ...
 
 
@@ -223,31 +223,31 @@ class OneEyedHead(Head, Protocol):
     """A head that can look while the camera of one fovea is missing."""
 
     def look_without(self, missing: Role, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        """As `look`, with a black frame in place of what the missing camera would have seen."""
+        """Look as `look` does, with a black frame in place of the missing camera's."""
         ...
 
 
 @runtime_checkable
 class TriggerHead(Head, Protocol):
-    """A head that looks in two steps, so that the mirrors move on while the cameras are read.
+    """A head that separates exposure and readout, so that the mirrors move while the cameras are read.
 
-    `settle_us`: how long it waits after a move, unless it is told otherwise.
+    `settle_us`: default wait after a move.
     """
 
     settle_us: int
 
     def begin(self, volts: StereoVolts, *, settle_us: int) -> PendingExposure:
-        """Begin to steer, settle and expose both foveae; the one begun before must be over."""
+        """Begin to steer, settle and expose both foveae; the previous exposure must be over."""
         ...
 
     def frames_of(self, receipt: ExposureReceipt) -> tuple[Frame, Frame]:
-        """Return left and right of an exposure; raise `DeviceFault` for one that is missing."""
+        """Return the left and right frames of an exposure; raise `DeviceFault` when one is missing."""
         ...
 
     def frame_of(self, role: Role, receipt: ExposureReceipt) -> Frame:
-        """Return what one fovea saw in an exposure, whatever became of the other's frame; as `frames_of`."""
+        """Return one fovea's frame of an exposure, even if the other's is missing; raises as `frames_of`."""
         ...
 
     def wide_since(self, t_ns: int) -> Frame:
-        """Return the newest wide frame whose `Frame.t_ns` is `t_ns` or later; wait for it if need be."""
+        """Return the newest wide frame whose `Frame.t_ns` is `t_ns` or later, waiting for it if necessary."""
         ...

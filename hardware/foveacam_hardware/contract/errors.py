@@ -1,4 +1,4 @@
-"""The one error tree of the product, sorted by whose move is next.
+"""The error tree of the product, ordered by who has to act, and the install command used in remedies.
 
     FoveaError
     ├── InvalidInput     the caller's: fix the value (config, request, file)
@@ -8,11 +8,11 @@
     ├── StorageFull      the operator's: make room on the disk, or make it writable
     ├── Busy             wait, or take the lease
     ├── Stopped          the operator's: release the stop
-    ├── Cancelled        nobody's: it was asked for
+    ├── Cancelled        nobody's: it was requested
     ├── Timeout          the device's: it did not answer in time
     └── DeviceFault      the device's: it answered wrongly, or broke
 
-Every message says what was asked, what was found, and what to do.
+Every message states what was asked, what was found, and what to do.
 """
 
 import shlex
@@ -22,7 +22,8 @@ import sys
 class FoveaError(Exception):
     """Root of every error that a user may see; `code` is stable and machine readable.
 
-    The message stands alone. `asked`, `found` and `remedy` repeat its parts for programs, where known.
+    The message is complete in itself. `asked`, `found` and `remedy` repeat its parts for programs, where
+    known.
     """
 
     code = "fovea_error"
@@ -42,19 +43,19 @@ class FoveaError(Exception):
 
 
 class InvalidInput(FoveaError):
-    """A value, a file or a configuration that cannot be used as it stands."""
+    """A value, a file or a configuration that is not valid."""
 
     code = "invalid_input"
 
 
 class OutOfRange(FoveaError):
-    """A request beyond what the rig can do; it was refused, nothing moved."""
+    """A request beyond the rig's limits; it was refused and nothing moved."""
 
     code = "out_of_range"
 
 
 class NotCalibrated(FoveaError):
-    """No calibration, or one that belongs to another rig."""
+    """A calibration is missing or belongs to another rig."""
 
     code = "not_calibrated"
 
@@ -66,7 +67,7 @@ class NotConnected(FoveaError):
 
 
 class StorageFull(FoveaError):
-    """A disk that takes no more: full, over a quota, or not writable; what was asked was not done."""
+    """A disk that cannot be written: full, over quota, or read-only; the request was not carried out."""
 
     code = "storage_full"
 
@@ -78,7 +79,7 @@ class Busy(FoveaError):
 
 
 class Stopped(FoveaError):
-    """The stop is in force: the mirrors are parked until it is released."""
+    """The stop is active: the mirrors are parked until it is released."""
 
     code = "stopped"
 
@@ -96,11 +97,11 @@ class Timeout(FoveaError):
 
 
 class DeviceFault(FoveaError):
-    """A device answered wrongly, or refused what it should do."""
+    """A device answered wrongly, or refused a valid request."""
 
     code = "device_fault"
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs an extra, such as `pylon`, where this program looks for it."""
+    """Return the command that installs an extra, such as `pylon`, into the running Python environment."""
     return f"{shlex.quote(sys.executable)} -m pip install 'foveacam-duo[{extra}]'"

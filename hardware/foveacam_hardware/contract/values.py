@@ -1,4 +1,4 @@
-"""Value types that cross the hardware's border: volts, frames, settings, receipts. No angles here."""
+"""Value types exchanged with the hardware: volts, frames, receipts, limits and states. No gaze angles."""
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -12,7 +12,7 @@ Image: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16]
 
 
 class Role(StrEnum):
-    """Which eye of the rig a camera is."""
+    """Role of a camera in the rig: the wide camera, or the left or right fovea."""
 
     WIDE = "wide"
     LEFT = "left"
@@ -36,28 +36,28 @@ class StereoVolts:
 
 
 PARKED = StereoVolts(left=MirrorVolts(x_v=0.0, y_v=0.0), right=MirrorVolts(x_v=0.0, y_v=0.0))
-"""Both mirrors at rest: no differential voltage."""
+"""Both mirrors at zero differential volts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeviceInfo:
-    """Who a device is; `serial` identifies it across reconnects."""
+    """Identity of a device; `serial` identifies it across reconnects."""
 
     vendor: str
     model: str
     serial: str
     version: str = ""
     port: str = ""
-    """Where it is attached, for people; empty where nobody says."""
+    """Port for display; empty when not known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Frame:
-    """One exposure.
+    """One image of a camera with its time, number and mirror drive.
 
-    `t_ns` is the middle of the exposure on the host's clock, of triggered and of free-running cameras alike:
-    it began `exposure_ns` / 2 before. `volts` is the mean mirror drive in force during it (None for the wide
-    camera).
+    `t_ns` is the middle of the exposure on the host's clock, for triggered and free-running cameras alike:
+    the exposure began `exposure_ns` / 2 earlier. `volts` is the mean mirror drive during the exposure (None
+    for the wide camera).
     """
 
     image: Image
@@ -68,18 +68,18 @@ class Frame:
     bits: int = 8
     volts: MirrorVolts | None = None
     frame_id: int | None = None
-    """The controller's number of the exposure that `volts` are of; None where no controller counted it."""
+    """The controller's number of the exposure that `volts` belongs to; None for an untriggered exposure."""
     epoch: int = 0
-    """Which opening of the camera it comes from; `seq` goes on over a reopening."""
+    """Number of the camera's opening that delivered it; `seq` continues across reopenings."""
 
     def with_volts(self, volts: MirrorVolts, *, frame_id: int | None = None) -> "Frame":
-        """Return the same frame carrying the mirror drive of its exposure, and the exposure's number."""
+        """Return a copy with the mirror drive of its exposure and the exposure's number."""
         return replace(self, volts=volts, frame_id=frame_id)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sighting:
-    """One triggered look: both foveae exposed by one pulse, and the wide frame nearest in time."""
+    """The observation of one look: both foveae exposed by one pulse, and the wide frame nearest in time."""
 
     left: Frame
     right: Frame
@@ -87,19 +87,19 @@ class Sighting:
     volts: StereoVolts
     """Mean drive of both mirrors during the exposure, as the controller reported it."""
     wide_before: tuple[Frame, ...] = ()
-    """Wide frames that waited unread before `wide`, oldest first: a recording wants them all."""
+    """Unread wide frames before `wide`, oldest first; a recording stores them all."""
     missing: Role | None = None
-    """The fovea whose camera is not there: its frame is black."""
+    """The fovea without a camera; its frame is black."""
     exposure_after_trigger_ns: int = 0
-    """From the trigger to the start of the exposure, both by the controller's clock."""
+    """Delay from the trigger to the start of the exposure, by the controller's clock."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExposureReceipt:
-    """What the mirror controller reports of one triggered exposure; times on the host's clock.
+    """The mirror controller's report of one triggered exposure; times on the host's clock.
 
-    `t_trigger_ns` is the rise of the trigger lines. `t_exposure_start_ns` is the first rise of a strobe: the
-    start of the exposure, of which the controller knows neither middle nor end.
+    `t_trigger_ns` is the rising edge of the trigger lines. `t_exposure_start_ns` is the first rising edge of
+    a strobe, which is the start of the exposure; the controller knows neither its middle nor its end.
     """
 
     frame_id: int
@@ -108,50 +108,50 @@ class ExposureReceipt:
     volts: StereoVolts
 
     def middle_ns(self, *, exposure_ns: int) -> int:
-        """Return the middle of an exposure so long, which is what `Frame.t_ns` tells."""
+        """Return the middle of an exposure of length `exposure_ns`, comparable with `Frame.t_ns`."""
         return self.t_exposure_start_ns + exposure_ns // 2
 
     def end_ns(self, *, exposure_ns: int) -> int:
-        """Return the end of an exposure so long."""
+        """Return the end of an exposure of length `exposure_ns`."""
         return self.t_exposure_start_ns + exposure_ns
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MirrorLimits:
-    """Limits that the driver enforces above the wire: refused, never clipped."""
+    """Limits that the driver enforces; commands beyond them are refused, never clipped."""
 
     max_v: float = 170.0
     bias_v: float = 90.0
     max_slew_v: float = 400.0
-    """Largest change of one axis in one update, volts (400 = the full stroke, no slew limit)."""
+    """Largest change of one axis in one update, volts (400 is the full stroke: no slew limit)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MirrorState:
-    """What the mirror driver knows of its controller."""
+    """State of the mirror controller as the driver knows it."""
 
     connected: bool
     enabled: bool
     volts: StereoVolts
     fault: str | None = None
-    """Why the controller is not usable, in words for the operator; None when it is."""
+    """Why the controller is not usable, for the operator; None when it is."""
     guarded: bool = False
-    """Whether a guardian, or the controller itself, parks the mirrors when this program is killed."""
+    """Whether a guardian process, or the controller itself, parks the mirrors when this program is killed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreamTelemetry:
-    """One of the controller's streams of positions."""
+    """Statistics of one of the controller's position streams."""
 
     stream: int
     updates_per_s: float
     volts: StereoVolts
-    """Last sent to it."""
+    """Volts last sent to the stream."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkTelemetry:
-    """Traffic and timing of the controller's link since the connect; rates are of the last second."""
+    """Traffic and timing of the controller's link since it connected; rates are over the last second."""
 
     tx_packets: int
     rx_packets: int
@@ -162,9 +162,9 @@ class LinkTelemetry:
     rtt_p99_ms: float
     clock_offset_ns: int
     crc: bool = False
-    """Whether packets carry a CRC beside their checksum: agreed on at the connect."""
+    """Whether packets carry a CRC besides their checksum, as negotiated when connecting."""
     crc_errors: int = 0
-    """Of the bad packets, those that only the CRC has found out."""
+    """Bad packets that only the CRC detected."""
     rtt_p95_ms: float = 0.0
     rtt_max_ms: float = 0.0
     tx_bytes_per_s: float = 0.0
@@ -172,21 +172,21 @@ class LinkTelemetry:
     tx_packets_per_s: float = 0.0
     rx_packets_per_s: float = 0.0
     queued_bytes: int = 0
-    """Taken by the system, not yet by the controller."""
+    """Bytes in the operating system's output queue."""
     lost_answers: int = 0
-    """Requests whose answer was lost while the link held: mirrors parked, the caller told."""
+    """Answers lost on a working link; each time the mirrors were parked and the caller got an error."""
     update_limit_hz: float = 0.0
-    """How many position updates a second the link is given now."""
+    """Current limit of position updates a second."""
     clock_drift_ppm: float | None = None
-    """How much faster the controller's clock runs than the host's; None until it can be told."""
+    """How much faster the controller's clock runs than the host's; None until it is measured."""
     streams: tuple[StreamTelemetry, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PanTiltPose:
-    """Where the rig's base points, rad: `pan_rad` > 0 turns the rig to the right, `tilt_rad` > 0 down.
+    """Bearing of the rig's base, rad: `pan_rad` > 0 turns the rig to the right, `tilt_rad` > 0 down.
 
-    A bearing, not a gaze: the one place where the hardware knows angles, because the device does.
+    Not a gaze: the hardware layer has angles only here, because the device itself works in angles.
     """
 
     pan_rad: float
@@ -195,7 +195,7 @@ class PanTiltPose:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PanTiltLimits:
-    """How far a pan-tilt turns; asking for more is refused."""
+    """Reachable bearings of a pan-tilt; bearings outside are refused."""
 
     pan_min_rad: float
     pan_max_rad: float
@@ -205,26 +205,26 @@ class PanTiltLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PanTiltState:
-    """What is known of the pan-tilt. `pose` is None when nobody can say (moved by hand, not homed)."""
+    """State of a pan-tilt. `pose` is None when it is not known (moved by hand, not homed)."""
 
     connected: bool
     moving: bool = False
     homed: bool = False
     pose: PanTiltPose | None = None
     fault: str | None = None
-    """Why it is not usable, in words for the operator; None when it is."""
+    """Why it is not usable, for the operator; None when it is."""
     awaits_zero: bool = False
-    """Whether the operator has to say when it stands at its zero: without switches, it has lost its place."""
+    """Whether the operator must confirm its zero: it has no switches and has lost its position."""
     wanted: PanTiltPose | None = None
-    """Where whoever turns it by hand is to turn it; None when nothing is wanted, or when it has motors."""
+    """Requested bearing of a manual pan-tilt; None when nothing is requested or when it has motors."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MarkerPrint:
-    """The three markers that a rig is calibrated with, as printed: in one plane on a horizontal line.
+    """The three printed calibration markers, in one plane on a horizontal line.
 
-    `side_m`: of the black square. `spacing_m`: from the wide camera's marker to each eye's. The ids are of
-    the dictionary 4X4_50.
+    `side_m`: side of the black square. `spacing_m`: distance from the wide camera's marker to each fovea's.
+    The ids are of the dictionary 4X4_50.
     """
 
     side_m: float = 0.060
@@ -236,7 +236,7 @@ class MarkerPrint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RailLimits:
-    """How far a rail reaches, metres from its middle; asking for more is refused."""
+    """Reachable positions of a rail, metres from its centre; positions outside are refused."""
 
     min_m: float
     max_m: float
@@ -244,43 +244,43 @@ class RailLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RailState:
-    """What is known of the rail. `position_m` is None when nobody can say (moved by hand, not homed)."""
+    """State of a rail. `position_m` is None when it is not known (moved by hand, not homed)."""
 
     connected: bool
     moving: bool = False
     homed: bool = False
     position_m: float | None = None
-    """Where the rig stands, metres from the rail's middle: > 0 to the rig's right."""
+    """Position of the rig, metres from the rail's centre, > 0 to the rig's right."""
     fault: str | None = None
-    """Why it is not usable, in words for the operator; None when it is."""
+    """Why it is not usable, for the operator; None when it is."""
     awaits_zero: bool = False
-    """Whether the operator has to say when it stands at its zero: without a switch, it has lost its place."""
+    """Whether the operator must confirm its zero: it has no switch and has lost its position."""
     wanted_m: float | None = None
-    """Where whoever moves it by hand is to push it; None when nothing is wanted, or when it has a motor."""
+    """Requested position of a manual rail; None when nothing is requested or when it has a motor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RailPlace:
-    """A place on the rail that the operator knows by name."""
+    """A named position on the rail."""
 
     name: str
     position_m: float
 
 
 class StationTarget(StrEnum):
-    """What stands where the rig looks at a station."""
+    """The calibration target at a station."""
 
     BOARD = "board"
-    """A calibration board that somebody holds and turns."""
+    """A calibration board that a person holds and turns."""
     MARKERS = "markers"
-    """Three markers, one for each camera, spaced by the baseline."""
+    """Three markers, one per camera, spaced by the baseline."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Station:
-    """A place to look at while calibrating: where the base must point, and what stands there.
+    """A bearing of the base at which the rig is calibrated, and the target there.
 
-    `distance_m`: from the wide camera to the middle of the target, by tape; None when nobody measured.
+    `distance_m`: measured distance from the wide camera to the centre of the target; None when not measured.
     """
 
     name: str

@@ -1,1 +1,1 @@
-"""Links, framing, codecs: bytes in and out. The only importer of `serial`."""
+"""Serial links, framing and codecs. The only importer of `serial`."""

@@ -1,7 +1,7 @@
-"""Consistent overhead byte stuffing: packets without zeros, ended by one zero.
+"""Consistent overhead byte stuffing (COBS): packets without zero bytes, each terminated by one zero.
 
-A run of n non-zero bytes followed by a zero is sent as n + 1 and the run; 0xFF stands for 254
-bytes that no zero follows.
+A run of n non-zero bytes followed by a zero is sent as n + 1 and the run; 0xFF marks a run of 254 bytes that
+is not followed by a zero.
 """
 
 _FULL_RUN = 254
@@ -19,7 +19,7 @@ def cobs_encode(data: bytes) -> bytes:
             stuffed += rest[:_FULL_RUN]
             rest = rest[_FULL_RUN:]
             if not rest and piece is pieces[-1]:
-                break  # the data ended with a full run: nothing is left to say
+                break  # the data ended with a full run: no further block follows
         else:
             stuffed.append(len(rest) + 1)
             stuffed += rest
@@ -43,7 +43,7 @@ def cobs_decode(stuffed: bytes) -> bytes | None:
 
 
 class CobsDecoder:
-    """Cuts a byte stream into frames; after any garbage it is right again at the next delimiter."""
+    """Splits a byte stream into frames; resynchronises at the next delimiter after any garbage."""
 
     def __init__(self, *, max_frame_bytes: int = 512) -> None:
         self._max_frame_bytes = max_frame_bytes
@@ -53,7 +53,7 @@ class CobsDecoder:
     def feed(self, data: bytes) -> list[bytes | None]:
         """Return the frames that `data` completes, in order; None for each one that is malformed.
 
-        A delimiter right after another gives b"": what that means is the caller's to say.
+        Two consecutive delimiters give b""; interpreting it is left to the caller.
         """
         *ends, rest = data.split(DELIMITER)
         frames = [self._finish(end) for end in ends]
@@ -61,7 +61,7 @@ class CobsDecoder:
         return frames
 
     def reset(self) -> None:
-        """Forget a half-received frame."""
+        """Discard a partially received frame."""
         self._pending.clear()
         self._overlong = False
 

@@ -1,7 +1,7 @@
 """Packets of the mirror controller: methods, properties, checksum, sequence numbers.
 
 Payloads are in `controller_payloads`. Specification: the controller's protocol page, version 2.1. The CRC is
-an addition of a firmware with a guard (firmware/README.md), and only there once both sides have agreed.
+an extension of the firmware with a guard (firmware/README.md), used only once both sides have agreed on it.
 """
 
 import binascii
@@ -19,14 +19,14 @@ BAUD = 115_200
 MAX_PACKET_BYTES = 254
 MAX_SEQUENCE = 0xFFFF
 SILENT = 0
-"""The sequence number of a request that is acted on without any reply."""
+"""Sequence number of a request that the controller executes without a reply."""
 _HEADER_BYTES = 4
 _CRC_BYTES = 2
 _CRC_START = 0xFFFF
 
 
 class PacketMethod(IntEnum):
-    """What a packet does."""
+    """Method of a packet."""
 
     NOP = 0x0
     GET = 0x1
@@ -38,7 +38,7 @@ class PacketMethod(IntEnum):
 
 
 class PacketProperty(IntEnum):
-    """What a packet is about."""
+    """Property that a packet addresses."""
 
     NONE = 0x0
     INFO = 0x1
@@ -59,26 +59,26 @@ class PacketProperty(IntEnum):
 
 
 GUARDED_ONLY = frozenset({PacketProperty.GUARD, PacketProperty.VOLTS})
-"""Properties that only a firmware with a guard knows; to any other they are noise."""
+"""Properties that only a firmware with a guard implements."""
 TWO_PHASE = frozenset({PacketProperty.ACTUATE, PacketProperty.TRIGGER, PacketProperty.FRAME})
-"""Properties whose request is acknowledged first and finished later."""
+"""Properties whose requests are acknowledged first (ACK) and finished later (FIN)."""
 
 
 class BadPacket(DeviceFault):
-    """Bytes that are no packet of this protocol."""
+    """Bytes that are not a packet of this protocol."""
 
 
 class BadChecksum(BadPacket):
-    """A packet whose bytes do not add up to zero by XOR."""
+    """A packet with a wrong checksum: the XOR of its bytes is not zero."""
 
 
 class BadCrc(BadPacket):
-    """A packet whose bytes add up to zero, and whose CRC is wrong or missing."""
+    """A packet with a correct checksum and a wrong or missing CRC."""
 
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """One message, either way."""
+    """One message, in either direction."""
 
     method: PacketMethod
     prop: PacketProperty
@@ -87,7 +87,7 @@ class Packet:
 
 
 def encode_packet(packet: Packet, *, crc: bool = False) -> bytes:
-    """Return the wire bytes of a packet: checksum, header, payload, CRC if agreed on; stuffed, delimited."""
+    """Return the wire bytes of a packet: checksum, header, payload, optional CRC; stuffed and delimited."""
     if not 0 <= packet.sequence <= MAX_SEQUENCE:
         raise BadPacket(f"sequence {packet.sequence} is outside 0..{MAX_SEQUENCE}")
     header = bytes((packet.method << 4 | packet.prop,)) + packet.sequence.to_bytes(2, "little")
@@ -102,7 +102,7 @@ def encode_packet(packet: Packet, *, crc: bool = False) -> bytes:
 def decode_packet(frame: bytes | None, *, crc: bool = False) -> Packet:
     """Return the packet of one unstuffed frame (None = malformed stuffing); raise `BadPacket`.
 
-    `crc`: it must carry one; `BadCrc` when that is all that is wrong with it.
+    `crc`: whether it must carry a CRC; raise `BadCrc` when only the CRC is wrong or missing.
     """
     if frame is None:
         raise BadPacket("malformed stuffing")

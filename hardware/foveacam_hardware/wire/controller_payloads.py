@@ -1,6 +1,6 @@
-"""Payloads of the mirror controller's packets, packed and unpacked; fixed sizes, little endian.
+"""Packs and unpacks the payloads of the mirror controller's packets: fixed sizes, little endian.
 
-A payload of another size is refused with `BadPacket`, as the controller does.
+A payload of another size raises `BadPacket`; the controller refuses it too.
 """
 
 import struct
@@ -28,7 +28,7 @@ _U64 = struct.Struct("<Q")
 
 
 class StreamOperation(IntEnum):
-    """What a STREAM packet does."""
+    """Operation of a STREAM packet."""
 
     CREATE = 0
     UPDATE = 1
@@ -36,7 +36,7 @@ class StreamOperation(IntEnum):
 
 
 class ResetType(IntEnum):
-    """What a RESET packet restarts."""
+    """Scope of a RESET packet."""
 
     SOFT = 0
     HARD = 1
@@ -44,7 +44,7 @@ class ResetType(IntEnum):
 
 
 class GuardItem(IntEnum):
-    """Settings of a firmware with a guard, those that the host uses (firmware/README.md)."""
+    """Settings of a firmware with a guard that the host uses (firmware/README.md)."""
 
     WATCHDOG_MS = 2
     LARGEST_CODE = 5
@@ -55,7 +55,7 @@ class GuardItem(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreamCommand:
-    """Payload of STREAM, either way. The operation is a bare number: the far end refuses unknown ones."""
+    """Payload of STREAM, in either direction. `operation` is an int: the far end refuses unknown ones."""
 
     operation: int
     stream: int
@@ -114,9 +114,9 @@ class FrameRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrameReport:
-    """Payload of a FRAME's FIN; times on the controller's clock, codes = means over the exposure.
+    """Payload of a FRAME's FIN; times on the controller's clock, codes are means over the exposure.
 
-    `t_exposure_start_us` is the protocol's `t_exposure`: the rise of the first strobe, not the middle.
+    `t_exposure_start_us` is the protocol's `t_exposure`: the rising edge of the first strobe, not the middle.
     """
 
     stream: int
@@ -187,7 +187,7 @@ def unpack_u64(payload: bytes) -> int:
 
 
 def pack_guard(item: GuardItem, value: int) -> bytes:
-    """Return the 5 payload bytes of GUARD: what is set, and what is acknowledged or read."""
+    """Return the 5 payload bytes of GUARD, the same for a setting, its acknowledgement and a reading."""
     try:
         return _GUARD.pack(item, value)
     except struct.error as failure:
@@ -207,7 +207,7 @@ def unpack_version(payload: bytes) -> tuple[int, int, int]:
 
 
 def unpack_text(payload: bytes) -> str:
-    """Read ASCII text (INFO, LOG, REJ); foreign bytes are shown as escapes."""
+    """Read ASCII text (INFO, LOG, REJ); other bytes are shown as escapes."""
     return payload.decode("ascii", errors="backslashreplace")
 
 

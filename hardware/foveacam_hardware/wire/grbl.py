@@ -1,7 +1,7 @@
-"""Grbl 1.1 (and grblHAL) as a host sees it: lines out, lines in, and single bytes that jump the queue.
+"""Codec of Grbl 1.1 (and grblHAL): command lines, answer lines, and real-time bytes that bypass the queue.
 
-Pure functions. Every line is answered, in order, by one `ok` or `error:n`; status reports, alarms and
-messages come in between. Numbers are the machine's own units: degrees for an axis that turns.
+Pure functions. Grbl answers every line in order by one `ok` or `error:n`; status reports, alarms and messages
+arrive in between. Numbers are in the machine's units: degrees for a rotating axis.
 """
 
 import math
@@ -11,17 +11,17 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 STATUS = b"?"
-"""Ask for a status report; answered at any time but while homing."""
+"""Request a status report; answered at any time except while homing."""
 FEED_HOLD = b"!"
 RESUME = b"~"
 RESET = b"\x18"
-"""Stop, forget what is queued, start anew. A position is kept unless something moved."""
+"""Stop, clear the queue and restart. The position is kept unless an axis was moving."""
 JOG_CANCEL = b"\x85"
-"""Slow down to a stop and forget queued jogs; ignored when nothing jogs."""
+"""Decelerate to a stop and clear queued jogs; ignored when no jog is running."""
 REALTIME = STATUS + FEED_HOLD + RESUME + RESET + JOG_CANCEL
 
 LETTERS = "XYZ"
-"""Axes, in the order in which reports tell their places."""
+"""Axes in the order of the positions in reports."""
 HOME = "$H"
 UNLOCK = "$X"
 SETTINGS = "$$"
@@ -29,9 +29,9 @@ BUILD_INFO = "$I"
 
 STATES = frozenset({"Idle", "Run", "Hold", "Jog", "Alarm", "Door", "Check", "Home", "Sleep", "Tool"})
 LONGEST_LINE = 70
-"""Characters that a line may have (80 in the firmware, less what it adds)."""
-NOISE_LIMIT = 4096
-"""Bytes without a line's end that are no Grbl any more."""
+"""Longest line in characters (80 in the firmware, less what it adds)."""
+MAX_UNTERMINATED_BYTES = 4096
+"""Bytes without a line end beyond which the input is discarded as noise."""
 
 ERRORS = {
     1: "a word had no letter",
@@ -60,17 +60,17 @@ ALARMS = {
 
 
 class BadGrblLine(Exception):
-    """What came is no line of Grbl's."""
+    """A received line is not a Grbl line."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblOk:
-    """A line was taken."""
+    """A line was accepted (`ok`)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblRefused:
-    """A line was refused, and nothing moved."""
+    """A line was refused (`error:n`); nothing moved."""
 
     code: int
 
@@ -80,7 +80,7 @@ class GrblRefused:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblAlarm:
-    """Something went wrong, and it has locked itself."""
+    """Grbl raised an alarm and locked itself."""
 
     code: int
 
@@ -90,14 +90,14 @@ class GrblAlarm:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblWelcome:
-    """It has started, or restarted."""
+    """The greeting after a start or restart."""
 
     version: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblSetting:
-    """One of its numbered settings."""
+    """One numbered setting."""
 
     number: int
     value: float
@@ -112,14 +112,14 @@ class GrblMessage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblStatusReport:
-    """A status report. Either `machine` or `work` is given, in the machine's units."""
+    """A status report, with either the `machine` or the `work` position, in the machine's units."""
 
     state: str
     substate: int | None = None
     machine: tuple[float, ...] | None = None
     work: tuple[float, ...] | None = None
     offset: tuple[float, ...] | None = None
-    """Work offset, told now and then: machine = work + offset."""
+    """Work offset, present in some reports only: machine = work + offset."""
 
 
 Line: TypeAlias = (
@@ -132,23 +132,23 @@ _WELCOME = re.compile(r"Grbl(?:HAL)? (\d\S*)", re.IGNORECASE)
 
 
 def jog(goals: Mapping[str, float], *, feed_per_min: float) -> str:
-    """Return the line that moves axes, by their letters, to places in machine coordinates.
+    """Return the jog line that moves axes, by their letters, to positions in machine coordinates.
 
-    A jog can be stopped cleanly. Feed is along the way, in the machine's units (degrees, millimetres).
+    A jog can be stopped cleanly. The feed is along the path, in the machine's units (degrees, millimetres).
     """
     words = "".join(f"{letter}{goals[letter]:.3f}" for letter in LETTERS if letter in goals)
     return f"$J=G21G53{words}F{feed_per_min:.1f}"
 
 
 def encode(line: str) -> bytes:
-    """Return a line as bytes."""
+    """Return the bytes of a line; raise `ValueError` when it is too long."""
     if len(line) > LONGEST_LINE:
         raise ValueError(f"a line of {len(line)} characters: Grbl takes {LONGEST_LINE}")
     return line.encode("ascii") + b"\n"
 
 
 def parse(line: str) -> Line:
-    """Return what a line says; raise `BadGrblLine` for noise."""
+    """Parse a received line; raise `BadGrblLine` for noise."""
     if line == "ok":
         return GrblOk()
     if found := _NUMBERED.fullmatch(line):
@@ -195,7 +195,7 @@ def _numbers(text: str | None) -> tuple[float, ...] | None:
 
 
 class GrblLineReader:
-    """Cuts a stream of bytes into lines; empty ones are dropped."""
+    """Splits a byte stream into lines; empty lines are dropped."""
 
     def __init__(self) -> None:
         self._rest = b""
@@ -203,6 +203,6 @@ class GrblLineReader:
     def feed(self, data: bytes) -> list[str]:
         """Return the lines that `data` completes."""
         *lines, self._rest = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
-        if len(self._rest) > NOISE_LIMIT:
+        if len(self._rest) > MAX_UNTERMINATED_BYTES:
             self._rest = b""
         return [text for line in lines if (text := line.decode("ascii", "replace").strip())]

@@ -1,7 +1,7 @@
-"""What a host and its guardian say to each other: an open port handed over, and how to park it.
+"""Messages between a host and its guardian process: an open port handed over, and the plan to park by.
 
-One message a packet on a Unix socket that keeps packets apart; the port travels beside its message as an
-open file (SCM_RIGHTS), so that a port opened exclusively needs no second opening.
+Each message is one packet on a SOCK_SEQPACKET Unix socket; the port is passed along as an open file
+descriptor (SCM_RIGHTS), so that an exclusively opened port need not be opened twice.
 """
 
 import array
@@ -17,19 +17,19 @@ MESSAGE_BYTES = 16_384
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParkingPlan:
-    """What brings the mirrors of this session to rest."""
+    """The packets and the settling time that park the mirrors of this session."""
 
     port: str
-    """For people."""
+    """Name of the port, for log messages."""
     rest: bytes
-    """Packets that put both mirrors to the bias; may be none."""
+    """Packets that set both mirrors to the bias; may be empty."""
     settle_ms: int
-    """How long the mirrors take to get there."""
+    """Settling time of the mirrors, ms."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GuardRequest:
-    """Keep this port open, and park by this plan when the host is gone."""
+    """Request to keep a port open and to park by a plan when the host is gone."""
 
     file: int
     plan: ParkingPlan
@@ -37,27 +37,27 @@ class GuardRequest:
 
 @dataclass(frozen=True, slots=True)
 class ReleaseRequest:
-    """Close the port: the host has parked by itself."""
+    """Request to close the port: the host has parked by itself."""
 
 
 class HostGone(Exception):
-    """Nobody will ever say anything again."""
+    """The host's end of the socket is closed."""
 
 
 def send_guarded(connection: socket.socket, order: GuardRequest) -> None:
-    """Hand a port over; it stays open here too."""
+    """Hand a port over; it stays open in this process too."""
     plan = order.plan
     message = {"port": plan.port, "rest": plan.rest.hex(), "settle_ms": plan.settle_ms}
     socket.send_fds(connection, [json.dumps(message).encode()], [order.file])
 
 
 def send_released(connection: socket.socket) -> None:
-    """Ask for the port's release."""
+    """Request the release of the port."""
     connection.send(b"release")
 
 
 def receive(connection: socket.socket) -> GuardRequest | ReleaseRequest:
-    """Return the next message, waiting for it; raise `HostGone` when there will be none."""
+    """Wait for the next message and return it; raise `HostGone` when the socket is closed."""
     size = socket.CMSG_SPACE(array.array("i").itemsize)
     try:
         data, ancillary, _, _ = connection.recvmsg(MESSAGE_BYTES, size)
@@ -79,13 +79,13 @@ def receive(connection: socket.socket) -> GuardRequest | ReleaseRequest:
 
 
 def answer(connection: socket.socket) -> None:
-    """Tell the host that its message was obeyed; a host that is gone need not know."""
+    """Confirm to the host that its request was carried out; ignore a host that is gone."""
     with contextlib.suppress(OSError):
         connection.send(b"done")
 
 
 def await_answer(connection: socket.socket, *, timeout_s: float) -> bool:
-    """Tell whether the other side obeyed within a time."""
+    """Return whether the other side confirmed within a time."""
     ready, _, _ = select.select([connection], [], [], timeout_s)
     try:
         return bool(ready) and connection.recv(MESSAGE_BYTES) == b"done"
@@ -93,11 +93,11 @@ def await_answer(connection: socket.socket, *, timeout_s: float) -> bool:
         return False
 
 
-def await_death_or_message(connection: socket.socket, process: int | None) -> bool:
-    """Wait until the host says something or is gone; tell whether its process has ended.
+def wait_for_message_or_exit(connection: socket.socket, process: int | None) -> bool:
+    """Wait until the host sends a message or is gone; return whether its process has ended.
 
-    `process`: a pidfd of the host. The socket closes with the host too, unless a process that it forked
-    holds a copy.
+    `process`: a pidfd of the host. The socket closes with the host too, unless a process that it forked holds
+    a copy.
     """
     sources: list[socket.socket | int] = [connection] if process is None else [connection, process]
     ready, _, _ = select.select(sources, [], [])
@@ -105,7 +105,7 @@ def await_death_or_message(connection: socket.socket, process: int | None) -> bo
 
 
 def watch_process(pid: int) -> int | None:
-    """Return a file that becomes readable when a process ends; None when it is gone already."""
+    """Return a pidfd, which becomes readable when the process ends; None when it has ended already."""
     try:
         return os.pidfd_open(pid)
     except OSError:

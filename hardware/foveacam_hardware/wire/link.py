@@ -1,6 +1,6 @@
-"""Byte links: what a driver writes to and reads from. Sole importer of pyserial.
+"""Byte links to serial devices, and the plain-pyserial baseline of the serial benchmark.
 
-Knows nothing of packets. Every failure of the operating system ends as `NotConnected` in words.
+Knows nothing of packets. Every failure of the operating system is raised as `NotConnected` with a remedy.
 """
 
 import contextlib
@@ -23,73 +23,73 @@ from foveacam_hardware.contract import NotConnected
 from foveacam_hardware.wire.usb_ports import PortIdentity, UsbPort, identify
 
 WRITE_TIMEOUT_S = 0.25
-"""A packet that the port does not take within this time counts as an unplugged device."""
+"""Time after which a port that accepts no bytes counts as unplugged."""
 ECHO_TIMEOUT_S = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Backlog:
-    """How hard it is to get bytes out."""
+    """Output that is waiting at a port."""
 
     queued_bytes: int = 0
-    """Taken by the system, not yet by the device."""
+    """Bytes in the operating system's output queue."""
     stalls: int = 0
-    """Writes that the port did not take at once, since it was opened."""
+    """Writes that the port did not accept at once, since it was opened."""
 
 
 NO_BACKLOG = Backlog()
 
 
 class ByteLink(Protocol):
-    """A full-duplex byte stream. One thread reads; any thread writes, one whole packet a call."""
+    """A full-duplex byte stream. One thread reads; any thread writes, one whole packet per call."""
 
     def write(self, data: bytes) -> None:
-        """Send all of `data`; raise `NotConnected` when the other side is gone."""
+        """Send all of `data`; raise `NotConnected` when the device is gone."""
         ...
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has arrived, waiting up to `timeout_s` for the first byte; b"" when nothing did.
+        """Return the received bytes, waiting up to `timeout_s` for the first one; b"" when none came.
 
-        Raise `NotConnected` when the other side is gone.
+        Raise `NotConnected` when the device is gone.
         """
         ...
 
     def close(self) -> None:
-        """Release the link; harmless when closed."""
+        """Release the link; do nothing when closed."""
         ...
 
 
 class PortLink(ByteLink, Protocol):
-    """A link that knows its port."""
+    """A link with a known port."""
 
     @property
     def identity(self) -> PortIdentity:
-        """Which port it is, and what stands behind it."""
+        """The port and the USB device behind it."""
         ...
 
     @property
     def file(self) -> int | None:
-        """The open port's file number, to hand to another process; None for a link without one."""
+        """File descriptor of the open port, to pass to another process; None for a link without one."""
         ...
 
     def backlog(self) -> Backlog:
-        """Return what waits to go out."""
+        """Return the waiting output."""
         ...
 
     @property
     def quiet(self) -> bool | None:
-        """Whether all answers have been heard, so that none will come; None: only a deadline tells."""
+        """Whether every answer has arrived, so that no more will come; None when only a deadline can tell."""
         ...
 
 
 LinkFactory: TypeAlias = Callable[[], ByteLink]
-"""Opens a fresh link, or raises `NotConnected`."""
+"""Opens a new link, or raises `NotConnected`."""
 PortLinkFactory: TypeAlias = Callable[[], PortLink]
-"""Opens a fresh link to a port, or raises `NotConnected`."""
+"""Opens a new link to a port, or raises `NotConnected`."""
 
 
 class SerialLink:
-    """A serial port, held exclusively: locked against those who lock, and closed to further openers."""
+    """A serial port, opened exclusively by lock and by TIOCEXCL."""
 
     def __init__(self, port: str, *, baud: int = 115_200) -> None:
         self._name = port
@@ -102,15 +102,15 @@ class SerialLink:
         except (serial.SerialException, OSError, ValueError, termios.error) as failure:
             raise NotConnected(_why_not_open(port, failure)) from failure
         self.identity = identify(port)
-        """Which port it is, and what stands behind it."""
+        """The port and the USB device behind it."""
 
     @property
     def file(self) -> int | None:
-        """The open port's file number; None once it is closed."""
+        """File descriptor of the open port; None once it is closed."""
         return self._port.fileno() if self._port.is_open else None
 
     def backlog(self) -> Backlog:
-        """Return what waits to go out; nothing when the port is gone."""
+        """Return the waiting output; none when the port is gone."""
         try:
             answer = fcntl.ioctl(self._port.fileno(), termios.TIOCOUTQ, struct.pack("I", 0))
         except (serial.SerialException, OSError, TypeError):
@@ -119,11 +119,11 @@ class SerialLink:
 
     @property
     def quiet(self) -> None:
-        """Nobody can know."""
+        """Not known for a serial port."""
         return
 
     def write(self, data: bytes) -> None:
-        """Send a whole packet in one call; what a full port leaves over follows at once."""
+        """Send a whole packet; retry the remainder that a full port did not accept."""
         try:
             with self._write_lock:
                 file = self._port.fileno()
@@ -138,9 +138,9 @@ class SerialLink:
             raise self._lost("write", failure) from failure
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has arrived within `timeout_s`."""
+        """Return the bytes received within `timeout_s`."""
         try:
-            # One select and one read: read_until costs a select a byte.
+            # One select and one read: read_until costs one select per byte.
             ready, _, _ = select.select([self._port.fileno()], [], [], timeout_s)
             return self._port.read(max(1, self._port.in_waiting)) if ready else b""
         # in_waiting raises a bare OSError (EIO) after an unplug; a closed port has no file number.
@@ -171,7 +171,7 @@ def serial_link(port: str, *, baud: int = 115_200) -> LinkFactory:
 
 
 def usb_link(named: str, *, usb_id: tuple[int, int]) -> PortLinkFactory:
-    """Return a factory that opens a port as a rig file names it, the same device each time."""
+    """Return a factory that opens a port as named in a rig file, the same USB device each time."""
     port = UsbPort(named, usb_id=usb_id)
 
     def open_link() -> SerialLink:
@@ -201,7 +201,7 @@ def _why_not_open(port: str, failure: Exception) -> str:
 
 
 def bare_round_trips_ms(port: str, *, data: bytes, count: int) -> list[float]:
-    """Return the times of `count` writes of `data`, each read back whole, ms."""
+    """Return the round-trip times, ms, of `count` writes of `data` to an echoing port, by plain pyserial."""
     times_ms = []
     with serial.Serial(port, 115_200, timeout=ECHO_TIMEOUT_S) as line:
         for _ in range(count):

@@ -1,4 +1,4 @@
-"""A serial port by its open file alone, as a guardian has it after the host that opened it is gone."""
+"""A serial port given as an open file descriptor, as the guardian holds it after the host is gone."""
 
 import contextlib
 import errno
@@ -13,14 +13,14 @@ WRITE_TIMEOUT_S = 0.25
 
 
 class OpenPort:
-    """A port that another process opened. Every failure of the system is a bare `OSError`."""
+    """A port that another process opened. Failures are raised as plain `OSError`."""
 
     def __init__(self, file: int) -> None:
         self._file = file
         os.set_blocking(file, False)
 
     def write(self, data: bytes) -> None:
-        """Send all of `data`, with patience for a full port."""
+        """Send all of `data`, waiting while the port is full; raise `OSError` on timeout."""
         while data:
             _, ready, _ = select.select([], [self._file], [], WRITE_TIMEOUT_S)
             if not ready:
@@ -28,7 +28,7 @@ class OpenPort:
             data = data[os.write(self._file, data) :]
 
     def read(self, timeout_s: float) -> bytes:
-        """Return what has arrived, waiting up to `timeout_s` for the first byte; b"" when nothing did."""
+        """Return the received bytes, waiting up to `timeout_s` for the first one; b"" when none came."""
         ready, _, _ = select.select([self._file], [], [], max(0.0, timeout_s))
         if not ready:
             return b""
@@ -38,11 +38,11 @@ class OpenPort:
         return data
 
     def wait(self, duration_s: float) -> None:
-        """Let time pass."""
+        """Sleep."""
         time.sleep(duration_s)
 
     def close(self) -> None:
-        """Give the port back: others may open it again."""
+        """Release the port and its exclusive lock."""
         with contextlib.suppress(OSError):
             fcntl.ioctl(self._file, termios.TIOCNXCL)
         with contextlib.suppress(OSError):

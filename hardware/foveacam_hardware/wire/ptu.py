@@ -1,8 +1,8 @@
-"""FLIR (Directed Perception) pan-tilt units as a host sees them: words of ASCII out, one reply to each.
+"""Codec of FLIR (Directed Perception) pan-tilt units: ASCII commands, one reply to each.
 
-Pure functions. A command ends with a space or a carriage return; the reply begins with `*` when it was done
-and with `!` and a reason when it was not. `!P` and `!T` come unasked when an axis runs into a limit.
-Positions are steps of the motor: pan > 0 to the left, tilt > 0 up.
+Pure functions. A command ends with a space or a carriage return; the reply begins with `*` on success and
+with `!` and a reason on failure. `!P` and `!T` are sent unrequested when an axis runs into a limit. Positions
+are motor steps: pan > 0 to the left, tilt > 0 up.
 """
 
 import re
@@ -14,54 +14,54 @@ ECHO_OFF = "ED"
 TERSE = "FT"
 LIMITS_ON = "LE"
 IMMEDIATE = "I"
-"""Carry positions out when they come, not when they are awaited."""
+"""Execute positions when they arrive, not when awaited."""
 INDEPENDENT = "CI"
-"""Speeds are magnitudes, and positions are what is commanded."""
+"""Independent control mode: speeds are magnitudes, and moves are commanded as positions."""
 VERSION = "V"
 RESET = "R"
-"""Drive both axes to their limits and back to zero; answered when that is done."""
+"""Drive both axes to their limits and back to zero; answered when done."""
 HALT = "H"
-NOISE_LIMIT = 4096
-"""Bytes without a line's end that are no reply any more."""
+MAX_UNTERMINATED_BYTES = 4096
+"""Bytes without a line end beyond which the input is discarded as noise."""
 LONGEST_COMMAND = 24
 
 
 class PtuAxis(StrEnum):
-    """One of the two motors, by the letter that its commands begin with."""
+    """An axis, by the letter that its commands begin with."""
 
     PAN = "P"
     TILT = "T"
 
 
 class PtuQuery(StrEnum):
-    """What can be asked of an axis, by the letter after its own."""
+    """A queryable number of an axis, by the letter after the axis letter."""
 
     POSITION = "P"
     RESOLUTION = "R"
-    """Seconds of arc a step."""
+    """Arc seconds per step."""
     LOWEST = "N"
     HIGHEST = "X"
-    """Positions that its last reset found reachable."""
+    """Reachable positions found by the last reset."""
     SPEED = "S"
     SLOWEST = "L"
     FASTEST = "U"
-    """Steps a second."""
+    """Steps per second."""
 
 
 class BadPtuReply(Exception):
-    """What came is no line of such a unit's."""
+    """A received line is not a reply of such a unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PtuDone:
-    """A command was carried out, or a question answered with `text`; `echo`: what it repeated before."""
+    """A command succeeded, or a query was answered with `text`; `echo`: the echoed command before it."""
 
     text: str = ""
     echo: str = ""
 
     @property
     def number(self) -> float:
-        """The number that the answer holds; raise `BadPtuReply` when it holds none or several."""
+        """The number in the answer; raise `BadPtuReply` when it has none or several."""
         found = _NUMBER.findall(self.text)
         if len(found) != 1:
             raise BadPtuReply(self.text)
@@ -70,7 +70,7 @@ class PtuDone:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PtuRefused:
-    """A command was not carried out, and why."""
+    """A command failed, with the unit's reason."""
 
     reason: str
     echo: str = ""
@@ -78,14 +78,14 @@ class PtuRefused:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PtuLimitHit:
-    """An axis ran into a limit, and has lost count of its steps."""
+    """An axis ran into a limit and lost count of its steps."""
 
     axis: PtuAxis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PtuBanner:
-    """What it says by itself when it starts."""
+    """The unrequested message after a start."""
 
     text: str
 
@@ -100,29 +100,29 @@ _LIMIT = re.compile(r"!([PT])(?![a-z])")
 
 
 def query(axis: PtuAxis, what: PtuQuery) -> str:
-    """Return the question for a number of an axis."""
+    """Return the command that queries a number of an axis."""
     return f"{axis.value}{what.value}"
 
 
 def move(axis: PtuAxis, position: int) -> str:
-    """Return the command that sends an axis to a position, steps; it may be given while it moves."""
+    """Return the command that moves an axis to a position, steps; allowed while it moves."""
     return f"{axis.value}P{position:d}"
 
 
 def speed(axis: PtuAxis, steps_per_s: int) -> str:
-    """Return the command that sets an axis's speed, steps a second."""
+    """Return the command that sets the speed of an axis, steps per second."""
     return f"{axis.value}S{steps_per_s:d}"
 
 
 def encode(command: str) -> bytes:
-    """Return a command as bytes."""
+    """Return the bytes of a command; raise `ValueError` when it is not a single command."""
     if not command or len(command) > LONGEST_COMMAND or not command.isascii() or " " in command:
         raise ValueError(f"{command!r} is no single command")
     return command.encode("ascii") + b" "
 
 
 def parse(text: str) -> list[Line]:
-    """Return what a line says: limits hit may stand before a reply. Raise `BadPtuReply` for noise."""
+    """Parse a received line: limit messages may precede a reply. Raise `BadPtuReply` for noise."""
     lines: list[Line] = []
     while found := _LIMIT.match(text):
         lines.append(PtuLimitHit(axis=PtuAxis(found[1])))
@@ -140,12 +140,12 @@ def parse(text: str) -> list[Line]:
 
 
 def is_version(text: str) -> bool:
-    """Return whether an answer is the one to `VERSION`, which no other resembles."""
+    """Return whether a reply is the one to `VERSION`, which differs from every other."""
     return "pan-tilt" in text.lower() and re.search(r"v\d", text.lower()) is not None
 
 
 class PtuReplyReader:
-    """Cuts a stream of bytes into lines; empty ones are dropped."""
+    """Splits a byte stream into lines; empty lines are dropped."""
 
     def __init__(self) -> None:
         self._rest = b""
@@ -153,6 +153,6 @@ class PtuReplyReader:
     def feed(self, data: bytes) -> list[str]:
         """Return the lines that `data` completes."""
         *lines, self._rest = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
-        if len(self._rest) > NOISE_LIMIT:
+        if len(self._rest) > MAX_UNTERMINATED_BYTES:
             self._rest = b""
         return [text for line in lines if (text := line.decode("ascii", "replace").strip())]

@@ -1,7 +1,7 @@
-"""Serial ports by who stands behind them: USB id, serial number, product; never by a name that may change.
+"""Identifies serial ports by the USB device behind them (USB id, serial number), not by their path.
 
-What the system tells of its ports (pyserial's list, /dev/serial/by-id), and a link factory that finds a
-device again by its serial number after it was unplugged and came back under another name.
+Reads pyserial's list and /dev/serial/by-id. `UsbPort` finds a device again by its serial number after it was
+unplugged and came back under another path.
 """
 
 import re
@@ -14,25 +14,25 @@ from serial.tools import list_ports
 from foveacam_hardware.contract import NotConnected
 
 AUTO = "auto"
-"""As a port: the only device with the right USB id."""
+"""Port name that selects the only device with the right USB id."""
 BY_SERIAL = "usb:"
-"""As the beginning of a port: the device with the serial number that follows."""
+"""Prefix of a port name that selects the device with the serial number that follows."""
 BY_ID = Path("/dev/serial/by-id")
 _BY_ID_SERIAL = re.compile(r"usb-.*?_?([^_]+)-if\d+.*")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PortIdentity:
-    """A serial port and the USB device behind it, as far as the system tells."""
+    """A serial port and the USB device behind it, as far as the system reports it."""
 
     name: str
     usb_id: tuple[int, int] | None = None
-    """Vendor and product; None for a port that is no USB device."""
+    """Vendor and product id; None for a port that is not a USB device."""
     serial: str = ""
     product: str = ""
 
     def __str__(self) -> str:
-        """Say who it is, for people."""
+        """Return a description for display."""
         if self.usb_id is None and not self.serial:
             return self.name
         vendor_id, product_id = self.usb_id or (0, 0)
@@ -46,7 +46,7 @@ PortList = Callable[[], list[PortIdentity]]
 
 
 def present_ports() -> list[PortIdentity]:
-    """Return the serial ports that the system has now."""
+    """Return the serial ports present now, sorted by name."""
     found = [
         PortIdentity(
             name=port.device,
@@ -69,15 +69,15 @@ def serial_of_link(link: str) -> str:
 
 
 def identify(port: str, *, ports: PortList = present_ports) -> PortIdentity:
-    """Return who stands behind a path, a link to a port included."""
+    """Return the identity of the port at a path, which may be a symbolic link."""
     device = str(Path(port).resolve())
     return next((found for found in ports() if found.name == device), PortIdentity(name=port))
 
 
 class UsbPort:
-    """A port as a rig file names it (`auto`, `usb:SERIAL` or a path), resolved anew at each opening.
+    """A port as named in a rig file (`auto`, `usb:SERIAL` or a path), resolved again at each opening.
 
-    Once a device with a serial number was opened there, only that device will do, whatever its name is then.
+    Once a device with a serial number was opened, only that device is accepted, under whatever path.
     """
 
     def __init__(self, named: str, *, usb_id: tuple[int, int], ports: PortList = present_ports) -> None:
@@ -87,19 +87,19 @@ class UsbPort:
         self._serial = named.removeprefix(BY_SERIAL) if named.startswith(BY_SERIAL) else ""
 
     def path(self) -> str:
-        """Return the device's path now; raise `NotConnected` in words when it is not there."""
+        """Return the device's current path; raise `NotConnected` when it is not present."""
         by_path = not (self.named == AUTO or self.named.startswith(BY_SERIAL))
-        if by_path and (not self._serial or self._stands_behind(self.named)):
+        if by_path and (not self._serial or self._is_same_device(self.named)):
             return self.named
         if self._serial:
             return self._by_serial()
         return self._only_one()
 
     def opened(self, identity: PortIdentity) -> None:
-        """Remember which device was opened."""
+        """Remember the device that was opened."""
         self._serial = identity.serial or self._serial
 
-    def _stands_behind(self, port: str) -> bool:
+    def _is_same_device(self, port: str) -> bool:
         if not Path(port).exists():
             return False
         return identify(port, ports=self._ports).serial in ("", self._serial)
@@ -135,7 +135,7 @@ class UsbPort:
 
 
 def _linked_ports() -> list[PortIdentity]:
-    """Return what udev's links tell, for systems whose device tree is not readable (containers)."""
+    """Return the ports by udev's links, for systems whose device tree is not readable (containers)."""
     if not BY_ID.is_dir():
         return []
     return [

@@ -20,7 +20,7 @@ import numpy as np
 from foveacam_bench.drivers.race import DriverLoop, Entry, PictureLoop, RaceSettings, frames_per_s
 from foveacam_hardware.camera_config import AravisCameraConfig
 from foveacam_hardware.contract import CameraSettings, MonotonicClock, NotConnected, Role
-from foveacam_hardware.drivers.cameras.aravis.library import AravisLibrary, find_cameras, listed
+from foveacam_hardware.drivers.cameras.aravis.library import AravisLibrary, find_cameras, list_cameras
 from foveacam_hardware.rig_cameras import build_camera
 
 PROGRAM = "arv-fake-gv-camera-0.8"
@@ -147,7 +147,7 @@ def _ours(settings: CameraSettings) -> Iterator[PictureLoop]:
 @contextmanager
 def _bare(settings: CameraSettings) -> Iterator[PictureLoop]:
     library, who = AravisLibrary(), f"serial {SERIAL}"
-    name = next(name for name, found in listed(library) if found.info.serial == SERIAL)
+    name = next(name for name, found in list_cameras(library) if found.info.serial == SERIAL)
     camera = library.call("arv_camera_new", name.encode(), who=who)
     for function, *values in (
         ("set_region", 0, 0, WIDTH, HEIGHT),

@@ -1,1 +1,1 @@
-"""Cameras behind the contract: one supervisor over the little that each vendor's library can do."""
+"""Camera drivers: a supervised camera over a small device interface, implemented per vendor library."""

@@ -1,4 +1,4 @@
-"""Stands where a rig's configuration names no camera, so that a rig with fewer cameras still opens."""
+"""Placeholder for a role without a camera, so that a rig with fewer cameras still opens."""
 
 from collections.abc import Iterator
 from typing import NoReturn
@@ -18,7 +18,7 @@ from foveacam_hardware.contract import (
 
 
 class AbsentCamera:
-    """A camera that is not there; all it can do is say why."""
+    """Implements the contract's Camera; calls that need a device raise `NotConnected` with the reason."""
 
     def __init__(self, role: Role, *, reason: str, remedy: str) -> None:
         self._role = role
@@ -27,32 +27,32 @@ class AbsentCamera:
 
     @property
     def role(self) -> Role:
-        """Which eye is missing."""
+        """Role without a camera."""
         return self._role
 
     @property
     def info(self) -> DeviceInfo:
-        """Nobody."""
+        """A placeholder identity."""
         return DeviceInfo(vendor="none", model="no camera", serial="")
 
     @property
     def settings(self) -> CameraSettings:
-        """What it would run with."""
+        """Default settings of the role."""
         return CameraSettings(exposure_ns=8_000_000, triggered=self._role is not Role.WIDE)
 
     @property
     def counters(self) -> CameraCounters:
-        """Nothing was delivered."""
+        """All counters zero."""
         return CameraCounters()
 
     @property
     def waiting(self) -> int:
-        """None."""
+        """Always 0."""
         return 0
 
     @property
     def ranges(self) -> CameraRanges:
-        """Nothing can be set."""
+        """Ranges in which nothing can be set."""
         nothing = ValueRange(low=0.0, high=0.0)
         return CameraRanges(
             exposure_ns=nothing,
@@ -64,41 +64,41 @@ class AbsentCamera:
 
     @property
     def link(self) -> CameraLink:
-        """Why there is no camera."""
+        """Closed, with the reason why there is no camera."""
         return CameraLink(phase=CameraPhase.CLOSED, reason=self._reason)
 
     def connect(self) -> None:
-        """Say why there is no camera."""
+        """Raise `NotConnected`."""
         self._refuse()
 
     def close(self) -> None:
         """Do nothing."""
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Say why there is no camera."""
+        """Raise `NotConnected`."""
         self._refuse()
 
     def start(self) -> None:
-        """Say why there is no camera."""
+        """Raise `NotConnected`."""
         self._refuse()
 
     def stop(self) -> None:
         """Do nothing."""
 
     def software_trigger(self) -> None:
-        """Say why there is no camera."""
+        """Raise `NotConnected`."""
         self._refuse()
 
     def read(self, *, timeout_ms: float = 1000.0) -> Frame:
-        """Say why there is no camera."""
+        """Raise `NotConnected`."""
         self._refuse()
 
     def latest(self, *, max_age_ms: float) -> Frame:
-        """Say why there is no camera."""
+        """Raise `NotConnected`."""
         self._refuse()
 
     def frames(self, n: int, *, timeout_ms: float = 1000.0) -> Iterator[Frame]:
-        """Say why there is no camera."""
+        """Raise `NotConnected`."""
         self._refuse()
 
     def _refuse(self) -> NoReturn:

@@ -1,6 +1,6 @@
-"""The seam between a vendor's library and our cameras: the little that each library must be brought to do.
+"""The interface that a driver implements for each vendor library: `CameraDevice` and its value types.
 
-Everything else (its own thread, deadlines, checks of every frame, counters, recovery) is done once, above it.
+Threading, deadlines, frame checks, counters and recovery are implemented once, in `SupervisedCamera`.
 """
 
 from dataclasses import dataclass
@@ -11,20 +11,20 @@ from foveacam_hardware.contract import CameraRanges, CameraSettings, DeviceInfo,
 
 
 class GrabStatus(StrEnum):
-    """What became of one buffer."""
+    """Outcome of one buffer."""
 
     OK = "ok"
     INCOMPLETE = "incomplete"
-    """Packets are missing, or the library calls it broken; `image` may be None."""
+    """Packets are missing, or the library reports it as corrupt; `image` may be None."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grab:
-    """One buffer, copied out of the library's memory, which it has back already.
+    """One buffer, copied out of the library's memory.
 
-    `image`: (h, w) grey or (h, w, 3) RGB, uint8, or uint16 holding `bits` significant bits: Bayer and packed
+    `image`: (h, w) grey or (h, w, 3) RGB, uint8, or uint16 holding `bits` significant bits; Bayer and packed
     formats are unpacked. `number`: the camera's own frame number, None when it has none. `t_device_ns`: start
-    of the exposure on the camera's clock, None when it does not say. `t_host_ns`: arrival, host's clock.
+    of the exposure on the camera's clock, None when not reported. `t_host_ns`: arrival on the host's clock.
     """
 
     status: GrabStatus
@@ -38,54 +38,54 @@ class Grab:
 class CameraDevice(Protocol):
     """One camera through one library. Every call may block; one thread makes all of them.
 
-    Calls raise errors of the contract alone: `NotConnected` (not there, held by another program, gone),
-    `OutOfRange` (a setting that it does not take), `DeviceFault` (the library failed).
+    Calls raise only errors of the contract: `NotConnected` (absent, held by another program, lost),
+    `OutOfRange` (a setting that is not accepted), `DeviceFault` (the library failed).
     """
 
     def open(self) -> DeviceInfo:
-        """Find it by its serial number, take it, stop whatever it does; return who it is."""
+        """Find the camera by its serial number, open it exclusively and stop it; return its identity."""
         ...
 
     def close(self) -> None:
-        """Release it; harmless when closed or gone."""
+        """Release the camera; do nothing when it is closed or gone."""
         ...
 
     def ranges(self) -> CameraRanges:
-        """Return what it accepts."""
+        """Return the accepted values of every setting."""
         ...
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Apply the settings while stopped; return what it took, read back from it."""
+        """Apply the settings while stopped; return those in force, read back from the camera."""
         ...
 
     def start(self) -> None:
-        """Begin to acquire."""
+        """Start acquisition."""
         ...
 
     def stop(self) -> None:
-        """Stop acquiring; buffers not yet grabbed are gone."""
+        """Stop acquisition; buffers not yet grabbed are lost."""
         ...
 
     def grab(self, *, timeout_ms: float) -> Grab | None:
-        """Return the next buffer, or None when none came in time."""
+        """Return the next buffer, or None when none arrived in time."""
         ...
 
     def software_trigger(self) -> None:
-        """Expose once."""
+        """Trigger one exposure."""
         ...
 
     def alive(self) -> bool:
-        """Return whether it still answers: a register is read."""
+        """Return whether the camera still answers a register read."""
         ...
 
     def underruns(self) -> int:
-        """Return how many frames found no buffer since `start`."""
+        """Return the number of frames since `start` for which no buffer was free."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClockReading:
-    """The camera's clock, read between two moments of the host's."""
+    """The camera's clock, and the host's clock before and after reading it."""
 
     t_device_ns: int
     t_before_ns: int
@@ -94,30 +94,30 @@ class ClockReading:
 
 @runtime_checkable
 class ReadsItsClock(Protocol):
-    """A device that can tell what its clock says now: no latency must be guessed then."""
+    """A device whose clock can be read, so that no latency has to be estimated."""
 
     def read_clock(self) -> ClockReading | None:
-        """Return one reading; None when this camera has no such register."""
+        """Return one reading; None when the camera has no readable clock."""
         ...
 
 
 @runtime_checkable
 class TellsItsSettings(Protocol):
-    """A device with automatic modes: it can tell what it runs with now."""
+    """A device with automatic modes, whose current settings can be read while it streams."""
 
     def read_settings(self) -> CameraSettings:
-        """Return what is in force, read from the camera while it streams; a mode that ended is off."""
+        """Return the settings in force, read from the camera; a mode that has ended is off."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundCamera:
-    """A camera that a library sees, not opened."""
+    """A camera that a search found; it is not opened."""
 
     kind: str
-    """The driver's kind, as a rig file names it."""
+    """Kind of the driver, as in rig files."""
     info: DeviceInfo
     address: str = ""
-    """Where it is: an IP address, a USB path, a device file."""
+    """IP address, USB path or device file."""
     problem: str | None = None
-    """Why it cannot be used, as far as one can tell without opening it."""
+    """Why it cannot be used, as far as known without opening it."""

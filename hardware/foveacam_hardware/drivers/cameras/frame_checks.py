@@ -1,6 +1,6 @@
-"""What a camera delivers is believed only after these checks: status, shape, type, number, time.
+"""Checks of every buffer that a camera delivers: status, shape, type, number, time.
 
-Pure: one buffer in, one verdict out. Counting and times are done by the caller.
+Pure: one buffer in, one verdict out. Counting and timing are left to the caller.
 """
 
 from dataclasses import dataclass
@@ -12,34 +12,34 @@ from foveacam_hardware.contract import PixelFormat
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
 
 WRAPS = (0xFFFF, 0xFFFF_FFFF)
-"""Largest numbers after which cameras begin again: 16 bit counts from 1 to 65535 in GigE Vision 1."""
+"""Frame numbers at which cameras wrap around: GigE Vision 1 counts from 1 to 65535 in 16 bit."""
 LARGEST_GAP = 100_000
-"""A number further away than this does not count the same frames any more."""
+"""Largest plausible step between frame numbers; a larger one means that the camera restarted its count."""
 GREY = (PixelFormat.MONO8, PixelFormat.MONO12, PixelFormat.MONO12P)
 
 
 class BufferAction(StrEnum):
-    """What is done with a buffer."""
+    """Classification of a buffer."""
 
     GOOD = "good"
     INCOMPLETE = "incomplete"
-    """Broken or a repetition: nobody sees it."""
+    """Corrupt or a repetition; it is not delivered."""
     LATE = "late"
-    """A newer one came before it: nobody sees it."""
+    """Older than one already received; it is not delivered."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BufferVerdict:
-    """What a buffer is; `missing` frames before it never came."""
+    """Classification of a buffer; `missing`: number of frames lost before it."""
 
-    fate: BufferAction
+    action: BufferAction
     seq: int
     missing: int = 0
     reason: str = ""
 
 
 class FrameChecks:
-    """Judges the buffers of one run of a camera, and numbers them on from `first_seq`."""
+    """Checks the buffers of one run of a camera and numbers its frames from `first_seq` on."""
 
     def __init__(
         self, pixel_format: PixelFormat, *, first_seq: int, size: tuple[int, int] | None = None
@@ -51,27 +51,27 @@ class FrameChecks:
         self.next_seq = first_seq
 
     def judge(self, grab: Grab) -> BufferVerdict:
-        """Say what a buffer is; the first good one tells the size that all others must have."""
+        """Classify a buffer; the first good one sets the image size that all others must have."""
         step = self._step(grab.number)
         if step < 0:
-            return self._refuse(BufferAction.LATE, f"frame {grab.number} came after frame {self._number}")
+            return self._reject(BufferAction.LATE, f"frame {grab.number} came after frame {self._number}")
         if step == 0:
-            return self._refuse(BufferAction.INCOMPLETE, f"frame {grab.number} came twice")
+            return self._reject(BufferAction.INCOMPLETE, f"frame {grab.number} came twice")
         seq = self.next_seq + step - 1
         self.next_seq = seq + 1
         if grab.number is not None:
             self._number = grab.number
-        reason = self._broken(grab)
+        reason = self._defect(grab)
         if reason is not None:
-            return BufferVerdict(fate=BufferAction.INCOMPLETE, seq=seq, missing=step - 1, reason=reason)
+            return BufferVerdict(action=BufferAction.INCOMPLETE, seq=seq, missing=step - 1, reason=reason)
         self._t_device_ns = grab.t_device_ns
-        return BufferVerdict(fate=BufferAction.GOOD, seq=seq, missing=step - 1)
+        return BufferVerdict(action=BufferAction.GOOD, seq=seq, missing=step - 1)
 
-    def _refuse(self, fate: BufferAction, reason: str) -> BufferVerdict:
-        return BufferVerdict(fate=fate, seq=self.next_seq, reason=reason)
+    def _reject(self, action: BufferAction, reason: str) -> BufferVerdict:
+        return BufferVerdict(action=action, seq=self.next_seq, reason=reason)
 
     def _step(self, number: int | None) -> int:
-        """Return how many frames after the last one this is; 1 where nobody counts, or counts anew."""
+        """Return the number of frames since the last one; 1 without a frame count, or when it restarted."""
         if number is None or self._number is None:
             return 1
         step = number - self._number
@@ -82,7 +82,7 @@ class FrameChecks:
                     break
         return step if abs(step) <= LARGEST_GAP else 1
 
-    def _broken(self, grab: Grab) -> str | None:
+    def _defect(self, grab: Grab) -> str | None:
         if grab.status is not GrabStatus.OK or grab.image is None:
             return "packets are missing"
         image = grab.image

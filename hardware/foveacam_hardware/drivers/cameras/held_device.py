@@ -1,6 +1,7 @@
-"""The device that a camera's thread holds: opened with all settings, given up when it fails, opened again.
+"""The vendor device owned by a camera's thread: opens and configures it, closes and reopens it on failure.
 
-Every call into the vendor's library goes through `call`, with a deadline. Frames and commands are `worker`'s.
+Every call into the vendor's library goes through `call`, with a deadline. Frames and commands are left to
+`worker`.
 """
 
 import logging
@@ -29,74 +30,74 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 READ_BACK_NS = 1_000_000_000
-"""How often a camera with an automatic mode is asked what it runs with."""
+"""Period of reading the settings back from a camera with an automatic mode."""
 NEVER_NS = 1 << 63
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraPlan:
-    """Settings to begin with, the sensor's readout, and how much is waited for it and kept of it."""
+    """Configuration of a camera: initial settings, sensor readout, buffered frames and timeouts."""
 
     settings: CameraSettings
     readout_ns: int = 0
-    """How long a frame is read out of the sensor; used where the camera's clock cannot be read."""
+    """Readout time of the sensor; used when the camera's clock cannot be read."""
     frames: int = 8
-    """How many wait for their reader."""
-    patience: WatchdogTimeouts = field(default_factory=WatchdogTimeouts)
+    """Number of frames buffered for the reader."""
+    timeouts: WatchdogTimeouts = field(default_factory=WatchdogTimeouts)
 
 
 class HeldDevice:
-    """One camera's device; all methods belong to one thread."""
+    """The device of one camera; every method is called by one thread."""
 
     def __init__(
         self,
         role: Role,
         factory: Callable[[], CameraDevice],
         *,
-        desk: CameraSharedState,
+        shared: CameraSharedState,
         plan: CameraPlan,
         clock: Clock,
     ) -> None:
         self._role = role
         self._factory = factory
-        self._desk = desk
+        self._shared = shared
         self._plan = plan
-        self._patience = plan.patience
+        self._timeouts = plan.timeouts
         self._clock = clock
         self.calls = VendorCalls(clock=clock)
         self.settings = plan.settings
-        """What the device took; it is opened with this again."""
+        """Settings in force; a reopened device is configured with them."""
         self.info: DeviceInfo | None = None
         self.times = ExposureTimes()
-        """Of this opening."""
+        """Exposure times of this opening."""
         self.device: CameraDevice | None = None
         """None while it is not open."""
         self._backoff = BackOff(
-            first_ns=self._patience.backoff_first_ns, most_ns=self._patience.backoff_most_ns
+            first_ns=self._timeouts.backoff_first_ns, most_ns=self._timeouts.backoff_most_ns
         )
         self._attempt_ns = 0
         self._read_back_ns = NEVER_NS
         self.asked_ns = 0
-        """When it was last asked whether it is there."""
+        """When the device was last asked for a sign of life."""
 
-    def opened(self, action: str) -> CameraDevice:
+    def require_open(self, action: str) -> CameraDevice:
         """Return the device; raise `NotConnected` while it is not open."""
         if self.device is None:
-            reason = self._desk.state.link.reason
+            reason = self._shared.state.link.reason
             raise NotConnected(f"asked to {action}, but it is not connected: {reason}")
         return self.device
 
     def attempt_due(self, now_ns: int) -> bool:
-        """Tell whether it is not open, and the pause since the last attempt is over."""
+        """Return whether the device is not open and the pause since the last attempt is over."""
         return self.device is None and now_ns >= self._attempt_ns
 
     def open(self) -> None:
-        """Open and configure as it was; give it up when a part of that fails."""
-        self._desk.go(CameraPhase.OPENING, now_ns=self._clock.now_ns())
+        """Open the device with its last settings; close it and raise when any step fails."""
+        self._shared.go(CameraPhase.OPENING, now_ns=self._clock.now_ns())
         device = self.device = self._factory()
         try:
-            self.info = self.call("open", device.open, within_ns=self._patience.open_ns)
-            ranges = self._desk.ranges = self.call("tell its ranges", device.ranges)
+            self.info = self.call("open", device.open, within_ns=self._timeouts.open_ns)
+            ranges = self._shared.ranges = self.call("tell its ranges", device.ranges)
             refuse_outside(self.settings, ranges, first=True)
             self.configure(self.settings)
             self.times = ExposureTimes(readout_ns=self._plan.readout_ns)
@@ -104,25 +105,25 @@ class HeldDevice:
         except FoveaError as error:
             self.lose(str(error))
             raise
-        self._desk.go(CameraPhase.READY, now_ns=self._clock.now_ns())
+        self._shared.go(CameraPhase.READY, now_ns=self._clock.now_ns())
 
     def configure(self, settings: CameraSettings) -> None:
-        """Apply settings to the device, which is stopped; keep what it took."""
-        device = self.opened("configure")
+        """Apply settings to the stopped device; remember those in force."""
+        device = self.require_open("configure")
         self.settings = self.call("configure", lambda: device.configure(settings))
         self._plan_read_back(device)
 
     def lose(self, reason: str) -> None:
-        """Give the device up until the next attempt."""
-        self._desk.go(CameraPhase.LOST, now_ns=self._clock.now_ns(), reason=reason)
+        """Close the device after a failure and schedule the next attempt to open it."""
+        self._shared.go(CameraPhase.LOST, now_ns=self._clock.now_ns(), reason=reason)
         logger.info("camera %s: %s", self._role, reason)
         self.release()
         now_ns = self._clock.now_ns()
         self._attempt_ns = now_ns + self._backoff.pause_ns()
-        self._desk.go(CameraPhase.BACKOFF, now_ns=now_ns)
+        self._shared.go(CameraPhase.BACKOFF, now_ns=now_ns)
 
     def release(self) -> None:
-        """Close the device; harmless when it is not open."""
+        """Close the device; do nothing when it is not open."""
         device, self.device = self.device, None
         if device is not None:
             try:
@@ -130,8 +131,8 @@ class HeldDevice:
             except FoveaError as error:
                 logger.debug("camera %s: closing: %s", self._role, error)
 
-    def give_back(self) -> None:
-        """Close the device at the end of a thread that was given up; nobody hears of it."""
+    def close_abandoned(self) -> None:
+        """Close the device at the end of an abandoned thread; errors are only logged."""
         device, self.device = self.device, None
         if device is not None:
             try:
@@ -139,41 +140,41 @@ class HeldDevice:
             except FoveaError as error:
                 logger.debug("camera %s: closing after all: %s", self._role, error)
 
-    def delivered(self) -> None:
-        """Take note of a good frame: another loss is the first of its row."""
+    def note_delivery(self) -> None:
+        """Restart the back-off: a good frame arrived."""
         self._backoff.reset()
 
-    def ask(self) -> None:
+    def check_alive(self) -> None:
         """Read a register; raise `NotConnected` when the camera does not answer."""
         self.asked_ns = self._clock.now_ns()
-        device = self.opened("answer")
-        if not self.call("read a register", device.alive, within_ns=self._patience.alive_ns):
+        device = self.require_open("answer")
+        if not self.call("read a register", device.alive, within_ns=self._timeouts.alive_ns):
             raise NotConnected("it does not answer any more; check its cable and power")
 
     def read_back_due(self, now_ns: int) -> bool:
-        """Tell whether a camera that sets itself should be asked what it runs with."""
+        """Return whether the settings of a camera with an automatic mode should be read back."""
         return now_ns >= self._read_back_ns
 
     def read_back(self) -> CameraSettings:
-        """Ask the camera what it runs with; return it."""
-        device = self.opened("tell its settings")
+        """Read the settings in force from the camera and return them."""
+        device = self.require_open("tell its settings")
         if isinstance(device, TellsItsSettings):
             self.settings = self.call(
-                "tell its settings", device.read_settings, within_ns=self._patience.alive_ns
+                "tell its settings", device.read_settings, within_ns=self._timeouts.alive_ns
             )
         self._plan_read_back(device)
         return self.settings
 
     def _plan_read_back(self, device: CameraDevice) -> None:
-        asks = self.settings.automatic and isinstance(device, TellsItsSettings)
-        self._read_back_ns = self._clock.now_ns() + READ_BACK_NS if asks else NEVER_NS
+        readable = self.settings.automatic and isinstance(device, TellsItsSettings)
+        self._read_back_ns = self._clock.now_ns() + READ_BACK_NS if readable else NEVER_NS
 
     def read_clock(self, device: CameraDevice, now_ns: int) -> None:
-        """Read the camera's clock when that is due, where it can be read."""
+        """Read the camera's clock when a reading is due and the device supports it."""
         if self.times.reading_due(now_ns) and isinstance(device, ReadsItsClock):
-            reading = self.call("read its clock", device.read_clock, within_ns=self._patience.alive_ns)
-            self.times.read(reading)
+            reading = self.call("read its clock", device.read_clock, within_ns=self._timeouts.alive_ns)
+            self.times.add_reading(reading)
 
     def call(self, name: str, call: Callable[[], T], *, within_ns: int | None = None) -> T:
-        """Call the library; raise `Timeout` when it took longer than allowed."""
-        return self.calls.make(name, call, within_ns=within_ns or self._patience.call_ns)
+        """Call the vendor's library; raise `Timeout` when it took longer than allowed."""
+        return self.calls.make(name, call, within_ns=within_ns or self._timeouts.call_ns)

@@ -1,22 +1,22 @@
-"""Refuses settings outside of what a camera accepts, in words; nothing is clipped."""
+"""Checks camera settings against the accepted ranges; values outside raise `OutOfRange`, never clipped."""
 
 import math
 
 from foveacam_hardware.contract import AutoMode, CameraRanges, CameraSettings, OutOfRange, ValueRange
 
 SLACK = 1e-9
-"""Of a span's ends: they come out of conversions."""
+"""Relative tolerance of a range's ends, which result from unit conversions."""
 
 
 def refuse_outside(settings: CameraSettings, ranges: CameraRanges, *, first: bool = False) -> None:
     """Raise `OutOfRange` for a setting that the camera does not accept.
 
-    `first`: these are settings from before the camera was known; what cannot be set at all is passed over,
-    and so is zero, which leaves it to the camera.
+    `first`: the settings were made before the camera was known; settings that cannot be changed are skipped,
+    and so are zeros, which leave a setting to the camera.
     """
     ms = ValueRange(low=ranges.exposure_ns.low * 1e-6, high=ranges.exposure_ns.high * 1e-6)
     rates_hz = ranges.frame_rate_hz
-    if settings.triggered or settings.frame_rate_auto:  # its own, or its trigger's: many give no range then
+    if settings.triggered or settings.frame_rate_auto:  # many cameras report no range in these modes
         rates_hz = ValueRange(low=math.ulp(0.0), high=math.inf)
     for what, asked, span, unit in (
         ("exposure", settings.exposure_ns / 1e6, ms, "ms"),
@@ -35,7 +35,7 @@ def refuse_outside(settings: CameraSettings, ranges: CameraRanges, *, first: boo
 def refuse_modes(settings: CameraSettings, ranges: CameraRanges, *, first: bool = False) -> None:
     """Raise `OutOfRange` for an automatic mode that the camera does not have.
 
-    `first`: what is zero is left to the camera, whatever it does; so is what cannot be set at all.
+    `first`: a setting that is zero or cannot be changed is left to the camera, whatever its mode.
     """
     left = settings.exposure_auto is AutoMode.CONTINUOUS and (
         settings.exposure_ns == 0 or _is_fixed(ranges.exposure_ns)

@@ -1,6 +1,7 @@
-"""What a camera's thread writes and any thread reads: frames in a bounded ring, counters, the link.
+"""State shared between a camera's thread and its readers: a bounded frame buffer, counters, link state.
 
-The newest frames win; what nobody read in time is skipped and counted.
+The newest frames win; frames not read in time are skipped and counted. Also the link's state machine and the
+back-off between attempts to open a camera.
 """
 
 import threading
@@ -18,7 +19,7 @@ from foveacam_hardware.contract import (
 
 _OPENED = (CameraPhase.READY, CameraPhase.STREAMING, CameraPhase.DEGRADED)
 OUTAGE = (CameraPhase.LOST, CameraPhase.BACKOFF, CameraPhase.OPENING)
-"""While it is lost, it goes through these; `since_ns` and `reason` are those of the loss."""
+"""Phases of an outage, during which `since_ns` and `reason` remain those of the loss."""
 NEXT = {
     CameraPhase.CLOSED: (CameraPhase.OPENING,),
     CameraPhase.OPENING: (CameraPhase.READY, CameraPhase.BACKOFF, CameraPhase.LOST),
@@ -28,7 +29,7 @@ NEXT = {
     CameraPhase.LOST: (CameraPhase.BACKOFF, CameraPhase.OPENING),
     CameraPhase.BACKOFF: (CameraPhase.OPENING, CameraPhase.LOST),
 }
-"""What may follow what; every state may be closed."""
+"""Allowed transitions; every phase may also go to closed."""
 _NOTHING = ValueRange(low=0.0, high=0.0)
 NO_RANGES = CameraRanges(
     exposure_ns=_NOTHING, gain_db=_NOTHING, frame_rate_hz=_NOTHING, black_level=_NOTHING, pixel_formats=()
@@ -36,18 +37,18 @@ NO_RANGES = CameraRanges(
 
 
 class LinkState:
-    """The link as it is now; a step that there is not is a mistake of the caller."""
+    """State machine of a camera's link; raises `ValueError` for a transition that is not allowed."""
 
     def __init__(self) -> None:
         self._link = CameraLink(phase=CameraPhase.CLOSED, reason="not connected yet")
 
     @property
     def link(self) -> CameraLink:
-        """The state, since when, and why."""
+        """The current phase, since when, and why."""
         return self._link
 
     def go(self, phase: CameraPhase, *, now_ns: int, reason: str = "") -> None:
-        """Take a step; opened is what comes from opening to ready, and counts the epoch."""
+        """Change the phase; the change from opening to ready increments the epoch."""
         before = self._link
         if phase is before.phase:
             if reason and reason != before.reason:
@@ -73,26 +74,26 @@ class LinkState:
 
 
 class BackOff:
-    """Pauses between attempts: twice as long each time, up to a limit."""
+    """Pauses between attempts, doubled each time up to a limit."""
 
     def __init__(self, *, first_ns: int, most_ns: int) -> None:
         self._first_ns = self._next_ns = first_ns
         self._most_ns = most_ns
 
     def pause_ns(self) -> int:
-        """Return how long to wait now."""
+        """Return the next pause."""
         pause_ns, self._next_ns = self._next_ns, min(self._most_ns, 2 * self._next_ns)
         return pause_ns
 
     def reset(self) -> None:
-        """Begin with the first pause again: the camera has delivered."""
+        """Start with the first pause again: the camera has delivered a frame."""
         self._next_ns = self._first_ns
 
 
 class CameraSharedState:
-    """Frames wait here for their readers; `changed` is notified of every frame and every step of the link.
+    """Frame buffer, counters and link of one camera; `changed` is notified of every frame and phase change.
 
-    Methods are called with `changed` held, unless they say otherwise.
+    Methods are called with `changed` held, unless stated otherwise.
     """
 
     def __init__(self, *, frames: int) -> None:
@@ -101,12 +102,12 @@ class CameraSharedState:
         self.ranges = NO_RANGES
         self.counters = CameraCounters()
         self.newest: Frame | None = None
-        """The last frame given to anybody; None after a gap."""
+        """The last frame delivered to a reader; None after a gap."""
         self._waiting: deque[Frame] = deque()
         self._frames = frames
 
     def go(self, phase: CameraPhase, *, now_ns: int, reason: str = "") -> None:
-        """Take a step of the link and wake who waits; takes the lock itself."""
+        """Change the link's phase and wake the readers; acquires the lock itself."""
         if phase is self.state.link.phase and not reason:
             return
         with self.changed:
@@ -116,7 +117,7 @@ class CameraSharedState:
     def count(
         self, *, dropped: int = 0, incomplete: int = 0, late: int = 0, underrun: int | None = None
     ) -> None:
-        """Add to the counters; `underrun` is the sum itself. Takes the lock itself."""
+        """Add to the counters; `underrun` is the new total. Acquires the lock itself."""
         with self.changed:
             now = self.counters
             self.counters = replace(
@@ -128,7 +129,7 @@ class CameraSharedState:
             )
 
     def put(self, frame: Frame) -> None:
-        """Lay down a frame; the oldest makes room. Takes the lock itself."""
+        """Add a frame; a full buffer drops its oldest. Acquires the lock itself."""
         with self.changed:
             if len(self._waiting) >= self._frames:
                 self._waiting.popleft()
@@ -137,7 +138,7 @@ class CameraSharedState:
             self.changed.notify_all()
 
     def clear(self, *, counters: bool = False) -> None:
-        """Throw away what waits: it is from before a change. Takes the lock itself."""
+        """Discard the buffered frames, which precede a change of settings. Acquires the lock itself."""
         with self.changed:
             lost = len(self._waiting)
             self._waiting.clear()
@@ -149,15 +150,15 @@ class CameraSharedState:
 
     @property
     def waiting(self) -> int:
-        """How many frames nobody has read."""
+        """Number of unread frames."""
         return len(self._waiting)
 
-    def take(self) -> Frame | None:
-        """Return the oldest frame that waits."""
+    def take_oldest(self) -> Frame | None:
+        """Remove and return the oldest unread frame; None when there is none."""
         return self._deliver(self._waiting.popleft()) if self._waiting else None
 
     def take_newest(self, *, oldest_ns: int) -> Frame | None:
-        """Return the newest frame if it is from `oldest_ns` or later; older ones are thrown away."""
+        """Return the newest frame if it is from `oldest_ns` or later; discard all older ones."""
         if self._waiting:
             newest = self._waiting.pop()
             lost = len(self._waiting)

@@ -1,6 +1,6 @@
-"""A camera of any library behind the contract: a thread of its own makes every call, with a deadline.
+"""Implements the contract's Camera over any `CameraDevice`: its own thread makes every call, with a deadline.
 
-Callers never wait for the library longer than they said. What the thread does stands in `worker.py`.
+Callers never wait for the vendor's library longer than they allow. The thread's work is in `worker`.
 """
 
 import concurrent.futures
@@ -37,16 +37,16 @@ from foveacam_hardware.drivers.cameras.worker import CameraCommand, CameraWorker
 T = TypeVar("T")
 
 LATEST_TIMEOUT_MS = 1000.0
-LOOK_S = 0.1
-"""How long a reader sleeps before it looks whether the thread hangs."""
+POLL_S = 0.1
+"""Period at which a waiting caller checks whether the thread hangs."""
 DOWN = (CameraPhase.LOST, CameraPhase.BACKOFF, CameraPhase.OPENING)
 
 
 class SupervisedCamera:
     """The contract's Camera over any `CameraDevice`; any thread may call, each frame goes to one reader.
 
-    `expected`: who it is, as far as that is known before it was opened. A camera that is lost opens itself
-    again, with all its settings; `connect` is only needed the first time.
+    `expected`: identity as far as known before opening. A lost camera is reopened automatically with all its
+    settings; `connect` is only needed the first time.
     """
 
     def __init__(
@@ -63,103 +63,103 @@ class SupervisedCamera:
         self._clock = clock
         self._plan = plan
         self._expected = expected
-        self._patience = plan.patience
-        self._desk = CameraSharedState(frames=plan.frames)
+        self._timeouts = plan.timeouts
+        self._shared = CameraSharedState(frames=plan.frames)
         self._inbox: queue.SimpleQueue[CameraCommand] = queue.SimpleQueue()
         self._worker = self._new_worker()
         self._thread: threading.Thread | None = None
         self._lock = threading.Lock()
 
-    # What it is -------------------------------------------------------------------------------------------
+    # Properties -------------------------------------------------------------------------------------------
 
     @property
     def role(self) -> Role:
-        """Which eye it is."""
+        """Role of the camera in the rig."""
         return self._role
 
     @property
     def info(self) -> DeviceInfo:
-        """Who it is."""
+        """Identity of the camera."""
         return self._worker.info or self._expected
 
     @property
     def settings(self) -> CameraSettings:
-        """What it runs with; before it was opened, what it will be asked for."""
+        """Settings in force; before the first opening, the initial settings."""
         return self._worker.settings
 
     @property
     def counters(self) -> CameraCounters:
-        """What became of its frames since `start`."""
-        return self._desk.counters
+        """Frame statistics since `start`."""
+        return self._shared.counters
 
     @property
     def waiting(self) -> int:
-        """How many frames wait for their reader."""
-        with self._desk.changed:
-            return self._desk.waiting
+        """Number of unread frames."""
+        with self._shared.changed:
+            return self._shared.waiting
 
     @property
     def ranges(self) -> CameraRanges:
-        """What it accepts; nothing before it was opened."""
-        return self._desk.ranges
+        """Accepted values of every setting; empty before the first opening."""
+        return self._shared.ranges
 
     @property
     def link(self) -> CameraLink:
-        """Whether it delivers, and if not, why."""
-        return self._link_now(self._heed())
+        """State of the link, and the reason when frames are not delivered."""
+        return self._link_now(self._overdue_call())
 
-    # What it does -----------------------------------------------------------------------------------------
+    # Calls ------------------------------------------------------------------------------------------------
 
     def connect(self) -> None:
-        """Open the device; a camera that is known to be lost is waited for only a moment."""
+        """Open the device; wait only briefly for a camera that is known to be lost."""
         if self.link.phase not in (*DOWN, CameraPhase.CLOSED):
             return
-        within_ns = self._patience.open_ns if self._thread is None else self._patience.reconnect_ns
+        within_ns = self._timeouts.open_ns if self._thread is None else self._timeouts.reconnect_ns
         with self._lock:
             if self._thread is None:
-                self._take_over(self._worker)
+                self._start_thread(self._worker)
         try:
             self._ask("connect", CameraWorker.connect, within_ns=within_ns)
         except (Timeout, DeviceFault) as error:
             raise NotConnected(str(error)) from error
 
     def close(self) -> None:
-        """Release the device; harmless when closed."""
+        """Release the device; do nothing when closed."""
         with self._lock:
             thread, self._thread = self._thread, None
         if thread is None:
             return
         try:
-            self._ask("close", CameraWorker.close, within_ns=self._patience.call_ns)
+            self._ask("close", CameraWorker.close, within_ns=self._timeouts.call_ns)
         except Timeout:
             self._abandon()
-            self._desk.go(CameraPhase.CLOSED, now_ns=self._clock.now_ns(), reason="closed")
+            self._shared.go(CameraPhase.CLOSED, now_ns=self._clock.now_ns(), reason="closed")
         else:
-            thread.join(self._patience.call_ns / 1e9)
+            thread.join(self._timeouts.call_ns / 1e9)
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Apply the settings; return what the camera took."""
+        """Apply the settings; return those in force."""
         self._require_open("configure", self.link)
         try:
-            refuse_outside(settings, self._desk.ranges)
+            refuse_outside(settings, self._shared.ranges)
         except OutOfRange as refused:
             raise OutOfRange(f"camera {self._role}: {refused}") from None
         return self._ask(
-            "configure", lambda worker: worker.configure(settings), within_ns=self._patience.call_ns
+            "configure", lambda worker: worker.configure(settings), within_ns=self._timeouts.call_ns
         )
 
     def start(self) -> None:
-        """Begin to deliver frames; the counters start again."""
+        """Start delivering frames and reset the counters."""
         self._require_open("start", self.link)
-        self._ask("start", CameraWorker.start, within_ns=self._patience.call_ns)
+        self._ask("start", CameraWorker.start, within_ns=self._timeouts.call_ns)
 
     def stop(self) -> None:
-        """Stop delivering; harmless when closed."""
+        """Stop delivering; do nothing when closed."""
         if self._thread is not None:
-            self._ask("stop", CameraWorker.stop, within_ns=self._patience.call_ns)
+            self._ask("stop", CameraWorker.stop, within_ns=self._timeouts.call_ns)
 
     def software_trigger(self) -> None:
-        """Expose once; it is on its way when this returns, and if it fails, `read` and `link` say so."""
+        """Queue one software trigger and return; a failure shows in `read` and `link`."""
         self._require_streaming("expose", self.link)
         settings = self.settings
         if not settings.triggered or settings.trigger_source is not TriggerSource.SOFTWARE:
@@ -167,18 +167,20 @@ class SupervisedCamera:
                 f"camera {self._role}: asked to expose by software, but it runs freely or waits for its line;"
                 " configure it as triggered by software"
             )
-        # Nobody waits for the answer: a caller that wakes up twice is late for its frame.
+        # Not awaited: a caller that has to wake up twice would be late for its frame.
         done: concurrent.futures.Future[object] = concurrent.futures.Future()
         self._inbox.put(CameraCommand(name="expose", work=CameraWorker.trigger, done=done))
 
     def read(self, *, timeout_ms: float = 1000.0) -> Frame:
-        """Return the next frame not yet read."""
-        return self._await(self._desk.take, timeout_ms=timeout_ms)
+        """Return the oldest frame not yet read."""
+        return self._await(self._shared.take_oldest, timeout_ms=timeout_ms)
 
     def latest(self, *, max_age_ms: float) -> Frame:
         """Return the newest frame, waiting for one when it is older than `max_age_ms`."""
         oldest_ns = self._clock.now_ns() - round(max_age_ms * 1e6)
-        return self._await(lambda: self._desk.take_newest(oldest_ns=oldest_ns), timeout_ms=LATEST_TIMEOUT_MS)
+        return self._await(
+            lambda: self._shared.take_newest(oldest_ns=oldest_ns), timeout_ms=LATEST_TIMEOUT_MS
+        )
 
     def frames(self, n: int, *, timeout_ms: float = 1000.0) -> Iterator[Frame]:
         """Yield the next `n` frames in order."""
@@ -186,8 +188,8 @@ class SupervisedCamera:
             yield self.read(timeout_ms=timeout_ms)
 
     def _link_now(self, late: VendorCall | None) -> CameraLink:
-        """Return the link's state; a call that is late is a loss that the thread cannot tell yet."""
-        link = self._desk.state.link
+        """Return the link; an overdue call counts as a loss that the thread has not reported yet."""
+        link = self._shared.state.link
         if late is None or link.phase in (*DOWN, CameraPhase.CLOSED):
             return link
         reason = late.overdue(self._clock.now_ns()) or link.reason
@@ -198,18 +200,18 @@ class SupervisedCamera:
     def _await(self, take: Callable[[], Frame | None], *, timeout_ms: float) -> Frame:
         deadline_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
         while True:
-            late = self._heed()  # before the desk is locked: it may have to replace the thread
-            with self._desk.changed:
+            late = self._overdue_call()  # before locking the shared state: it may have to replace the thread
+            with self._shared.changed:
                 self._require_streaming("read", self._link_now(late))
                 frame = take()
                 if frame is not None:
                     return frame
                 left_s = (deadline_ns - self._clock.now_ns()) / 1e9
                 if left_s <= 0.0:
-                    raise Timeout(self._silence())
-                self._desk.changed.wait(min(left_s, LOOK_S))
+                    raise Timeout(self._no_frame_message())
+                self._shared.changed.wait(min(left_s, POLL_S))
 
-    def _silence(self) -> str:
+    def _no_frame_message(self) -> str:
         if self.settings.triggered:
             return f"camera {self._role}: no trigger arrived in time; check the trigger cable, or trigger it"
         return f"camera {self._role}: no frame in time; allow more than its exposure and frame period"
@@ -230,12 +232,12 @@ class SupervisedCamera:
     # The thread -------------------------------------------------------------------------------------------
 
     def _ask(self, name: str, work: Callable[[CameraWorker], T], *, within_ns: int) -> T:
-        """Let the thread do something; a caller waits no longer than said, nor behind a call that is late."""
+        """Run a command on the thread and return its result; stop at the deadline or on an overdue call."""
         done: concurrent.futures.Future[object] = concurrent.futures.Future()
         self._inbox.put(CameraCommand(name=name, work=work, done=done))
         began_ns = self._clock.now_ns()
         try:
-            return self._result(done, looks=max(1, round(within_ns / 1e9 / LOOK_S)))  # type: ignore[return-value]  # the future of this very work
+            return self._result(done, polls=max(1, round(within_ns / 1e9 / POLL_S)))  # type: ignore[return-value]  # the future of this very work
         except concurrent.futures.TimeoutError:
             done.cancel()
             took_s = (self._clock.now_ns() - began_ns) / 1e9
@@ -246,43 +248,43 @@ class SupervisedCamera:
         except FoveaError as error:
             raise type(error)(f"camera {self._role}: {error}") from error
 
-    def _result(self, done: "concurrent.futures.Future[object]", *, looks: int) -> object:
-        """Wait for a command's result, looking now and then whether the thread hangs in another call."""
-        for _ in range(looks):
+    def _result(self, done: "concurrent.futures.Future[object]", *, polls: int) -> object:
+        """Wait for a command's result, checking periodically whether the thread hangs in another call."""
+        for _ in range(polls):
             try:
-                return done.result(LOOK_S)
+                return done.result(POLL_S)
             except concurrent.futures.TimeoutError:
-                if not done.done() and self._heed() is not None:
+                if not done.done() and self._overdue_call() is not None:
                     break
         return done.result(0.0)
 
-    def _heed(self) -> VendorCall | None:
-        """Return the call that is late; a thread that hangs for long is replaced by another."""
+    def _overdue_call(self) -> VendorCall | None:
+        """Return the overdue vendor call, if any; replace a thread that has hung for too long."""
         call, now_ns = self._worker.calls.now, self._clock.now_ns()
         late = None if call is None else call.overdue(now_ns)
         if call is None or late is None:
             return None
-        if now_ns > call.deadline_ns + self._patience.abandon_ns:
+        if now_ns > call.deadline_ns + self._timeouts.abandon_ns:
             with self._lock:
                 if self._thread is not None and self._worker.calls.now is call:
                     self._replace(late, now_ns)
         return call
 
     def _replace(self, reason: str, now_ns: int) -> None:
-        """Go on with another thread and another device, as the lost one would have."""
+        """Continue with a new thread and a new device in the state of the hanging one."""
         before = self._worker
         self._abandon()
-        self._desk.clear()
-        self._desk.go(CameraPhase.LOST, now_ns=now_ns, reason=reason)
-        self._take_over(before)
+        self._shared.clear()
+        self._shared.go(CameraPhase.LOST, now_ns=now_ns, reason=reason)
+        self._start_thread(before)
 
-    def _take_over(self, before: CameraWorker) -> None:
-        """Begin a thread of its own for what another one left."""
+    def _start_thread(self, before: CameraWorker) -> None:
+        """Start a thread that continues from a previous worker's state."""
         self._inbox = queue.SimpleQueue()
         self._worker = self._new_worker()
         self._worker.resume_from(before)
         self._thread = threading.Thread(
-            target=_work, args=(self._worker, self._inbox), name=f"camera-{self._role}", daemon=True
+            target=_run_worker, args=(self._worker, self._inbox), name=f"camera-{self._role}", daemon=True
         )
         self._thread.start()
 
@@ -290,14 +292,16 @@ class SupervisedCamera:
         self._worker.calls.abandon()
 
     def _new_worker(self) -> CameraWorker:
-        return CameraWorker(self._role, self._factory, desk=self._desk, plan=self._plan, clock=self._clock)
+        return CameraWorker(
+            self._role, self._factory, shared=self._shared, plan=self._plan, clock=self._clock
+        )
 
 
-def _work(worker: CameraWorker, inbox: "queue.SimpleQueue[CameraCommand]") -> None:
-    """Turn until closed or given up."""
-    while worker.goes_on:
+def _run_worker(worker: CameraWorker, inbox: "queue.SimpleQueue[CameraCommand]") -> None:
+    """Run the worker until it is closed or abandoned."""
+    while worker.running:
         try:
             worker.step(inbox)
         except CallAbandoned:
-            worker.give_back()
+            worker.close_abandoned()
             return

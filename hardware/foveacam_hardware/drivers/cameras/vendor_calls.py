@@ -1,4 +1,4 @@
-"""Calls into a vendor's library, each with a deadline; what runs now can be seen from other threads."""
+"""Calls into a vendor's library, each with a deadline; other threads can see the call in progress."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,19 +10,19 @@ T = TypeVar("T")
 
 
 class CallAbandoned(Exception):
-    """The call came back after everybody had given it up: no error, but the end of its thread."""
+    """A call returned after it was abandoned: not an error, but the end of its thread."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VendorCall:
-    """One call that has not returned yet."""
+    """One call in progress."""
 
     name: str
     began_ns: int
     deadline_ns: int
 
     def overdue(self, now_ns: int) -> str | None:
-        """Return that it is late, in words; None while it is not."""
+        """Return a message that the call is late; None while it is not."""
         if now_ns <= self.deadline_ns:
             return None
         return (
@@ -41,15 +41,15 @@ class VendorCalls:
 
     @property
     def now(self) -> VendorCall | None:
-        """What runs; any thread may look."""
+        """The call in progress; any thread may read it."""
         return self._now
 
     def abandon(self) -> None:
-        """Give up what runs: its thread ends when it returns."""
+        """Abandon the call in progress: its thread ends when it returns."""
         self._abandoned = True
 
     def make(self, name: str, call: Callable[[], T], *, within_ns: int) -> T:
-        """Return what the call returns; raise `Timeout` when it took longer than allowed."""
+        """Make a call and return its result; raise `Timeout` when it took longer than allowed."""
         began_ns = self._clock.now_ns()
         running = VendorCall(name=name, began_ns=began_ns, deadline_ns=began_ns + within_ns)
         self._now = running

@@ -1,6 +1,6 @@
-"""Judges silence and broken frames: when a camera is degraded, when asked, when lost.
+"""Decides from missing and corrupt frames whether a camera is degraded, should be polled, or is lost.
 
-Pure: it is told what was heard and when. A triggered camera may be silent for as long as it likes.
+Pure: events and times are passed in. A triggered camera may be silent for any time.
 """
 
 from collections import deque
@@ -10,41 +10,41 @@ from enum import StrEnum
 from foveacam_hardware.contract import AutoMode, CameraSettings
 
 PERIODS = 5
-"""Frames in a row that may be missing before a free-running camera counts as lost."""
+"""Consecutive missing frames after which a free-running camera counts as lost."""
 BAD_FRAMES = 3
 BAD_WINDOW_NS = 2_000_000_000
-"""So many broken or missing frames within this time make a camera degraded."""
+"""`BAD_FRAMES` corrupt or missing frames within this time make a camera degraded."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WatchdogTimeouts:
-    """How long each thing may take; the defaults suit cameras on a network.
+    """Timeouts of a supervised camera; the defaults suit cameras on a network.
 
-    `silence_*`: limits of the time without frames of a free-running camera. `ask`: how often a silent
-    triggered camera is asked for a register. The rest: deadlines of calls into the vendor's library; `alive`
-    is that of all short ones while it streams, so that a camera that stops in the middle of one is noticed.
+    `silence_*`: limits of the time without frames of a free-running camera. `ask`: period of reading a
+    register of a silent triggered camera. The rest: deadlines of calls into the vendor's library; `alive` is
+    that of all short calls while streaming, so that a camera that stops during one is noticed.
     """
 
     silence_least_ns: int = 500_000_000
     silence_most_ns: int = 1_000_000_000
     first_ns: int = 2_000_000_000
-    """How long the first frame of a run may take: cameras have to start, and so have threads."""
+    """Limit for the first frame of a run, in which camera and threads have to start."""
     ask_ns: int = 300_000_000
     open_ns: int = 10_000_000_000
     call_ns: int = 5_000_000_000
     run_ns: int = 2_000_000_000
-    """To start or to stop."""
+    """Deadline of starting and stopping."""
     alive_ns: int = 500_000_000
     abandon_ns: int = 3_000_000_000
-    """How long after its deadline a call that does not return is given up with its thread."""
+    """Time after its deadline at which a hanging call is abandoned with its thread."""
     reconnect_ns: int = 500_000_000
-    """How long `connect` waits for the next attempt on a camera that is known to be lost."""
+    """Wait of `connect` for a camera that is known to be lost."""
     backoff_first_ns: int = 250_000_000
     backoff_most_ns: int = 2_000_000_000
 
 
 class WatchdogAdvice(StrEnum):
-    """What is to be done about silence."""
+    """Action to take on silence."""
 
     WAIT = "wait"
     ASK = "ask"
@@ -52,54 +52,54 @@ class WatchdogAdvice(StrEnum):
 
 
 class Watchdog:
-    """Watches one run of a camera."""
+    """Monitors one run of a camera."""
 
-    def __init__(self, settings: CameraSettings, *, patience: WatchdogTimeouts, now_ns: int) -> None:
+    def __init__(self, settings: CameraSettings, *, timeouts: WatchdogTimeouts, now_ns: int) -> None:
         self._triggered = settings.triggered
-        self._patience = patience
-        self._heard_ns = self._answered_ns = now_ns
-        self._begun = False
+        self._timeouts = timeouts
+        self._buffer_ns = self._answered_ns = now_ns
+        self._streaming = False
         self._bad: deque[int] = deque(maxlen=BAD_FRAMES)
-        self.limit_ns = _limit_ns(settings, patience)
-        """A camera slower than the limits is given a frame and a half."""
+        self.limit_ns = _limit_ns(settings, timeouts)
+        """Allowed silence; at least the exposure and one and a half frame periods."""
 
     def adjust(self, settings: CameraSettings) -> None:
-        """Go on with what the camera has set itself to."""
-        self.limit_ns = _limit_ns(settings, self._patience)
+        """Use the settings that the camera has chosen by itself."""
+        self.limit_ns = _limit_ns(settings, self._timeouts)
 
-    def heard(self, now_ns: int) -> None:
-        """A buffer came, good or bad."""
-        self._heard_ns = self._answered_ns = now_ns
-        self._begun = True
+    def note_buffer(self, now_ns: int) -> None:
+        """Record that a buffer arrived, good or bad."""
+        self._buffer_ns = self._answered_ns = now_ns
+        self._streaming = True
 
-    def answered(self, now_ns: int) -> None:
-        """A register was read."""
+    def note_answer(self, now_ns: int) -> None:
+        """Record that a register was read."""
         self._answered_ns = now_ns
 
-    def bad(self, now_ns: int) -> None:
-        """A frame was broken or missing."""
+    def note_bad_frame(self, now_ns: int) -> None:
+        """Record that a frame was corrupt or missing."""
         self._bad.append(now_ns)
 
     def silent_ns(self, now_ns: int) -> int:
-        """Return how long no buffer has come."""
-        return now_ns - self._heard_ns
+        """Return the time since the last buffer."""
+        return now_ns - self._buffer_ns
 
-    def unsound(self, now_ns: int) -> bool:
-        """Tell whether too many frames of late were broken or missing."""
+    def has_many_bad_frames(self, now_ns: int) -> bool:
+        """Return whether too many recent frames were corrupt or missing."""
         return len(self._bad) == BAD_FRAMES and now_ns - self._bad[0] <= BAD_WINDOW_NS
 
     def advice(self, now_ns: int) -> WatchdogAdvice:
-        """Say what to do when no buffer came just now."""
+        """Return what to do when no buffer has arrived."""
         if self._triggered:
             return (
                 WatchdogAdvice.ASK
-                if now_ns - self._answered_ns >= self._patience.ask_ns
+                if now_ns - self._answered_ns >= self._timeouts.ask_ns
                 else WatchdogAdvice.WAIT
             )
         return WatchdogAdvice.LOST if self.silent_ns(now_ns) >= self._allowed_ns else WatchdogAdvice.WAIT
 
-    def worry(self, now_ns: int) -> str | None:
-        """Return that a free-running camera has been silent for half of what it may be, in words."""
+    def describe_silence(self, now_ns: int) -> str | None:
+        """Return a message when a free-running camera has been silent for half of the allowed time."""
         silent_ns = self.silent_ns(now_ns)
         if self._triggered or 2 * silent_ns < self._allowed_ns:
             return None
@@ -107,13 +107,13 @@ class Watchdog:
 
     @property
     def _allowed_ns(self) -> int:
-        return self.limit_ns if self._begun else max(self.limit_ns, self._patience.first_ns)
+        return self.limit_ns if self._streaming else max(self.limit_ns, self._timeouts.first_ns)
 
 
-def _limit_ns(settings: CameraSettings, patience: WatchdogTimeouts) -> int:
-    """Return how long a free-running camera may be silent; longest where it may choose to expose longer."""
+def _limit_ns(settings: CameraSettings, timeouts: WatchdogTimeouts) -> int:
+    """Return the allowed silence of a free-running camera, the upper limit when its exposure is automatic."""
     period_ns = round(1e9 / settings.frame_rate_hz)
-    by_hand = settings.exposure_auto is AutoMode.OFF
-    least_ns = patience.silence_least_ns if by_hand else patience.silence_most_ns
-    wanted_ns = max(least_ns, min(patience.silence_most_ns, PERIODS * period_ns))
+    manual = settings.exposure_auto is AutoMode.OFF
+    least_ns = timeouts.silence_least_ns if manual else timeouts.silence_most_ns
+    wanted_ns = max(least_ns, min(timeouts.silence_most_ns, PERIODS * period_ns))
     return max(wanted_ns, settings.exposure_ns + 3 * period_ns // 2)

@@ -1,7 +1,7 @@
-"""What the thread of a camera does: commands first, then frames; when the device is lost, it opens it again.
+"""The work of a camera's thread: commands first, then frames; a lost device is opened again.
 
-`step` is one turn without a thread of its own, so that every fault can be played in virtual time. The device
-itself, how it is opened and given up, stands in `held_device`.
+`step` is one iteration, callable without a thread, so that tests can play every fault in virtual time.
+Opening and closing the device is left to `held_device`.
 """
 
 import logging
@@ -34,19 +34,19 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 SLICE_MS = 20.0
-"""How long a grab waits before commands are looked at again."""
+"""Longest wait of a grab before commands are checked again."""
 GRAB_MARGIN_NS = 500_000_000
-"""How much longer than asked a grab may take."""
+"""How much longer than its timeout a grab may take."""
 IDLE_S = 0.05
 COMMAND_S = 0.1
-"""How long a camera that exposes on command is left alone before it is looked at."""
+"""Wait for commands between checks of a camera that exposes on software triggers."""
 FAILURES = (NotConnected, DeviceFault, Timeout)
-"""After these the device is closed and opened anew; others are the caller's mistakes."""
+"""Errors after which the device is closed and reopened; others are the caller's mistakes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraCommand:
-    """Something that a caller wants done by the thread."""
+    """A call that the thread makes on behalf of a caller."""
 
     name: str
     work: Callable[["CameraWorker"], object]
@@ -54,7 +54,7 @@ class CameraCommand:
 
 
 class CommandInbox(Protocol):
-    """Where commands wait; a queue."""
+    """The queue of waiting commands."""
 
     def get(self, block: bool = True, timeout: float | None = None) -> CameraCommand:
         """Return the next command or raise `queue.Empty`."""
@@ -62,71 +62,71 @@ class CommandInbox(Protocol):
 
 
 class CameraWorker:
-    """Turns over one device. All methods but the constructor belong to one thread."""
+    """Runs one device. All methods except the constructor are called by one thread."""
 
     def __init__(
         self,
         role: Role,
         factory: Callable[[], CameraDevice],
         *,
-        desk: CameraSharedState,
+        shared: CameraSharedState,
         plan: CameraPlan,
         clock: Clock,
     ) -> None:
         self._role = role
-        self._desk = desk
-        self._patience = plan.patience
+        self._shared = shared
+        self._timeouts = plan.timeouts
         self._clock = clock
-        self._held = HeldDevice(role, factory, desk=desk, plan=plan, clock=clock)
+        self._held = HeldDevice(role, factory, shared=shared, plan=plan, clock=clock)
         self.wanted = False
-        """Whether it is to be open, and opened again."""
+        """Whether the device should be open, and be reopened after a loss."""
         self.streams = False
-        """Whether it is to stream whenever it is open."""
+        """Whether the device should stream whenever it is open."""
         self._run: CameraRun | None = None
         self._next_seq = 0
-        self.goes_on = True
-        """False once it was closed: the thread ends."""
+        self.running = True
+        """False once it was closed, which ends the thread."""
 
     @property
     def settings(self) -> CameraSettings:
-        """What the device took."""
+        """Settings in force."""
         return self._held.settings
 
     @property
     def info(self) -> DeviceInfo | None:
-        """Who it is; None before it was opened."""
+        """Identity of the camera; None before the first opening."""
         return self._held.info
 
     @property
     def calls(self) -> VendorCalls:
-        """What the library is asked just now; any thread may look, and give it up."""
+        """The vendor call in progress; any thread may read or abandon it."""
         return self._held.calls
 
     @property
     def next_seq(self) -> int:
-        """The number of the next frame."""
+        """Number of the next frame."""
         return self._next_seq if self._run is None else self._run.next_seq
 
     def resume_from(self, before: "CameraWorker") -> None:
-        """Take over what was wanted of another one, whose thread hangs."""
+        """Take over the state of another worker, whose thread hangs."""
         self._held.settings, self._held.info = before.settings, before.info
         self._next_seq = before.next_seq
         self.wanted, self.streams = before.wanted, before.streams
 
-    def give_back(self) -> None:
-        """Close the device at the end of a thread that was given up; nobody hears of it."""
-        self._held.give_back()
+    def close_abandoned(self) -> None:
+        """Close the device at the end of an abandoned thread."""
+        self._held.close_abandoned()
 
     # Commands ---------------------------------------------------------------------------------------------
 
     def connect(self) -> None:
-        """Open the device now; when that fails, go on trying behind the caller's back."""
+        """Open the device now; when that fails, keep trying in the background."""
         self.wanted = True
         if self._held.device is None:
             self._open()
 
     def close(self) -> None:
-        """Give the device back, and try no more."""
+        """Close the device and stop trying to open it."""
         self.wanted = self.streams = False
         if self._held.device is not None:
             try:
@@ -135,12 +135,12 @@ class CameraWorker:
                 logger.debug("camera %s: stopping: %s", self._role, error)
         self._forget_run()
         self._held.release()
-        self._desk.go(CameraPhase.CLOSED, now_ns=self._clock.now_ns(), reason="closed")
-        self.goes_on = False
+        self._shared.go(CameraPhase.CLOSED, now_ns=self._clock.now_ns(), reason="closed")
+        self.running = False
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Apply the settings; refused ones leave everything as it was."""
-        device = self._held.opened("configure")
+        """Apply the settings; when they are refused, restore the previous ones and raise."""
+        device = self._held.require_open("configure")
         self._halt(device)
         try:
             self._held.configure(settings)
@@ -154,67 +154,67 @@ class CameraWorker:
         return self.settings
 
     def start(self) -> None:
-        """Begin to stream; the counters start again."""
-        device = self._held.opened("start")
+        """Start streaming and reset the counters."""
+        device = self._held.require_open("start")
         if self._run is None:
-            self._desk.clear(counters=True)
+            self._shared.clear(counters=True)
             self.streams = True
             self._stream(device)
 
     def stop(self) -> None:
-        """Stop streaming; what was not read is gone."""
+        """Stop streaming and discard unread frames."""
         self.streams = False
         if self._held.device is not None:
             self._halt(self._held.device)
-        self._desk.clear()
+        self._shared.clear()
 
     def trigger(self) -> None:
-        """Expose once."""
-        device = self._held.opened("expose")
-        self._held.call("expose", device.software_trigger, within_ns=self._patience.alive_ns)
+        """Send one software trigger."""
+        device = self._held.require_open("expose")
+        self._held.call("expose", device.software_trigger, within_ns=self._timeouts.alive_ns)
         if self._run is not None:
             self._run.await_exposure(self._clock.now_ns())
 
-    # One turn ---------------------------------------------------------------------------------------------
+    # One iteration ----------------------------------------------------------------------------------------
 
     def step(self, inbox: CommandInbox) -> None:
-        """Do the next thing: a command, an attempt to open, a frame, or a look whether the camera lives."""
+        """Execute the next command, or attempt to open, grab a frame, or check that the camera is alive."""
         try:
             pause_s = self._pause_s()
             command = inbox.get(timeout=pause_s) if pause_s > 0.0 else inbox.get(block=False)
         except queue.Empty:
-            self._go_on()
+            self._idle_step()
             return
         if not command.done.set_running_or_notify_cancel():
             return
         try:
-            result = self._losing(lambda: command.work(self))
+            result = self._close_on_failure(lambda: command.work(self))
         except FoveaError as error:
             command.done.set_exception(error)
         else:
             command.done.set_result(result)
 
     def _pause_s(self) -> float:
-        """Return how long commands are waited for; a camera that streams is waited for instead."""
+        """Return the wait for a command; 0 for a streaming camera, whose grab waits instead."""
         if self._run is not None:
             return COMMAND_S if self._run.waits_for_command else 0.0
         return IDLE_S
 
-    def _go_on(self) -> None:
+    def _idle_step(self) -> None:
         now_ns = self._clock.now_ns()
         try:
             if self._held.device is None:
                 if self.wanted and self._held.attempt_due(now_ns):
                     self._open()
             elif self._run is not None:
-                self._losing(self._look)
-            elif now_ns - self._held.asked_ns >= self._patience.ask_ns:
-                self._losing(self._held.ask)
+                self._close_on_failure(self._grab_frame)
+            elif now_ns - self._held.asked_ns >= self._timeouts.ask_ns:
+                self._close_on_failure(self._held.check_alive)
         except FoveaError as error:
-            logger.debug("camera %s: %s", self._role, error)  # the link tells it
+            logger.debug("camera %s: %s", self._role, error)  # the link shows it
 
-    def _losing(self, work: Callable[[], T]) -> T:
-        """Do something with the device; when the device fails, it is lost."""
+    def _close_on_failure(self, work: Callable[[], T]) -> T:
+        """Do something with the device; when the device fails, close it for a later attempt and raise."""
         try:
             return work()
         except FAILURES as error:
@@ -223,8 +223,8 @@ class CameraWorker:
                 self._held.lose(str(error))
             raise
 
-    def _look(self) -> None:
-        """Wait a moment for a frame, and judge it or the silence."""
+    def _grab_frame(self) -> None:
+        """Wait briefly for a frame; deliver it, or judge the silence."""
         device, run = self._held.device, self._run
         if device is None or run is None:
             return
@@ -234,72 +234,72 @@ class CameraWorker:
             "deliver a frame", lambda: device.grab(timeout_ms=timeout_ms), within_ns=within_ns
         )
         now_ns = self._clock.now_ns()
-        frame = None if grab is None else run.take(grab, now_ns=now_ns)
+        frame = None if grab is None else run.make_frame(grab, now_ns=now_ns)
         if grab is None:
             self._judge_silence(run, now_ns)
         if run.underruns_due(now_ns):
-            lost = self._held.call("count", device.underruns, within_ns=self._patience.alive_ns)
+            lost = self._held.call("count", device.underruns, within_ns=self._timeouts.alive_ns)
             run.count_underruns(lost, now_ns=now_ns)
         if self._held.read_back_due(now_ns):
             run.adjust(self._held.read_back())
         self._held.read_clock(device, now_ns)
-        self._tell(run, now_ns)
-        if frame is not None:  # last: its reader wakes up now, and wants the interpreter for itself
-            self._held.delivered()
-            self._desk.put(frame)
+        self._update_phase(run, now_ns)
+        if frame is not None:  # last: it wakes the reader, which then needs the interpreter lock
+            self._held.note_delivery()
+            self._shared.put(frame)
 
     def _judge_silence(self, run: CameraRun, now_ns: int) -> None:
-        run.silent(now_ns)
+        run.expire_triggers(now_ns)
         advice = run.watchdog.advice(now_ns)
         if advice is WatchdogAdvice.ASK:
-            self._held.ask()
-            run.watchdog.answered(self._clock.now_ns())
+            self._held.check_alive()
+            run.watchdog.note_answer(self._clock.now_ns())
         elif advice is WatchdogAdvice.LOST:
             silent_s = run.watchdog.silent_ns(now_ns) / 1e9
             raise NotConnected(
                 f"no frame for {silent_s:.1f} s though it runs freely; check its cable and power"
             )
 
-    def _tell(self, run: CameraRun, now_ns: int) -> None:
-        trouble = run.trouble(now_ns)
-        phase = CameraPhase.STREAMING if trouble is None else CameraPhase.DEGRADED
-        self._desk.go(phase, now_ns=now_ns, reason=trouble or "")
+    def _update_phase(self, run: CameraRun, now_ns: int) -> None:
+        reason = run.degradation(now_ns)
+        phase = CameraPhase.STREAMING if reason is None else CameraPhase.DEGRADED
+        self._shared.go(phase, now_ns=now_ns, reason=reason or "")
 
-    # The device -------------------------------------------------------------------------------------------
+    # Device -----------------------------------------------------------------------------------------------
 
     def _open(self) -> None:
-        """Open the device and start it as it was."""
+        """Open the device and resume streaming if it should stream."""
         self._held.open()
-        self._losing(lambda: self._resume(self._held.opened("start")))
+        self._close_on_failure(lambda: self._resume(self._held.require_open("start")))
 
     def _resume(self, device: CameraDevice) -> None:
         if self.streams:
             self._stream(device)
 
     def _stream(self, device: CameraDevice) -> None:
-        self._held.call("start", device.start, within_ns=self._patience.run_ns)
+        self._held.call("start", device.start, within_ns=self._timeouts.run_ns)
         now_ns = self._clock.now_ns()
         self._run = CameraRun(
             self._role,
             self.settings,
-            desk=self._desk,
+            shared=self._shared,
             times=self._held.times,
-            patience=self._patience,
+            timeouts=self._timeouts,
             first_seq=self._next_seq,
             now_ns=now_ns,
         )
-        self._desk.go(CameraPhase.STREAMING, now_ns=now_ns)
+        self._shared.go(CameraPhase.STREAMING, now_ns=now_ns)
 
     def _halt(self, device: CameraDevice) -> None:
-        """Stop the device; what waits is of the settings before."""
+        """Stop the device and discard its buffered frames."""
         if self._run is None:
             return
         self._forget_run()
-        self._held.call("stop", device.stop, within_ns=self._patience.run_ns)
-        self._desk.go(CameraPhase.READY, now_ns=self._clock.now_ns())
+        self._held.call("stop", device.stop, within_ns=self._timeouts.run_ns)
+        self._shared.go(CameraPhase.READY, now_ns=self._clock.now_ns())
 
     def _forget_run(self) -> None:
         if self._run is not None:
             self._next_seq = self._run.next_seq
             self._run = None
-        self._desk.clear()
+        self._shared.clear()

@@ -16,8 +16,8 @@ from foveacam_hardware.wire.guardian import (
     GuardRequest,
     HostGone,
     answer,
-    await_death_or_message,
     receive,
+    wait_for_message_or_exit,
     watch_process,
 )
 from foveacam_hardware.wire.open_file import OpenPort
@@ -63,7 +63,7 @@ def watch(connection: socket.socket, host_pid: int) -> None:
     process = watch_process(host_pid)
     try:
         while True:
-            if await_death_or_message(connection, process):
+            if wait_for_message_or_exit(connection, process):
                 connection.setblocking(False)  # its last words are in the socket, or there are none
             post.obey(connection)
     except (HostGone, BlockingIOError):

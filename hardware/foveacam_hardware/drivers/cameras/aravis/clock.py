@@ -1,6 +1,6 @@
-"""Reads a GenICam camera's clock: by its latch feature, or by the registers of GigE Vision.
+"""Reads the clock of a GenICam camera through its latch feature or the registers of GigE Vision.
 
-Readings are in nanoseconds, as libaravis gives the times of buffers.
+Readings are in nanoseconds, like libaravis' buffer timestamps.
 """
 
 from typing import Protocol
@@ -10,14 +10,14 @@ from foveacam_hardware.drivers.cameras.device import ClockReading
 
 LATCH, LATCHED_HIGH, LATCHED_LOW = 0x0944, 0x0948, 0x094C
 TICKS_HIGH, TICKS_LOW = 0x093C, 0x0940
-"""Bootstrap registers of GigE Vision: take the time, the time that was taken, ticks in a second."""
+"""GigE Vision bootstrap registers: latch command, latched time, ticks per second."""
 LATCH_NOW = 2
 LATCH_FEATURE, LATCHED_FEATURE = "TimestampLatch", "TimestampLatchValue"
-"""Of GenICam's standard names (SFNC); USB3 Vision cameras have them, in nanoseconds."""
+"""Standard feature names (SFNC); USB3 Vision cameras have them, in nanoseconds."""
 
 
 class ClockAccess(Protocol):
-    """What is needed of an open camera."""
+    """Access to the features and registers of an open camera."""
 
     @property
     def has_registers(self) -> bool:
@@ -25,23 +25,23 @@ class ClockAccess(Protocol):
         ...
 
     def has(self, feature: str) -> bool:
-        """Tell whether it has a feature."""
+        """Return whether the camera has a feature."""
         ...
 
     def execute(self, command: str) -> None:
-        """Execute a command."""
+        """Execute a command feature."""
         ...
 
     def integer(self, feature: str) -> int:
-        """Return the value of a feature."""
+        """Return the value of an integer feature."""
         ...
 
     def read_register(self, address: int) -> int:
-        """Return 32 bits."""
+        """Return a 32-bit register."""
         ...
 
     def write_register(self, address: int, value: int) -> None:
-        """Write 32 bits."""
+        """Write a 32-bit register."""
         ...
 
 
@@ -58,7 +58,7 @@ class AravisClock:
             self._tick_ns = 1e9 / per_s if per_s else 0.0
 
     def read(self) -> ClockReading | None:
-        """Take the time and read it; None when the camera keeps none that can be read."""
+        """Latch the clock and read it; None when the camera has no readable clock."""
         if self._latches:
             return self._reading(*self._latch_feature())
         if self._tick_ns == 0.0:

@@ -1,7 +1,7 @@
-"""GigE Vision and USB3 Vision cameras, by the system's libaravis, behind the seam `CameraDevice`.
+"""A GigE Vision or USB3 Vision camera through libaravis, as a `CameraDevice`.
 
-libaravis says that control was lost only after seconds, and blocks 2.5 s in every call until then: what is
-lost is decided above, by missing frames; here calls only fail.
+libaravis reports a lost camera only after seconds and blocks each call for 2.5 s until then. Detecting the
+loss is therefore left to the watchdog, by missing frames; here calls only fail.
 """
 
 import fcntl
@@ -19,7 +19,7 @@ from foveacam_hardware.contract import (
     NotConnected,
 )
 from foveacam_hardware.drivers.cameras.aravis.clock import AravisClock
-from foveacam_hardware.drivers.cameras.aravis.library import AravisLibrary, interface_address, listed
+from foveacam_hardware.drivers.cameras.aravis.library import AravisLibrary, interface_address, list_cameras
 from foveacam_hardware.drivers.cameras.aravis.settings import AravisFeatures, AravisOptions
 from foveacam_hardware.drivers.cameras.aravis.stream import AravisStream
 from foveacam_hardware.drivers.cameras.device import ClockReading, FoundCamera, Grab
@@ -31,7 +31,7 @@ LONGEST_NAME = 15
 
 
 class AravisDevice:
-    """One camera, found by its serial number; one thread makes every call."""
+    """One camera, identified by its serial number; one thread makes every call."""
 
     def __init__(self, serial: str, *, clock: Clock, options: AravisOptions | None = None) -> None:
         self._serial = serial
@@ -42,11 +42,11 @@ class AravisDevice:
         self._camera: int | None = None
         self._features: AravisFeatures | None = None
         self._stream: AravisStream | None = None
-        self._taken: CameraSettings | None = None
+        self._settings: CameraSettings | None = None
         self._own_clock: AravisClock | None = None
 
     def open(self) -> DeviceInfo:
-        """Find it by its serial number and take control of it; return who it is."""
+        """Find the camera by its serial number and take control of it; return its identity."""
         library = self._library = AravisLibrary()
         try:
             found = self._find(library)
@@ -62,7 +62,7 @@ class AravisDevice:
         return found.info
 
     def close(self) -> None:
-        """Release it."""
+        """Release the camera."""
         stream, self._stream = self._stream, None
         if stream is not None:
             stream.close()
@@ -72,36 +72,36 @@ class AravisDevice:
             self._library.plain("g_object_unref")(camera)
 
     def ranges(self) -> CameraRanges:
-        """Return what it accepts."""
+        """Return the accepted values of every setting."""
         return self._open_features.ranges()
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Apply the settings while stopped; return what it took."""
-        self._taken = self._open_features.apply(settings, self._options)
-        return self._taken
+        """Apply the settings while stopped; return those in force."""
+        self._settings = self._open_features.apply(settings, self._options)
+        return self._settings
 
     def read_settings(self) -> CameraSettings:
-        """Return what is in force."""
-        if self._taken is None:
+        """Return the settings in force."""
+        if self._settings is None:
             raise DeviceFault(f"{self._who}: it was not configured; configure it first")
-        self._taken = self._open_features.read_back(self._taken)
-        return self._taken
+        self._settings = self._open_features.read_back(self._settings)
+        return self._settings
 
     def start(self) -> None:
-        """Begin to acquire."""
-        if self._library is None or self._taken is None:
+        """Start acquisition."""
+        if self._library is None or self._settings is None:
             raise DeviceFault(f"{self._who}: asked to start, but it was not configured; configure it first")
         self._stream = AravisStream(
             self._library,
             self._handle,
-            pixel_format=self._taken.pixel_format,
+            pixel_format=self._settings.pixel_format,
             clock=self._clock,
             who=self._who,
         )
         self._call("start_acquisition")
 
     def stop(self) -> None:
-        """Stop acquiring."""
+        """Stop acquisition."""
         stream, self._stream = self._stream, None
         try:
             self._call("stop_acquisition")
@@ -110,48 +110,48 @@ class AravisDevice:
                 stream.close()
 
     def grab(self, *, timeout_ms: float) -> Grab | None:
-        """Return the next buffer, or None when none came in time."""
+        """Return the next buffer, or None when none arrived in time."""
         if self._stream is None:
             raise DeviceFault(f"{self._who}: asked for a frame, but it is stopped; start it first")
         return self._stream.grab(timeout_ms=timeout_ms)
 
     def software_trigger(self) -> None:
-        """Expose once."""
+        """Trigger one exposure."""
         self._call("software_trigger")
 
     def alive(self) -> bool:
-        """Read a register, and ask whether the camera is still ours."""
+        """Return whether a register can be read and this process still controls the camera."""
         try:
             self._call("get_exposure_time")
         except FoveaError as error:
             logger.debug("%s", error)
             return False
-        return self._is_ours()
+        return self._has_control()
 
     def underruns(self) -> int:
-        """Return how many frames found no buffer since `start`."""
+        """Return the number of frames since `start` for which no buffer was free."""
         return 0 if self._stream is None else self._stream.underruns()
 
     def read_clock(self) -> ClockReading | None:
-        """Latch the camera's clock and read it; None where it has no such register."""
+        """Latch and read the camera's clock; None when it has no readable one."""
         return None if self._own_clock is None else self._own_clock.read()
 
-    # Finding ----------------------------------------------------------------------------------------------
+    # Search -----------------------------------------------------------------------------------------------
 
     def _find(self, library: AravisLibrary) -> FoundCamera:
-        """Open the camera of this serial number: where it was last seen, else wherever it is now."""
-        for looked in (False, True):
-            if looked:
+        """Open the camera with this serial number, from the known device list first, then after a search."""
+        for searched in (False, True):
+            if searched:
                 library.plain("arv_update_device_list")()
-            for name, found in listed(library):
-                if found.info.serial == self._serial and self._take(library, name, last=looked):
+            for name, found in list_cameras(library):
+                if found.info.serial == self._serial and self._open_camera(library, name, last=searched):
                     return found
-        others = ", ".join(sorted(found.info.serial for _, found in listed(library))) or "none"
+        others = ", ".join(sorted(found.info.serial for _, found in list_cameras(library))) or "none"
         raise NotConnected(
             f"{self._who} is not found (cameras that answer: {others}); plug it in, or correct the serial"
         )
 
-    def _take(self, library: AravisLibrary, name: str, *, last: bool) -> bool:
+    def _open_camera(self, library: AravisLibrary, name: str, *, last: bool) -> bool:
         try:
             self._camera = library.call("arv_camera_new", name.encode(), who=self._who)
         except NotConnected:
@@ -160,7 +160,7 @@ class AravisDevice:
         return self._camera is not None
 
     def _check_interface(self, library: AravisLibrary) -> None:
-        """Refuse a camera that is reached through another network interface than the rig file says."""
+        """Raise `NotConnected` for a camera reached through another interface than the rig file names."""
         wanted = self._options.interface
         if wanted is None or not library.plain("arv_camera_is_gv_device")(self._handle):
             return
@@ -172,19 +172,19 @@ class AravisDevice:
             )
 
     def _check_control(self) -> None:
-        if not self._is_ours():
+        if not self._has_control():
             raise NotConnected(
                 f"{self._who} is held by another program, which may look at it alone; close that program"
             )
 
-    def _is_ours(self) -> bool:
+    def _has_control(self) -> bool:
         library = self._library
         if library is None or not library.plain("arv_camera_is_gv_device")(self._handle):
             return True
         device = library.plain("arv_camera_get_device")(self._handle)
         return bool(library.plain("arv_gv_device_is_controller")(device))
 
-    # The library ------------------------------------------------------------------------------------------
+    # Library calls ----------------------------------------------------------------------------------------
 
     @property
     def _handle(self) -> int:
@@ -203,7 +203,7 @@ class AravisDevice:
 
 
 def address_of(name: str) -> str | None:
-    """Return the IPv4 address of an interface, or None when there is no such interface or it has none."""
+    """Return the IPv4 address of a network interface; None when it does not exist or has none."""
     request = struct.pack("256s", name.encode()[:LONGEST_NAME])
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:

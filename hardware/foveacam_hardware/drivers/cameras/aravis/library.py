@@ -1,6 +1,6 @@
-"""The system's libaravis 0.8 by ctypes: signatures of what is used, and its errors in the contract's words.
+"""The system's libaravis 0.8 through ctypes: signatures of the functions used, and its errors translated.
 
-Loaded when a camera is opened or looked for, not before: a machine without it has everything else.
+The library is loaded when a camera is opened or searched for, so that a machine without it can use the rest.
 """
 
 import ctypes
@@ -16,7 +16,7 @@ GENICAM_ERRORS = b"arv-gc-error-quark"
 NOT_CONNECTED, TRANSFER, TIMEOUT, NOT_FOUND, NOT_CONTROLLER = 2, 4, 5, 6, 10
 GONE = (NOT_CONNECTED, TRANSFER, TIMEOUT, NOT_FOUND)
 OUT_OF_RANGE = 5
-"""Of the errors of GenICam."""
+"""Error code of GenICam."""
 
 
 class _GError(ctypes.Structure):
@@ -57,7 +57,7 @@ _PLAIN: dict[str, tuple[Any, tuple[Any, ...]]] = {  # Any: ctypes' types have no
     "g_quark_to_string": (c_char_p, (c_uint32,)),
 }
 _BOUNDS = (None, (c_void_p, POINTER(c_double), POINTER(c_double)))
-_FAILING: dict[str, tuple[Any, tuple[Any, ...]]] = {  # the same; each has a last argument more, for its error
+_FAILING: dict[str, tuple[Any, tuple[Any, ...]]] = {  # each has one more argument, for its GError
     "arv_camera_new": (c_void_p, (c_char_p,)),
     "arv_camera_get_vendor_name": (c_char_p, (c_void_p,)),
     "arv_camera_get_model_name": (c_char_p, (c_void_p,)),
@@ -111,7 +111,7 @@ _FAILING: dict[str, tuple[Any, tuple[Any, ...]]] = {  # the same; each has a las
 
 
 class AravisLibrary:
-    """The library's functions by their names; raise `NotConnected` when it is not installed."""
+    """The library's functions by name; raises `NotConnected` when the library is not installed."""
 
     def __init__(self) -> None:
         try:
@@ -132,11 +132,11 @@ class AravisLibrary:
             self._functions[name] = function
 
     def plain(self, name: str) -> Any:  # noqa: ANN401 - a foreign function
-        """Return a function that cannot fail."""
+        """Return a function that reports no error."""
         return self._functions[name]
 
     def call(self, name: str, *arguments: object, who: str) -> Any:  # noqa: ANN401 - whatever it returns
-        """Call a function that may fail; raise the contract's error, about `who`."""
+        """Call a function that reports errors; raise them as the contract's, with `who` as the subject."""
         failure = POINTER(_GError)()
         result = self._functions[name](*arguments, byref(failure))
         if failure:
@@ -146,7 +146,7 @@ class AravisLibrary:
         return result
 
     def bounds(self, name: str, camera: int, *, who: str) -> tuple[float, float]:
-        """Return what a function of two doubles says."""
+        """Return the two doubles (low, high) that a bounds function returns."""
         low, high = c_double(), c_double()
         self.call(name, camera, byref(low), byref(high), who=who)
         return low.value, high.value
@@ -164,8 +164,8 @@ class AravisLibrary:
         return DeviceFault(f"{sentence}; power it off and on, and see whether its firmware is up to date")
 
 
-def listed(library: AravisLibrary) -> list[tuple[str, FoundCamera]]:
-    """Return the cameras that the library has on its list: the name it opens them by, and who they are."""
+def list_cameras(library: AravisLibrary) -> list[tuple[str, FoundCamera]]:
+    """Return the library's current device list: the id to open each camera by, and its description."""
     return [
         (
             _text(library, "arv_get_device_id", index),
@@ -185,7 +185,7 @@ def listed(library: AravisLibrary) -> list[tuple[str, FoundCamera]]:
 
 
 def interface_address(library: AravisLibrary, camera: int) -> str:
-    """Return the address of this machine that a GigE Vision camera is reached through."""
+    """Return this machine's address on the interface through which a GigE Vision camera is reached."""
     device = library.plain("arv_camera_get_device")(camera)
     socket_address = library.plain("arv_gv_device_get_interface_address")(device)
     text = library.plain("g_inet_address_to_string")(
@@ -197,10 +197,10 @@ def interface_address(library: AravisLibrary, camera: int) -> str:
 
 
 def find_cameras() -> list[FoundCamera]:
-    """Look on every network and USB; takes a second. Raise `NotConnected` without the library."""
+    """Search every network interface and USB; takes a second. Raise `NotConnected` without the library."""
     library = AravisLibrary()
     library.plain("arv_update_device_list")()
-    return [found for _, found in listed(library)]
+    return [found for _, found in list_cameras(library)]
 
 
 def _text(library: AravisLibrary, name: str, index: int) -> str:

@@ -1,4 +1,4 @@
-"""What a GenICam camera is asked for through libaravis, and what it took; times in microseconds there."""
+"""Settings of a GenICam camera through libaravis, written and read back; times there are in microseconds."""
 
 import ctypes
 import logging
@@ -23,15 +23,15 @@ logger = logging.getLogger(__name__)
 
 CONTINUOUS = 0
 NO_PACKET_SOCKET = 1
-"""libaravis's packet socket, taken where it is allowed, hears the whole network until its filter stands: it
-then numbers frames by the first packet of whatever it heard, and drops up to 99 of the camera's own as late.
-An ordinary socket hears its own port only."""
+"""Stream option without libaravis's packet socket, which receives the whole network until its filter is set:
+it then numbers frames from the first packet of any source and drops up to 99 of the camera's own as late.
+An ordinary socket receives its own port only."""
 FIXED = ValueRange(low=0.0, high=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AravisOptions:
-    """What a rig file says beyond the contract's settings; None leaves a thing to the camera."""
+    """Rig file options beyond the contract's settings; None leaves an option to the camera."""
 
     trigger_line: str = "Line0"
     falling_edge: bool = False
@@ -55,32 +55,32 @@ class AravisFeatures:
         self._automatic = AravisAutomatic(self)
 
     def ranges(self) -> CameraRanges:
-        """Return what it accepts."""
+        """Return the accepted values of every setting."""
         low_us, high_us = self._bounds("exposure_time")
         return CameraRanges(
             exposure_ns=ValueRange(low=low_us * 1e3, high=high_us * 1e3),
-            gain_db=self._span("gain"),
-            frame_rate_hz=self._span("frame_rate"),
-            black_level=self._span("black_level"),
+            gain_db=self._range("gain"),
+            frame_rate_hz=self._range("frame_rate"),
+            black_level=self._range("black_level"),
             pixel_formats=self._pixel_formats(),
             exposure_autos=self._automatic.exposure_modes,
             frame_rate_auto=self._automatic.has_rate,
         )
 
     def prepare(self, options: AravisOptions) -> None:
-        """Bring an opened camera into a known state: continuous, nothing automatic, the whole sensor."""
+        """Bring an opened camera into a known state: continuous acquisition, nothing automatic."""
         self.call("set_acquisition_mode", CONTINUOUS)
-        self._automatic.all_off()
-        self._packets(options)
+        self._automatic.disable_all()
+        self._set_packets(options)
         if options.strobe_line is not None:
             self._strobe(options.strobe_line)
 
     def apply(self, settings: CameraSettings, options: AravisOptions) -> CameraSettings:
-        """Ask for the settings; return what it took."""
+        """Write the settings; return those in force."""
         self._check_modes(settings)
         self.call("set_pixel_format_from_string", settings.pixel_format.encode())
-        self._region(options)
-        self._automatic.expose(AutoMode.OFF)
+        self._set_region(options)
+        self._automatic.set_exposure_mode(AutoMode.OFF)
         self.call("set_exposure_time", settings.exposure_ns / 1e3)
         if self.call("is_gain_available"):
             self.call("set_gain", settings.gain_db)
@@ -90,13 +90,13 @@ class AravisFeatures:
             self._trigger(settings, options)
         else:
             self.call("clear_triggers")
-            self._pace(settings)
-        if settings.exposure_auto is not AutoMode.OFF:  # last: it begins where the exposure was put
-            self._automatic.expose(settings.exposure_auto)
+            self._write_rate(settings)
+        if settings.exposure_auto is not AutoMode.OFF:  # last: it starts from the exposure written above
+            self._automatic.set_exposure_mode(settings.exposure_auto)
         return self.read_back(settings)
 
     def has(self, feature: str) -> bool:
-        """Tell whether the camera has a feature now."""
+        """Return whether the camera has a feature now."""
         return bool(self.call("is_feature_available", feature.encode()))
 
     @property
@@ -105,56 +105,56 @@ class AravisFeatures:
         return bool(self._library.plain("arv_camera_is_gv_device")(self._camera))
 
     def text(self, feature: str) -> str:
-        """Return the word that is chosen of a feature."""
+        """Return the value of an enumeration feature."""
         word = self.call("get_string", feature.encode())
         return word.decode(errors="replace") if isinstance(word, bytes) else ""
 
     def choices(self, feature: str) -> frozenset[str]:
-        """Return the words of a feature."""
+        """Return the possible values of an enumeration feature."""
         count = c_uint()
         names = self.call("dup_available_enumerations_as_strings", feature.encode(), byref(count))
-        return self._words(names, count.value)
+        return self._strings(names, count.value)
 
     def choose(self, feature: str, word: str) -> None:
-        """Choose one of a feature's words."""
+        """Set an enumeration feature."""
         self.call("set_string", feature.encode(), word.encode())
 
     def switch(self, feature: str, *, on: bool) -> None:
-        """Set a yes-or-no feature."""
+        """Set a boolean feature."""
         self.call("set_boolean", feature.encode(), int(on))
 
     def number(self, feature: str) -> float:
-        """Return the value of a feature."""
+        """Return the value of a numeric feature."""
         value = self.call("get_float", feature.encode())
         return value if isinstance(value, float) else 0.0
 
     def execute(self, command: str) -> None:
-        """Execute a command."""
+        """Execute a command feature."""
         self.call("execute_command", command.encode())
 
     def integer(self, feature: str) -> int:
-        """Return the value of a feature."""
+        """Return the value of a numeric feature."""
         value = self.call("get_integer", feature.encode())
         return value if isinstance(value, int) else 0
 
     def read_register(self, address: int) -> int:
-        """Return 32 bits of a GigE Vision camera."""
+        """Return a 32-bit register of a GigE Vision camera."""
         value = c_uint32()
         device = self._library.plain("arv_camera_get_device")(self._camera)
         self._library.call("arv_device_read_register", device, address, byref(value), who=self._who)
         return value.value
 
     def write_register(self, address: int, value: int) -> None:
-        """Write 32 bits of a GigE Vision camera."""
+        """Write a 32-bit register of a GigE Vision camera."""
         device = self._library.plain("arv_camera_get_device")(self._camera)
         self._library.call("arv_device_write_register", device, address, value, who=self._who)
 
     def call(self, name: str, *arguments: object) -> object:
-        """Call a function of the camera."""
+        """Call the library function `arv_camera_<name>` on the camera."""
         return self._library.call(f"arv_camera_{name}", self._camera, *arguments, who=self._who)
 
     def read_back(self, asked: CameraSettings) -> CameraSettings:
-        """Return what is in force of what was asked for."""
+        """Return the settings in force, for a request `asked`."""
         name = self.call("get_pixel_format_as_string")
         return replace(
             asked,
@@ -172,11 +172,11 @@ class AravisFeatures:
         except OutOfRange as refused:
             raise OutOfRange(f"{self._who}: {refused}") from None
 
-    def _pace(self, settings: CameraSettings) -> None:
+    def _write_rate(self, settings: CameraSettings) -> None:
         """Set the frame rate, or leave it to the camera."""
-        self._automatic.run_freely(on=settings.frame_rate_auto)
+        self._automatic.set_free_rate(on=settings.frame_rate_auto)
         if not settings.frame_rate_auto and self.call("is_frame_rate_available"):
-            # A camera exposes no faster than its exposures last; not every one says so by itself.
+            # The rate cannot exceed 1 / exposure; not every camera limits it by itself.
             self.call("set_frame_rate", min(settings.frame_rate_hz, 1e9 / settings.exposure_ns))
 
     def _rate_hz(self, asked: CameraSettings) -> float:
@@ -192,26 +192,26 @@ class AravisFeatures:
             if options.falling_edge:
                 self.call("set_string", b"TriggerActivation", b"FallingEdge")
         if self.has("TriggerOverlap"):
-            self._try("TriggerOverlap", b"ReadOut")  # expose while the last picture is read: twice as often
+            self._choose_if_possible("TriggerOverlap", b"ReadOut")  # expose during readout: doubles the rate
 
     def _strobe(self, line: str) -> None:
-        """Let an output tell when it exposes; a camera without such a line goes without, and it is logged."""
+        """Signal exposures on an output line; a camera without one is logged and used without strobe."""
         if not self.has("LineSelector"):
             logger.info("%s: it has no output lines; the strobe is not available", self._who)
             return
-        self._try("LineSelector", line.encode())
+        self._choose_if_possible("LineSelector", line.encode())
         if self.has("LineMode"):
-            self._try("LineMode", b"Output")
-        self._try("LineSource", b"ExposureActive")
+            self._choose_if_possible("LineMode", b"Output")
+        self._choose_if_possible("LineSource", b"ExposureActive")
 
-    def _try(self, feature: str, choice: bytes) -> None:
-        """Choose what a camera may lack; it works without, and the log tells."""
+    def _choose_if_possible(self, feature: str, choice: bytes) -> None:
+        """Set an optional enumeration feature; log a warning when the camera refuses."""
         try:
             self.call("set_string", feature.encode(), choice)
         except (OutOfRange, DeviceFault) as error:
             logger.warning("%s: no %s for its %s: %s", self._who, choice.decode(), feature, error)
 
-    def _region(self, options: AravisOptions) -> None:
+    def _set_region(self, options: AravisOptions) -> None:
         whole_width, whole_height = c_int(), c_int()
         self.call("get_sensor_size", byref(whole_width), byref(whole_height))
         width = options.width_px or whole_width.value
@@ -223,21 +223,21 @@ class AravisFeatures:
             )
         x = (whole_width.value - width) // 2 if options.offset_x_px is None else options.offset_x_px
         y = (whole_height.value - height) // 2 if options.offset_y_px is None else options.offset_y_px
-        step_x, step_y = (self._whole(f"get_{axis}_offset_increment") for axis in "xy")
+        step_x, step_y = (self._increment(f"get_{axis}_offset_increment") for axis in "xy")
         self.call("set_region", x // step_x * step_x, y // step_y * step_y, width, height)
 
-    def _packets(self, options: AravisOptions) -> None:
+    def _set_packets(self, options: AravisOptions) -> None:
         if not self.has_registers:
             return
         self._library.plain("arv_camera_gv_set_stream_options")(self._camera, NO_PACKET_SOCKET)
         if options.packet_size_bytes is not None:
             self.call("gv_set_packet_size", options.packet_size_bytes)
         else:
-            self._largest_packets()
+            self._maximise_packets()
         if options.packet_delay_ns is not None:
             self.call("gv_set_packet_delay", options.packet_delay_ns)
 
-    def _largest_packets(self) -> None:
+    def _maximise_packets(self) -> None:
         try:
             self.call("gv_auto_packet_size")
         except (OutOfRange, DeviceFault) as error:
@@ -246,18 +246,18 @@ class AravisFeatures:
     def _pixel_formats(self) -> tuple[PixelFormat, ...]:
         count = c_uint()
         names = self.call("dup_available_pixel_formats_as_strings", byref(count))
-        own = self._words(names, count.value)
-        return tuple(known for known in PixelFormat if known in own)
+        available = self._strings(names, count.value)
+        return tuple(known for known in PixelFormat if known in available)
 
-    def _words(self, names: object, count: int) -> frozenset[str]:
-        """Return a list of the library's, which is freed."""
+    def _strings(self, names: object, count: int) -> frozenset[str]:
+        """Return an array of strings from the library and free it."""
         if not isinstance(names, ctypes.POINTER(ctypes.c_char_p)) or not names:
             return frozenset()
         words = frozenset(names[index].decode(errors="replace") for index in range(count))
         self._library.plain("g_free")(names)
         return words
 
-    def _span(self, name: str) -> ValueRange:
+    def _range(self, name: str) -> ValueRange:
         if not self.call(f"is_{name}_available"):
             return FIXED
         low, high = self._bounds(name)
@@ -266,7 +266,7 @@ class AravisFeatures:
     def _bounds(self, name: str) -> tuple[float, float]:
         return self._library.bounds(f"arv_camera_get_{name}_bounds", self._camera, who=self._who)
 
-    def _whole(self, name: str) -> int:
+    def _increment(self, name: str) -> int:
         value = self.call(name)
         return max(1, value) if isinstance(value, int) else 1
 

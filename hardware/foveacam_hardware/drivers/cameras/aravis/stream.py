@@ -1,4 +1,7 @@
-"""Buffers of libaravis: given to it, taken from it when full, copied once and given back at once."""
+"""The buffer stream of libaravis: full buffers are copied once and returned to the library at once.
+
+Also enlarges the receive buffer of the library's UDP socket, which it does not expose.
+"""
 
 import ctypes
 import logging
@@ -25,12 +28,12 @@ OPEN_FILES = Path("/proc/self/fd")
 BUFFERS = 10
 FIXED = 0
 RECEIVE_BYTES = 16 << 20
-"""What the socket of a GigE camera may hold while its thread waits for a processor: some ten frames."""
+"""Receive buffer of a GigE camera's socket: about ten frames, while its thread waits for a processor."""
 SUCCESS, ABORTED = 0, 7
 
 
 class AravisStream:
-    """The stream of one run; `close` stops receiving, and frees the buffers."""
+    """The stream of one acquisition; `close` stops receiving and frees the buffers."""
 
     def __init__(
         self, library: AravisLibrary, camera: int, *, pixel_format: PixelFormat, clock: Clock, who: str
@@ -45,7 +48,9 @@ class AravisStream:
         if library.plain("arv_camera_is_gv_device")(camera):
             untouched = (b"socket-buffer", FIXED, b"socket-buffer-size", 0)
             library.plain("g_object_set")(self._stream, *untouched, None)
-            widen(library.plain("arv_gv_stream_get_port")(self._stream), size_bytes=RECEIVE_BYTES)
+            enlarge_receive_buffer(
+                library.plain("arv_gv_stream_get_port")(self._stream), size_bytes=RECEIVE_BYTES
+            )
         for _ in range(BUFFERS):
             self._push(self._stream, library.plain("arv_buffer_new_allocate")(payload))
 
@@ -56,7 +61,7 @@ class AravisStream:
             self._library.plain("g_object_unref")(stream)
 
     def grab(self, *, timeout_ms: float) -> Grab | None:
-        """Return the next buffer, or None when none came in time."""
+        """Return the next buffer, or None when none arrived in time."""
         buffer = self._pop(self._stream, max(0, round(timeout_ms * 1e3)))
         if buffer is None:
             return None
@@ -66,7 +71,7 @@ class AravisStream:
         good = status == SUCCESS
         grab = Grab(
             status=GrabStatus.OK if good else GrabStatus.INCOMPLETE,
-            image=self._picture(buffer) if good else None,
+            image=self._image(buffer) if good else None,
             bits=BITS[self._format],
             number=plain("arv_buffer_get_frame_id")(buffer),
             t_device_ns=plain("arv_buffer_get_timestamp")(buffer) or None,
@@ -76,14 +81,14 @@ class AravisStream:
         return None if status == ABORTED else grab
 
     def underruns(self) -> int:
-        """Return how many frames found no buffer."""
+        """Return the number of frames for which no buffer was free."""
         completed, failures, underruns = c_uint64(), c_uint64(), c_uint64()
         self._library.plain("arv_stream_get_statistics")(
             self._stream, byref(completed), byref(failures), byref(underruns)
         )
         return underruns.value
 
-    def _picture(self, buffer: int) -> Image | None:
+    def _image(self, buffer: int) -> Image | None:
         plain = self._library.plain
         size = c_size_t()
         address = plain("arv_buffer_get_data")(buffer, byref(size))
@@ -93,48 +98,50 @@ class AravisStream:
         )
         if address is None or width <= 0 or height <= 0:
             return None
-        held = np.frombuffer(memoryview((ctypes.c_uint8 * size.value).from_address(address)), dtype=np.uint8)
-        sent = _shaped(held, self._format, height=height, width=width)
-        return None if sent is None else picture_of(sent, self._format, height=height, width=width)
+        raw = np.frombuffer(memoryview((ctypes.c_uint8 * size.value).from_address(address)), dtype=np.uint8)
+        pixels = _shaped(raw, self._format, height=height, width=width)
+        return None if pixels is None else picture_of(pixels, self._format, height=height, width=width)
 
 
-def _shaped(held: NDArray[np.uint8], pixel_format: PixelFormat, *, height: int, width: int) -> Image | None:
-    """Return the bytes as rows of pixels; None when there are too few of them."""
+def _shaped(raw: NDArray[np.uint8], pixel_format: PixelFormat, *, height: int, width: int) -> Image | None:
+    """Return the bytes as an array of pixels; None when there are too few."""
     if pixel_format in PACKED:
-        return held if held.size >= (12 * height * width + 7) // 8 else None
+        return raw if raw.size >= (12 * height * width + 7) // 8 else None
     deep = pixel_format is PixelFormat.MONO12
     shape = (height, width, 3) if pixel_format is PixelFormat.RGB8 else (height, width)
     needed = height * width * (2 if deep else 1) * (3 if len(shape) == 3 else 1)
-    if held.size < needed:
+    if raw.size < needed:
         return None
-    pixels = held[:needed]
+    pixels = raw[:needed]
     return (pixels.view(np.uint16) if deep else pixels).reshape(shape)
 
 
-def widen(port: int, *, size_bytes: int) -> int:
-    """Let the socket at a local UDP port hold `size_bytes`; return what it holds then, 0 where there is none.
+def enlarge_receive_buffer(port: int, *, size_bytes: int) -> int:
+    """Enlarge the receive buffer of this process's socket at a local UDP port; return its size, 0 if none.
 
-    Beyond `net.core.rmem_max` only for who administers the network (CAP_NET_ADMIN); others get that much.
+    Sizes beyond `net.core.rmem_max` need CAP_NET_ADMIN; without it the size is limited to that.
     """
     for entry in OPEN_FILES.iterdir():
         with _udp_socket(int(entry.name)) as found:
             if found is not None and found.getsockname()[1] == port:
-                return _widened(found, size_bytes)
+                return _enlarge(found, size_bytes)
     logger.warning("no socket at UDP port %d: its receive buffer stays as it is", port)
     return 0
 
 
-def _widened(found: socket.socket, size_bytes: int) -> int:
+def _enlarge(found: socket.socket, size_bytes: int) -> int:
     try:
         found.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, size_bytes)
     except PermissionError:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size_bytes)
-    return found.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) // 2  # Linux tells its own overhead with it
+    return (
+        found.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) // 2
+    )  # Linux reports twice the size, including its own overhead
 
 
 @contextmanager
 def _udp_socket(number: int) -> Iterator[socket.socket | None]:
-    """Yield a second handle on an IPv4 UDP socket of this process; None when the number is something else."""
+    """Yield a duplicate of an IPv4 UDP socket of this process; None when the descriptor is something else."""
     try:
         duplicate = os.dup(number)
     except OSError:  # closed meanwhile

@@ -1,7 +1,7 @@
-"""Pictures through OpenCV behind the seam `CameraDevice`: UVC cameras, streams, video files, image sequences.
+"""UVC cameras, network streams, video files and image sequences through OpenCV, as a `CameraDevice`.
 
-A live source is read all the time and gives its newest picture; a file is played at its rate, or a picture a
-software trigger. None of them hears a pulse, so such a camera can look on but not be a steered eye.
+A live source is read continuously and delivers its newest image; a file is played at its rate, or one image
+per software trigger. None of them has a trigger input, so such a camera can be the wide one but not a fovea.
 """
 
 from collections.abc import Callable
@@ -24,11 +24,11 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
 from foveacam_hardware.drivers.cameras.opencv.settings import (
     SourceCapabilities,
-    abilities_of,
-    check,
+    check_settings,
     ranges_of,
     read_back,
-    write,
+    read_capabilities,
+    write_settings,
 )
 from foveacam_hardware.drivers.cameras.opencv.source import (
     FramePump,
@@ -43,7 +43,7 @@ from foveacam_hardware.drivers.cameras.opencv.source import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpenCvOptions:
-    """What else a rig file says: the size of pictures (None: as they come), whether a file begins anew."""
+    """Rig file options: image size (None: the source's own), and whether a file restarts at its end."""
 
     width: int | None = None
     height: int | None = None
@@ -51,7 +51,7 @@ class OpenCvOptions:
 
 
 class OpenCvDevice:
-    """One source; one thread makes every call. `settings` of zero leave the source's own."""
+    """One source; one thread makes every call. Settings of zero leave the source's own values."""
 
     def __init__(
         self,
@@ -70,7 +70,7 @@ class OpenCvDevice:
         self._capture: OpenCvCapture | None = None
         self._pump: FramePump | None = None
         self._can = SourceCapabilities(kind=self._kind, own_rate_hz=0.0, sets_exposure=False)
-        self._taken: CameraSettings | None = None
+        self._settings: CameraSettings | None = None
         self._started = False
         self._due_ns = 0
         self._played = 0
@@ -79,7 +79,7 @@ class OpenCvDevice:
         self._underruns_before = 0
 
     def open(self) -> DeviceInfo:
-        """Open the source and check the size of its pictures."""
+        """Open the source and check its image size."""
         self.close()
         capture = self._opener(self._source)
         self._capture = capture
@@ -89,15 +89,15 @@ class OpenCvDevice:
         except OutOfRange:
             self.close()
             raise
-        self._can = abilities_of(capture, self._kind)
-        if self._kind is SourceKind.STREAM:  # from now on, so that nothing old waits in it
+        self._can = read_capabilities(capture, self._kind)
+        if self._kind is SourceKind.STREAM:  # from now on, so that no old image is buffered
             self._pump = FramePump(capture, clock=self._clock)
         return DeviceInfo(
             vendor="OpenCV", model=str(self._kind), serial=shown(self._source), version=cv2.__version__
         )
 
     def close(self) -> None:
-        """Let go; harmless when closed or gone."""
+        """Release the source; do nothing when it is closed or gone."""
         self._started = False
         free = self._stop_pump()
         capture, self._capture = self._capture, None
@@ -105,27 +105,27 @@ class OpenCvDevice:
             capture.release()
 
     def ranges(self) -> CameraRanges:
-        """Return what it accepts; what cannot be set has one value."""
-        self._opened()
+        """Return the accepted values of every setting; one that cannot be set has a single value."""
+        self._open_capture()
         return ranges_of(self._can)
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Apply the settings while stopped; return what it took."""
-        capture = self._opened()
-        check(settings, self._can, who=self._who)
-        self._taken = write(capture, settings, self._can)
-        return self._taken
+        """Apply the settings while stopped; return those in force."""
+        capture = self._open_capture()
+        check_settings(settings, self._can, who=self._who)
+        self._settings = write_settings(capture, settings, self._can)
+        return self._settings
 
     def read_settings(self) -> CameraSettings:
-        """Return what is in force; V4L2 tells it past the pictures that another thread reads."""
-        if self._taken is not None:
-            self._taken = read_back(self._opened(), self._taken, self._can)
-            return self._taken
+        """Return the settings in force; V4L2 allows this while another thread reads images."""
+        if self._settings is not None:
+            self._settings = read_back(self._open_capture(), self._settings, self._can)
+            return self._settings
         raise NotConnected(f"{self._who}: it was not configured; configure it first")
 
     def start(self) -> None:
-        """Begin to deliver: live sources from now on, files from where they were."""
-        capture = self._opened()
+        """Start delivering: live sources from now on, files from their current position."""
+        capture = self._open_capture()
         if self._kind is SourceKind.DEVICE and self._pump is None:
             self._pump = FramePump(capture, clock=self._clock)
         self._started = True
@@ -134,69 +134,69 @@ class OpenCvDevice:
         self._underruns_before = 0 if self._pump is None else self._pump.overwritten
 
     def stop(self) -> None:
-        """Stop delivering; a file stays where it is."""
+        """Stop delivering; a file keeps its position."""
         self._started = False
         if self._kind is SourceKind.DEVICE and not self._stop_pump():
             self._capture = None
             raise NotConnected(f"{self._who}: it does not end a frame that it began; plug it in anew")
 
     def grab(self, *, timeout_ms: float) -> Grab | None:
-        """Return the next picture, or None when none came in time; raise `NotConnected` at its end."""
-        capture = self._opened()
+        """Return the next image, None when none arrived in time; raise `NotConnected` at the source's end."""
+        capture = self._open_capture()
         if self._pump is not None:
             return self._newest(self._pump, timeout_ms)
         return self._play(capture, timeout_ms)
 
     def software_trigger(self) -> None:
-        """Let one picture through: of a file the next, of a live source the next that comes."""
-        self._opened()
+        """Let one image through: the next one of a file, the next to arrive of a live source."""
+        self._open_capture()
         self._triggers += 1
         self._not_before_ns = self._clock.now_ns()
 
     def alive(self) -> bool:
-        """Return whether there is a source that has not ended."""
+        """Return whether the source is open and has not ended."""
         return self._capture is not None and (self._pump is None or not self._pump.ended)
 
     def underruns(self) -> int:
-        """Return how many live pictures nobody took, since `start`."""
+        """Return the number of live images since `start` that were overwritten unread."""
         return 0 if self._pump is None else self._pump.overwritten - self._underruns_before
 
-    # Live --------------------------------------------------------------------------------------------------
+    # Live sources ------------------------------------------------------------------------------------------
 
     def _newest(self, pump: FramePump, timeout_ms: float) -> Grab | None:
         until_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
         while (left_ns := until_ns - self._clock.now_ns()) >= 0:
-            found = pump.take(timeout_s=left_ns / 1e9)
+            found = pump.take_newest(timeout_s=left_ns / 1e9)
             if found is None:
                 break
             image, t_ns = found
-            if self._started and t_ns >= self._not_before_ns and self._wanted():
+            if self._started and t_ns >= self._not_before_ns and self._use_trigger():
                 return self._grab(image, number=None, t_ns=t_ns)
         if pump.ended:
             raise NotConnected(f"{self._who}: {_GONE[self._kind]}; it is opened again by itself")
         return None
 
     def _stop_pump(self) -> bool:
-        """Return whether the capture is free."""
+        """Stop the pump; return whether the capture is free."""
         pump, self._pump = self._pump, None
         return pump is None or pump.close()
 
     # Files -------------------------------------------------------------------------------------------------
 
     def _play(self, capture: OpenCvCapture, timeout_ms: float) -> Grab | None:
-        """Return the next picture when its time has come."""
+        """Return the next image of a file when it is due."""
         until_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
-        due_ns = max(0 if self._waits else self._due_ns, self._clock.now_ns())
-        if not self._started or due_ns > until_ns or not self._wanted():
+        due_ns = max(0 if self._triggered else self._due_ns, self._clock.now_ns())
+        if not self._started or due_ns > until_ns or not self._use_trigger():
             self._clock.sleep_until_ns(until_ns)
             return None
         self._clock.sleep_until_ns(due_ns)
-        image = self._next_picture(capture)
+        image = self._next_image(capture)
         self._due_ns = due_ns + round(1e9 / self._rate_hz())
         self._played += 1
         return self._grab(image, number=self._played, t_ns=self._clock.now_ns())
 
-    def _next_picture(self, capture: OpenCvCapture) -> NDArray[np.uint8]:
+    def _next_image(self, capture: OpenCvCapture) -> NDArray[np.uint8]:
         there, image = capture.read()
         if not there and self._options.loop and self._played > 0:
             capture.set(cv2.CAP_PROP_POS_FRAMES, 0)
@@ -208,11 +208,11 @@ class OpenCvDevice:
             " anew at once"
         )
 
-    # Both --------------------------------------------------------------------------------------------------
+    # All sources -------------------------------------------------------------------------------------------
 
-    def _wanted(self) -> bool:
-        """Return whether a picture may go out; take note of the trigger that lets it."""
-        if not self._waits:
+    def _use_trigger(self) -> bool:
+        """Return whether an image may be delivered; use up a pending trigger when triggers are required."""
+        if not self._triggered:
             return True
         if self._triggers == 0:
             return False
@@ -220,39 +220,39 @@ class OpenCvDevice:
         return True
 
     @property
-    def _waits(self) -> bool:
-        """Whether each picture has a trigger of its own."""
-        return self._taken is not None and self._taken.triggered
+    def _triggered(self) -> bool:
+        """Whether each image needs a trigger."""
+        return self._settings is not None and self._settings.triggered
 
     def _rate_hz(self) -> float:
-        return self._can.own_rate_hz if self._taken is None else self._taken.frame_rate_hz
+        return self._can.own_rate_hz if self._settings is None else self._settings.frame_rate_hz
 
     def _grab(self, image: NDArray[np.uint8], *, number: int | None, t_ns: int) -> Grab:
-        grey = self._taken is None or self._taken.pixel_format is PixelFormat.MONO8
-        picture = _picture(image, grey=grey)
+        grey = self._settings is None or self._settings.pixel_format is PixelFormat.MONO8
+        converted = _convert(image, grey=grey)
         return Grab(
-            status=GrabStatus.INCOMPLETE if picture is None else GrabStatus.OK,
-            image=picture,
+            status=GrabStatus.INCOMPLETE if converted is None else GrabStatus.OK,
+            image=converted,
             bits=8,
             number=number,
             t_device_ns=None,
             t_host_ns=t_ns,
         )
 
-    def _opened(self) -> OpenCvCapture:
+    def _open_capture(self) -> OpenCvCapture:
         if self._capture is None:
             raise NotConnected(f"{self._who}: it is not open; connect it first")
         return self._capture
 
     def _choose_size(self, capture: OpenCvCapture) -> None:
-        wished = {
+        requested = {
             "width_px": (cv2.CAP_PROP_FRAME_WIDTH, self._options.width),
             "height_px": (cv2.CAP_PROP_FRAME_HEIGHT, self._options.height),
         }
         if self._kind is SourceKind.DEVICE:
-            for prop, size in wished.values():
+            for prop, size in requested.values():
                 capture.set(prop, size or capture.get(prop))
-        for name, (prop, size) in wished.items():
+        for name, (prop, size) in requested.items():
             found = round(capture.get(prop))
             if size is not None and found != size:
                 raise OutOfRange(
@@ -267,8 +267,8 @@ _GONE = {
 }
 
 
-def _picture(image: NDArray[np.uint8], *, grey: bool) -> Image | None:
-    """Return a picture in the format asked for; None for what has no eight-bit pixels."""
+def _convert(image: NDArray[np.uint8], *, grey: bool) -> Image | None:
+    """Return the image as grey or RGB; None when its pixels are not eight-bit."""
     if image.size == 0 or image.dtype != np.uint8:
         return None
     if image.ndim == 2:

@@ -1,4 +1,4 @@
-"""Settings of an OpenCV source: what can be set at all, and what it took. Zero means: as it stands."""
+"""Settings of an OpenCV source: which can be set, writing them and reading them back. Zero: leave as is."""
 
 import math
 from dataclasses import dataclass
@@ -18,74 +18,74 @@ from foveacam_hardware.drivers.cameras.opencv.source import OpenCvCapture, Sourc
 from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 
 UVC_EXPOSURE_NS = 100_000
-"""Unit of a UVC camera's exposure; OpenCV does not tell the camera's own limits."""
+"""Unit of a UVC camera's exposure. OpenCV does not report the camera's limits."""
 LONGEST_UVC_EXPOSURE_NS = 1_000_000_000
-PACES_HZ = ValueRange(low=0.1, high=240.0)
-"""A file is played as fast as asked."""
+PLAYBACK_RATES_HZ = ValueRange(low=0.1, high=240.0)
+"""Rates at which a file can be played."""
 NOMINAL_HZ = 30.0
-"""Of what does not tell its rate."""
-BY_HAND = 1.0
-BY_ITSELF = (3.0, 0.0)
-"""V4L2's exposure modes: nearly every UVC camera has the first, which leaves its aperture alone."""
+"""Rate of a source that does not report one."""
+MANUAL_EXPOSURE = 1.0
+AUTOMATIC_EXPOSURE = (3.0, 0.0)
+"""V4L2's exposure modes: nearly every UVC camera has the first, which keeps the aperture fixed."""
 FORMATS = (PixelFormat.MONO8, PixelFormat.RGB8)
 NOTHING = ValueRange(low=0.0, high=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SourceCapabilities:
-    """What one opened source can do; `own_rate_hz`: its rate when nobody asks for another.
+    """Capabilities of an opened source; `own_rate_hz`: its rate unless another is requested.
 
-    A network stream's is what OpenCV tells: of MJPEG it takes 25 Hz, whatever the sender does.
+    The rate of a network stream is what OpenCV reports: 25 Hz for MJPEG, whatever is sent.
     """
 
     kind: SourceKind
     own_rate_hz: float
     sets_exposure: bool
-    exposes_itself: bool = False
+    has_auto_exposure: bool = False
 
     @property
-    def paces_itself(self) -> bool:
-        """Whether its own rate is one that can be chosen, beside others."""
+    def has_selectable_rate(self) -> bool:
+        """Whether its rate can be chosen."""
         return self.kind is not SourceKind.STREAM
 
 
-def abilities_of(capture: OpenCvCapture, kind: SourceKind) -> SourceCapabilities:
-    """Find out what a source can do."""
-    told_hz = capture.get(cv2.CAP_PROP_FPS)
-    known = math.isfinite(told_hz) and PACES_HZ.low <= told_hz <= PACES_HZ.high
+def read_capabilities(capture: OpenCvCapture, kind: SourceKind) -> SourceCapabilities:
+    """Return the capabilities of an opened source."""
+    reported_hz = capture.get(cv2.CAP_PROP_FPS)
+    known = math.isfinite(reported_hz) and PLAYBACK_RATES_HZ.low <= reported_hz <= PLAYBACK_RATES_HZ.high
     sets_exposure = kind is SourceKind.DEVICE and capture.get(cv2.CAP_PROP_EXPOSURE) > 0.0
     return SourceCapabilities(
         kind=kind,
-        own_rate_hz=told_hz if known else NOMINAL_HZ,
+        own_rate_hz=reported_hz if known else NOMINAL_HZ,
         sets_exposure=sets_exposure,
-        exposes_itself=sets_exposure and capture.get(cv2.CAP_PROP_AUTO_EXPOSURE) >= 0.0,
+        has_auto_exposure=sets_exposure and capture.get(cv2.CAP_PROP_AUTO_EXPOSURE) >= 0.0,
     )
 
 
 def ranges_of(can: SourceCapabilities) -> CameraRanges:
-    """Return what a source accepts; what cannot be set has one value."""
+    """Return the accepted values of every setting; one that cannot be set has a single value."""
     exposure_ns = ValueRange(low=float(UVC_EXPOSURE_NS), high=float(LONGEST_UVC_EXPOSURE_NS))
     own = ValueRange(low=can.own_rate_hz, high=can.own_rate_hz)
     return CameraRanges(
         exposure_ns=exposure_ns if can.sets_exposure else NOTHING,
         gain_db=NOTHING,
-        frame_rate_hz=PACES_HZ if can.paces_itself else own,
+        frame_rate_hz=PLAYBACK_RATES_HZ if can.has_selectable_rate else own,
         black_level=NOTHING,
         pixel_formats=FORMATS,
-        exposure_autos=(AutoMode.OFF, AutoMode.CONTINUOUS) if can.exposes_itself else (AutoMode.OFF,),
-        frame_rate_auto=can.paces_itself,
+        exposure_autos=(AutoMode.OFF, AutoMode.CONTINUOUS) if can.has_auto_exposure else (AutoMode.OFF,),
+        frame_rate_auto=can.has_selectable_rate,
     )
 
 
-def check(asked: CameraSettings, can: SourceCapabilities, *, who: str) -> None:
-    """Refuse what the source cannot do, before anything has changed."""
+def check_settings(asked: CameraSettings, can: SourceCapabilities, *, who: str) -> None:
+    """Raise `OutOfRange` for settings that the source does not accept, before anything is changed."""
     if asked.triggered and asked.trigger_source is TriggerSource.HARDWARE:
         raise OutOfRange(
             f"{who}: asked to wait for a pulse, and no {can.kind} hears one; trigger it by software, let it"
             " run freely, or use a camera with a trigger input"
         )
     ranges = ranges_of(can)
-    wished = (
+    requested = (
         (
             "exposure",
             asked.exposure_ns / 1e6,
@@ -97,7 +97,7 @@ def check(asked: CameraSettings, can: SourceCapabilities, *, who: str) -> None:
         ("frame rate", asked.frame_rate_hz, ranges.frame_rate_hz.low, ranges.frame_rate_hz.high, "Hz"),
         ("black level", asked.black_level, ranges.black_level.low, ranges.black_level.high, ""),
     )
-    for what, value, low, high, unit in wished:
+    for what, value, low, high, unit in requested:
         if value == 0.0 or low <= value <= high or (what == "frame rate" and asked.frame_rate_auto):
             continue
         found = f"it is {low:g} {unit} to {high:g} {unit}" if low < high else f"this {can.kind} cannot set it"
@@ -114,28 +114,28 @@ def check(asked: CameraSettings, can: SourceCapabilities, *, who: str) -> None:
         raise OutOfRange(f"{who}: {refused}") from None
 
 
-def write(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabilities) -> CameraSettings:
-    """Write settings that were checked; return what the source took."""
+def write_settings(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabilities) -> CameraSettings:
+    """Write checked settings; return those in force."""
     rate_hz = can.own_rate_hz if asked.frame_rate_auto else asked.frame_rate_hz
     if can.kind is SourceKind.DEVICE and rate_hz:
         capture.set(cv2.CAP_PROP_FPS, rate_hz)
     if can.sets_exposure:
-        _expose(capture, asked, can)
+        _write_exposure(capture, asked, can)
     return read_back(capture, asked, can)
 
 
 def read_back(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabilities) -> CameraSettings:
-    """Return what is in force of what was asked for."""
+    """Return the settings in force, for a request `asked`."""
     rate_hz = can.own_rate_hz if asked.frame_rate_auto else asked.frame_rate_hz or can.own_rate_hz
     if can.kind is SourceKind.DEVICE:
-        rate_hz = abilities_of(capture, can.kind).own_rate_hz
+        rate_hz = read_capabilities(capture, can.kind).own_rate_hz
     exposure_units = capture.get(cv2.CAP_PROP_EXPOSURE) if can.sets_exposure else 0.0
     return CameraSettings(
         exposure_ns=round(exposure_units * UVC_EXPOSURE_NS),
-        exposure_auto=_mode(capture, can),
+        exposure_auto=_exposure_mode(capture, can),
         gain_db=0.0,
         frame_rate_hz=rate_hz,
-        frame_rate_auto=asked.frame_rate_auto and can.paces_itself,
+        frame_rate_auto=asked.frame_rate_auto and can.has_selectable_rate,
         pixel_format=asked.pixel_format,
         triggered=asked.triggered,
         trigger_source=asked.trigger_source,
@@ -143,17 +143,17 @@ def read_back(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabili
     )
 
 
-def _expose(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabilities) -> None:
-    """Set the exposure, or leave it to the camera, which begins wherever it wants to."""
+def _write_exposure(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabilities) -> None:
+    """Set the exposure, or switch automatic exposure on; a start value cannot be given."""
     if asked.exposure_auto is not AutoMode.OFF:
-        any(capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, mode) for mode in BY_ITSELF)
+        any(capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, mode) for mode in AUTOMATIC_EXPOSURE)
         return
-    if can.exposes_itself:
-        capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, BY_HAND)
+    if can.has_auto_exposure:
+        capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, MANUAL_EXPOSURE)
     if asked.exposure_ns:
         capture.set(cv2.CAP_PROP_EXPOSURE, round(asked.exposure_ns / UVC_EXPOSURE_NS))
 
 
-def _mode(capture: OpenCvCapture, can: SourceCapabilities) -> AutoMode:
-    itself = can.exposes_itself and capture.get(cv2.CAP_PROP_AUTO_EXPOSURE) in BY_ITSELF
-    return AutoMode.CONTINUOUS if itself else AutoMode.OFF
+def _exposure_mode(capture: OpenCvCapture, can: SourceCapabilities) -> AutoMode:
+    automatic = can.has_auto_exposure and capture.get(cv2.CAP_PROP_AUTO_EXPOSURE) in AUTOMATIC_EXPOSURE
+    return AutoMode.CONTINUOUS if automatic else AutoMode.OFF

@@ -1,6 +1,6 @@
-"""What OpenCV can read pictures from: a UVC camera, a network stream, a video file, numbered images.
+"""Sources of images that OpenCV can read (UVC camera, network stream, video file, numbered images).
 
-Opening ends in a capture that has a deadline for every read, or in a sentence that says why not.
+Opens a capture with a deadline for every read, or raises the reason; reads live captures in a thread.
 """
 
 import re
@@ -20,14 +20,14 @@ Source: TypeAlias = str | int
 
 OPEN_TIMEOUT_MS = 4000
 READ_TIMEOUT_MS = 1000
-"""Of network streams: how long one may be silent before a read gives up."""
+"""How long a network stream may be silent before a read fails."""
 
 JOIN_S = 2.0
-"""How long a read that is under way is waited for; later, its thread lets the capture go by itself."""
+"""Wait for a read in progress when closing; after that its thread releases the capture itself."""
 
 
 class SourceKind(StrEnum):
-    """Where pictures come from."""
+    """Kind of an image source."""
 
     DEVICE = "UVC camera"
     STREAM = "network stream"
@@ -36,36 +36,36 @@ class SourceKind(StrEnum):
 
     @property
     def live(self) -> bool:
-        """Whether pictures come by themselves, or when they are read."""
+        """Whether images arrive by themselves rather than when read."""
         return self in (SourceKind.DEVICE, SourceKind.STREAM)
 
 
 class OpenCvCapture(Protocol):
-    """The part of OpenCV's capture that is used."""
+    """The part of `cv2.VideoCapture` that is used."""
 
     def isOpened(self) -> bool:  # noqa: N802 - OpenCV's name
-        """Tell whether there is something to read."""
+        """Return whether it can be read."""
         ...
 
     def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
-        """Return the next picture, BGR or grey, unless there is none."""
+        """Return success and the next image, BGR or grey."""
         ...
 
     def get(self, prop: int, /) -> float:
-        """Return a property; -1 or 0 when there is none."""
+        """Return a property; -1 or 0 when it does not exist."""
         ...
 
     def set(self, prop: int, value: float, /) -> bool:
-        """Set a property; tell whether it exists."""
+        """Set a property; return whether it exists."""
         ...
 
     def release(self) -> None:
-        """Let go."""
+        """Release the source."""
         ...
 
 
 def kind_of(source: Source) -> SourceKind:
-    """Return what a source is, by its name alone."""
+    """Return the kind of a source, from its name alone."""
     if isinstance(source, int) or source.startswith("/dev/"):
         return SourceKind.DEVICE
     if "://" in source:
@@ -74,7 +74,7 @@ def kind_of(source: Source) -> SourceKind:
 
 
 def shown(source: Source) -> str:
-    """Return a source for people: without the password of an address."""
+    """Return a source for display, without the password of an address."""
     if isinstance(source, int) or "@" not in source or "://" not in source:
         return str(source)
     parts = urlsplit(source)
@@ -82,7 +82,7 @@ def shown(source: Source) -> str:
 
 
 def open_capture(source: Source) -> OpenCvCapture:
-    """Open a source, with deadlines where it is far away; raise `NotConnected` in words."""
+    """Open a source, with deadlines for network streams; raise `NotConnected` with the reason."""
     kind = kind_of(source)
     name = f"opencv source {shown(source)}"
     if kind is SourceKind.MOVIE and not Path(str(source)).is_file():
@@ -99,9 +99,9 @@ def _capture(source: Source, kind: SourceKind) -> OpenCvCapture:
     if kind is SourceKind.STREAM:
         deadlines = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, OPEN_TIMEOUT_MS]
         deadlines += [cv2.CAP_PROP_READ_TIMEOUT_MSEC, READ_TIMEOUT_MS]
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)  # why it cannot be opened, we say
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)  # the reason is given in our own message
     capture = cv2.VideoCapture(source, _BACKENDS[kind], deadlines)
-    return cast(OpenCvCapture, capture)  # its own types allow for pictures on a graphics card
+    return cast(OpenCvCapture, capture)  # OpenCV's types also allow images on a graphics card
 
 
 _BACKENDS = {
@@ -120,7 +120,7 @@ _WHY_NOT = {
 
 
 class FramePump:
-    """A thread that owns a capture until it is closed."""
+    """Reads a live capture continuously in its own thread and keeps only the newest image."""
 
     def __init__(self, capture: OpenCvCapture, *, clock: Clock) -> None:
         self._capture = capture
@@ -130,21 +130,21 @@ class FramePump:
         self._closing = False
         self._orphaned = False
         self.ended = False
-        """Whether the capture has given its last picture."""
+        """Whether the capture has delivered its last image."""
         self.overwritten = 0
-        """Pictures that came before the one before them was taken."""
+        """Number of images that replaced one not yet taken."""
         self._thread = threading.Thread(target=self._run, name="opencv-pump", daemon=True)
         self._thread.start()
 
-    def take(self, *, timeout_s: float) -> tuple[NDArray[np.uint8], int] | None:
-        """Return the newest picture not yet taken and when it came, ns; None when none came in time."""
+    def take_newest(self, *, timeout_s: float) -> tuple[NDArray[np.uint8], int] | None:
+        """Return the newest image not yet taken and its arrival time, ns; None when none arrived in time."""
         with self._changed:
             self._changed.wait_for(lambda: self._newest is not None or self.ended, timeout_s)
             newest, self._newest = self._newest, None
             return newest
 
     def close(self) -> bool:
-        """End the thread; tell whether the capture is free: else the thread lets it go by itself, later."""
+        """End the thread; return whether the capture is free, else the thread releases it later."""
         self._closing = True
         self._thread.join(JOIN_S)
         with self._changed:

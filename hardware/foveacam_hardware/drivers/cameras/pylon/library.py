@@ -1,4 +1,4 @@
-"""The vendor's library for Basler cameras: whether it is installed, and which cameras it sees."""
+"""Loads the vendor's library for Basler cameras and lists the cameras that it sees."""
 
 import warnings
 from importlib import import_module
@@ -11,10 +11,10 @@ KIND = "pylon"
 
 
 def load_library() -> Vendor:
-    """Import the vendor's library; raise `NotConnected` that says how to get it."""
+    """Import the vendor's library; raise `NotConnected` with the install command when it is missing."""
     try:
         with warnings.catch_warnings():
-            # Its C types are declared in an old way: where warnings are errors, that would end the process
+            # Its C types raise a deprecation warning, which ends the process where warnings are errors
             warnings.simplefilter("ignore", DeprecationWarning)
             return import_module("pypylon.pylon")
     except ImportError as error:
@@ -25,7 +25,7 @@ def load_library() -> Vendor:
 
 
 def find_serial(pylon: Vendor, serial: str) -> Vendor:
-    """Return the library's entry of a camera, or raise `NotConnected` with those that it sees."""
+    """Return the library's entry of a camera; raise `NotConnected` that lists the cameras present."""
     entries = pylon.TlFactory.GetInstance().EnumerateDevices()
     for entry in entries:
         if entry.GetSerialNumber() == serial:

@@ -1,6 +1,6 @@
-"""Features of Basler cameras by either family's names, read and written with sentences for refusals.
+"""Reads and writes features of Basler cameras by the names of both camera families.
 
-Older cameras say `ExposureTimeAbs`, newer ones `ExposureTime`; the first that a camera has is used.
+Older cameras use `ExposureTimeAbs`, newer ones `ExposureTime`; the first name that a camera has is used.
 """
 
 import math
@@ -8,20 +8,20 @@ from typing import Any, TypeAlias
 
 from foveacam_hardware.contract import AutoMode, DeviceFault, OutOfRange, PixelFormat, ValueRange
 
-Vendor: TypeAlias = Any  # what the vendor's library hands out: it ships no types
+Vendor: TypeAlias = Any  # objects of the vendor's library, which ships no types
 Nodes: TypeAlias = Vendor
 
 EXPOSURE_US = ("ExposureTimeAbs", "ExposureTime")
 GAIN_DB = ("Gain", "GainAbs")
 GAIN_STEPS = ("GainRaw",)
-"""Of cameras that count their gain in steps of their own: it cannot be told in dB."""
+"""Gain of cameras that count it in their own steps, which cannot be converted to dB."""
 BLACK_LEVEL = ("BlackLevel", "BlackLevelAbs", "BlackLevelRaw")
 FRAME_RATE_HZ = ("AcquisitionFrameRateAbs", "AcquisitionFrameRate")
 RESULTING_RATE_HZ = ("ResultingFrameRateAbs", "ResultingFrameRate", "BslResultingAcquisitionFrameRate")
 TICKS_HZ = ("GevTimestampTickFrequency",)
-"""Cameras without it count nanoseconds."""
-RATE_BY_HAND = "AcquisitionFrameRateEnable"
-"""Off: as fast as exposure and readout allow."""
+"""Cameras without this feature count nanoseconds."""
+MANUAL_RATE = "AcquisitionFrameRateEnable"
+"""Enables a manual frame rate; off: as fast as exposure and readout allow."""
 EXPOSURE_AUTO = "ExposureAuto"
 AUTO_NAMES: dict[AutoMode, str] = {
     AutoMode.OFF: "Off",
@@ -39,11 +39,11 @@ FORMAT_NAMES: dict[PixelFormat, tuple[str, ...]] = {
 }
 
 NOT_AVAILABLE, WRITE_ONLY, READ_ONLY, READ_WRITE = 1, 2, 3, 4
-"""The vendor's access modes; 0 is a feature that the camera does not have."""
+"""The vendor's access modes; 0 means that the camera does not have the feature."""
 
 
 def find(nodes: Nodes, names: tuple[str, ...]) -> Vendor:
-    """Return the first of the features that the camera has and that can be read, or None."""
+    """Return the first of the features that the camera has and that is readable, or None."""
     for name in names:
         node = nodes.GetNode(name)
         if node is not None and _access(node) >= READ_ONLY:
@@ -52,9 +52,9 @@ def find(nodes: Nodes, names: tuple[str, ...]) -> Vendor:
 
 
 def span_of(nodes: Nodes, names: tuple[str, ...], *, locked: bool = False) -> ValueRange:
-    """Return what a feature accepts; one that cannot be written, or is not there, has one value.
+    """Return the accepted values of a feature; one that is missing or not writable has a single value.
 
-    `locked`: it cannot be written just now, as the camera sets it itself, and its limits count all the same.
+    `locked`: the camera sets it automatically, so it is not writable now, but its limits still apply.
     """
     node = find(nodes, names)
     if node is None:
@@ -71,17 +71,17 @@ def read_number(nodes: Nodes, names: tuple[str, ...]) -> float:
 
 
 def write_number(nodes: Nodes, names: tuple[str, ...], value: float) -> None:
-    """Write a feature that can be written; what else was asked has been refused before."""
+    """Write a feature if it is writable; values for others have been refused before."""
     node = find(nodes, names)
     if node is None or _access(node) != READ_WRITE:
         return
     low, high = float(node.GetMin()), float(node.GetMax())
-    inside = min(max(value, low), high)  # a span in other units may miss an end by a rounding
+    inside = min(max(value, low), high)  # unit conversion may exceed a limit by rounding
     node.SetValue(round(inside) if isinstance(node.GetValue(), int) else inside)
 
 
 def write_choice(nodes: Nodes, name: str, value: str, *, who: str) -> None:
-    """Choose one of a feature's words; refuse with those it has."""
+    """Set an enumeration feature; raise `OutOfRange` that lists the possible values."""
     node = nodes.GetNode(name)
     if node is None or _access(node) < READ_ONLY:
         raise OutOfRange(f"{who}: asked for {name} = {value}, and it has no {name}; leave it out")
@@ -94,36 +94,36 @@ def write_choice(nodes: Nodes, name: str, value: str, *, who: str) -> None:
 
 
 def write_choice_if_there(nodes: Nodes, name: str, value: str) -> None:
-    """Choose one of a feature's words on cameras that have the feature and the word."""
+    """Set an enumeration feature on cameras that have the feature and the value."""
     if value in choices(nodes, name) and _access(node := nodes.GetNode(name)) == READ_WRITE:
         node.SetValue(value)
 
 
 def can_switch(nodes: Nodes, name: str) -> bool:
-    """Tell whether the camera has a yes-or-no feature that can be set now."""
+    """Return whether the camera has a boolean feature that is writable now."""
     node = nodes.GetNode(name)
     return node is not None and _access(node) == READ_WRITE
 
 
 def can_execute(nodes: Nodes, name: str) -> bool:
-    """Tell whether the camera has a command that can be given now."""
+    """Return whether the camera has a command that can be executed now."""
     node = nodes.GetNode(name)
     return node is not None and _access(node) in (WRITE_ONLY, READ_WRITE)
 
 
 def exposure_autos(nodes: Nodes) -> tuple[AutoMode, ...]:
-    """Return the automatic modes of the exposure; off is always one."""
+    """Return the automatic exposure modes; always includes off."""
     has = choices(nodes, EXPOSURE_AUTO)
     return tuple(mode for mode, name in AUTO_NAMES.items() if mode is AutoMode.OFF or name in has)
 
 
 def rate_is_free(nodes: Nodes) -> bool:
-    """Tell whether the camera chooses its rate itself."""
-    return can_switch(nodes, RATE_BY_HAND) and not nodes.GetNode(RATE_BY_HAND).GetValue()
+    """Return whether the camera chooses its rate itself."""
+    return can_switch(nodes, MANUAL_RATE) and not nodes.GetNode(MANUAL_RATE).GetValue()
 
 
 def read_exposure_auto(nodes: Nodes) -> AutoMode:
-    """Return the automatic mode that is on; one of another name is on for good."""
+    """Return the exposure mode in force; a value with a non-standard name counts as continuous."""
     if not choices(nodes, EXPOSURE_AUTO):
         return AutoMode.OFF
     now = str(nodes.GetNode(EXPOSURE_AUTO).GetValue())
@@ -131,13 +131,13 @@ def read_exposure_auto(nodes: Nodes) -> AutoMode:
 
 
 def switch_if_there(nodes: Nodes, name: str, *, on: bool) -> None:
-    """Set a yes-or-no feature on cameras that have it."""
+    """Set a boolean feature on cameras that have it."""
     if can_switch(nodes, name):
         nodes.GetNode(name).SetValue(on)
 
 
 def write_whole(nodes: Nodes, name: str, value: int, *, who: str) -> None:
-    """Write a whole number that the camera must take exactly."""
+    """Write an integer that the camera must accept exactly."""
     node = nodes.GetNode(name)
     if node is None or _access(node) != READ_WRITE:
         raise DeviceFault(f"{who}: asked for {name} = {value}, and it cannot be set now; leave it out")
@@ -150,7 +150,7 @@ def write_whole(nodes: Nodes, name: str, value: int, *, who: str) -> None:
 
 
 def choices(nodes: Nodes, name: str) -> tuple[str, ...]:
-    """Return the words that a feature accepts; none when the camera does not have it."""
+    """Return the possible values of an enumeration feature; empty when the camera does not have it."""
     node = nodes.GetNode(name)
     if node is None or _access(node) < READ_ONLY:
         return ()
@@ -158,13 +158,13 @@ def choices(nodes: Nodes, name: str) -> tuple[str, ...]:
 
 
 def pixel_formats(nodes: Nodes) -> tuple[PixelFormat, ...]:
-    """Return the formats of ours that the camera has."""
+    """Return the pixel formats that both this program and the camera support."""
     has = choices(nodes, "PixelFormat")
     return tuple(known for known, names in FORMAT_NAMES.items() if any(name in has for name in names))
 
 
 def format_name(nodes: Nodes, pixel_format: PixelFormat, *, who: str) -> str:
-    """Return the camera's name of a format, or refuse with those it has."""
+    """Return the camera's name of a format; raise `OutOfRange` that lists the possible ones."""
     has = choices(nodes, "PixelFormat")
     for name in FORMAT_NAMES[pixel_format]:
         if name in has:
@@ -174,7 +174,7 @@ def format_name(nodes: Nodes, pixel_format: PixelFormat, *, who: str) -> str:
 
 
 def read_format(nodes: Nodes, *, who: str) -> PixelFormat:
-    """Return the format that the camera runs with."""
+    """Return the pixel format in force."""
     now = str(nodes.GetNode("PixelFormat").GetValue())
     for known, names in FORMAT_NAMES.items():
         if now in names:
@@ -183,7 +183,7 @@ def read_format(nodes: Nodes, *, who: str) -> PixelFormat:
 
 
 def require_inside(who: str, what: str, asked: float, span: ValueRange, unit: str) -> None:
-    """Refuse what is outside, naming the range; what cannot be set at all is named so."""
+    """Raise `OutOfRange` for a value outside a range, saying so when the setting is fixed."""
     slack = 1e-9 * max(abs(span.low), abs(span.high))
     if math.isfinite(asked) and span.low - slack <= asked <= span.high + slack:
         return

@@ -1,4 +1,4 @@
-"""Settings of Basler cameras: checked as a whole before anything changes, written, and read back."""
+"""Settings of Basler cameras: checked as a whole before any change, written, and read back."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ NS_PER_US = 1000.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PylonOptions:
-    """How a camera is wired and which part of its sensor is read; None leaves the whole sensor."""
+    """Wiring of a camera and sensor region to read; None for the whole sensor."""
 
     trigger_line: str = "Line1"
     trigger_edge: str = "rising"
@@ -30,8 +30,8 @@ class PylonOptions:
     buffers: int = 16
 
 
-def settle_in(map_: nodes.Nodes, options: PylonOptions, *, who: str) -> None:
-    """Bring a camera that was just opened into a known state: nothing automatic, nothing awaited."""
+def initialise_camera(map_: nodes.Nodes, options: PylonOptions, *, who: str) -> None:
+    """Bring an opened camera into a known state: nothing automatic, no trigger, the sensor region set."""
     for automatic in (nodes.EXPOSURE_AUTO, "GainAuto"):
         nodes.write_choice_if_there(map_, automatic, "Off")
     nodes.write_choice_if_there(map_, "AcquisitionMode", "Continuous")
@@ -49,7 +49,7 @@ def settle_in(map_: nodes.Nodes, options: PylonOptions, *, who: str) -> None:
 
 
 def ranges_of(map_: nodes.Nodes) -> CameraRanges:
-    """Return what a camera accepts."""
+    """Return the accepted values of every setting."""
     automatic = nodes.read_exposure_auto(map_) is not AutoMode.OFF
     exposure_us = nodes.span_of(map_, nodes.EXPOSURE_US, locked=automatic)
     return CameraRanges(
@@ -59,12 +59,12 @@ def ranges_of(map_: nodes.Nodes) -> CameraRanges:
         black_level=nodes.span_of(map_, nodes.BLACK_LEVEL),
         pixel_formats=nodes.pixel_formats(map_),
         exposure_autos=nodes.exposure_autos(map_),
-        frame_rate_auto=nodes.can_switch(map_, nodes.RATE_BY_HAND),
+        frame_rate_auto=nodes.can_switch(map_, nodes.MANUAL_RATE),
     )
 
 
-def check(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> None:
-    """Refuse what is out of range before anything has changed."""
+def check_settings(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> None:
+    """Raise `OutOfRange` for settings that the camera does not accept, before anything is changed."""
     ranges = ranges_of(map_)
     ms = ValueRange(low=ranges.exposure_ns.low / 1e6, high=ranges.exposure_ns.high / 1e6)
     nodes.require_inside(who, "exposure", asked.exposure_ns / 1e6, ms, "ms")
@@ -79,24 +79,24 @@ def check(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> None:
         raise OutOfRange(f"{who}: {refused}") from None
 
 
-def write(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, who: str) -> None:
-    """Write settings that were checked."""
+def write_settings(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, who: str) -> None:
+    """Write checked settings."""
     name = nodes.format_name(map_, settings.pixel_format, who=who)
     nodes.write_choice(map_, "PixelFormat", name, who=who)
-    _wire(map_, settings, options, who=who)
+    _write_trigger(map_, settings, options, who=who)
     nodes.write_choice_if_there(map_, nodes.EXPOSURE_AUTO, nodes.AUTO_NAMES[AutoMode.OFF])
     nodes.write_number(map_, nodes.EXPOSURE_US, settings.exposure_ns / NS_PER_US)
     nodes.write_number(map_, nodes.GAIN_DB, settings.gain_db)
     nodes.write_number(map_, nodes.BLACK_LEVEL, settings.black_level)
-    nodes.switch_if_there(map_, nodes.RATE_BY_HAND, on=not settings.frame_rate_auto)
+    nodes.switch_if_there(map_, nodes.MANUAL_RATE, on=not settings.frame_rate_auto)
     if not settings.frame_rate_auto:
         nodes.write_number(map_, nodes.FRAME_RATE_HZ, settings.frame_rate_hz)
-    if settings.exposure_auto is not AutoMode.OFF:  # last: it begins where the exposure was put
+    if settings.exposure_auto is not AutoMode.OFF:  # last: it starts from the exposure written above
         nodes.write_choice(map_, nodes.EXPOSURE_AUTO, nodes.AUTO_NAMES[settings.exposure_auto], who=who)
 
 
 def read_back(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> CameraSettings:
-    """Return what the camera took; a rate that it cannot keep is the one that it can."""
+    """Return the settings in force; the rate is limited to what the camera can achieve."""
     set_hz = nodes.read_number(map_, nodes.FRAME_RATE_HZ) or asked.frame_rate_hz
     possible_hz = nodes.read_number(map_, nodes.RESULTING_RATE_HZ) or set_hz
     return CameraSettings(
@@ -112,8 +112,8 @@ def read_back(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> CameraSe
     )
 
 
-def _wire(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, who: str) -> None:
-    """Tell it what each exposure waits for, and where it shows that it exposes."""
+def _write_trigger(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, who: str) -> None:
+    """Set what starts each exposure, and the output line that signals it."""
     nodes.write_choice_if_there(map_, "TriggerSelector", "FrameStart")
     if not settings.triggered:
         nodes.write_choice_if_there(map_, "TriggerMode", "Off")
