@@ -209,11 +209,11 @@ def open_rig(
         from foveacam_hardware.sim.rig import simulated_rig
 
         return simulated_rig(config, clock=clock)
-    care = LinkSupervision(guardian=Guardian() if guarded else None, crc=Crc(config.mirrors.crc))
-    return _serial_rig(config, clock or MonotonicClock(), care)
+    supervision = LinkSupervision(guardian=Guardian() if guarded else None, crc=Crc(config.mirrors.crc))
+    return _serial_rig(config, clock or MonotonicClock(), supervision)
 
 
-def _serial_rig(config: SerialRigConfig, clock: Clock, care: LinkSupervision) -> Rig:
+def _serial_rig(config: SerialRigConfig, clock: Clock, supervision: LinkSupervision) -> Rig:
     given = config.mirrors
     mirrors = ControllerMirrors(
         usb_link(given.port, usb_id=(USB_VENDOR_ID, USB_PRODUCT_ID)),
@@ -221,7 +221,7 @@ def _serial_rig(config: SerialRigConfig, clock: Clock, care: LinkSupervision) ->
         MirrorLimits(max_v=given.max_v, bias_v=given.bias_v),
         given.low_pass_hz,
         name=given.port,
-        care=care,
+        supervision=supervision,
     )
     wide = build_camera(Role.WIDE, config.cameras.wide, clock=clock)
     left = build_camera(Role.LEFT, config.cameras.left, clock=clock)

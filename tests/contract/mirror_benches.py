@@ -50,7 +50,7 @@ class Bench:
         self.controller = controller
         self._cables = cables
         self.clock = clock
-        self.mirrors = ControllerMirrors(controller.open, clock, care=PATIENT)
+        self.mirrors = ControllerMirrors(controller.open, clock, supervision=PATIENT)
 
     @property
     def cables(self) -> RecordingCables:

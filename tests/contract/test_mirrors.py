@@ -346,7 +346,7 @@ def test_a_controller_found_enabled_is_switched_off_and_started_properly(make: M
     bench = make((2, 1, 0))
     bench.mirrors.connect()
     bench.mirrors.steer(ASIDE)
-    dialogue = bench.mirrors._dialogue
+    dialogue = bench.mirrors._requests
     assert dialogue is not None
     dialogue.session.close()  # as a host does that was killed
 
@@ -361,9 +361,9 @@ def test_a_controller_found_enabled_is_switched_off_and_started_properly(make: M
 
 def test_a_second_driver_is_told_that_the_port_is_held(controllers: Controllers) -> None:
     process = controllers.fresh(RecordingCables(), strict=False)
-    first = ControllerMirrors(process.open, MonotonicClock(), care=PATIENT)
+    first = ControllerMirrors(process.open, MonotonicClock(), supervision=PATIENT)
     first.connect()
-    second = ControllerMirrors(process.open, MonotonicClock(), care=PATIENT)
+    second = ControllerMirrors(process.open, MonotonicClock(), supervision=PATIENT)
     with pytest.raises(NotConnected, match="held by another program"):
         second.connect()
     assert "held" in (second.state.fault or "")

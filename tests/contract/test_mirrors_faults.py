@@ -218,8 +218,8 @@ def test_a_strict_controller_works_again_after_a_power_cycle_and_starts_parked()
 
 
 def test_silence_is_reported_within_a_second() -> None:
-    care = LinkSupervision()
-    answer_s, probe_s = (one + min(STALL_S, one) for one in (care.answer_s, care.probe_s))
+    supervision = LinkSupervision()
+    answer_s, probe_s = (one + min(STALL_S, one) for one in (supervision.answer_s, supervision.probe_s))
     assert answer_s + PROBES * probe_s <= 0.75
 
 
@@ -306,7 +306,7 @@ def test_park_moves_the_mirrors_at_once_while_another_thread_waits_for_its_expos
     cables = MovingCables()
     process = controllers.fresh(cables, strict=True)
     with ThreadPoolExecutor(1) as pool:
-        mirrors = ControllerMirrors(process.open, MonotonicClock(), care=PATIENT)
+        mirrors = ControllerMirrors(process.open, MonotonicClock(), supervision=PATIENT)
         mirrors.connect()
         pending = pool.submit(mirrors.expose, ASIDE, settle_us=3_000_000, pulse_us=4000)
         assert cables.moved.wait(5)

@@ -72,8 +72,8 @@ def guarded_rig(config: SerialRigConfig, *, clock: Clock | None = None, guarded:
     """Return the rig of a rig file as `open_rig` does, its cameras stood in for."""
     clock = clock or MonotonicClock()
     port = config.mirrors.port
-    care = LinkSupervision(answer_s=1.0, probe_s=0.5, guardian=Guardian() if guarded else None)
-    mirrors = WatchedMirrors(lambda: SerialLink(port), clock, name=port, care=care)
+    supervision = LinkSupervision(answer_s=1.0, probe_s=0.5, guardian=Guardian() if guarded else None)
+    mirrors = WatchedMirrors(lambda: SerialLink(port), clock, name=port, supervision=supervision)
     image = np.random.default_rng(1).integers(0, 256, SIZE, dtype=np.uint8)
     image.setflags(write=False)
 

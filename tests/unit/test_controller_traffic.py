@@ -37,7 +37,7 @@ def test_bytes_packets_and_updates_of_each_stream_are_counted() -> None:
         traffic.sent([update(0)], size=24, t_ns=millisecond * MS_NS)
         traffic.sent([update(1), update(1, 32_767)], size=48, t_ns=millisecond * MS_NS)
         traffic.received(9, millisecond * MS_NS)
-        traffic.taken(millisecond * MS_NS)
+        traffic.received_packet(millisecond * MS_NS)
 
     found = traffic.telemetry(SECOND_NS, queued_bytes=7, crc=True)
 

@@ -73,9 +73,9 @@ def test_the_link_is_looked_at_once_a_tenth_of_a_second() -> None:
     built = governor()
     look(built, TENTH_NS, Link(queued_bytes=5000))
 
-    assert not built.looks(TENTH_NS + 1)
+    assert not built.adjustment_due(TENTH_NS + 1)
     assert look(built, TENTH_NS + 50_000_000, Link(queued_bytes=5000)) == 500.0
-    assert built.looks(2 * TENTH_NS)
+    assert built.adjustment_due(2 * TENTH_NS)
 
 
 def test_a_stalled_write_counts_once() -> None:

@@ -39,13 +39,13 @@ class Rig:
 
     def __init__(
         self,
-        care: LinkSupervision | None = None,
+        supervision: LinkSupervision | None = None,
         *,
         board: Callable[[VirtualClock], DamagedBoard] = DamagedBoard,
     ) -> None:
         self.clock = VirtualClock(START_US * 1000)
         self.board = board(self.clock)
-        self.mirrors = ControllerMirrors(self.open, self.clock, care=care)
+        self.mirrors = ControllerMirrors(self.open, self.clock, supervision=supervision)
 
     def open(self) -> LoopbackLink:
         # The link asks of a far end only what the board has as well.

@@ -17,8 +17,8 @@ ASIDE = StereoVolts(left=MirrorVolts(x_v=90.0, y_v=-80.0), right=MirrorVolts(x_v
 
 def main(port: str, ending: str) -> None:
     guardian = Guardian()
-    care = LinkSupervision(guardian=guardian, answer_s=5.0)
-    mirrors = ControllerMirrors(lambda: SerialLink(port), MonotonicClock(), care=care)
+    supervision = LinkSupervision(guardian=guardian, answer_s=5.0)
+    mirrors = ControllerMirrors(lambda: SerialLink(port), MonotonicClock(), supervision=supervision)
     mirrors.connect()
     mirrors.steer(ASIDE)
     mirrors.ping()

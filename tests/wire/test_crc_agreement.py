@@ -85,7 +85,7 @@ def test_where_it_is_forbidden_it_is_not_asked_for() -> None:
 @pytest.mark.parametrize("crc", [Crc.PREFER, Crc.FORBID])
 def test_a_controller_in_the_field_hears_nothing_of_it(crc: Crc) -> None:
     controller = LoopbackController(VirtualClock(START_US * 1000), RecordingCables(), strict=True)
-    mirrors = ControllerMirrors(controller.open, controller.clock, care=LinkSupervision(crc=crc))
+    mirrors = ControllerMirrors(controller.open, controller.clock, supervision=LinkSupervision(crc=crc))
 
     mirrors.connect()
 
@@ -99,7 +99,9 @@ def test_a_controller_in_the_field_hears_nothing_of_it(crc: Crc) -> None:
 def test_where_it_is_required_a_controller_without_is_refused_with_its_rail_off() -> None:
     cables = RecordingCables()
     controller = LoopbackController(VirtualClock(START_US * 1000), cables)
-    mirrors = ControllerMirrors(controller.open, controller.clock, care=LinkSupervision(crc=Crc.REQUIRE))
+    mirrors = ControllerMirrors(
+        controller.open, controller.clock, supervision=LinkSupervision(crc=Crc.REQUIRE)
+    )
 
     with pytest.raises(DeviceFault, match=r'requires a CRC .* it offers none .* write crc = "prefer"'):
         mirrors.connect()

@@ -124,9 +124,9 @@ class BoardPort:
 def test_the_guardian_of_a_dead_host_is_understood_though_packets_carry_a_crc(left: bytes) -> None:
     keeper = PlanKeeper()
     rig = Rig()
-    care = LinkSupervision(guardian=keeper)
+    supervision = LinkSupervision(guardian=keeper)
     far_end = cast(ControllerFarEnd, rig.board)
-    mirrors = ControllerMirrors(lambda: PortOf(far_end, rig.clock), rig.clock, care=care)
+    mirrors = ControllerMirrors(lambda: PortOf(far_end, rig.clock), rig.clock, supervision=supervision)
     mirrors.connect()
     mirrors.steer(ASIDE)
     assert rig.board.crc

@@ -50,7 +50,7 @@ def test_mirrors_whose_controller_is_killed_are_dark_and_come_back_parked() -> N
     cables = RecordingCables()
     with ControllerProcess(cables) as controller:
         port, killed = Path(controller.port), controller.pid
-        mirrors = ControllerMirrors(controller.open, MonotonicClock(), care=SLOW_LINK)
+        mirrors = ControllerMirrors(controller.open, MonotonicClock(), supervision=SLOW_LINK)
         mirrors.connect()
         mirrors.steer(ASIDE)
         controller.status()  # every event before it was delivered

@@ -135,7 +135,7 @@ def test_a_driver_that_was_away_too_long_reconnects_to_mirrors_that_the_watchdog
 def test_on_a_pty_the_driver_connects_steers_exposes_parks_and_closes() -> None:
     with FirmwareProcess() as process:
         mirrors = ControllerMirrors(
-            lambda: SerialLink(process.port), MonotonicClock(), care=LinkSupervision(answer_s=5.0)
+            lambda: SerialLink(process.port), MonotonicClock(), supervision=LinkSupervision(answer_s=5.0)
         )
         mirrors.connect()
         try:
@@ -160,10 +160,11 @@ def test_on_a_pty_the_driver_connects_steers_exposes_parks_and_closes() -> None:
 HOST = """
 import sys, time
 from foveacam_hardware.contract import MirrorVolts, MonotonicClock, StereoVolts
-from foveacam_hardware.drivers.controller.guard import Care
+from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.wire.link import SerialLink
-mirrors = ControllerMirrors(lambda: SerialLink(sys.argv[1]), MonotonicClock(), care=Care(answer_s=5.0))
+link = LinkSupervision(answer_s=5.0)
+mirrors = ControllerMirrors(lambda: SerialLink(sys.argv[1]), MonotonicClock(), supervision=link)
 mirrors.connect()
 aside = MirrorVolts(x_v=100.0, y_v=0.0)
 mirrors.steer(StereoVolts(left=aside, right=aside))

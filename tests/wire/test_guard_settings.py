@@ -33,7 +33,7 @@ def test_the_watchdog_and_the_rigs_limits_are_in_force_after_the_connect() -> No
 def test_a_host_that_says_nothing_keeps_its_mirrors_on_as_long_as_it_lives() -> None:
     with FirmwareProcess() as process:
         mirrors = ControllerMirrors(
-            lambda: SerialLink(process.port), MonotonicClock(), care=LinkSupervision(answer_s=5.0)
+            lambda: SerialLink(process.port), MonotonicClock(), supervision=LinkSupervision(answer_s=5.0)
         )
         mirrors.connect()
         began_s, waiting = time.monotonic(), threading.Event()

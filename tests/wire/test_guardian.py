@@ -106,7 +106,7 @@ def test_a_host_that_is_killed_leaves_parked_mirrors_and_a_free_port(
     assert (off_ns - killed_ns) / 1e9 < 1.0
     assert cables.codes_at(off_ns) == REST
     assert controller.status().malformed == 0
-    second = ControllerMirrors(controller.open, MonotonicClock(), care=LinkSupervision(answer_s=5.0))
+    second = ControllerMirrors(controller.open, MonotonicClock(), supervision=LinkSupervision(answer_s=5.0))
     second.connect()
     second.close()
 
@@ -144,7 +144,7 @@ def test_a_port_handed_over_is_free_again_after_each_close(
     controller: ControllerProcess, guardian: Guardian
 ) -> None:
     mirrors = ControllerMirrors(
-        controller.open, MonotonicClock(), care=LinkSupervision(guardian=guardian, answer_s=5.0)
+        controller.open, MonotonicClock(), supervision=LinkSupervision(guardian=guardian, answer_s=5.0)
     )
     for _ in range(3):
         mirrors.connect()
@@ -157,7 +157,7 @@ def test_the_guardian_holds_the_port_of_a_reconnect(
     controller: ControllerProcess, guardian: Guardian
 ) -> None:
     mirrors = ControllerMirrors(
-        controller.open, MonotonicClock(), care=LinkSupervision(guardian=guardian, answer_s=5.0)
+        controller.open, MonotonicClock(), supervision=LinkSupervision(guardian=guardian, answer_s=5.0)
     )
     mirrors.connect()
     before = guardian.pid
@@ -176,7 +176,7 @@ def test_a_guardian_that_was_killed_is_replaced_at_the_next_ping(
     controller: ControllerProcess, guardian: Guardian
 ) -> None:
     mirrors = ControllerMirrors(
-        controller.open, MonotonicClock(), care=LinkSupervision(guardian=guardian, answer_s=5.0)
+        controller.open, MonotonicClock(), supervision=LinkSupervision(guardian=guardian, answer_s=5.0)
     )
     mirrors.connect()
     first = guardian.pid

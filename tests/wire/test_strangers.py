@@ -60,7 +60,7 @@ class StrangeLink:
 
 
 def refusal(answer: Callable[[bytes], bytes], identity: PortIdentity = TEENSY) -> FoveaError:
-    mirrors = ControllerMirrors(lambda: StrangeLink(answer, identity), MonotonicClock(), care=QUICK)
+    mirrors = ControllerMirrors(lambda: StrangeLink(answer, identity), MonotonicClock(), supervision=QUICK)
     with pytest.raises(FoveaError) as caught:
         mirrors.connect()
     assert mirrors.state.fault == str(caught.value)

@@ -1,6 +1,6 @@
-"""A head of two triggered foveae and a free-running wide camera, behind the contract's Head.
+"""Implements the contract's Head with two triggered foveae and a free-running wide camera.
 
-Steers and exposes by the controller, then finds the frames of that very trigger by their times.
+Steers and exposes through the controller, then identifies the frames of that trigger by their times.
 """
 
 import logging
@@ -30,15 +30,15 @@ logger = logging.getLogger(__name__)
 
 READ_TIMEOUT_MS = 1000.0
 CLOCK_TOLERANCE_NS = 2_000_000
-"""The controller's clock is mapped over a serial port: good to well under this, and far below a frame."""
-PULSE_SHARE = 2
-"""The trigger pulse ends by the middle of the exposure: the controller must never see it outlast one."""
+"""Error of the controller's clock mapped over a serial port: well below this, which is far below a frame."""
+PULSE_DIVISOR = 2
+"""The trigger pulse ends by the middle of the exposure, as it must never outlast one."""
 LONGEST_AFTER_PULSE_US = 4000
-"""And a long exposure ends this soon after the pulse: the controller gives up 5 ms after it."""
+"""Longest exposure beyond the end of the pulse: the controller gives up 5 ms after the pulse."""
 
 
 class TriggeredHead:
-    """Both foveae by one pulse, and the wide frame that was running then; one thread looks."""
+    """Exposes both foveae by one pulse and adds the wide frame of that time; used by one thread."""
 
     def __init__(
         self,
@@ -60,25 +60,25 @@ class TriggeredHead:
         self.pulse_us = pulse_us
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        """Steer, settle, expose both foveae, and return them with a wide frame not older than them."""
+        """Steer, settle and expose both foveae; return their frames with a wide frame not older than them."""
         return self._look(volts, settle_us, missing=None)
 
     def look_without(self, missing: Role, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        """As `look`, while the camera of one fovea is not there: its frame is black."""
+        """Look with one fovea's camera missing: its frame is black."""
         if missing is Role.WIDE:
             raise InvalidInput("asked to look without the wide camera: every look needs it; plug it in")
         return self._look(volts, settle_us, missing=missing)
 
     def begin(self, volts: StereoVolts, *, settle_us: int) -> PendingExposure:
-        """Begin to steer, settle and expose both foveae; what the one before saw can be read meanwhile."""
+        """Begin to steer, settle and expose both foveae; the previous frames can be read meanwhile."""
         return self._mirrors.begin_exposure(volts, settle_us=settle_us, pulse_us=self._pulse_us())
 
     def frames_of(self, receipt: ExposureReceipt) -> tuple[Frame, Frame]:
-        """Return what both foveae saw in an exposure that is over."""
+        """Return both foveae's frames of a finished exposure."""
         return self.frame_of(Role.LEFT, receipt), self.frame_of(Role.RIGHT, receipt)
 
     def frame_of(self, role: Role, receipt: ExposureReceipt) -> Frame:
-        """Return what one fovea saw in an exposure that is over."""
+        """Return one fovea's frame of a finished exposure."""
         if role is Role.LEFT:
             return self._frame(self._left, receipt, receipt.volts.left)
         if role is Role.RIGHT:
@@ -86,7 +86,7 @@ class TriggeredHead:
         raise InvalidInput("the wide camera runs freely: ask for a frame since a moment instead")
 
     def wide_since(self, t_ns: int) -> Frame:
-        """Return the newest wide frame whose `Frame.t_ns` is `t_ns` or later; wait for it if need be."""
+        """Return the newest wide frame whose `Frame.t_ns` is `t_ns` or later, waiting for it if necessary."""
         return self._wides_until(t_ns)[-1]
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
@@ -94,13 +94,13 @@ class TriggeredHead:
         return self._wide.latest(max_age_ms=max_age_ms)
 
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
-        """Set both foveae's exposure and gain, by hand; they go on where they were."""
+        """Set exposure and gain of both foveae, with automatic exposure off."""
         for camera in (self._left, self._right):
             by_hand = replace(camera.settings, exposure_auto=AutoMode.OFF)
             camera.configure(replace(by_hand, exposure_ns=exposure_ns, gain_db=gain_db))
 
     def set_low_pass(self, cutoff_hz: int) -> int:
-        """Run the drive filters at another cut-off; return the one before."""
+        """Set the cut-off of the drive filters, Hz; return the previous one."""
         before_hz = self._mirrors.low_pass_hz
         self._mirrors.set_low_pass(cutoff_hz)
         return before_hz
@@ -110,7 +110,7 @@ class TriggeredHead:
         receipt = self._mirrors.expose(
             volts, settle_us=wait_us, pulse_us=self._pulse_us(missing), without=missing
         )
-        # first: it runs freely, and soon there is a newer one
+        # wide first: it runs freely, and a newer frame would replace it soon
         wides = self._wides_until(receipt.middle_ns(exposure_ns=self._exposure_ns(missing)))
         if missing is None:
             left, right = self.frames_of(receipt)
@@ -120,8 +120,8 @@ class TriggeredHead:
         else:
             left = self.frame_of(Role.LEFT, receipt)
             right = _black(left, Role.RIGHT, receipt.volts.right)
-        # the foveae's own times, which another clock has told
-        self._follow(wides, until_ns=max(left.t_ns, right.t_ns))
+        # the foveae's times come from another clock
+        self._read_until(wides, until_ns=max(left.t_ns, right.t_ns))
         *before, wide = wides
         return Sighting(
             left=left,
@@ -134,16 +134,16 @@ class TriggeredHead:
         )
 
     def _wides_until(self, t_ns: int) -> list[Frame]:
-        """Return the wide frames that wait, oldest first; the last one is of `t_ns` or later."""
+        """Return the unread wide frames, oldest first; the last one is of `t_ns` or later."""
         frames = [self._wide.read(timeout_ms=READ_TIMEOUT_MS) for _ in range(self._wide.waiting)]
         if not frames:
             age_ms = max(0.0, (self._clock.now_ns() - t_ns) / 1e6)
             frames.append(self._wide.latest(max_age_ms=age_ms))
-        self._follow(frames, until_ns=t_ns)
+        self._read_until(frames, until_ns=t_ns)
         return frames
 
-    def _follow(self, wides: list[Frame], *, until_ns: int) -> None:
-        """Append further wide frames until one is of `until_ns` or later."""
+    def _read_until(self, wides: list[Frame], *, until_ns: int) -> None:
+        """Append wide frames until one is of `until_ns` or later."""
         while wides[-1].t_ns < until_ns:
             wides.append(self._wide.read(timeout_ms=READ_TIMEOUT_MS))
 
@@ -151,13 +151,13 @@ class TriggeredHead:
         return [camera for camera in (self._left, self._right) if camera.role is not missing]
 
     def _exposure_ns(self, missing: Role | None) -> int:
-        """Return the exposure in force, of foveae that round one differently the longer."""
+        """Return the exposure in force, the longer one where the foveae round differently."""
         return max(camera.settings.exposure_ns for camera in self._present(missing))
 
     def _pulse_us(self, missing: Role | None = None) -> int:
         cameras = self._present(missing)
         for camera in cameras:
-            _refuse_own_will(camera)
+            _require_manual_trigger(camera)
         left_ns, right_ns = cameras[0].settings.exposure_ns, cameras[-1].settings.exposure_ns
         if not same_exposure(left_ns, right_ns):
             raise InvalidInput(
@@ -165,10 +165,10 @@ class TriggeredHead:
                 f" {right_ns / 1e6:g} ms; give both the same exposure"
             )
         shorter_us, longer_us = min(left_ns, right_ns) // 1000, max(left_ns, right_ns) // 1000
-        return max(min(self.pulse_us, shorter_us // PULSE_SHARE), longer_us - LONGEST_AFTER_PULSE_US)
+        return max(min(self.pulse_us, shorter_us // PULSE_DIVISOR), longer_us - LONGEST_AFTER_PULSE_US)
 
     def _frame(self, camera: Camera, receipt: ExposureReceipt, volts: MirrorVolts) -> Frame:
-        """Return the camera's frame of this trigger; frames of earlier ones are dropped."""
+        """Return the camera's frame of this trigger; frames of earlier triggers are dropped."""
         tolerance_ns = camera.settings.exposure_ns // 2 + CLOCK_TOLERANCE_NS
         while True:
             try:
@@ -190,12 +190,12 @@ class TriggeredHead:
 
 
 def _black(other: Frame, role: Role, volts: MirrorVolts) -> Frame:
-    """Return the frame of a camera that is not there, as large as the other fovea's."""
+    """Return a black frame for a missing camera, of the other fovea's size."""
     return replace(other, image=np.zeros_like(other.image), role=role, volts=volts)
 
 
-def _refuse_own_will(camera: Camera) -> None:
-    """Raise `InvalidInput` for a fovea that exposes when, or as long as, it wants to."""
+def _require_manual_trigger(camera: Camera) -> None:
+    """Raise `InvalidInput` for a fovea that runs freely or sets its exposure itself."""
     if not camera.settings.triggered:
         raise InvalidInput(f"camera {camera.role}: it runs freely; configure it as triggered")
     if camera.settings.exposure_auto is not AutoMode.OFF:

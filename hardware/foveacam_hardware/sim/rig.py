@@ -93,7 +93,7 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         controller, link_factory = _start_controller(world, clock, strict=config.strict, inline=inline)
         cleanup.pop_all()
     mirrors = ControllerMirrors(
-        link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated", care=SLOW_LINK
+        link_factory, clock, low_pass_hz=preset.low_pass_hz, name="simulated", supervision=SLOW_LINK
     )
     wide, left, right = (SimCamera(world, role, clock=clock) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
     head = TriggeredHead(

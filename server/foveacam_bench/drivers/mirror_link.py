@@ -83,7 +83,7 @@ def _updates(*, count: int) -> dict[str, float | int | bool]:
     cables = RecordingCables()
     with ControllerProcess(cables, strict=True) as controller:
         mirrors = ControllerMirrors(
-            controller.open, MonotonicClock(), care=LinkSupervision(ceiling_hz=UNGOVERNED_HZ)
+            controller.open, MonotonicClock(), supervision=LinkSupervision(ceiling_hz=UNGOVERNED_HZ)
         )
         mirrors.connect()
         controller.status()

@@ -1,1 +1,1 @@
-"""The mirror controller behind the contract, and the guardian that parks the mirrors of a killed host."""
+"""Driver of the mirror controller, and the guardian process that parks the mirrors when the host dies."""

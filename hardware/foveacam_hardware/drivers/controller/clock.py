@@ -1,6 +1,6 @@
-"""The controller's clock on the host's: the ping with the least doubt decides.
+"""Maps the controller's clock to the host's by the ping with the smallest uncertainty.
 
-The doubt of a ping is half its round trip, plus what two crystals may have drifted apart since.
+The uncertainty of a ping is half its round trip plus the possible drift of two crystals since.
 """
 
 import threading
@@ -8,26 +8,26 @@ from collections import deque
 from dataclasses import dataclass
 
 DRIFT = 100e-6
-"""Rate difference that two crystal clocks may have (deduced: ±50 ppm each)."""
+"""Largest rate difference of two crystal clocks (deduced: ±50 ppm each)."""
 RESTART_NS = 50_000_000
-"""A step of the offset beyond all doubt by this much means that the controller has restarted."""
+"""An offset step that exceeds the uncertainties by this much means that the controller restarted."""
 DRIFT_SPAN_NS = 5_000_000_000
-"""Pings over a shorter time tell of their doubts and not of the drift (deduced: 50 µs in 5 s are 10 ppm)."""
-LEAST_DOUBT_NS = 1_000
+"""Pings over a shorter time measure their uncertainty, not the drift (deduced: 50 µs in 5 s are 10 ppm)."""
+MIN_UNCERTAINTY_NS = 1_000
 
 
 @dataclass(frozen=True, slots=True)
 class _Ping:
     middle_ns: int
-    doubt_ns: int
+    uncertainty_ns: int
     offset_ns: int
 
-    def doubt_at(self, t_ns: int) -> float:
-        return self.doubt_ns + abs(t_ns - self.middle_ns) * DRIFT
+    def uncertainty_at(self, t_ns: int) -> float:
+        return self.uncertainty_ns + abs(t_ns - self.middle_ns) * DRIFT
 
 
 class ClockMap:
-    """Pings of a running controller."""
+    """Offset and drift of the controller's clock, from recent pings; thread-safe."""
 
     def __init__(self, *, size: int = 64) -> None:
         self._pings: deque[_Ping] = deque(maxlen=size)
@@ -40,19 +40,19 @@ class ClockMap:
             return self._best(self._pings[-1].middle_ns).offset_ns if self._pings else 0
 
     def age_ns(self, t_ns: int) -> int | None:
-        """Return the time since the last ping; None before the first."""
+        """Return the time since the last ping, ns; None before the first."""
         with self._lock:
             return t_ns - self._pings[-1].middle_ns if self._pings else None
 
     @property
     def drift_ppm(self) -> float | None:
-        """How much faster the controller's clock runs; None until the pings span a time that can tell."""
+        """How much faster the controller's clock runs, ppm; None until the pings span `DRIFT_SPAN_NS`."""
         with self._lock:
             pings = list(self._pings)
         if not pings or pings[-1].middle_ns - pings[0].middle_ns < DRIFT_SPAN_NS:
             return None
         start_ns, start_offset_ns = pings[0].middle_ns, pings[0].offset_ns
-        weights = [1.0 / max(ping.doubt_ns, LEAST_DOUBT_NS) ** 2 for ping in pings]
+        weights = [1.0 / max(ping.uncertainty_ns, MIN_UNCERTAINTY_NS) ** 2 for ping in pings]
         total = sum(weights)
         mean_t = sum(w * (p.middle_ns - start_ns) for w, p in zip(weights, pings, strict=True)) / total
         mean_offset = (
@@ -65,10 +65,10 @@ class ClockMap:
             along += weight * t * t
         return (
             -across / along * 1e6
-        )  # the offset is host minus controller: it falls while that one runs ahead
+        )  # the offset is host minus controller: it falls when the latter is faster
 
     def add(self, *, sent_ns: int, received_ns: int, controller_us: int) -> bool:
-        """Take one ping; return False, and forget all others, when the controller's clock has jumped."""
+        """Add one ping; when the controller's clock has jumped, discard all others and return False."""
         middle_ns = (sent_ns + received_ns) // 2
         ping = _Ping(middle_ns, (received_ns - sent_ns + 1) // 2, middle_ns - controller_us * 1000)
         with self._lock:
@@ -83,11 +83,11 @@ class ClockMap:
         return controller_us * 1000 + self.offset_ns
 
     def _best(self, t_ns: int) -> _Ping:
-        return min(self._pings, key=lambda ping: ping.doubt_at(t_ns))
+        return min(self._pings, key=lambda ping: ping.uncertainty_at(t_ns))
 
     def _agrees(self, ping: _Ping) -> bool:
         if not self._pings:
             return True
         best = self._best(ping.middle_ns)
-        allowed_ns = best.doubt_at(ping.middle_ns) + ping.doubt_ns + RESTART_NS
+        allowed_ns = best.uncertainty_at(ping.middle_ns) + ping.uncertainty_ns + RESTART_NS
         return abs(ping.offset_ns - best.offset_ns) <= allowed_ns

@@ -1,7 +1,7 @@
-"""What stands on the mirrors: limits kept, volts turned into codes, positions put on the wire.
+"""The commanded mirror position: checks limits, converts volts to codes and sends position messages.
 
-Frames alternate between two streams, because the controller waits for the mirrors to settle only
-when a frame changes the active stream. Nothing here waits for a reply.
+Frames alternate between two streams, because the controller waits for the mirrors to settle only when a frame
+changes the active stream. Nothing here waits for a reply.
 """
 
 import threading
@@ -22,29 +22,29 @@ from foveacam_hardware.wire.controller_payloads import (
 
 STREAMS = (0, 1)
 CAMERAS_WITHOUT: Mapping[Role | None, int] = {None: 0, Role.LEFT: 4, Role.RIGHT: 2}
-"""Mask of the cameras to be exposed, by the fovea that has none."""
+"""Camera mask of a frame request, by the fovea without a camera."""
 
 
 class CommandedPosition:
-    """The mirrors' position, as commanded; one writer at a time, for no longer than a write."""
+    """The last commanded position of both mirrors; writers are serialised for the time of a write."""
 
     def __init__(self, limits: MirrorLimits) -> None:
         self._limits = limits
         self._lock = threading.Lock()
         self._streaming = False
-        self._active: int | None = None  # the stream on the mirrors; None = not known
+        self._active: int | None = None  # the stream that drives the mirrors; None = not known
         self._since_ns: int | None = None
-        self._unconfirmed: set[int] = set()  # streams told something that nobody acknowledged
+        self._unconfirmed: set[int] = set()  # streams with silent updates since the last acknowledgement
         self.bias_code = bias_code(limits)
         self.volts = PARKED
 
     @property
     def rest_codes(self) -> MirrorCodes:
-        """The codes of a parked mirror."""
+        """DAC codes of a parked mirror."""
         return self.bias_code, self.bias_code, self.bias_code, self.bias_code
 
     def restart(self, *, streaming: bool) -> None:
-        """Begin at rest, on a controller that has streams or has only ACTUATE."""
+        """Reset to the parked position, for a controller with streams or with ACTUATE only."""
         with self._lock:
             self._streaming = streaming
             self._active = STREAMS[0]  # the first created becomes active
@@ -53,25 +53,25 @@ class CommandedPosition:
             self.volts = PARKED
 
     @property
-    def tracked(self) -> bool:
-        """Whether it is known which stream stands on the mirrors."""
+    def stream_known(self) -> bool:
+        """Whether it is known which stream drives the mirrors."""
         return self._active is not None
 
-    def lose_track(self) -> None:
-        """Assume nothing of which stream stands on the mirrors; positions go to both until a frame tells."""
+    def forget_stream(self) -> None:
+        """Treat the active stream as unknown; positions go to both streams until the next frame."""
         with self._lock:
             self._active = None
             self._since_ns = None
 
     def check(self, volts: StereoVolts) -> None:
-        """Raise `OutOfRange` for a position that must not be sent."""
+        """Raise `OutOfRange` for a position beyond the limits."""
         with self._lock:
             check_limits(volts, before=self.volts, limits=self._limits)
 
     def steer(
         self, session: ControllerSession, volts: StereoVolts, *, t_ns: int
     ) -> tuple[StereoVolts, PendingReply | None]:
-        """Put a position on the wire; return the volts really set, and a reply to wait for, if any."""
+        """Send a position; return the volts actually set and the reply to wait for, if any."""
         with self._lock:
             left, right, actual = self._codes(volts)
             reply = self._send(session, left, right)
@@ -80,9 +80,10 @@ class CommandedPosition:
             return actual, reply
 
     def park(self, session: ControllerSession) -> list[PendingReply]:
-        """Put both mirrors to rest, in every stream they may follow; return the replies to be.
+        """Park both mirrors in every stream; return the pending replies.
 
-        No limit applies. Sent twice where it is silent: a lost byte takes two packets along at most.
+        No limit applies. Streams are sent it silently first and then with replies: one lost byte destroys two
+        packets at most.
         """
         with self._lock:
             messages = self.rest_messages(streaming=self._streaming)
@@ -96,7 +97,7 @@ class CommandedPosition:
             return replies
 
     def rest_messages(self, *, streaming: bool) -> tuple[Message, ...]:
-        """Return what puts both mirrors to rest, on a controller that has streams or has only ACTUATE."""
+        """Return the messages that park both mirrors, for a controller with streams or with ACTUATE only."""
         rest = self.rest_codes
         if not streaming:
             order = ActuateCommand(left=rest, right=rest, settle_us=0)
@@ -105,9 +106,9 @@ class CommandedPosition:
         return (*once, *once)
 
     def confirm(self, session: ControllerSession) -> list[PendingReply]:
-        """Say again, with replies to wait for, what was put on the wire without any since the last time.
+        """Repeat, with replies, the last position of every stream with silent updates since the last call.
 
-        Nobody hears of a silent update that was lost; where it was not, this one changes nothing.
+        The loss of a silent update goes unnoticed; if none was lost, the repetition changes nothing.
         """
         with self._lock:
             streams = sorted(self._unconfirmed)
@@ -127,11 +128,11 @@ class CommandedPosition:
         without: Role | None,
         t_ns: int,
     ) -> tuple[StereoVolts, PendingReply, PendingReply]:
-        """Put a position and a frame request on the wire in one write; return both replies to be."""
+        """Send a position and a frame request in one write; return the volts set and both pending replies."""
         with self._lock:
             left, right, actual = self._codes(volts)
-            settled = self._settled(actual, settle_us=settle_us, t_ns=t_ns)
-            stream = self._active if settled and self._active is not None else self._other()
+            settled = self._is_settled(actual, settle_us=settle_us, t_ns=t_ns)
+            stream = self._active if settled and self._active is not None else self._inactive_stream()
             cameras = CAMERAS_WITHOUT[without]
             order = FrameRequest(stream=stream, cameras=cameras, pulse_us=pulse_us, settle_us=settle_us)
             update, frame = session.begin(
@@ -144,8 +145,8 @@ class CommandedPosition:
             self.volts = actual
             return actual, update, frame
 
-    def _settled(self, actual: StereoVolts, *, settle_us: int, t_ns: int) -> bool:
-        """Tell whether the mirrors have stood at `actual` for the settling time already."""
+    def _is_settled(self, actual: StereoVolts, *, settle_us: int, t_ns: int) -> bool:
+        """Return whether the mirrors have been at `actual` for the settling time already."""
         return (
             self._active is not None
             and self._since_ns is not None
@@ -153,7 +154,7 @@ class CommandedPosition:
             and t_ns - self._since_ns >= settle_us * 1000
         )
 
-    def _other(self) -> int:
+    def _inactive_stream(self) -> int:
         return STREAMS[1] if self._active == STREAMS[0] else STREAMS[0]
 
     def _codes(self, volts: StereoVolts) -> tuple[MirrorCodes, MirrorCodes, StereoVolts]:

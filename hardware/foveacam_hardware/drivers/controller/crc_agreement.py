@@ -1,7 +1,7 @@
-"""Whether packets carry a CRC: asked for at the connect where the firmware offers one.
+"""Negotiates a CRC on the packets when connecting, with firmware that offers one.
 
-A controller in the field has none and is told nothing of it. The acknowledgement brings it into force on both
-sides; what ends it is a plain packet that opens a conversation (firmware/README.md).
+Controllers in the field do not offer it and are never asked. The acknowledgement puts it in force on both
+sides; a plain packet that opens a conversation ends it (firmware/README.md).
 """
 
 import logging
@@ -20,23 +20,23 @@ _ON = pack_guard(GuardItem.CHECK, 1)
 
 
 class Crc(StrEnum):
-    """What the rig file wants."""
+    """The rig file's choice."""
 
     PREFER = "prefer"
-    """With a CRC where the firmware offers one."""
+    """Use a CRC where the firmware offers one."""
     REQUIRE = "require"
-    """Not without."""
+    """Refuse to connect without one."""
     FORBID = "forbid"
 
 
-def agree_on_crc(dialogue: ControllerRequests, controller: IdentifiedController, wanted: Crc) -> None:
-    """Bring a CRC into force, if it is wanted and offered; raise `DeviceFault` if it is required and is not.
+def agree_on_crc(requests: ControllerRequests, controller: IdentifiedController, wanted: Crc) -> None:
+    """Negotiate a CRC if wanted and offered; raise `DeviceFault` if it is required and not available.
 
-    Afterwards both sides do the same: a question with a CRC was answered, or a plain one.
+    Afterwards both sides are in the same mode: a request in that mode was answered.
     """
     if wanted is Crc.FORBID:
         return
-    why = _refused(dialogue) if controller.has_guard else "it offers none"
+    why = _request_crc(requests) if controller.has_guard else "it offers none"
     if why is None:
         return
     if wanted is Crc.REQUIRE:
@@ -48,13 +48,13 @@ def agree_on_crc(dialogue: ControllerRequests, controller: IdentifiedController,
     logger.debug("controller: no CRC: %s", why)
 
 
-def _refused(dialogue: ControllerRequests) -> str | None:
-    """Ask for a CRC; return why there will be none, or None when it is in force."""
+def _request_crc(requests: ControllerRequests) -> str | None:
+    """Request a CRC; return why it is not in force, or None when it is."""
     why = ""
     for _ in range(HANDSHAKE_TRIES):
         try:
-            dialogue.wait(dialogue.session.begin_crc((PacketMethod.SET, PacketProperty.GUARD, _ON)))
-            answer = dialogue.ask(
+            requests.wait(requests.session.begin_crc((PacketMethod.SET, PacketProperty.GUARD, _ON)))
+            answer = requests.ask(
                 PacketMethod.GET, PacketProperty.GUARD, pack_u8(GuardItem.CHECK)
             ).packet.payload
         except ControllerRefusal as refusal:
@@ -67,6 +67,6 @@ def _refused(dialogue: ControllerRequests) -> str | None:
             if answer == _ON:
                 return None
             why = f"it answered {answer.hex(' ')}"
-        dialogue.session.speak_plainly()
-        dialogue.version()  # whatever the controller believed to be agreed on, this ends it
+        requests.session.disable_crc()
+        requests.version()  # a plain packet ends the CRC on the controller's side too
     return why

@@ -1,6 +1,6 @@
-"""What parks the mirrors when this program fails: a guardian, and the firmware's own watchdog and limits.
+"""Protection of the mirrors when this program fails: guardian process, firmware watchdog and limits.
 
-Both are optional: a controller in the field has no watchdog, and a script may want no second process.
+Both are optional: controllers in the field have no watchdog, and a script may not want a second process.
 """
 
 from dataclasses import dataclass
@@ -22,36 +22,39 @@ from foveacam_hardware.wire.controller_payloads import (
 from foveacam_hardware.wire.guardian import ParkingPlan
 
 WATCHDOG_MS = 800
-"""The firmware parks after so long without a packet; with its park time, within a second."""
-BEAT_NS = 200_000_000
-"""A quarter of it: three packets may be lost."""
-_MOST = {GuardItem.LARGEST_CODE: 57_343, GuardItem.LARGEST_DIFFERENCE: 55_705}
-"""What the firmware allows at most, compiled in: narrower can be set, wider not."""
-PLAINLY = 2 * encode_packet(Packet(PacketMethod.NOP, PacketProperty.NONE, SILENT))
-"""Ends a CRC that was agreed on: a guardian speaks without. Twice: a half packet takes the first along."""
+"""Time without a packet after which the firmware parks; with its parking time, within a second."""
+KEEP_ALIVE_NS = 200_000_000
+"""Period of keep-alive packets, a quarter of the watchdog time: three packets may be lost."""
+_FIRMWARE_LIMITS = {GuardItem.LARGEST_CODE: 57_343, GuardItem.LARGEST_DIFFERENCE: 55_705}
+"""Limits compiled into the firmware; narrower ones can be set, wider ones cannot."""
+CRC_END = 2 * encode_packet(Packet(PacketMethod.NOP, PacketProperty.NONE, SILENT))
+"""Ends a negotiated CRC, which a guardian does not use. Sent twice: a partial packet destroys the first."""
 SETTLE_MS_HZ = 1548
-"""Time that the drive filter takes for the whole stroke, times its cut-off: 13 ms at 120 Hz."""
+"""Settling time of the drive filter over the full stroke times its cut-off: 13 ms at 120 Hz."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkSupervision:
-    """How the link is looked after.
+    """Deadlines, update rate and protection of the controller's link.
 
-    `answer_s`: for an answer; `probe_s`: for each of the questions that follow silence. With the defaults a
-    controller that has stopped is reported within 0.75 s. `ceiling_hz`: most position updates a second.
+    `answer_s`: deadline of an answer; `probe_s`: deadline of each request that follows silence. With the
+    defaults a controller that has stopped is reported within 0.75 s. `ceiling_hz`: highest rate of position
+    updates.
     """
 
     answer_s: float = 0.25
     probe_s: float = 0.15
     ceiling_hz: float = CEILING_HZ
     guardian: Guardian | None = None
-    """Who parks the mirrors when this process is killed; the driver closes it."""
+    """Parks the mirrors when this process is killed; closed by the driver."""
     crc: Crc = Crc.PREFER
-    """Whether packets shall carry a CRC."""
+    """Whether to negotiate a CRC."""
 
 
-def set_watch(dialogue: ControllerRequests, controller: IdentifiedController, limits: MirrorLimits) -> None:
-    """Give a firmware that has them its watchdog time and this rig's limits, and keep it fed; rail off."""
+def set_watchdog(
+    requests: ControllerRequests, controller: IdentifiedController, limits: MirrorLimits
+) -> None:
+    """Set watchdog time and limits of a firmware that has them, with the rail off; start the keep-alive."""
     if not controller.has_guard:
         return
     half_v = limits.max_v / 2
@@ -61,56 +64,56 @@ def set_watch(dialogue: ControllerRequests, controller: IdentifiedController, li
         GuardItem.LARGEST_DIFFERENCE: _code(limits.max_v) + 1,
     }
     for item, value in wanted.items():
-        value = min(value, _MOST.get(item, value))
+        value = min(value, _FIRMWARE_LIMITS.get(item, value))
         order = pack_guard(item, value)
-        answer = dialogue.ask(PacketMethod.SET, PacketProperty.GUARD, order).packet.payload
+        answer = requests.ask(PacketMethod.SET, PacketProperty.GUARD, order).packet.payload
         if answer != order:
             raise DeviceFault(
                 f"controller: its guard took {answer.hex(' ')} for {item.name}, not {value};"
                 " update the firmware"
             )
-    dialogue.session.beat(BEAT_NS)
+    requests.session.keep_alive(KEEP_ALIVE_NS)
 
 
 class SessionGuard:
-    """Who watches over the session in force; without a guardian, the firmware or nobody."""
+    """The guardian of the current session; without one, only the firmware can park the mirrors."""
 
     def __init__(self, guardian: Guardian | None) -> None:
         self._guardian = guardian
 
-    def watches(self, controller: IdentifiedController) -> bool:
-        """Tell whether the mirrors of this controller are parked when this process is killed."""
+    def protects(self, controller: IdentifiedController) -> bool:
+        """Return whether the mirrors of this controller are parked when this process is killed."""
         return controller.has_guard or (self._guardian is not None and self._guardian.watching)
 
-    def keep(
+    def hand_over(
         self,
-        dialogue: ControllerRequests,
+        requests: ControllerRequests,
         controller: IdentifiedController,
         *,
-        targets: CommandedPosition,
+        position: CommandedPosition,
         low_pass_hz: int,
     ) -> None:
-        """Have the guardian hold the open port, again when it has died; a link without a port has none."""
-        file = dialogue.session.file
+        """Hand the open port to the guardian, again when that has died; skip a link without a port."""
+        file = requests.session.file
         if self._guardian is None or self._guardian.watching or file is None:
             return
-        messages = targets.rest_messages(streaming=controller.has_frames)
+        messages = position.rest_messages(streaming=controller.has_frames)
         rest = b"".join(
             encode_packet(Packet(method, prop, SILENT, payload)) for method, prop, payload in messages
         )
         if controller.has_guard:
-            rest = PLAINLY + rest
+            rest = CRC_END + rest
         settle_ms = round(SETTLE_MS_HZ / low_pass_hz)
-        plan = ParkingPlan(port=str(dialogue.session.identity), rest=rest, settle_ms=settle_ms)
+        plan = ParkingPlan(port=str(requests.session.identity), rest=rest, settle_ms=settle_ms)
         self._guardian.guard(file, plan)
 
     def release(self) -> None:
-        """Have the port released: before it is closed here, or it stays locked."""
+        """Make the guardian release the port; needed before closing it here, or it stays locked."""
         if self._guardian is not None:
             self._guardian.release()
 
     def close(self) -> None:
-        """End the guardian."""
+        """End the guardian process."""
         if self._guardian is not None:
             self._guardian.close()
 

@@ -1,7 +1,6 @@
-"""The host's side of its guardian: starts it, hands the open port over, asks for its release.
+"""The host's side of the guardian process: starts it, hands the open port over, requests its release.
 
-The guardian is another process. It parks the mirrors when this one dies by any means; while this one lives
-it only keeps the port open.
+The guardian parks the mirrors when this process dies by any means; until then it only keeps the port open.
 """
 
 import contextlib
@@ -31,7 +30,7 @@ END_TIMEOUT_S = 3.0
 class Guardian:
     """A guardian for one port at a time; its process starts with the first hand-over.
 
-    A guardian that cannot be had costs no move: it is logged, and `watching` says so.
+    A failure to start it blocks nothing: it is logged, and `watching` stays False.
     """
 
     def __init__(self) -> None:
@@ -42,27 +41,27 @@ class Guardian:
 
     @property
     def watching(self) -> bool:
-        """Whether a port is in its hands now."""
+        """Whether it runs and holds a port."""
         process = self._process
         return self._holds and process is not None and process.poll() is None
 
     @property
     def pid(self) -> int | None:
-        """Its process id."""
+        """Process id; None when not running."""
         return None if self._process is None else self._process.pid
 
     def guard(self, file: int, plan: ParkingPlan) -> None:
-        """Hand an open port over, in the place of any before; a guardian that died is replaced."""
+        """Hand an open port over, replacing any previous one; start a new process if the last one died."""
         with self._lock:
             for _ in range(2):
-                if self._handed_over(GuardRequest(file=file, plan=plan)):
+                if self._hand_over(GuardRequest(file=file, plan=plan)):
                     self._holds = True
                     return
                 self._end()
         logger.error("the guardian does not start: nobody parks the mirrors if this program is killed")
 
     def release(self) -> None:
-        """Make it close the port, so that the next open finds it free; harmless when it holds none."""
+        """Make it close the port, so that it can be opened again; do nothing when it holds none."""
         with self._lock:
             if not self._holds or self._connection is None:
                 return
@@ -75,12 +74,12 @@ class Guardian:
             self._end(by_force=True)
 
     def close(self) -> None:
-        """Release the port and end the process; harmless when ended."""
+        """Release the port and end the process; do nothing when ended."""
         self.release()
         with self._lock:
             self._end()
 
-    def _handed_over(self, order: GuardRequest) -> bool:
+    def _hand_over(self, order: GuardRequest) -> bool:
         if self._connection is None:
             self._start()
         connection = self._connection
@@ -103,7 +102,7 @@ class Guardian:
                     pass_fds=(theirs.fileno(),),
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,
-                    start_new_session=True,  # Ctrl-C and a closed terminal are the host's
+                    start_new_session=True,  # Ctrl-C and a closing terminal must reach the host only
                 )
             except OSError:
                 logger.exception("the guardian could not be started")

@@ -1,4 +1,4 @@
-"""Brings a controller to rest for a host that is gone: bias on both mirrors, then the rail off, verified."""
+"""Parks a controller whose host is gone: bias on both mirrors, then rail off, verified."""
 
 import time
 from dataclasses import dataclass
@@ -17,35 +17,35 @@ from foveacam_hardware.wire.guardian import ParkingPlan
 from foveacam_hardware.wire.open_file import OpenPort
 
 BUDGET_S = 0.9
-"""In all; the mirrors shall be off within a second."""
+"""Total time; the mirrors must be off within a second."""
 ANSWER_S = 0.12
 FIRST_SEQUENCE = 0xFF00
-"""Far from the numbers that a host has reached in most sessions; a reply to it would do no harm."""
+"""Far from the numbers that a host reaches in most sessions; a reply meant for the host would do no harm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParkingOutcome:
-    """How it ended."""
+    """Result of parking."""
 
     rail_off: bool
     detail: str
 
 
 def park_and_disable(port: OpenPort, plan: ParkingPlan) -> ParkingOutcome:
-    """Park, let the mirrors settle, and switch the rail off; ask again while nothing answers.
+    """Park, let the mirrors settle, and switch the rail off; repeat while nothing answers.
 
-    The host may have died in the middle of a packet: the delimiter of our first one ends it, and takes that
-    one with it. So everything is said twice at least.
+    The host may have died in the middle of a packet, which our first packet then completes and is lost with.
+    So everything is sent at least twice.
     """
     deadline_s = time.monotonic() + BUDGET_S
-    conversation = _Conversation(port)
+    rail = _EnableRequests(port)
     try:
         port.write(plan.rest)
         port.wait(min(plan.settle_ms * 1e-3, 0.1))
         tries = 0
         while time.monotonic() < deadline_s:
             tries += 1
-            if conversation.switch_off():
+            if rail.switch_off():
                 return ParkingOutcome(rail_off=True, detail=f"mirrors parked, rail off (asked {tries} times)")
             port.write(plan.rest)
     except OSError as failure:
@@ -56,8 +56,8 @@ def park_and_disable(port: OpenPort, plan: ParkingPlan) -> ParkingOutcome:
     )
 
 
-class _Conversation:
-    """Requests and their replies, everything else ignored."""
+class _EnableRequests:
+    """Requests of the ENABLE property and their replies; everything else is ignored."""
 
     def __init__(self, port: OpenPort) -> None:
         self._port = port
@@ -65,7 +65,7 @@ class _Conversation:
         self._sequence = FIRST_SEQUENCE
 
     def switch_off(self) -> bool:
-        """Switch the rail off; tell whether the controller says that it is."""
+        """Switch the rail off; return whether the controller confirms that it is."""
         off = self._ask(PacketMethod.SET, pack_u8(0))
         return off == pack_u8(0) and self._ask(PacketMethod.GET) == pack_u8(0)
 

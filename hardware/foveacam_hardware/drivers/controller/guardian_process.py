@@ -1,8 +1,7 @@
-"""The guardian: holds the controller's open port, does nothing, and parks the mirrors when the host is gone.
+"""The guardian process: holds the controller's open port and parks the mirrors when the host is gone.
 
-`python -m foveacam_hardware.drivers.controller.guardian_process --socket FD --host PID`, as started by
-`guardian.Guardian`.
-It waits on the host's death without polling, sends nothing before, and gives the port back at its end.
+`python -m foveacam_hardware.drivers.controller.guardian_process --socket FD --host PID`, started by
+`guardian.Guardian`. It waits for the host's death without polling and sends nothing before.
 """
 
 import argparse
@@ -26,48 +25,48 @@ logger = logging.getLogger("foveacam.guardian")
 
 
 class GuardedPort:
-    """The port that is watched over now, if any."""
+    """The port that the guardian holds, if any."""
 
     def __init__(self) -> None:
         self._held: tuple[OpenPort, GuardRequest] | None = None
 
-    def obey(self, connection: socket.socket) -> None:
-        """Take one message of the host's; raise `HostGone` after its last."""
+    def handle_message(self, connection: socket.socket) -> None:
+        """Receive one message of the host and carry it out; raise `HostGone` after the last one."""
         order = receive(connection)
-        self.give_back()
+        self.release()
         if isinstance(order, GuardRequest):
             self._held = OpenPort(order.file), order
         answer(connection)
 
-    def give_back(self) -> None:
-        """Close what is held; harmless when nothing is."""
+    def release(self) -> None:
+        """Close the held port; do nothing when none is held."""
         if self._held is not None:
             self._held[0].close()
             self._held = None
 
-    def relieve(self) -> None:
-        """The host is gone: bring to rest what it left, and give the port back."""
+    def park(self) -> None:
+        """Park the mirrors on the held port of a host that is gone, and release the port."""
         if self._held is None:
             return
         port, order = self._held
         parking = park_and_disable(port, order.plan)
-        self.give_back()
-        # Last: whoever reads these messages may be gone too, and a full pipe would keep the mirrors waiting.
+        self.release()
+        # Logged last: the reader of the log may be gone too, and a full pipe would delay parking.
         level = logging.WARNING if parking.rail_off else logging.ERROR
         logger.log(level, "the host is gone; %s: %s", order.plan.port, parking.detail)
 
 
 def watch(connection: socket.socket, host_pid: int) -> None:
-    """Serve one host until it is gone, and then in its place once."""
-    post = GuardedPort()
+    """Serve one host until it is gone, then park."""
+    port = GuardedPort()
     process = watch_process(host_pid)
     try:
         while True:
             if wait_for_message_or_exit(connection, process):
-                connection.setblocking(False)  # its last words are in the socket, or there are none
-            post.obey(connection)
+                connection.setblocking(False)  # its last messages are in the socket already
+            port.handle_message(connection)
     except (HostGone, BlockingIOError):
-        post.relieve()
+        port.park()
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -78,7 +77,7 @@ def main(arguments: list[str] | None = None) -> int:
     given = options.parse_args(arguments)
     logging.basicConfig(level=logging.WARNING, format="guardian: %(message)s")
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # what ends the host must not end its guardian first
+        signal.signal(number, signal.SIG_IGN)  # a signal that ends the host must not end its guardian first
     with socket.socket(fileno=given.socket) as connection:
         watch(connection, given.host)
     return 0

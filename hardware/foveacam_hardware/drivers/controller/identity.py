@@ -1,4 +1,4 @@
-"""Who answers on the controller's port: the controller and its firmware, or somebody else, in a sentence."""
+"""Identifies what answers on the controller's port: a supported controller, or why it is not one."""
 
 from dataclasses import dataclass
 
@@ -12,8 +12,8 @@ FIRST_WITH_CLOCK = (1, 1, 0)
 FIRST_WITH_FRAMES = (2, 0, 0)
 FIRST_WITH_RECOVERY = (2, 1, 0)
 GUARD_SUFFIX = " +guard"
-"""Ends the name of a firmware that watches over its host."""
-_VOICES = (
+"""Suffix of the name of a firmware with watchdog and limits."""
+_OTHER_DEVICES = (
     (("OK", "ERROR", "NO CARRIER", "+CME", "RING"), "a modem answers there"),
     (("Grbl",), "a Grbl board answers there, as of a pan-tilt"),
     (("login:", "Password:", "$ ", "# ", "U-Boot"), "a console answers there"),
@@ -23,14 +23,14 @@ _VOICES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IdentifiedController:
-    """A controller that this driver can use."""
+    """A controller that this driver supports."""
 
     name: str
     version: tuple[int, int, int]
 
     @property
     def has_clock(self) -> bool:
-        """Whether it tells its time."""
+        """Whether its clock can be read."""
         return self.version >= FIRST_WITH_CLOCK
 
     @property
@@ -40,7 +40,7 @@ class IdentifiedController:
 
     @property
     def has_recovery(self) -> bool:
-        """Whether it can start its DACs anew."""
+        """Whether it can restart its DACs."""
         return self.version >= FIRST_WITH_RECOVERY
 
     @property
@@ -49,43 +49,43 @@ class IdentifiedController:
         return self.name.endswith(GUARD_SUFFIX)
 
     def info(self, *, serial: str, port: str = "") -> DeviceInfo:
-        """Return it as the contract's."""
+        """Return the contract's value type."""
         text = ".".join(map(str, self.version))
         return DeviceInfo(vendor="FoveaCam", model=self.name, serial=serial, version=text, port=port)
 
 
 UNKNOWN = IdentifiedController(name="mirror controller", version=(0, 0, 0))
-"""Before any has answered."""
+"""Placeholder before any controller has answered."""
 
 
-def identify_controller(dialogue: ControllerRequests) -> IdentifiedController:
-    """Ask who answers; raise `NotConnected` or `DeviceFault` when it is nobody that this driver can use."""
-    session = dialogue.session
+def identify_controller(requests: ControllerRequests) -> IdentifiedController:
+    """Identify the controller; raise `NotConnected` or `DeviceFault` when it is not a supported one."""
+    session = requests.session
     try:
-        version = dialogue.version()
+        version = requests.version()
     except (Timeout, BadPacket) as failure:
-        raise _nobody(session, failure) from failure
+        raise _unidentified(session, failure) from failure
     known = f"{FIRST_KNOWN_MAJOR}.0 to {LAST_KNOWN_MAJOR}.x"
     found = f"controller: firmware {version[0]}.{version[1]}"
     if version[0] > LAST_KNOWN_MAJOR:
         raise DeviceFault(f"{found} is newer than this driver ({known}); update the software")
     if version[0] < FIRST_KNOWN_MAJOR:
         raise DeviceFault(f"{found} is older than this driver knows ({known}); update the firmware")
-    return IdentifiedController(name=dialogue.name(), version=version)
+    return IdentifiedController(name=requests.name(), version=version)
 
 
-def _nobody(session: ControllerSession, failure: FoveaError) -> FoveaError:
-    """Return what is known of an answer that was none of the controller's."""
+def _unidentified(session: ControllerSession, failure: FoveaError) -> FoveaError:
+    """Return the error for a port on which no controller answers, with what is known of it."""
     port = session.identity
     wrong_port = "; correct mirrors.port in the rig file"
-    if session.echoes:
+    if session.is_echoed:
         return NotConnected(
             f"serial port {port}: it sends back what it is told, as a modem or a terminal does, and no"
             f" mirror controller{wrong_port}"
         )
-    if session.strange:
+    if session.unrecognised:
         return NotConnected(
-            f"serial port {port}: {_voice(session.strange)}, no mirror controller{wrong_port}"
+            f"serial port {port}: {_describe_device(session.unrecognised)}, no mirror controller{wrong_port}"
         )
     expected = (USB_VENDOR_ID, USB_PRODUCT_ID)
     if port.usb_id is not None and port.usb_id != expected:
@@ -96,9 +96,9 @@ def _nobody(session: ControllerSession, failure: FoveaError) -> FoveaError:
     return Timeout(f"serial port {port}: {failure}")
 
 
-def _voice(said: bytes) -> str:
+def _describe_device(said: bytes) -> str:
     text = said.decode("ascii", "replace")
-    for words, who in _VOICES:
+    for words, who in _OTHER_DEVICES:
         if any(word in text for word in words):
             return f"{who} ({_shown(said)})"
     return f"something else answers there ({_shown(said)})"
@@ -106,5 +106,5 @@ def _voice(said: bytes) -> str:
 
 def _shown(said: bytes) -> str:
     lines = said.decode("ascii", "replace").split()
-    text = " ".join(dict.fromkeys(lines))  # what it repeats at each of our requests, once
+    text = " ".join(dict.fromkeys(lines))  # text repeated at each of our requests is shown once
     return repr(text) if text and text.isprintable() and "\ufffd" not in text else said[:16].hex(" ")

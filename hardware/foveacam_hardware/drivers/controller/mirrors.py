@@ -1,7 +1,7 @@
-"""The mirror controller: the pair of mirrors and the trigger lines as `contract.Mirrors`.
+"""The mirror controller as `contract.Mirrors`: both mirrors and the trigger lines.
 
-Keeps the order of start-up. Packets and the reader thread are `session`'s, verified settings
-`dialogue`'s, positions `targets`', faults of the wire `recovery`'s.
+Defines the order of start-up. Packets and the reader thread are left to `session`, verified settings to
+`requests`, positions to `commanded_position`, link faults to `recovery`.
 """
 
 import functools
@@ -27,10 +27,10 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.drivers.controller.commanded_position import STREAMS, CommandedPosition
 from foveacam_hardware.drivers.controller.crc_agreement import agree_on_crc
-from foveacam_hardware.drivers.controller.exposure import ExposureUnderWay, check_times, longest_s
-from foveacam_hardware.drivers.controller.guard import LinkSupervision, SessionGuard, set_watch
+from foveacam_hardware.drivers.controller.exposure import ExposureUnderWay, check_times, timeout_s
+from foveacam_hardware.drivers.controller.guard import LinkSupervision, SessionGuard, set_watchdog
 from foveacam_hardware.drivers.controller.identity import UNKNOWN, identify_controller
-from foveacam_hardware.drivers.controller.recovery import LinkRecovery, switched_off, undone
+from foveacam_hardware.drivers.controller.recovery import LinkRecovery, switch_off, undo_start
 from foveacam_hardware.drivers.controller.replies import ControllerRefusal
 from foveacam_hardware.drivers.controller.requests import ControllerRequests
 from foveacam_hardware.drivers.controller.session import ControllerSession
@@ -45,7 +45,7 @@ CLOCK_PINGS = 10
 CLOCK_MAX_AGE_NS = 2_000_000_000
 LOG_INFO = 3
 CLOSE_TRIES = 2
-"""A lost packet must not leave the rail on when nobody is there any more."""
+"""Attempts to switch the rail off when closing, as one packet may be lost."""
 
 
 class ControllerMirrors:
@@ -59,68 +59,68 @@ class ControllerMirrors:
         low_pass_hz: int = 120,
         *,
         name: str = "controller",
-        care: LinkSupervision | None = None,
+        supervision: LinkSupervision | None = None,
     ) -> None:
         self._link_factory = link_factory
         self._clock = clock
         self._limits = limits or MirrorLimits()
         self._low_pass_hz = low_pass_hz
         self._info = DeviceInfo(vendor="FoveaCam", model="mirror controller", serial=name)
-        self._care = care or LinkSupervision()
-        self._watch = SessionGuard(self._care.guardian)
+        self._supervision = supervision or LinkSupervision()
+        self._guard = SessionGuard(self._supervision.guardian)
         self._controller = UNKNOWN
-        self._procedure = threading.RLock()  # connect, close, enable, disable, expose: one at a time
-        self._targets = CommandedPosition(self._limits)
-        self._dialogue: ControllerRequests | None = None
+        self._procedure = threading.RLock()  # serialises connect, close, enable, disable and expose
+        self._position = CommandedPosition(self._limits)
+        self._requests: ControllerRequests | None = None
         self._clock_map: ClockMap | None = None
         self._enabled = False
-        self._pace = SteeringPacer(UpdateRateGovernor(ceiling_hz=self._care.ceiling_hz), clock)
+        self._pacer = SteeringPacer(UpdateRateGovernor(ceiling_hz=self._supervision.ceiling_hz), clock)
         self._recovery = LinkRecovery(
-            self._targets, enabled=lambda: self._enabled, probe_s=self._care.probe_s
+            self._position, enabled=lambda: self._enabled, probe_s=self._supervision.probe_s
         )
 
     @property
     def info(self) -> DeviceInfo:
-        """Who the controller is."""
+        """Identity of the controller."""
         return self._info
 
     @property
     def limits(self) -> MirrorLimits:
-        """What is refused above the wire."""
+        """Limits beyond which commands are refused."""
         return self._limits
 
     @property
     def state(self) -> MirrorState:
-        """What is known of the controller; after a fault, the volts last commanded."""
-        dialogue = self._dialogue
-        failure = dialogue.session.failure if dialogue else None
-        connected = dialogue is not None and failure is None
+        """State of the controller; `volts` are the last commanded ones, also after a fault."""
+        requests = self._requests
+        failure = requests.session.failure if requests else None
+        connected = requests is not None and failure is None
         return MirrorState(
             connected=connected,
             enabled=connected and self._enabled,
-            volts=self._targets.volts,
+            volts=self._position.volts,
             fault=self._recovery.fault or (str(failure) if failure else None),
-            guarded=connected and self._watch.watches(self._controller),
+            guarded=connected and self._guard.protects(self._controller),
         )
 
     @property
     def telemetry(self) -> LinkTelemetry:
-        """Traffic since the last `connect`."""
-        dialogue, clock_map = self._dialogue, self._clock_map
-        if dialogue is None:
+        """Traffic and timing since the last `connect`."""
+        requests, clock_map = self._requests, self._clock_map
+        if requests is None:
             return NO_TRAFFIC
         return replace(
-            dialogue.session.telemetry(),
+            requests.session.telemetry(),
             clock_offset_ns=clock_map.offset_ns if clock_map else 0,
             clock_drift_ppm=clock_map.drift_ppm if clock_map else None,
             lost_answers=self._recovery.lost_answers,
-            update_limit_hz=self._pace.rate_hz,
+            update_limit_hz=self._pacer.rate_hz,
         )
 
     def connect(self) -> None:
-        """Open, identify, configure, enable and park; harmless when connected.
+        """Open, identify, configure, enable and park; do nothing when connected.
 
-        A controller found enabled is switched off first: bias and filter must be known before the rail.
+        A controller found enabled is switched off first: bias and filter must be set before the rail is on.
         """
         with self._procedure:
             if self.state.connected:
@@ -128,16 +128,16 @@ class ControllerMirrors:
             self._discard()
             try:
                 session = ControllerSession(self._link_factory(), self._clock)
-                self._dialogue = ControllerRequests(session, deadline_s=self._care.answer_s)
-                self._start(self._dialogue)
+                self._requests = ControllerRequests(session, deadline_s=self._supervision.answer_s)
+                self._start(self._requests)
             except FoveaError as failure:
-                told = undone(self._dialogue, failure, probe_s=self._care.probe_s)
+                error = undo_start(self._requests, failure, probe_s=self._supervision.probe_s)
                 self._discard()
-                self._recovery.fault = str(told)
-                raise told from failure.__cause__
+                self._recovery.fault = str(error)
+                raise error from failure.__cause__
 
     def close(self) -> None:
-        """Park, switch off and release; harmless when closed."""
+        """Park, switch off and release; do nothing when closed."""
         with self._procedure:
             for _ in range(CLOSE_TRIES):
                 try:
@@ -147,43 +147,43 @@ class ControllerMirrors:
                     logger.warning("controller: not switched off at close: %s", failure)
             self._discard()
             self._recovery.fault = None
-            self._watch.close()
+            self._guard.close()
 
     def enable(self) -> None:
-        """Switch the rail on, bias first, mirrors parked; harmless when enabled."""
+        """Set the bias and switch the rail on, mirrors parked; do nothing when enabled."""
         with self._procedure:
-            dialogue = self._connected()
+            requests = self._connected()
             if not self._enabled:
-                self._recovery.guarded(dialogue, lambda: self._switch_on(dialogue))
+                self._recovery.run(requests, lambda: self._switch_on(requests))
 
     def disable(self) -> None:
-        """Park and switch the rail off; harmless when disabled."""
+        """Park and switch the rail off; do nothing when disabled."""
         with self._procedure:
-            dialogue = self._connected()
+            requests = self._connected()
             if self._enabled:
-                dialogue.session.forget(*self._targets.park(dialogue.session))
-                self._recovery.guarded(dialogue, lambda: dialogue.switch(on=False))
+                requests.session.forget(*self._position.park(requests.session))
+                self._recovery.run(requests, lambda: requests.switch(on=False))
                 self._enabled = False
 
     def steer(self, volts: StereoVolts) -> StereoVolts:
-        """Move without waiting for a reply (before 2.0: with one); return the volts really set.
+        """Move without waiting for a reply (before 2.0: with one); return the volts actually set.
 
-        More updates than the link keeps up with wait for their turn (`telemetry.update_limit_hz`).
+        Updates beyond the link's rate (`telemetry.update_limit_hz`) wait.
         """
-        dialogue = self._ready()
-        self._targets.check(volts)
-        self._pace.wait_turn(dialogue.session)
-        actual, reply = self._targets.steer(dialogue.session, volts, t_ns=self._clock.now_ns())
+        requests = self._ready()
+        self._position.check(volts)
+        self._pacer.wait(requests.session)
+        actual, reply = self._position.steer(requests.session, volts, t_ns=self._clock.now_ns())
         if reply is not None:
-            self._recovery.guarded(dialogue, lambda: dialogue.wait(reply))
+            self._recovery.run(requests, lambda: requests.wait(reply))
         return actual
 
     def expose(
         self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
     ) -> ExposureReceipt:
-        """Move, settle, trigger both foveae or the one that has a camera, and return after the exposure.
+        """Move, settle, trigger both foveae or the one with a camera, and return after the exposure.
 
-        The controller gives up on an exposure shorter than the pulse or longer than the pulse + 5 ms.
+        The controller rejects an exposure shorter than the pulse or longer than the pulse + 5 ms.
         """
         with self._procedure:
             return self.begin_exposure(volts, settle_us=settle_us, pulse_us=pulse_us, without=without).wait()
@@ -191,31 +191,31 @@ class ControllerMirrors:
     def begin_exposure(
         self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
     ) -> PendingExposure:
-        """Ask for the same and return at once; the controller keeps the times by itself."""
+        """Request the same and return at once; the controller does the timing."""
         check_times(settle_us=settle_us, pulse_us=pulse_us)
         with self._procedure:
-            dialogue, clock_map = self._ready(), self._clock_map
+            requests, clock_map = self._ready(), self._clock_map
             if clock_map is None or not self._controller.has_frames:
                 found = f"controller: firmware {self._info.version} has no triggered exposures"
                 raise DeviceFault(f"{found}; update it to 2.0")
             age_ns = clock_map.age_ns(self._clock.now_ns())
             if age_ns is None or age_ns > CLOCK_MAX_AGE_NS:
-                self._ping(dialogue)
-            if not self._targets.tracked:
-                # Which stream stands on the mirrors is unknown, and with it whether the controller settles.
+                self._ping(requests)
+            if not self._position.stream_known:
+                # With the active stream unknown, it is unknown whether the controller waits for settling.
                 self.steer(volts)
                 self._clock.sleep_until_ns(self._clock.now_ns() + settle_us * 1000)
-            _, update, frame = self._targets.expose(
-                dialogue.session,
+            _, update, frame = self._position.expose(
+                requests.session,
                 volts,
                 settle_us=settle_us,
                 pulse_us=pulse_us,
                 without=without,
                 t_ns=self._clock.now_ns(),
             )
-        duration_s = longest_s(settle_us=settle_us, pulse_us=pulse_us)
+        duration_s = timeout_s(settle_us=settle_us, pulse_us=pulse_us)
         return ExposureUnderWay(
-            dialogue, (update, frame), duration_s=duration_s, clock_map=clock_map, recovery=self._recovery
+            requests, (update, frame), duration_s=duration_s, clock_map=clock_map, recovery=self._recovery
         )
 
     @property
@@ -224,30 +224,30 @@ class ControllerMirrors:
         return self._low_pass_hz
 
     def set_low_pass(self, cutoff_hz: int) -> None:
-        """Run the drive filters at another cut-off; a reconnect keeps it."""
+        """Set the cut-off of the drive filters, Hz; it is kept across reconnects."""
         with self._procedure:
-            dialogue = self._connected()
-            self._recovery.guarded(dialogue, lambda: dialogue.set_low_pass(cutoff_hz))
+            requests = self._connected()
+            self._recovery.run(requests, lambda: requests.set_low_pass(cutoff_hz))
             self._low_pass_hz = cutoff_hz
 
     def recover(self) -> None:
-        """Start the DACs of both mirrors anew, the rail on; for a mirror that has frozen."""
+        """Restart the DACs of both mirrors with the rail on, to recover a frozen mirror."""
         with self._procedure:
-            dialogue = self._ready()
+            requests = self._ready()
             if not self._controller.has_recovery:
                 found = f"controller: firmware {self._info.version} cannot start its DACs anew"
                 raise DeviceFault(f"{found}; update it to 2.1, or switch the mirrors off and on")
-            self._recovery.guarded(dialogue, dialogue.recover_dacs)
+            self._recovery.run(requests, requests.recover_dacs)
 
     def park(self) -> None:
-        """Bring both mirrors to zero differential now, past every pending request."""
+        """Set both mirrors to zero differential volts now, ahead of every pending request."""
         session = self._connected().session
-        session.forget(*self._targets.park(session))
+        session.forget(*self._position.park(session))
 
     def park_confirmed(self, *, within_s: float) -> None:
-        """Do the same and return once the controller has acknowledged it; ask again once, for a lost byte.
+        """Park and wait for the acknowledgement; repeat once in case of a lost byte.
 
-        A rail that is off is at rest, whatever the controller says.
+        With the rail off the mirrors are at rest whatever the controller answers.
         """
         try:
             self._park_acknowledged(within_s / 2)
@@ -256,7 +256,7 @@ class ControllerMirrors:
 
     def _park_acknowledged(self, deadline_s: float) -> None:
         session = self._connected().session
-        replies = self._targets.park(session)
+        replies = self._position.park(session)
         try:
             for reply in replies:
                 reply.wait(deadline_s=deadline_s)
@@ -267,70 +267,72 @@ class ControllerMirrors:
             session.forget(*replies)
 
     def ping(self) -> float:
-        """Return one round trip, ms; as a watchdog it notices silence, and a controller that restarted."""
+        """Return the round-trip time of a ping, ms; detects silence and a restart of the controller."""
         return self._ping(self._connected())
 
     def _connected(self) -> ControllerRequests:
-        dialogue = self._dialogue
-        if dialogue is None or dialogue.session.failure is not None:
+        requests = self._requests
+        if requests is None or requests.session.failure is not None:
             raise NotConnected(
                 f"mirrors: {self.state.fault or 'the controller is not connected'}; connect again"
             )
-        return dialogue
+        return requests
 
     def _ready(self) -> ControllerRequests:
-        dialogue = self._connected()
+        requests = self._connected()
         if not self._enabled:
             raise DeviceFault("mirrors: the rail is off, nothing can move; enable the mirrors first")
-        return dialogue
+        return requests
 
-    def _start(self, dialogue: ControllerRequests) -> None:
-        self._controller = controller = identify_controller(dialogue)
-        attached = dialogue.session.identity
+    def _start(self, requests: ControllerRequests) -> None:
+        self._controller = controller = identify_controller(requests)
+        attached = requests.session.identity
         self._info = controller.info(serial=attached.serial or self._info.serial, port=attached.name)
-        self._watch_over(dialogue)
-        agree_on_crc(dialogue, controller, self._care.crc)
-        if dialogue.enabled():
+        self._hand_to_guardian(requests)
+        agree_on_crc(requests, controller, self._supervision.crc)
+        if requests.enabled():
             logger.warning("controller: found with the rail on; switching it off before setting the bias")
-            dialogue.switch(on=False)
-        dialogue.say_much(LOG_INFO)
-        dialogue.set_low_pass(self._low_pass_hz)
-        set_watch(dialogue, controller, self._limits)
+            requests.switch(on=False)
+        requests.set_log_level(LOG_INFO)
+        requests.set_low_pass(self._low_pass_hz)
+        set_watchdog(requests, controller, self._limits)
         self._clock_map = ClockMap() if controller.has_clock else None
         for _ in range(CLOCK_PINGS):
-            dialogue.ping(self._clock_map)
+            requests.ping(self._clock_map)
         self._recovery.begin()
-        self._pace.begin(dialogue.session)
-        self._switch_on(dialogue)
+        self._pacer.begin(requests.session)
+        self._switch_on(requests)
 
-    def _watch_over(self, dialogue: ControllerRequests) -> None:
-        self._watch.keep(dialogue, self._controller, targets=self._targets, low_pass_hz=self._low_pass_hz)
+    def _hand_to_guardian(self, requests: ControllerRequests) -> None:
+        self._guard.hand_over(
+            requests, self._controller, position=self._position, low_pass_hz=self._low_pass_hz
+        )
 
-    def _switch_on(self, dialogue: ControllerRequests) -> None:
-        dialogue.configure(PacketProperty.BIAS, self._targets.bias_code)
+    def _switch_on(self, requests: ControllerRequests) -> None:
+        requests.configure(PacketProperty.BIAS, self._position.bias_code)
         try:
-            dialogue.switch(on=True)
+            requests.switch(on=True)
             if self._controller.has_frames:
-                dialogue.create_streams(STREAMS, self._targets.rest_codes)
+                requests.create_streams(STREAMS, self._position.rest_codes)
         except FoveaError:
-            switched_off(dialogue.session, probe_s=self._care.probe_s, tries=1)
+            switch_off(requests.session, probe_s=self._supervision.probe_s, tries=1)
             raise
-        self._targets.restart(streaming=self._controller.has_frames)
+        self._position.restart(streaming=self._controller.has_frames)
         self._enabled = True
 
     def _discard(self) -> None:
-        dialogue, self._dialogue = self._dialogue, None
+        requests, self._requests = self._requests, None
         self._enabled = False
         self._clock_map = None
-        self._watch.release()
-        if dialogue is not None:
-            dialogue.session.close()
+        self._guard.release()
+        if requests is not None:
+            requests.session.close()
 
-    def _ping(self, dialogue: ControllerRequests) -> float:
-        rtt_ms, steady = self._recovery.guarded(dialogue, lambda: dialogue.ping(self._clock_map))
+    def _ping(self, requests: ControllerRequests) -> float:
+        rtt_ms, steady = self._recovery.run(requests, lambda: requests.ping(self._clock_map))
         if not steady:
-            raise self._recovery.give_up(dialogue, "controller: it restarted by itself (its clock jumped)")
-        for update in self._targets.confirm(dialogue.session) if self._enabled else ():
-            self._recovery.guarded(dialogue, functools.partial(dialogue.wait, update))
-        self._watch_over(dialogue)
+            raise self._recovery.give_up(requests, "controller: it restarted by itself (its clock jumped)")
+        for update in self._position.confirm(requests.session) if self._enabled else ():
+            self._recovery.run(requests, functools.partial(requests.wait, update))
+        self._hand_to_guardian(requests)
         return rtt_ms

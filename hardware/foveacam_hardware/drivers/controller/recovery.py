@@ -1,7 +1,7 @@
-"""What the mirrors' driver does when the controller falls silent or answers out of turn.
+"""Reaction of the mirror driver to missing, damaged and unexpected answers of the controller.
 
-A packet may get lost: then the mirrors are parked and the caller is told to ask again. A controller that
-has stopped, restarted or lost its state is given up, and the session with it.
+After a lost packet the mirrors are parked and the caller gets an error that asks to repeat the request. When
+the controller has stopped, restarted or lost its state, the session is ended.
 """
 
 import logging
@@ -21,7 +21,7 @@ logger = logging.getLogger(__name__)
 _Answer = TypeVar("_Answer")
 
 PROBES = 2
-"""The first may be swallowed by what a lost byte left of the packet before it."""
+"""Requests after silence; the first may be destroyed by the rest of a packet that lost a byte."""
 
 RAIL_WARNING = (
     "a controller that has stopped leaves the mirror rail on, and only a power cycle clears it:"
@@ -32,8 +32,8 @@ _STATE_LOST = frozenset(
 )
 
 
-def switched_off(session: ControllerSession, *, probe_s: float, tries: int = PROBES) -> bool:
-    """Try to switch the rail off on a session that failed; tell whether the controller says that it is."""
+def switch_off(session: ControllerSession, *, probe_s: float, tries: int = PROBES) -> bool:
+    """Try to switch the rail off on a failed session; return whether the controller confirms it."""
     probe = ControllerRequests(session, deadline_s=probe_s)
     for _ in range(tries):
         try:
@@ -44,82 +44,82 @@ def switched_off(session: ControllerSession, *, probe_s: float, tries: int = PRO
     return False
 
 
-def undone(dialogue: ControllerRequests | None, failure: FoveaError, *, probe_s: float) -> FoveaError:
-    """Leave the rail off after a start that failed, if anybody listens; return the error to raise."""
-    off = dialogue is not None and switched_off(dialogue.session, probe_s=probe_s)
+def undo_start(requests: ControllerRequests | None, failure: FoveaError, *, probe_s: float) -> FoveaError:
+    """Try to switch the rail off after a failed start; return the error to raise."""
+    off = requests is not None and switch_off(requests.session, probe_s=probe_s)
     return failure if off or not isinstance(failure, Timeout) else Timeout(f"{failure}; {RAIL_WARNING}")
 
 
 class LinkRecovery:
-    """Watches over conversations; `fault` says why the controller was given up."""
+    """Runs requests and handles their failures; `fault` says why the session was ended."""
 
-    def __init__(self, targets: CommandedPosition, *, enabled: Callable[[], bool], probe_s: float) -> None:
+    def __init__(self, position: CommandedPosition, *, enabled: Callable[[], bool], probe_s: float) -> None:
         self.fault: str | None = None
         self.lost_answers = 0
-        """Answers that did not come from a controller that then answered again, since the connect."""
+        """Answers lost since the connect from a controller that answered again afterwards."""
         self._probe_s = probe_s
-        self._targets = targets
+        self._position = position
         self._enabled = enabled
         self._lock = threading.Lock()
 
     def begin(self) -> None:
-        """Start anew with a session that has just been identified."""
+        """Reset for a new session."""
         self.fault = None
         self.lost_answers = 0
 
-    def guarded(self, dialogue: ControllerRequests, action: Callable[[], _Answer]) -> _Answer:
-        """Run a conversation; silence is looked into, and a controller that lost its state is given up."""
+    def run(self, requests: ControllerRequests, action: Callable[[], _Answer]) -> _Answer:
+        """Run requests; probe the controller after silence, and end the session when it lost its state."""
         try:
             return action()
         except BadPacket as damaged:
-            raise self._lost(
-                dialogue, Timeout(f"controller: an answer came damaged ({damaged})")
+            raise self._handle_loss(
+                requests, Timeout(f"controller: an answer came damaged ({damaged})")
             ) from damaged
         except Timeout as silence:
-            raise self._lost(dialogue, silence) from silence
+            raise self._handle_loss(requests, silence) from silence
         except ControllerRefusal as refusal:
-            self._targets.lose_track()
+            self._position.forget_stream()
             if refusal.text == MALFORMED:
-                raise self._lost(dialogue, Timeout(f"{refusal}: it came damaged")) from refusal
+                raise self._handle_loss(requests, Timeout(f"{refusal}: it came damaged")) from refusal
             if refusal.text in _STATE_LOST:
                 raise self.give_up(
-                    dialogue, f"{refusal}: it restarted, or another program used it"
+                    requests, f"{refusal}: it restarted, or another program used it"
                 ) from refusal
             raise
 
-    def give_up(self, dialogue: ControllerRequests, reason: str) -> NotConnected:
-        """End the session for a reason, and return the error to raise."""
+    def give_up(self, requests: ControllerRequests, reason: str) -> NotConnected:
+        """End the session for a reason; return the error to raise."""
         failure = NotConnected(reason)
         self.fault = reason
-        dialogue.session.fail(failure)
+        requests.session.fail(failure)
         return failure
 
-    def _lost(self, dialogue: ControllerRequests, silence: Timeout) -> Timeout:
-        """Return the error to raise for an answer that did not come, from a controller that still answers."""
-        self._targets.lose_track()
-        self._after_silence(dialogue, silence)
+    def _handle_loss(self, requests: ControllerRequests, silence: Timeout) -> Timeout:
+        """Handle a lost answer; return the error to raise if the controller still answers."""
+        self._position.forget_stream()
+        self._probe_after_silence(requests, silence)
         self.lost_answers += 1
         return Timeout(
             f"{silence}; it answers again, so a packet was lost: the mirrors are parked, ask again"
         )
 
-    def _after_silence(self, dialogue: ControllerRequests, silence: Timeout) -> None:
-        """Park; return when the controller answers again in the state it should be in, else give it up."""
+    def _probe_after_silence(self, requests: ControllerRequests, silence: Timeout) -> None:
+        """Park; return when the controller answers again in the expected state, else end the session."""
         with self._lock:
-            probe = ControllerRequests(dialogue.session, deadline_s=self._probe_s)
+            probe = ControllerRequests(requests.session, deadline_s=self._probe_s)
             for _ in range(PROBES):
-                self._park_if_enabled(dialogue)
+                self._park_if_enabled(requests)
                 try:
                     found_enabled = probe.enabled()
                 except (Timeout, BadPacket):
                     continue
                 if found_enabled is not self._enabled():
-                    raise self.give_up(dialogue, "controller: it was silent and came back in another state")
-                self._park_if_enabled(dialogue)
+                    raise self.give_up(requests, "controller: it was silent and came back in another state")
+                self._park_if_enabled(requests)
                 return
             found = f"{silence}, nor to {PROBES} more questions: it has stopped or the line is broken"
-            raise Timeout(str(self.give_up(dialogue, f"{found}; {RAIL_WARNING}"))) from silence
+            raise Timeout(str(self.give_up(requests, f"{found}; {RAIL_WARNING}"))) from silence
 
-    def _park_if_enabled(self, dialogue: ControllerRequests) -> None:
+    def _park_if_enabled(self, requests: ControllerRequests) -> None:
         if self._enabled():
-            dialogue.session.forget(*self._targets.park(dialogue.session))
+            requests.session.forget(*self._position.park(requests.session))

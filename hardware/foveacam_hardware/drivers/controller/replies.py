@@ -1,4 +1,4 @@
-"""What comes back for a request: its phases as they arrive, a refusal with its remedy, or silence."""
+"""Replies to a request: its phases as they arrive, a refusal with its remedy, or a timeout."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,11 +9,11 @@ from foveacam_hardware.wire.controller import BadPacket, Packet, PacketMethod, d
 from foveacam_hardware.wire.controller_payloads import unpack_text
 
 STALL_S = 0.05
-"""After a deadline the reader gets this long to hand over what arrived while this process was stalled."""
+"""Grace after a deadline for the reader to deliver what arrived while this process was stalled."""
 MALFORMED = "Invalid packet"
-"""What a request is called that arrived without one of its bytes: every one has a fixed size."""
-GLANCE_S = 0.002
-"""How often a link is asked that knows when no answer will come."""
+"""The controller's refusal of a request of the wrong size, as after a lost byte."""
+QUIET_POLL_S = 0.002
+"""Polling period of links that know when no more answers will come."""
 
 _REMEDIES = {
     "Strobe timeout": "check the strobe cables and that both cameras wait for triggers;"
@@ -25,7 +25,7 @@ _REMEDIES = {
 
 @dataclass(frozen=True, slots=True)
 class ReplyArrival:
-    """A reply, when it came and when its request was sent."""
+    """A reply with its arrival time and the sending time of its request."""
 
     packet: Packet
     sent_ns: int
@@ -33,12 +33,12 @@ class ReplyArrival:
 
     @property
     def round_trip_ms(self) -> float:
-        """Time from the request to this reply."""
+        """Time from the request to this reply, ms."""
         return (self.t_ns - self.sent_ns) / 1e6
 
 
 class PendingReply:
-    """What comes back for one request."""
+    """The replies to one request."""
 
     def __init__(self, request: Packet, sent_ns: int, *, quiet: Callable[[], bool | None]) -> None:
         self.request = request
@@ -47,11 +47,11 @@ class PendingReply:
         self._inbox: SimpleQueue[tuple[Packet, int] | NotConnected] = SimpleQueue()
 
     def put(self, item: tuple[Packet, int] | NotConnected) -> None:
-        """Hand over a reply, or the reason why none will come (called by the reader)."""
+        """Deliver a reply, or the reason why none will come (called by the reader)."""
         self._inbox.put(item)
 
     def wait(self, *, deadline_s: float) -> ReplyArrival:
-        """Return the next phase's reply; raise `Timeout`, `NotConnected`, `ControllerRefusal` (REJ)."""
+        """Return the next phase's reply; raise `Timeout`, `NotConnected` or `ControllerRefusal` (REJ)."""
         request = self.request
         item = self._next(deadline_s) or self._next(min(STALL_S, deadline_s))
         if item is None:
@@ -68,10 +68,10 @@ class PendingReply:
         return ReplyArrival(packet, self.sent_ns, t_ns)
 
     def _next(self, timeout_s: float) -> tuple[Packet, int] | NotConnected | None:
-        """Return what comes within a time; on a link that knows, without waiting for what never comes."""
+        """Return the next item within a time; stop early on a link that knows that no answer will come."""
         if self._quiet() is None:
             return self._get(timeout_s)
-        while (item := self._get(GLANCE_S)) is None:
+        while (item := self._get(QUIET_POLL_S)) is None:
             if self._quiet():
                 return self._get(0.0)
         return item
@@ -92,7 +92,7 @@ class ControllerRefusal(DeviceFault):
 
 
 def says_malformed(frame: bytes | None) -> bool:
-    """Tell whether a frame without a CRC refuses a request for its size."""
+    """Return whether a frame without a CRC is a refusal of a request of the wrong size."""
     try:
         packet = decode_packet(frame)
     except BadPacket:

@@ -1,4 +1,4 @@
-"""Typed requests to the controller, one phase each, what it took read back and verified."""
+"""Typed requests to the controller; settings are read back and verified."""
 
 from foveacam_hardware.contract import DeviceFault, OutOfRange, Timeout
 from foveacam_hardware.drivers.controller.clock import ClockMap
@@ -22,7 +22,7 @@ from foveacam_hardware.wire.controller_payloads import (
 
 MAX_LOW_PASS_HZ = 1000
 HANDSHAKE_TRIES = 3
-"""A half packet of the host before swallows our first request; the delimiter behind it heals the line."""
+"""A partial packet of a previous host destroys our first request; its delimiter resynchronises the line."""
 
 
 def stream_message(operation: StreamOperation, stream: int, left: MirrorCodes, right: MirrorCodes) -> Message:
@@ -32,7 +32,7 @@ def stream_message(operation: StreamOperation, stream: int, left: MirrorCodes, r
 
 
 class ControllerRequests:
-    """Questions to a controller over one session."""
+    """Requests to a controller over one session."""
 
     def __init__(self, session: ControllerSession, *, deadline_s: float) -> None:
         self.session = session
@@ -44,7 +44,7 @@ class ControllerRequests:
         return self.wait(reply)
 
     def wait(self, reply: PendingReply, *, extra_s: float = 0.0, last: bool = True) -> ReplyArrival:
-        """Return the next phase of a reply; after the `last` one, or a failure, it is forgotten."""
+        """Return the next phase of a reply; stop expecting it after the `last` phase or a failure."""
         done = True
         try:
             arrival = reply.wait(deadline_s=self.deadline_s + extra_s)
@@ -55,7 +55,7 @@ class ControllerRequests:
         return arrival
 
     def version(self) -> tuple[int, int, int]:
-        """Return the firmware's version, asking again while nothing answers."""
+        """Return the firmware's version, repeating the request while nothing answers."""
         for _ in range(HANDSHAKE_TRIES - 1):
             try:
                 return unpack_version(self.ask(PacketMethod.GET, PacketProperty.VERSION).packet.payload)
@@ -72,7 +72,7 @@ class ControllerRequests:
         return bool(unpack_u8(self.ask(PacketMethod.GET, PacketProperty.ENABLE).packet.payload))
 
     def switch(self, *, on: bool) -> None:
-        """Switch the rail and verify it; off, ask twice: nothing may keep it on."""
+        """Switch the rail and verify it; a failed request to switch off is repeated once."""
         try:
             self.ask(PacketMethod.SET, PacketProperty.ENABLE, pack_u8(int(on)))
         except (Timeout, BadPacket):
@@ -85,7 +85,7 @@ class ControllerRequests:
             )
 
     def set_low_pass(self, cutoff_hz: int) -> None:
-        """Run the drive filters at a cut-off; raise `OutOfRange` for one that they do not have."""
+        """Set the cut-off of the drive filters, Hz; raise `OutOfRange` for an unsupported one."""
         if not is_whole(cutoff_hz) or not 1 <= cutoff_hz <= MAX_LOW_PASS_HZ:
             raise OutOfRange(
                 f"mirrors: a filter of {cutoff_hz} Hz is none of the whole numbers from 1 to"
@@ -94,15 +94,15 @@ class ControllerRequests:
         self.configure(PacketProperty.LPF, cutoff_hz)
 
     def recover_dacs(self) -> None:
-        """Start the mirrors' DACs anew; their targets stand again afterwards."""
+        """Restart the mirrors' DACs; their positions are restored."""
         self.ask(PacketMethod.SET, PacketProperty.RESET, pack_u8(ResetType.MIRROR_DACS))
 
-    def say_much(self, level: int) -> None:
-        """Choose which of its messages the controller sends unasked."""
+    def set_log_level(self, level: int) -> None:
+        """Set which log messages the controller sends unrequested."""
         self.ask(PacketMethod.SET, PacketProperty.LOG_LEVEL, pack_u8(level))
 
     def configure(self, prop: PacketProperty, value: int) -> None:
-        """Set a 16-bit property and verify that it was taken."""
+        """Set a 16-bit property and verify it."""
         self.ask(PacketMethod.SET, prop, pack_u16(value))
         found = unpack_u16(self.ask(PacketMethod.GET, prop).packet.payload)
         if found != value:
@@ -111,12 +111,12 @@ class ControllerRequests:
             )
 
     def create_streams(self, streams: tuple[int, ...], codes: MirrorCodes) -> None:
-        """Create streams that rest at `codes` on both mirrors."""
+        """Create streams with `codes` on both mirrors."""
         for stream in streams:
             self.ask(*stream_message(StreamOperation.CREATE, stream, codes, codes))
 
     def ping(self, clock_map: ClockMap | None) -> tuple[float, bool]:
-        """Return one round trip, ms, and whether the controller's clock ran on steadily.
+        """Return the round-trip time, ms, and whether the controller's clock ran without a jump.
 
         Without a clock map (before 1.1) any request serves as a ping.
         """

@@ -1,6 +1,6 @@
-"""One open link to the controller: its reader thread, requests matched to replies, traffic counted.
+"""One open link to the controller: the reader thread, matching of replies to requests, traffic counters.
 
-Knows packets and deadlines; what the requests mean is `dialogue`'s and the driver's.
+Knows packets and sequence numbers; the meaning of requests is left to `requests` and the driver.
 """
 
 import contextlib
@@ -31,9 +31,9 @@ from foveacam_hardware.wire.usb_ports import PortIdentity
 logger = logging.getLogger(__name__)
 
 POLL_S = 0.05
-"""How long the reader may stay deaf to `close`."""
-STRANGE_BYTES = 64
-"""How much is kept of what a port says that is no packet."""
+"""Longest delay of the reader in noticing `close`."""
+UNRECOGNISED_BYTES = 64
+"""Number of bytes stored of a port's output that is not a packet."""
 Message: TypeAlias = tuple[PacketMethod, PacketProperty, bytes]
 """A request before it has a sequence number."""
 
@@ -47,39 +47,39 @@ class ControllerSession:
     def __init__(self, link: PortLink, clock: Clock) -> None:
         self._link = link
         self._clock = clock
-        self._lock = threading.Lock()  # sequence, waiting replies, counters and the write itself
+        self._lock = threading.Lock()  # protects sequence, waiting replies, counters and the write itself
         self._waiting: dict[int, PendingReply] = {}
         self._unanswered: set[int] = set()
         self._answered = threading.Condition(self._lock)
         self._sequence = 0
         self._decoder = CobsDecoder()
         self._crc = False
-        self._crc_after: int | None = None  # the request whose acknowledgement brings it into force
+        self._crc_after: int | None = None  # the request whose acknowledgement puts the CRC in force
         self._traffic = TrafficCounters()
-        self._strange = b""
+        self._unrecognised = b""
         self._sent_ns = clock.now_ns()
-        self._heartbeat_ns: int | None = None
-        self.echoes = False
-        """Whether what we say comes back: no controller does that."""
+        self._keep_alive_ns: int | None = None
+        self.is_echoed = False
+        """Whether our own packets come back, which no controller does."""
         self.failure: NotConnected | None = None
         self._closing = threading.Event()
         self._reader = threading.Thread(target=self._read, name="controller-reader", daemon=True)
         self._reader.start()
 
     def begin(self, *messages: Message) -> list[PendingReply]:
-        """Send requests in one write; return their replies to be."""
+        """Send requests in one write; return their pending replies."""
         with self._lock:
             return self._begin(messages)
 
     def begin_crc(self, message: Message) -> PendingReply:
-        """Send a request from whose acknowledgement on every packet, either way, carries a CRC."""
+        """Send the request whose acknowledgement puts the CRC in force for both directions."""
         with self._lock:
             (reply,) = self._begin([message])
             self._crc_after = reply.request.sequence
             return reply
 
-    def speak_plainly(self) -> None:
-        """Send and expect packets without a CRC from now on: whether the controller does, ask it."""
+    def disable_crc(self) -> None:
+        """Send and expect packets without a CRC from now on; the controller's mode is not changed."""
         with self._lock:
             self._crc, self._crc_after = False, None
 
@@ -89,16 +89,16 @@ class ControllerSession:
         return self._crc
 
     def post(self, *messages: Message) -> None:
-        """Send requests that the controller acts on without a reply."""
+        """Send requests that the controller executes without a reply."""
         with self._lock:
             self._write([Packet(method, prop, SILENT, payload) for method, prop, payload in messages])
 
     def forget(self, *replies: PendingReply) -> None:
-        """Wait no longer for replies; one that still comes is dropped."""
+        """Stop expecting replies; late ones are dropped."""
         with self._lock:
             for reply in replies:
                 self._waiting.pop(reply.request.sequence, None)
-                self._settle(reply.request.sequence)
+                self._mark_answered(reply.request.sequence)
 
     @property
     def pending(self) -> bool:
@@ -106,45 +106,45 @@ class ControllerSession:
         return bool(self._unanswered)
 
     def wait_answered(self, timeout_s: float) -> None:
-        """Return once no request waits for its first reply, or the time is over."""
+        """Wait until no request waits for its first reply, or the time is over."""
         with self._answered:
             self._answered.wait_for(lambda: not self._unanswered, timeout_s)
 
-    def beat(self, period_ns: int) -> None:
-        """Say something at least this often from now on: a controller with a watchdog parks without."""
-        self._heartbeat_ns = period_ns
+    def keep_alive(self, period_ns: int) -> None:
+        """Send a packet at least this often from now on, for a controller with a watchdog."""
+        self._keep_alive_ns = period_ns
 
     @property
-    def strange(self) -> bytes:
-        """The beginning of what the port has said, while it never was a packet."""
-        return self._strange
+    def unrecognised(self) -> bytes:
+        """The first bytes received, while no packet has been among them."""
+        return self._unrecognised
 
     @property
     def identity(self) -> PortIdentity:
-        """Which port it is."""
+        """The port and the USB device behind it."""
         return self._link.identity
 
     @property
     def file(self) -> int | None:
-        """The open port, to hand over."""
+        """File descriptor of the open port, to hand over."""
         return self._link.file
 
     def backlog(self) -> Backlog:
-        """Return what waits to go out."""
+        """Return the waiting output."""
         return self._link.backlog()
 
     def recent_p95_ms(self) -> float | None:
-        """Return how slow acknowledgements are now; None when there were none in the last second."""
+        """Return the 95th percentile of recent round trips, ms; None without any in the last second."""
         with self._lock:
             return self._traffic.recent_p95_ms(self._clock.now_ns())
 
     def fail(self, failure: NotConnected) -> None:
-        """Declare the link lost: every waiting request ends at once."""
+        """Declare the link lost; every waiting request fails at once."""
         with self._lock:
             self._fail(failure)
 
     def close(self) -> None:
-        """Stop the reader and release the link, its packets plain again; harmless when closed."""
+        """End the CRC, stop the reader and release the link; do nothing when closed."""
         self._end_crc()
         self._closing.set()
         if self._reader is not threading.current_thread():
@@ -153,14 +153,14 @@ class ControllerSession:
         self._link.close()
 
     def telemetry(self) -> LinkTelemetry:
-        """Return the traffic so far; clock and governor are the driver's to add."""
+        """Return the traffic so far; the driver adds clock and update rate."""
         queued_bytes = self._link.backlog().queued_bytes
         with self._lock:
             return self._traffic.telemetry(self._clock.now_ns(), queued_bytes=queued_bytes, crc=self._crc)
 
     def _end_crc(self) -> None:
         if self._crc and self.failure is None:
-            self.speak_plainly()
+            self.disable_crc()
             with contextlib.suppress(NotConnected):
                 self.post((PacketMethod.NOP, PacketProperty.NONE, b""))
 
@@ -196,7 +196,7 @@ class ControllerSession:
         self._unanswered.clear()
         self._answered.notify_all()
 
-    def _settle(self, sequence: int) -> None:
+    def _mark_answered(self, sequence: int) -> None:
         self._unanswered.discard(sequence)
         if not self._unanswered:
             self._answered.notify_all()
@@ -206,25 +206,25 @@ class ControllerSession:
             while not self._closing.is_set() and self.failure is None:
                 data = self._link.read(POLL_S)
                 if data:
-                    self._take(data, self._clock.now_ns())
-                self._beat_if_due()
+                    self._process(data, self._clock.now_ns())
+                self._send_keep_alive()
         except NotConnected as lost:
             self.fail(lost)
-        except Exception as bug:  # outermost frame of the thread: nobody may wait for a dead reader
+        except Exception as bug:  # outermost frame of the thread: no caller may wait for a dead reader
             logger.exception("the controller's reader thread stopped")
             self.fail(NotConnected(f"controller: the reader stopped ({bug}); connect again"))
 
-    def _beat_if_due(self) -> None:
-        if self._heartbeat_ns is None or self._clock.now_ns() - self._sent_ns < self._heartbeat_ns:
+    def _send_keep_alive(self) -> None:
+        if self._keep_alive_ns is None or self._clock.now_ns() - self._sent_ns < self._keep_alive_ns:
             return
-        with contextlib.suppress(NotConnected):  # the next read tells
+        with contextlib.suppress(NotConnected):  # the next read reports it
             self.post((PacketMethod.NOP, PacketProperty.NONE, b""))
 
-    def _take(self, data: bytes, t_ns: int) -> None:
+    def _process(self, data: bytes, t_ns: int) -> None:
         with self._lock:
             self._traffic.received(len(data), t_ns)
         if self._traffic.rx_packets == 0:
-            self._strange = (self._strange + data)[:STRANGE_BYTES]
+            self._unrecognised = (self._unrecognised + data)[:UNRECOGNISED_BYTES]
         for frame in self._decoder.feed(data):
             try:
                 packet = decode_packet(frame, crc=self._crc)
@@ -232,7 +232,7 @@ class ControllerSession:
                 self._drop(frame, bad)
                 continue
             if packet.method not in _REPLIES and packet.prop is not PacketProperty.LOG:
-                self.echoes = True
+                self.is_echoed = True
                 continue
             self._dispatch(packet, t_ns)
 
@@ -243,14 +243,14 @@ class ControllerSession:
         if not isinstance(bad, BadCrc):
             return
         self._traffic.crc_errors += 1
-        if says_malformed(frame):  # plainly, of a packet with a CRC: it knows of none
+        if says_malformed(frame):  # a plain refusal of a packet with a CRC: the CRC is off there
             found = "controller: it restarted, or another program used it (its CRC is off)"
             self.fail(NotConnected(f"{found}; connect again"))
 
     def _dispatch(self, packet: Packet, t_ns: int) -> None:
         with self._lock:
-            self._traffic.taken(t_ns)
-        self._strange = b""
+            self._traffic.received_packet(t_ns)
+        self._unrecognised = b""
         if packet.prop is PacketProperty.LOG:
             text = unpack_text(packet.payload)
             level = next(
@@ -267,5 +267,5 @@ class ControllerSession:
                 self._traffic.acknowledged(packet.prop, sent_ns=reply.sent_ns, t_ns=t_ns)
             if packet.sequence == self._crc_after:
                 self._crc, self._crc_after = packet.method is PacketMethod.ACK, None
-            self._settle(packet.sequence)
+            self._mark_answered(packet.sequence)
             reply.put((packet, t_ns))

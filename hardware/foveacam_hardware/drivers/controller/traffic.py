@@ -1,4 +1,7 @@
-"""What went over the controller's link: totals, rates of the last second, round trips. Time is given."""
+"""Traffic statistics of the controller's link: totals, rates of the last second, round-trip times.
+
+Pure: times are passed in.
+"""
 
 from collections import deque
 from collections.abc import Sequence
@@ -11,9 +14,9 @@ from foveacam_hardware.wire.controller_payloads import StreamCommand, StreamOper
 BUCKET_NS = 100_000_000
 BUCKETS = 10
 ROUND_TRIPS = 1000
-"""Round trips that the quantiles are made of."""
+"""Number of round trips in the quantiles."""
 RECENT_NS = 1_000_000_000
-"""Round trips that tell how the link is now."""
+"""Age up to which round trips count as recent."""
 _SLOW = frozenset({PacketProperty.ENABLE, PacketProperty.RESET})
 """Requests whose acknowledgement waits for the rail or the DACs."""
 
@@ -30,13 +33,13 @@ NO_TRAFFIC = LinkTelemetry(
 
 
 class RateMeter:
-    """How much a second, over the last second."""
+    """Rate per second, over the last second."""
 
     def __init__(self) -> None:
         self._buckets: deque[tuple[int, float]] = deque(maxlen=BUCKETS + 1)
 
     def add(self, t_ns: int, amount: float = 1.0) -> None:
-        """Count `amount` at a time; times do not go back by more than a bucket."""
+        """Count `amount` at a time; times may go back by one bucket at most."""
         index = t_ns // BUCKET_NS
         if self._buckets and self._buckets[-1][0] >= index:
             last, sum_so_far = self._buckets[-1]
@@ -45,13 +48,13 @@ class RateMeter:
             self._buckets.append((index, amount))
 
     def per_s(self, t_ns: int) -> float:
-        """Return the rate over the ten whole tenths of a second before `t_ns`."""
+        """Return the rate over the ten complete tenths of a second before `t_ns`."""
         now = t_ns // BUCKET_NS
         return sum(amount for index, amount in self._buckets if now - BUCKETS <= index < now)
 
 
 class TrafficCounters:
-    """Counters of one session; whoever calls holds the session's lock."""
+    """Counters of one session; callers hold the session's lock."""
 
     def __init__(self) -> None:
         self.tx_packets = self.tx_bytes = 0
@@ -62,27 +65,27 @@ class TrafficCounters:
         self._recent: deque[tuple[int, float]] = deque(maxlen=ROUND_TRIPS)
 
     def sent(self, packets: Sequence[Packet], *, size: int, t_ns: int) -> None:
-        """Count packets that went out in one write of `size` bytes."""
+        """Count packets sent in one write of `size` bytes."""
         self.tx_packets += len(packets)
         self.tx_bytes += size
         self._rates["tx_packets"].add(t_ns, len(packets))
         self._rates["tx_bytes"].add(t_ns, size)
         for packet in packets:
             if packet.prop is PacketProperty.STREAM:
-                self._stream(StreamCommand.unpack(packet.payload), t_ns)
+                self._count_stream(StreamCommand.unpack(packet.payload), t_ns)
 
     def received(self, size: int, t_ns: int) -> None:
-        """Count bytes that came in."""
+        """Count received bytes."""
         self.rx_bytes += size
         self._rates["rx_bytes"].add(t_ns, size)
 
-    def taken(self, t_ns: int) -> None:
-        """Count a packet that was one."""
+    def received_packet(self, t_ns: int) -> None:
+        """Count a valid packet."""
         self.rx_packets += 1
         self._rates["rx_packets"].add(t_ns)
 
     def acknowledged(self, prop: PacketProperty, *, sent_ns: int, t_ns: int) -> None:
-        """Note a round trip."""
+        """Record a round trip."""
         if prop in _SLOW:
             return
         round_trip_ms = (t_ns - sent_ns) / 1e6
@@ -91,13 +94,13 @@ class TrafficCounters:
             self._recent.append((t_ns, round_trip_ms))
 
     def recent_p95_ms(self, t_ns: int) -> float | None:
-        """Return how slow the link is now; None when nothing was asked in the last second."""
+        """Return the 95th percentile of recent round trips, ms; None without any in the last second."""
         while self._recent and self._recent[0][0] < t_ns - RECENT_NS:
             self._recent.popleft()
         return _quantile(sorted(ms for _, ms in self._recent), 0.95) if self._recent else None
 
     def telemetry(self, t_ns: int, *, queued_bytes: int, crc: bool) -> LinkTelemetry:
-        """Return the traffic so far; clock and governor are the driver's to add."""
+        """Return the traffic so far; the driver adds clock and update rate."""
         ordered = sorted(self._round_trips_ms)
         return LinkTelemetry(
             tx_packets=self.tx_packets,
@@ -117,16 +120,16 @@ class TrafficCounters:
             tx_packets_per_s=self._rates["tx_packets"].per_s(t_ns),
             rx_packets_per_s=self._rates["rx_packets"].per_s(t_ns),
             queued_bytes=queued_bytes,
-            streams=tuple(self._of_stream(stream, t_ns) for stream in sorted(self._streams)),
+            streams=tuple(self._stream_telemetry(stream, t_ns) for stream in sorted(self._streams)),
         )
 
-    def _stream(self, command: StreamCommand, t_ns: int) -> None:
+    def _count_stream(self, command: StreamCommand, t_ns: int) -> None:
         meter, _ = self._streams.get(command.stream, (RateMeter(), command))
         self._streams[command.stream] = meter, command
         if command.operation == StreamOperation.UPDATE:
             meter.add(t_ns)
 
-    def _of_stream(self, stream: int, t_ns: int) -> StreamTelemetry:
+    def _stream_telemetry(self, stream: int, t_ns: int) -> StreamTelemetry:
         meter, command = self._streams[stream]
         volts = StereoVolts(left=mirror_volts(command.left), right=mirror_volts(command.right))
         return StreamTelemetry(stream=stream, updates_per_s=meter.per_s(t_ns), volts=volts)

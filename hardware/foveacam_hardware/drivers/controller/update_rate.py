@@ -1,6 +1,7 @@
-"""How many position updates a second the link is given: more while it keeps up, half when it does not.
+"""Rate control of position updates: additive increase while the link keeps up, halved when it does not.
 
-Additive increase, multiplicative decrease, with the constants that the rig is run with. Pure; time is given.
+The governor is pure (times are passed in); the pacer makes steering threads wait for it and for pending
+requests.
 """
 
 import threading
@@ -14,15 +15,15 @@ STEP_HZ = 25.0
 PERIOD_NS = 100_000_000
 QUEUE_LIMIT_BYTES = 1024
 SLOWER_BY = 2.0
-"""A round trip's p95 this many times that of the connect means that the link is full."""
+"""Ratio of the round trips' p95 to that at the connect above which the link counts as congested."""
 LEAST_BASELINE_MS = 1.0
-"""One USB frame: below it, round trips tell of the scheduler and not of the link (deduced)."""
+"""One USB frame: below it, round trips depend on the scheduler, not on the link (deduced)."""
 HOLD_NS = (5_000_000, 100_000_000)
-"""Shortest and longest wait of an update behind a request that is not acknowledged yet."""
+"""Shortest and longest wait of an update behind an unacknowledged request."""
 
 
 class UpdateRateGovernor:
-    """The rate of one link; whoever calls does so from one thread at a time."""
+    """The update rate of one link; called from one thread at a time."""
 
     def __init__(self, *, ceiling_hz: float = CEILING_HZ, floor_hz: float = FLOOR_HZ) -> None:
         self.ceiling_hz = ceiling_hz
@@ -30,7 +31,7 @@ class UpdateRateGovernor:
         self.begin(0, baseline_ms=LEAST_BASELINE_MS)
 
     def begin(self, t_ns: int, *, baseline_ms: float) -> None:
-        """Start at the ceiling, on a link whose round trips at the connect had this p95."""
+        """Start at the ceiling; `baseline_ms`: p95 of the round trips at the connect."""
         self.rate_hz = self.ceiling_hz
         self.halvings = 0
         self._baseline_ms = max(baseline_ms, LEAST_BASELINE_MS)
@@ -39,9 +40,10 @@ class UpdateRateGovernor:
         self._next_ns = t_ns
 
     def adjust(self, t_ns: int, *, stalls: int, queued_bytes: int, rtt_p95_ms: float | None) -> None:
-        """Look at the link, at most once a period: speed up, or halve.
+        """Adjust the rate to the state of the link, at most once a period.
 
-        `stalls`: writes so far that the port did not take at once; `rtt_p95_ms`: of the last second, if any.
+        `stalls`: total of writes that the port did not accept at once; `rtt_p95_ms`: of the last second, if
+        any.
         """
         periods = (t_ns - self._adjusted_ns) // PERIOD_NS
         if periods < 1:
@@ -55,18 +57,18 @@ class UpdateRateGovernor:
         else:
             self.rate_hz = min(self.ceiling_hz, self.rate_hz + STEP_HZ * periods)
 
-    def looks(self, t_ns: int) -> bool:
-        """Tell whether it is time to adjust: what that takes is asked of the system."""
+    def adjustment_due(self, t_ns: int) -> bool:
+        """Return whether it is time to adjust; measuring the link costs system calls."""
         return t_ns - self._adjusted_ns >= PERIOD_NS
 
     def reserve(self, t_ns: int) -> int:
-        """Take the next free place for an update; return when it may go, ns, not before `t_ns`."""
+        """Reserve the next slot for an update; return its time, ns, not before `t_ns`."""
         due_ns = max(t_ns, self._next_ns)
         self._next_ns = due_ns + round(1e9 / self.rate_hz)
         return due_ns
 
     def hold_ns(self, rtt_p95_ms: float | None) -> int:
-        """Return how long an update waits at most behind a request that is not acknowledged yet."""
+        """Return the longest wait of an update behind an unacknowledged request."""
         shortest_ns, longest_ns = HOLD_NS
         if rtt_p95_ms is None:
             return shortest_ns
@@ -74,7 +76,7 @@ class UpdateRateGovernor:
 
 
 class SteeringPacer:
-    """The turns of whoever steers; any thread may wait for one."""
+    """Makes position updates wait for their slot and behind pending requests; any thread may call."""
 
     def __init__(self, governor: UpdateRateGovernor, clock: Clock) -> None:
         self._governor = governor
@@ -83,19 +85,19 @@ class SteeringPacer:
 
     @property
     def rate_hz(self) -> float:
-        """How many updates a second get through now."""
+        """Current limit of updates per second."""
         return self._governor.rate_hz
 
     def begin(self, session: ControllerSession) -> None:
-        """Start anew on a link that has just been connected, its round trips the measure of later ones."""
+        """Reset for a link that has just connected; its round trips are the baseline."""
         with self._lock:
             self._governor.begin(self._clock.now_ns(), baseline_ms=session.recent_p95_ms() or 0.0)
 
-    def wait_turn(self, session: ControllerSession) -> None:
-        """Return when an update may go."""
+    def wait(self, session: ControllerSession) -> None:
+        """Wait until an update may be sent."""
         with self._lock:
             t_ns = self._clock.now_ns()
-            if self._governor.looks(t_ns):
+            if self._governor.adjustment_due(t_ns):
                 backlog = session.backlog()
                 self._governor.adjust(
                     t_ns,

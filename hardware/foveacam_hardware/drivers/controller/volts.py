@@ -1,4 +1,4 @@
-"""Volts to DAC codes and back, and the limits that the controller itself does not know."""
+"""Converts volts to DAC codes and back, and checks the limits that the controller does not enforce."""
 
 import math
 from numbers import Integral
@@ -12,7 +12,7 @@ from foveacam_hardware.wire.controller_payloads import (
 )
 
 HALF_STEP_V = DAC_FULL_SCALE_V / DAC_FULL_SCALE / 2.0
-"""What rounding to a code may add to a drive: a drive at its limit, read back, is asked for again."""
+"""Rounding error of a drive: a drive at its limit, once read back, may be commanded again."""
 
 
 def bias_code(limits: MirrorLimits) -> int:
@@ -30,7 +30,7 @@ def bias_code(limits: MirrorLimits) -> int:
 
 
 def mirror_codes(volts: MirrorVolts, *, bias: int) -> MirrorCodes:
-    """Return the codes x+, x−, y+, y− that come nearest to the differential volts about the bias code."""
+    """Return the codes x+, x−, y+, y− nearest to the differential volts about the bias code."""
     return *_pair_codes(volts.x_v, bias=bias), *_pair_codes(volts.y_v, bias=bias)
 
 
@@ -42,7 +42,7 @@ def mirror_volts(codes: MirrorCodes) -> MirrorVolts:
 
 
 def check_limits(volts: StereoVolts, *, before: StereoVolts, limits: MirrorLimits) -> None:
-    """Raise `OutOfRange` for a drive that is not finite, too high, or too far from the one before."""
+    """Raise `OutOfRange` for a drive that is not finite, too high, or too far from the previous one."""
     asked = _axes(volts)
     for (name, value_v), (_, before_v) in zip(asked, _axes(before), strict=True):
         if (
@@ -51,7 +51,7 @@ def check_limits(volts: StereoVolts, *, before: StereoVolts, limits: MirrorLimit
             raise OutOfRange(f"mirror {name}: {value_v} is no voltage; give a finite number")
         if abs(value_v) > limits.max_v + HALF_STEP_V:
             raise OutOfRange(
-                f"mirror {name}: {_shown_v(value_v)} V is outside ±{limits.max_v:g} V;"
+                f"mirror {name}: {_format_volts(value_v)} V is outside ±{limits.max_v:g} V;"
                 " aim nearer to the centre"
             )
         if abs(value_v - before_v) > limits.max_slew_v:
@@ -62,11 +62,11 @@ def check_limits(volts: StereoVolts, *, before: StereoVolts, limits: MirrorLimit
 
 
 def is_whole(value: object) -> bool:
-    """Tell whether a value is a whole number, numpy's included: the wire has no other."""
+    """Return whether a value is an integer, numpy's included; the protocol has no other numbers."""
     return isinstance(value, Integral)
 
 
-def _shown_v(value_v: float) -> str:
+def _format_volts(value_v: float) -> str:
     return f"{value_v:.3f}" if abs(value_v) < 1e6 else "a million or more"
 
 

@@ -1,1 +1,1 @@
-"""What turns or shifts the whole rig: pan-tilts and rails, by board, by unit or by hand."""
+"""Drivers of pan-tilts and rails: Grbl boards, FLIR pan-tilt units, and manual ones."""

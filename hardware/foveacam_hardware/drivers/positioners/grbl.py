@@ -1,4 +1,4 @@
-"""A pan-tilt on a Grbl board, as `contract.PanTilt`: X pans, Y tilts, in degrees; see `grbl_board`."""
+"""A pan-tilt on a Grbl board as `contract.PanTilt`: X is pan, Y is tilt, in degrees; see `grbl_board`."""
 
 from foveacam_hardware.contract import Clock, DeviceInfo, PanTiltLimits, PanTiltPose, PanTiltState
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblMounting
@@ -12,7 +12,7 @@ USER = "pan-tilt"
 class GrblPanTilt:
     """Turns the rig; `hold` and `state` may be called from any thread, the rest from one at a time.
 
-    `board`: one that it shares with a rail, which has X and Y of this mounting; None: it has its own.
+    `board`: a board shared with a rail, with axes X and Y of this mounting; None: a board of its own.
     """
 
     moves_itself = True
@@ -40,43 +40,43 @@ class GrblPanTilt:
 
     @property
     def info(self) -> DeviceInfo:
-        """Who it is; with its version once it was connected."""
+        """Identity of the device, with its version once connected."""
         return DeviceInfo(vendor="Grbl", model="pan-tilt", serial=self._name, version=self._board.version)
 
     @property
     def state(self) -> PanTiltState:
-        """Ask where it stands; never raises."""
+        """State and pose, queried from the board; never raises."""
         found = self._board.state(USER)
         return PanTiltState(
             connected=found.connected,
             moving=found.moving,
             homed=found.homed,
-            pose=None if found.place is None else self._mounting.bearing(found.place),
+            pose=None if found.position is None else self._mounting.bearing(found.position),
             fault=found.fault,
             awaits_zero=found.awaits_zero,
         )
 
     def connect(self) -> None:
-        """Open the link, check who answers and whether it can turn as far as the limits say."""
+        """Open the link, identify the board and check that its travel covers the limits."""
         self._board.connect(USER)
 
     def close(self) -> None:
-        """Stop and release; harmless when closed."""
+        """Stop and release; do nothing when closed."""
         self._board.close(USER)
 
     def home(self) -> None:
-        """Begin to look for the reference switches; when they are found, the base turns straight ahead."""
+        """Begin to search for the reference switches; when found, the base turns straight ahead."""
         self._board.home(USER)
 
     def confirm_zero(self) -> None:
-        """Take the operator's word that every axis of its board stands at its zero."""
+        """Accept the operator's confirmation that every axis of the board is at its zero."""
         self._board.confirm_zero(USER)
 
     def move_to(self, pose: PanTiltPose) -> None:
-        """Begin to move; a move that is under way is given up for it."""
+        """Begin to move, replacing a move in progress."""
         check_bearing(pose, self.limits, name=self._name)
         self._board.move_to(USER, self._mounting.goals(pose))
 
     def hold(self) -> None:
-        """Stop moving now; a search for the switches is broken off, and has to be done again."""
+        """Stop moving now; an interrupted homing has to be repeated."""
         self._board.hold(USER)

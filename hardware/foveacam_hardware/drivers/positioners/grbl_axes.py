@@ -1,4 +1,7 @@
-"""An axis of a Grbl board, in its own units, and how a pan-tilt sits on two of them."""
+"""Axes of a Grbl board in their own units, the mounting of a pan-tilt on two of them, and a move's progress.
+
+Pure: positions and times are passed in. Talking to the board is left to `grbl_board`.
+"""
 
 import math
 from collections.abc import Mapping
@@ -9,9 +12,9 @@ from foveacam_hardware.drivers.positioners.limits import STRAIGHT_AHEAD
 from foveacam_hardware.wire.grbl import LETTERS
 
 START_NS = 500_000_000
-"""At rest elsewhere, this long after a move was taken, it has been stopped on the way."""
+"""Time after a move was accepted at which an axis at rest elsewhere counts as stopped on the way."""
 STALL_NS = 2_000_000_000
-"""On its way and at the same place for so long, it is stuck: the slowest move shows a step within a tenth."""
+"""Time at the same position while moving that counts as stuck; the slowest move takes a tenth per step."""
 ELSEWHERE = (
     "it came to rest elsewhere than it was sent to: stopped on its way, at the board or by another program,"
     " or misheard; move it again"
@@ -24,9 +27,9 @@ STUCK = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblAxis:
-    """One of a board's axes: `span`, `rest` (where it goes after homing) and speeds in its `unit` (deg, mm).
+    """One axis of a board: `span`, `rest` (position after homing) and speed in its `unit` (deg, mm).
 
-    `arrived`: at rest this near to its goal it has arrived, a few steps of a motor.
+    `arrived`: distance from the goal at which the axis counts as arrived, a few motor steps.
     """
 
     letter: str
@@ -40,19 +43,19 @@ class GrblAxis:
 
     @property
     def index(self) -> int:
-        """Its place in reports and settings."""
+        """Index of the axis in reports and settings."""
         return LETTERS.index(self.letter)
 
 
 def feed_per_min(
-    axes: Mapping[str, GrblAxis], goals: Mapping[str, float], *, place: tuple[float, ...] | None
+    axes: Mapping[str, GrblAxis], goals: Mapping[str, float], *, position: tuple[float, ...] | None
 ) -> float:
-    """Return the feed along the way at which one axis goes at its own speed and none faster.
+    """Return the feed along the path at which one axis moves at its own speed and none faster.
 
-    Without knowing the `place` that it begins at: the slowest axis's speed.
+    When the starting `position` is not known: the speed of the slowest axis.
     """
-    if place is not None:
-        ways = {letter: abs(goal - place[axes[letter].index]) for letter, goal in goals.items()}
+    if position is not None:
+        ways = {letter: abs(goal - position[axes[letter].index]) for letter, goal in goals.items()}
         duration_s = max(way / axes[letter].speed_per_s for letter, way in ways.items())
         if duration_s > 0.0:
             return 60.0 * math.hypot(*ways.values()) / duration_s
@@ -61,10 +64,10 @@ def feed_per_min(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblMounting:
-    """How the base sits on its motors.
+    """Relation between the base's bearing and its motor positions.
 
-    `zero`: where the base points when the machine counts zero; after homing that is at the reference
-    switches. `has_switches` false: there are none, and the machine counts from where it was switched on.
+    `zero`: bearing at machine zero, which after homing is at the reference switches. `has_switches` false:
+    there are none, and machine zero is the position at power-on.
     """
 
     zero: PanTiltPose = STRAIGHT_AHEAD
@@ -72,21 +75,21 @@ class GrblMounting:
     has_switches: bool = True
 
     def goals(self, pose: PanTiltPose) -> dict[str, float]:
-        """Return a bearing as X and Y, degrees of the machine."""
+        """Return the machine positions X and Y of a bearing, degrees."""
         return {
             "X": math.degrees(pose.pan_rad - self.zero.pan_rad),
             "Y": math.degrees(pose.tilt_rad - self.zero.tilt_rad),
         }
 
-    def bearing(self, place: tuple[float, ...]) -> PanTiltPose:
-        """Return where the base points at a position of the machine."""
+    def bearing(self, position: tuple[float, ...]) -> PanTiltPose:
+        """Return the bearing of the base at a machine position."""
         return PanTiltPose(
-            pan_rad=math.radians(place[0]) + self.zero.pan_rad,
-            tilt_rad=math.radians(place[1]) + self.zero.tilt_rad,
+            pan_rad=math.radians(position[0]) + self.zero.pan_rad,
+            tilt_rad=math.radians(position[1]) + self.zero.tilt_rad,
         )
 
     def axes(self, limits: PanTiltLimits) -> tuple[GrblAxis, GrblAxis]:
-        """Return X and Y as the board's."""
+        """Return the board's axes X and Y."""
         rest = self.goals(STRAIGHT_AHEAD)
         pan_rad, tilt_rad = limits.pan_max_rad - limits.pan_min_rad, limits.tilt_max_rad - limits.tilt_min_rad
         pan, tilt = (
@@ -105,7 +108,7 @@ class GrblMounting:
 
 
 class AxesMove:
-    """One move at a time: waiting to begin, under way, or none."""
+    """The current move: waiting to be sent, in progress, or none."""
 
     def __init__(self, axes: Mapping[str, GrblAxis]) -> None:
         self._axes = axes
@@ -115,50 +118,50 @@ class AxesMove:
 
     @property
     def waits(self) -> bool:
-        """Whether a move has still to be sent."""
+        """Whether a move has not been sent yet."""
         return bool(self.goals) and self._begun_ns is None
 
     @property
     def ahead(self) -> bool:
-        """Whether a move has still to end."""
+        """Whether a move has not ended yet."""
         return bool(self.goals)
 
     def plan(self, goals: Mapping[str, float]) -> None:
-        """Let axes go elsewhere, by their letters; what the others were on their way to stays their goal."""
+        """Set goals of axes by their letters; the other axes keep their goals."""
         self.goals, self._begun_ns, self._seen = {**self.goals, **goals}, None, None
 
     def begin(self, goals: Mapping[str, float], *, t_ns: int) -> None:
-        """The move to these goals was taken."""
+        """Record that the board accepted the move to these goals."""
         self.goals, self._begun_ns, self._seen = dict(goals), t_ns, None
 
     def end(self) -> None:
-        """Want nothing any more."""
+        """Clear all goals."""
         self.goals, self._begun_ns, self._seen = {}, None, None
 
-    def trouble(self, place: tuple[float, ...], *, moving: bool, t_ns: int) -> str | None:
-        """Take in where the axes are; return what has gone wrong on the way, None when nothing has."""
+    def trouble(self, position: tuple[float, ...], *, moving: bool, t_ns: int) -> str | None:
+        """Update with the current position; return what has gone wrong, or None."""
         if self._begun_ns is None or not self.goals:
             return None
-        if self._arrived(place):
+        if self._arrived(position):
             self.end()
             return None
         if moving:
-            return self._stall(place, t_ns)
+            return self._stall(position, t_ns)
         if t_ns <= self._begun_ns + START_NS:
             return None
         self.end()
         return ELSEWHERE
 
-    def _arrived(self, place: tuple[float, ...]) -> bool:
+    def _arrived(self, position: tuple[float, ...]) -> bool:
         axes = self._axes
         return all(
-            abs(place[axes[letter].index] - goal) <= axes[letter].arrived
+            abs(position[axes[letter].index] - goal) <= axes[letter].arrived
             for letter, goal in self.goals.items()
         )
 
-    def _stall(self, place: tuple[float, ...], t_ns: int) -> str | None:
-        if self._seen is None or self._seen[0] != place:
-            self._seen = place, t_ns
+    def _stall(self, position: tuple[float, ...], t_ns: int) -> str | None:
+        if self._seen is None or self._seen[0] != position:
+            self._seen = position, t_ns
         if t_ns - self._seen[1] < STALL_NS:
             return None
         self.end()

@@ -1,7 +1,7 @@
-"""A rail on a Grbl board, as `contract.Rail`: Z moves the rig sideways, in millimetres.
+"""A rail on a Grbl board as `contract.Rail`: Z moves the rig sideways, in millimetres.
 
-The board may be the pan-tilt's: then homing homes both, and a hold stops both. The board itself is
-`grbl_board`'s.
+The board may be shared with the pan-tilt: then homing homes both, and a hold stops both. Talking to the board
+is left to `grbl_board`.
 """
 
 from dataclasses import dataclass
@@ -18,10 +18,10 @@ MM_A_M = 1e3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblRailMounting:
-    """How the rail sits on its motor. `zero_m`: where the rig stands when the machine counts zero.
+    """Relation between the rig's position and the motor's. `zero_m`: position of the rig at machine zero.
 
-    After homing that is at the reference switch; `has_switches` false: there is none, and the machine counts
-    from where it was switched on. `reversed`: the motor counts against the rig's right.
+    After homing, machine zero is at the reference switch; `has_switches` false: there is none, and machine
+    zero is the position at power-on. `reversed`: the motor counts positive to the rig's left.
     """
 
     zero_m: float = 0.0
@@ -30,15 +30,15 @@ class GrblRailMounting:
     reversed: bool = False
 
     def goal_mm(self, position_m: float) -> float:
-        """Return a place as Z of the machine."""
+        """Return the machine position Z of a rig position, mm."""
         return self._sign * MM_A_M * (position_m - self.zero_m)
 
     def position_m(self, machine_mm: float) -> float:
-        """Return where the rig stands at a Z of the machine."""
+        """Return the rig position at a machine position Z, m."""
         return self.zero_m + self._sign * machine_mm / MM_A_M
 
     def axis(self, limits: RailLimits) -> GrblAxis:
-        """Return Z as the board's."""
+        """Return the board's axis Z."""
         return GrblAxis(
             letter="Z",
             name="the rail",
@@ -57,7 +57,7 @@ class GrblRailMounting:
 class GrblRail:
     """Moves the rig sideways; `hold` and `state` may be called from any thread, the rest from one at a time.
 
-    `board`: one that it shares with the pan-tilt, which has Z of this mounting; None: it has its own.
+    `board`: a board shared with the pan-tilt, with axis Z of this mounting; None: a board of its own.
     """
 
     moves_itself = True
@@ -85,43 +85,43 @@ class GrblRail:
 
     @property
     def info(self) -> DeviceInfo:
-        """Who it is; with its version once it was connected."""
+        """Identity of the device, with its version once connected."""
         return DeviceInfo(vendor="Grbl", model="rail", serial=self._name, version=self._board.version)
 
     @property
     def state(self) -> RailState:
-        """Ask where it stands; never raises."""
+        """State and position, queried from the board; never raises."""
         found = self._board.state(USER)
         return RailState(
             connected=found.connected,
             moving=found.moving,
             homed=found.homed,
-            position_m=None if found.place is None else self._mounting.position_m(found.place[2]),
+            position_m=None if found.position is None else self._mounting.position_m(found.position[2]),
             fault=found.fault,
             awaits_zero=found.awaits_zero,
         )
 
     def connect(self) -> None:
-        """Open the link, check who answers and whether it can move as far as the limits say."""
+        """Open the link, identify the board and check that its travel covers the limits."""
         self._board.connect(USER)
 
     def close(self) -> None:
-        """Stop and release; harmless when closed."""
+        """Stop and release; do nothing when closed."""
         self._board.close(USER)
 
     def home(self) -> None:
-        """Begin to look for the reference switch; when it is found, the rig goes to the middle."""
+        """Begin to search for the reference switch; when found, the rig moves to the centre of the rail."""
         self._board.home(USER)
 
     def confirm_zero(self) -> None:
-        """Take the operator's word that every axis of its board stands at its zero."""
+        """Accept the operator's confirmation that every axis of the board is at its zero."""
         self._board.confirm_zero(USER)
 
     def move_to(self, position_m: float) -> None:
-        """Begin to move; a move that is under way is given up for it."""
+        """Begin to move, replacing a move in progress."""
         check_position(position_m, self.limits, name=self._name)
         self._board.move_to(USER, {"Z": self._mounting.goal_mm(position_m)})
 
     def hold(self) -> None:
-        """Stop moving now; a search for the switch is broken off, and has to be done again."""
+        """Stop moving now; an interrupted homing has to be repeated."""
         self._board.hold(USER)

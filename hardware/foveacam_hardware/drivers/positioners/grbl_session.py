@@ -1,7 +1,7 @@
-"""One conversation with a Grbl board: which answer belongs to which line, and what came in between.
+"""One session with a Grbl board: matches answers to lines and stores the reports in between.
 
-No thread of its own: who waits, reads. Answers come in the order of the lines; one that comes too late is
-still told apart from that of the next line, and one that never comes is written off.
+There is no thread: a caller that waits reads the link. Answers arrive in the order of the lines; a late
+answer is still matched to its own line, and a missing one is given up after some reports.
 """
 
 import logging
@@ -33,15 +33,15 @@ logger = logging.getLogger(__name__)
 REPORT_S = 0.3
 REPORT_TRIES = 3
 LINE_S = 3.0
-"""A move is acknowledged within milliseconds, unless a setting is being written to slow memory."""
-WRITTEN_OFF_AFTER = 3
-"""Reports that came after a line's deadline without its answer: it was lost on the way."""
+"""Deadline of an answer: usually milliseconds, longer while a setting is written to slow memory."""
+LOST_AFTER_REPORTS = 3
+"""Reports after a line's deadline at which its missing answer counts as lost."""
 SLICE_S = 0.05
 
 
 @dataclass(slots=True, eq=False)
 class SentLine:
-    """A line on its way: `answer` is None until it comes; `lost` when it never will."""
+    """A sent line: `answer` is None until it arrives; `lost` when it never will."""
 
     line: str
     answer: GrblOk | GrblRefused | None = None
@@ -52,7 +52,7 @@ class SentLine:
 
 
 class LineRefused(DeviceFault):
-    """A line was understood, or misunderstood, and refused; nothing moved."""
+    """A line was refused; nothing moved."""
 
     def __init__(self, name: str, refused: GrblRefused, line: str) -> None:
         super().__init__(f"{name}: {line!r} was refused ({refused}); nothing moved")
@@ -60,7 +60,7 @@ class LineRefused(DeviceFault):
 
 
 class GrblSession:
-    """A link and what is known from it; one thread talks, any thread may send a realtime byte."""
+    """A link and the state received over it; one thread sends lines, any thread may send real-time bytes."""
 
     def __init__(self, link: ByteLink, clock: Clock, *, name: str) -> None:
         self._link = link
@@ -72,20 +72,20 @@ class GrblSession:
         self._offset: tuple[float, ...] = (0.0, 0.0)
         self._report: GrblStatusReport | None = None
         self.alarm: GrblAlarm | None = None
-        """The last alarm that it told; who acts on it clears it."""
+        """The last alarm; cleared by whoever handles it."""
         self._mute = False
-        """Whether it has fallen silent over its alarm."""
+        """Whether the board is silent because of its alarm."""
         self.restarts = 0
-        """How often it has said hello."""
+        """Number of greetings received."""
         self.bad_lines = 0
-        """Lines that were none."""
+        """Number of received lines that could not be parsed."""
 
     def realtime(self, byte: bytes) -> None:
-        """Send a byte that jumps the queue; waits for nothing."""
+        """Send a real-time byte, without waiting."""
         self._link.write(byte)
 
     def report(self, *, tries: int = REPORT_TRIES) -> GrblStatusReport:
-        """Ask where it stands; raise `NotConnected` when it does not say."""
+        """Request a status report and return it; raise `NotConnected` when none comes."""
         with self._lock:
             if self._mute and self.alarm is not None and self._is_still_mute():
                 return GrblStatusReport(state="Alarm")
@@ -95,7 +95,7 @@ class GrblSession:
                 self._listen_until(lambda: self._latest() is not None, REPORT_S)
                 if (found := self._latest()) is not None:
                     return found
-                if self.alarm is not None:  # after some it says nothing until it is reset
+                if self.alarm is not None:  # after some alarms the board is silent until it is reset
                     self._mute = True
                     return GrblStatusReport(state="Alarm")
         raise NotConnected(
@@ -103,8 +103,8 @@ class GrblSession:
             " check its cable and its supply, then connect it again"
         )
 
-    def place(self, report: GrblStatusReport) -> tuple[float, ...]:
-        """Return the machine position that a report tells, an axis after the other, in its own units."""
+    def position(self, report: GrblStatusReport) -> tuple[float, ...]:
+        """Return the machine position of a report, in axis order and the axes' units."""
         if report.machine is not None:
             return report.machine
         work = report.work or (0.0, 0.0)
@@ -120,7 +120,7 @@ class GrblSession:
             return sent
 
     def ask(self, line: str, *, deadline_s: float = LINE_S) -> SentLine:
-        """Send a line and wait; raise `DeviceFault` when it is refused, `Timeout` when nothing comes."""
+        """Send a line and wait; raise `DeviceFault` when it is refused, `Timeout` when no answer comes."""
         with self._lock:
             sent = self.begin(line)
             self._listen_until(lambda: sent.answer is not None or sent.lost, deadline_s)
@@ -135,15 +135,15 @@ class GrblSession:
             return sent
 
     def end_line(self) -> None:
-        """End what the board may have of a line that it did not answer; it answers for that line now."""
+        """End a line that the board may have in part, unanswered; it then answers that line."""
         self._link.write(encode(""))
 
     def listen(self, timeout_s: float = 0.0) -> None:
-        """Take in what has arrived, or arrives within the time."""
+        """Process what has arrived or arrives within the time."""
         with self._lock:
             for text in self._reader.feed(self._link.read(timeout_s)):
                 try:
-                    self._take(parse(text))
+                    self._process(parse(text))
                 except BadGrblLine:
                     self.bad_lines += 1
                     logger.warning("%s: not a line of Grbl's: %r", self._name, text[:80])
@@ -153,7 +153,7 @@ class GrblSession:
         self._link.close()
 
     def _is_still_mute(self) -> bool:
-        """Ask without waiting, and take in what was said to the question before."""
+        """Request a report without waiting, and process the answer to the previous request."""
         self.listen()
         self._mute = self._report is None
         self.realtime(STATUS)
@@ -167,19 +167,19 @@ class GrblSession:
         while not done() and (left_ns := deadline_ns - self._clock.now_ns()) > 0:
             self.listen(min(SLICE_S, left_ns / 1e9))
 
-    def _take(self, line: Line) -> None:
+    def _process(self, line: Line) -> None:
         match line:
             case GrblOk() | GrblRefused():
                 self._answer(line)
             case GrblStatusReport():
                 self._report = line
                 self._offset = line.offset or self._offset
-                self._write_off()
+                self._expire_answers()
             case GrblAlarm():
                 self.alarm = line
             case GrblWelcome():
                 self.restarts += 1
-                self._void_all()
+                self._mark_all_lost()
             case GrblMessage() | GrblSetting():
                 if self._sent:
                     self._sent[0].told.append(line)
@@ -190,15 +190,15 @@ class GrblSession:
         else:
             logger.warning("%s: an answer to no line (%s)", self._name, answer)
 
-    def _write_off(self) -> None:
-        """Forget the lines whose answers have been overdue for several reports."""
+    def _expire_answers(self) -> None:
+        """Mark lines as lost whose answers have been overdue for several reports."""
         for sent in self._sent:
             if sent.reports_since is not None:
                 sent.reports_since += 1
-        while self._sent and (self._sent[0].reports_since or 0) >= WRITTEN_OFF_AFTER:
+        while self._sent and (self._sent[0].reports_since or 0) >= LOST_AFTER_REPORTS:
             self._sent.popleft().lost = True
 
-    def _void_all(self) -> None:
+    def _mark_all_lost(self) -> None:
         for sent in self._sent:
             sent.lost = True
         self._sent.clear()

@@ -1,4 +1,4 @@
-"""The first words with a Grbl board: is it one, does it rest, do its settings allow what the file says."""
+"""Start of a session with a Grbl board: identify it, bring it to rest, check its settings."""
 
 from collections.abc import Sequence
 
@@ -16,19 +16,19 @@ from foveacam_hardware.wire.grbl import (
 )
 
 GREETING_TRIES = 12
-"""Reports asked for, 0.3 s each: a board that restarts when its port is opened needs two seconds."""
+"""Requests for a report, 0.3 s each: a board that restarts when its port opens needs two seconds."""
 RESET_AFTER = 8
 REST_TRIES = 20
 SETTINGS_S = 5.0
-"""Settings come from slow memory, behind whatever else it writes."""
+"""Deadline for the settings, which are read from slow memory."""
 TRAVEL = 130
-"""The setting of X's travel; Y's and Z's follow."""
+"""Setting number of X's travel; those of Y and Z follow."""
 MOVING = frozenset({"Jog", "Run", "Home"})
 READY = frozenset({"Idle", "Alarm"})
 
 
 def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_switches: bool) -> str:
-    """Bring it to rest, check its settings, and return its version; raise when it will not do."""
+    """Bring the board to rest, check its settings and return its version; raise when it is not usable."""
     report = _first_report(session, name)
     for _ in range(REST_TRIES):
         if report.state in READY:
@@ -42,11 +42,11 @@ def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_swit
     told = session.ask(SETTINGS, deadline_s=SETTINGS_S).told
     settings = {setting.number: setting.value for setting in told if isinstance(setting, GrblSetting)}
     _check(settings, axes, name=name, has_switches=has_switches)
-    places = len(session.place(report))
+    count = len(session.position(report))
     for axis in axes:
-        if axis.index >= places:
+        if axis.index >= count:
             raise DeviceFault(
-                f"{name}: its board has {places} axes, and {axis.name} is said to be on {axis.letter}; use a"
+                f"{name}: its board has {count} axes, and {axis.name} is said to be on {axis.letter}; use a"
                 " board with more, or take it out of the rig file"
             )
     return version
@@ -54,7 +54,7 @@ def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_swit
 
 def _first_report(session: GrblSession, name: str) -> GrblStatusReport:
     for count in range(GREETING_TRIES):
-        if count == RESET_AFTER:  # one that waits for a reset after a limit switch says nothing else
+        if count == RESET_AFTER:  # a board locked by a limit switch answers nothing until a reset
             session.realtime(RESET)
         try:
             return session.report(tries=1)
@@ -75,7 +75,7 @@ def _version(sent: SentLine) -> str:
 
 
 def _check(settings: dict[int, float], axes: Sequence[GrblAxis], *, name: str, has_switches: bool) -> None:
-    """Raise `DeviceFault` for settings with which it would move wrongly, or not at all."""
+    """Raise `DeviceFault` for settings with which the board would move wrongly or not at all."""
     if settings.get(13):
         raise DeviceFault(f"{name}: it reports in inches; set $13=0 at the board, then connect again")
     if has_switches and not settings.get(22, 1):

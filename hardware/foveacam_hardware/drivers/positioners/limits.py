@@ -1,4 +1,4 @@
-"""Refuses bearings that a pan-tilt cannot reach, whatever its make."""
+"""Checks of bearings against a pan-tilt's limits and of positions against a rail's, for every driver."""
 
 import math
 
@@ -10,7 +10,7 @@ SLACK_M = 1e-9
 
 
 def check_bearing(pose: PanTiltPose, limits: PanTiltLimits, *, name: str) -> None:
-    """Raise `OutOfRange` for a bearing beyond the limits, or one that is no number."""
+    """Raise `OutOfRange` for a bearing beyond the limits or NaN."""
     for axis, asked, low, high in (
         ("pan", pose.pan_rad, limits.pan_min_rad, limits.pan_max_rad),
         ("tilt", pose.tilt_rad, limits.tilt_min_rad, limits.tilt_max_rad),
@@ -23,7 +23,7 @@ def check_bearing(pose: PanTiltPose, limits: PanTiltLimits, *, name: str) -> Non
 
 
 def check_position(position_m: float, limits: RailLimits, *, name: str) -> None:
-    """Raise `OutOfRange` for a place beyond the limits, or one that is no number."""
+    """Raise `OutOfRange` for a position beyond the limits or NaN."""
     if not limits.min_m - SLACK_M <= position_m <= limits.max_m + SLACK_M:
         raise OutOfRange(
             f"{name}: {1e3 * position_m:.1f} mm is outside {1e3 * limits.min_m:g} to"

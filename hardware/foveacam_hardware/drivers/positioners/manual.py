@@ -1,6 +1,6 @@
-"""A rig that the operator turns by hand, as `contract.PanTilt`: it only remembers what is wanted.
+"""Manual pan-tilt and rail as `contract.PanTilt` and `contract.Rail`: they only store the requested position.
 
-Where the base points nobody can say; whoever asks for a bearing watches the wide view until it is reached.
+The actual position is not known: a caller watches the wide view, the operator reads the rail's scale.
 """
 
 import math
@@ -24,21 +24,21 @@ ANY_BEARING = PanTiltLimits(
 ANY_POSITION = RailLimits(min_m=-2.0, max_m=2.0)
 
 
-def _nobody(wanted: PanTiltPose | None) -> None:
-    """Tell nobody: the operator reads what is wanted."""
+def _ignore(wanted: PanTiltPose | None) -> None:
+    """Do nothing."""
 
 
 class ManualPanTilt:
-    """A tripod head, or a table; `wanted` is the bearing last asked for, None when none is.
+    """A tripod head or table turned by hand; `wanted` is the requested bearing, None when none is.
 
-    `on_wanted` is told of every change of it.
+    `on_wanted` is called on every change of it.
     """
 
     moves_itself = False
     limits = ANY_BEARING
 
     def __init__(
-        self, *, name: str = "by hand", on_wanted: Callable[[PanTiltPose | None], None] = _nobody
+        self, *, name: str = "by hand", on_wanted: Callable[[PanTiltPose | None], None] = _ignore
     ) -> None:
         self.info = DeviceInfo(vendor="none", model="turned by hand", serial=name)
         self.wanted: PanTiltPose | None = None
@@ -47,42 +47,42 @@ class ManualPanTilt:
 
     @property
     def state(self) -> PanTiltState:
-        """Say that it is there, and that nobody knows where it points."""
+        """Whether it is connected, and the requested bearing; the actual one is not known."""
         return PanTiltState(connected=self._connected, wanted=self.wanted)
 
     def connect(self) -> None:
-        """Begin; there is nothing that could fail."""
+        """Mark as connected; cannot fail."""
         self._connected = True
 
     def close(self) -> None:
-        """End; harmless when ended."""
+        """Mark as closed."""
         self._connected = False
         self.wanted = None
 
     def home(self) -> None:
-        """Do nothing: there are no switches, and no need of them."""
+        """Do nothing: there are no switches."""
         self._check("home")
 
     def confirm_zero(self) -> None:
-        """Do nothing: it counts nothing."""
+        """Do nothing: there is no position counter."""
         self._check("take where it stands for its zero")
 
     def move_to(self, pose: PanTiltPose) -> None:
-        """Remember where the operator is to turn it."""
+        """Store the bearing that the operator is asked to turn to."""
         self._check("move")
         if abs(pose.pan_rad) > ANY_BEARING.pan_max_rad or abs(pose.tilt_rad) > ANY_BEARING.tilt_max_rad:
             raise OutOfRange(
                 f"pan-tilt (by hand): pan {math.degrees(pose.pan_rad):.1f}, tilt"
                 f" {math.degrees(pose.tilt_rad):.1f} deg is outside ±180, ±90 deg; choose a bearing inside"
             )
-        self._want(pose)
+        self._request(pose)
 
     def hold(self) -> None:
-        """Want nothing any more."""
+        """Clear the request."""
         self._check("hold")
-        self._want(None)
+        self._request(None)
 
-    def _want(self, pose: PanTiltPose | None) -> None:
+    def _request(self, pose: PanTiltPose | None) -> None:
         self.wanted = pose
         self._on_wanted(pose)
 
@@ -92,7 +92,7 @@ class ManualPanTilt:
 
 
 class ManualRail:
-    """A rail with a scale; `wanted_m` is the place last asked for, None when none is."""
+    """A rail with a scale; `wanted_m` is the requested position, None when none is."""
 
     moves_itself = False
 
@@ -104,34 +104,34 @@ class ManualRail:
 
     @property
     def state(self) -> RailState:
-        """Say that it is there, where it is wanted, and that nobody knows where it stands."""
+        """Whether it is connected, and the requested position; the actual one is not known."""
         return RailState(connected=self._connected, wanted_m=self.wanted_m)
 
     def connect(self) -> None:
-        """Begin; there is nothing that could fail."""
+        """Mark as connected; cannot fail."""
         self._connected = True
 
     def close(self) -> None:
-        """End; harmless when ended."""
+        """Mark as closed."""
         self._connected = False
         self.wanted_m = None
 
     def home(self) -> None:
-        """Do nothing: there is no switch, and no need of one."""
+        """Do nothing: there is no switch."""
         self._check("home")
 
     def confirm_zero(self) -> None:
-        """Do nothing: it counts nothing."""
+        """Do nothing: there is no position counter."""
         self._check("take where it stands for its zero")
 
     def move_to(self, position_m: float) -> None:
-        """Remember where the operator is to push it."""
+        """Store the position that the operator is asked to push to."""
         self._check("move")
         check_position(position_m, self.limits, name="rail (by hand)")
         self.wanted_m = position_m
 
     def hold(self) -> None:
-        """Want nothing any more."""
+        """Clear the request."""
         self._check("hold")
         self.wanted_m = None
 

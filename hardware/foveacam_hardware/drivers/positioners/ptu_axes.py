@@ -1,4 +1,4 @@
-"""Bearings of the rig as a FLIR unit's steps: where its zero points, which way it counts, how fast."""
+"""Converts bearings of the rig to motor steps of a FLIR unit and back."""
 
 import math
 from dataclasses import dataclass
@@ -7,30 +7,30 @@ from foveacam_hardware.contract import PanTiltPose
 from foveacam_hardware.drivers.positioners.limits import STRAIGHT_AHEAD
 
 Steps = tuple[int, int]
-"""Positions of pan and tilt."""
+"""Positions of pan and tilt, steps."""
 ARC_SECOND_RAD = math.radians(1.0 / 3600.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PtuMounting:
-    """How the rig sits on the unit. `zero`: where it points at the unit's 0/0, the middle of both ways."""
+    """Mounting of the rig on the unit. `zero`: bearing at the unit's 0/0, the middle of both ranges."""
 
     zero: PanTiltPose = STRAIGHT_AHEAD
     speed_rad_s: float = math.radians(25.0)
     upside_down: bool = False
-    """The unit hangs from a ceiling: both axes turn the other way."""
+    """The unit is mounted upside down: both axes turn the other way."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PtuAxes:
-    """Steps of both motors and the rig's bearings."""
+    """Conversion between steps of both motors and bearings of the rig."""
 
     mounting: PtuMounting
     pan_step_rad: float
     tilt_step_rad: float
 
     def steps(self, pose: PanTiltPose) -> Steps:
-        """Return the positions nearest to a bearing."""
+        """Return the step positions nearest to a bearing."""
         zero, turn = self.mounting.zero, self._turn
         return (
             round(turn * (pose.pan_rad - zero.pan_rad) / self.pan_step_rad),
@@ -38,7 +38,7 @@ class PtuAxes:
         )
 
     def bearing(self, steps: Steps) -> PanTiltPose:
-        """Return where the rig points at the unit's positions."""
+        """Return the bearing at step positions."""
         zero, turn = self.mounting.zero, self._turn
         return PanTiltPose(
             pan_rad=zero.pan_rad + turn * steps[0] * self.pan_step_rad,
@@ -47,5 +47,5 @@ class PtuAxes:
 
     @property
     def _turn(self) -> float:
-        """The unit counts to the left and up; the rig's bearings go to the right and down."""
+        """Sign: the unit counts to the left and up, bearings to the right and down."""
         return 1.0 if self.mounting.upside_down else -1.0

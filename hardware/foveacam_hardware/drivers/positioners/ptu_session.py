@@ -1,8 +1,8 @@
-"""One conversation with a FLIR pan-tilt unit: which reply belongs to which command, and what came unasked.
+"""One session with a FLIR pan-tilt unit: matches replies to commands and stores unrequested messages.
 
-No thread of its own: who waits, reads. Replies come in the order of the commands, and do not say which they
-belong to. So when one is missing the version is asked: that reply resembles no other, and what came before it
-is void.
+There is no thread: a caller that waits reads the link. Replies arrive in the order of the commands without
+naming them. When one is missing, the version is queried, whose reply is unique; replies before it are
+discarded.
 """
 
 import logging
@@ -33,14 +33,14 @@ from foveacam_hardware.wire.ptu import (
 logger = logging.getLogger(__name__)
 
 REPLY_S = 0.4
-"""A D-series unit takes some ten commands a second."""
+"""Deadline of a reply; a D-series unit handles about ten commands a second."""
 TRIES = 3
 SLICE_S = 0.05
 
 
 @dataclass(slots=True, eq=False)
 class SentCommand:
-    """A command on its way: `reply` is None until it comes; `lost` when it never will."""
+    """A sent command: `reply` is None until it arrives; `lost` when it never will."""
 
     command: str
     reply: PtuDone | PtuRefused | None = None
@@ -48,14 +48,14 @@ class SentCommand:
 
 
 class CommandRefused(DeviceFault):
-    """A command was understood, or misunderstood, and refused; nothing moved."""
+    """A command was refused; nothing moved."""
 
     def __init__(self, name: str, refused: PtuRefused, command: str) -> None:
         super().__init__(f"{name}: {command!r} was refused ({refused.reason}); nothing moved")
 
 
 class PtuSession:
-    """A link and what is known from it; one thread asks, any thread may send a command."""
+    """A link and the state received over it; one thread waits for replies, any thread may send a command."""
 
     def __init__(self, link: ByteLink, clock: Clock, *, name: str) -> None:
         self._link = link
@@ -64,16 +64,16 @@ class PtuSession:
         self._reader = PtuReplyReader()
         self._sent: deque[SentCommand] = deque()
         self._lock = threading.RLock()
-        self._order = threading.Lock()  # a command's place in the queue is its place on the wire
+        self._order = threading.Lock()  # keeps the queue in the order of the wire
         self._out_of_step = True
         self.quiet = False
-        """Whether its echo is known to be off."""
+        """Whether the unit's echo is known to be off."""
         self.limits_hit: list[PtuAxis] = []
-        """Axes that ran into a limit; who acts on it clears it."""
+        """Axes that ran into a limit; cleared by whoever handles it."""
         self.restarts = 0
-        """How often it has started, or answered as one that has."""
+        """Number of restarts, recognised by the banner or by an echo."""
         self.heard = ""
-        """The last line that was none of such a unit's."""
+        """The last received line that could not be parsed."""
 
     def begin(self, command: str) -> SentCommand:
         """Send a command without waiting for its reply."""
@@ -84,10 +84,10 @@ class PtuSession:
             return sent
 
     def ask(self, command: str) -> PtuDone:
-        """Send a command and wait, again when no reply comes; raise `DeviceFault` when it is refused."""
+        """Send a command and wait, repeating it without a reply; raise `DeviceFault` when it is refused."""
         with self._lock:
             for _ in range(TRIES):
-                if self._out_of_step and not self._find_step():
+                if self._out_of_step and not self._resynchronise():
                     continue
                 sent = self.begin(command)
                 self._wait_for(sent)
@@ -102,7 +102,7 @@ class PtuSession:
         )
 
     def number(self, axis: PtuAxis, what: PtuQuery) -> float:
-        """Ask for a number of an axis."""
+        """Query a number of an axis."""
         for _ in range(TRIES):
             try:
                 return self.ask(query(axis, what)).number
@@ -114,16 +114,16 @@ class PtuSession:
         )
 
     def end_line(self) -> None:
-        """End what the unit may have of a command that somebody else began."""
+        """End a command that another program may have left incomplete."""
         self._link.write(b"\r")
 
     def listen(self, timeout_s: float = 0.0) -> None:
-        """Take in what has arrived, or arrives within the time."""
+        """Process what has arrived or arrives within the time."""
         with self._lock:
             for text in self._reader.feed(self._link.read(timeout_s)):
                 try:
                     for line in parse(text):
-                        self._take(line)
+                        self._process(line)
                 except BadPtuReply:
                     self.heard = text[:40]
                     logger.warning("%s: not a reply: %r", self._name, text[:80])
@@ -132,8 +132,8 @@ class PtuSession:
         """Release the link."""
         self._link.close()
 
-    def _find_step(self) -> bool:
-        """Ask for the version and forget every reply before that; return whether it came."""
+    def _resynchronise(self) -> bool:
+        """Query the version and discard every reply before its own; return whether it came."""
         sent = self.begin(VERSION)
         self._wait_for(sent)
         self._out_of_step = sent.reply is None
@@ -147,7 +147,7 @@ class PtuSession:
         while not done() and (left_ns := deadline_ns - self._clock.now_ns()) > 0:
             self.listen(min(SLICE_S, left_ns / 1e9))
 
-    def _take(self, line: Line) -> None:
+    def _process(self, line: Line) -> None:
         match line:
             case PtuLimitHit():
                 self.limits_hit.append(line.axis)
@@ -159,7 +159,7 @@ class PtuSession:
                 self._answer(line)
 
     def _note_restart(self) -> None:
-        if self.quiet:  # before, it was not known to be running
+        if self.quiet:  # before that the unit was not known to be running
             self.restarts += 1
         self.quiet = False
         self._out_of_step = True
@@ -167,7 +167,7 @@ class PtuSession:
     def _answer(self, reply: PtuDone | PtuRefused) -> None:
         versions = [k for k, sent in enumerate(self._sent) if sent.command == VERSION]
         if isinstance(reply, PtuDone) and is_version(reply.text):
-            # It answers the last that asked for it: a late one before is as good, and a later one is ignored.
+            # Assigned to the last version query: a late earlier reply is as good, a later one is ignored.
             for _ in range(versions[-1] + 1 if versions else 0):
                 sent = self._sent.popleft()
                 sent.reply, sent.lost = (reply, False) if sent.command == VERSION else (None, True)

@@ -1,4 +1,4 @@
-"""The first words with a FLIR unit: is it one, how fine are its steps, can it do what the rig file says."""
+"""Start of a session with a FLIR unit: identify it, configure it, check its steps, range and speed."""
 
 import math
 from contextlib import suppress
@@ -19,11 +19,11 @@ from foveacam_hardware.wire.ptu import (
 )
 
 GREETING_TRIES = 3
-"""A second or so each. A unit that finds its limits after switching on answers nothing for half a minute."""
+"""Attempts, about a second each. A unit that homes after power-on is silent for half a minute."""
 
 
 def greet(session: PtuSession, name: str) -> str:
-    """Make sure that such a unit answers, and return its version."""
+    """Check that a FLIR unit answers, and return its version."""
     session.end_line()
     for _ in range(GREETING_TRIES):
         with suppress(NotConnected):
@@ -36,12 +36,12 @@ def greet(session: PtuSession, name: str) -> str:
 
 
 def prepare(session: PtuSession, mounting: PtuMounting, limits: PanTiltLimits, *, name: str) -> PtuAxes:
-    """Set it up, and return its steps; raise `DeviceFault` when it cannot do what the rig file says."""
+    """Configure the unit and return its axes; raise `DeviceFault` when it cannot fulfil the rig file."""
     session.ask(ECHO_OFF)
     session.quiet = True
     for command in (TERSE, LIMITS_ON, IMMEDIATE):
         session.ask(command)
-    with suppress(CommandRefused):  # units that are too old know no other mode
+    with suppress(CommandRefused):  # older units have no other mode
         session.ask(INDEPENDENT)
     axes = PtuAxes(
         mounting=mounting,

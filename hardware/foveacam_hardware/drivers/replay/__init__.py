@@ -1,1 +1,1 @@
-"""A recording in the place of the devices: its frames on the clock, its mirrors where they were recorded."""
+"""Drivers that play a recording: its frames timed by the clock, its mirrors at the recorded positions."""

@@ -1,4 +1,4 @@
-"""A camera that plays a recording. No threads: a frame is read from the file by its reader, when due."""
+"""A camera that plays a recording. There is no thread: the reader loads a frame from the file when due."""
 
 import threading
 from collections.abc import Iterator
@@ -27,25 +27,27 @@ from foveacam_hardware.drivers.replay.source import RecordedCamera
 from foveacam_hardware.drivers.replay.timeline import PlaybackTimeline
 
 BACKLOG = 8
-"""Frames that wait for a slow reader; older ones are skipped and counted."""
+"""Frames buffered for a slow reader; older ones are skipped and counted."""
 LATEST_TIMEOUT_MS = 1000.0
 ENDED = "the recording is at its end; play it again, or in a loop"
 
 
 class ReplayCamera:
-    """One camera of a recording, behind the contract's Camera; any thread may read, each frame goes to one.
+    """One camera of a recording as the contract's Camera; any thread may read, each frame goes to one reader.
 
-    Its times are the clock's, its pictures, volts and exposures the recorded ones. Nothing can be set.
+    Times are the clock's; images, volts and exposures are the recorded ones. Nothing can be set.
     """
 
-    def __init__(self, role: Role, recorded: RecordedCamera, tape: PlaybackTimeline, *, clock: Clock) -> None:
+    def __init__(
+        self, role: Role, recorded: RecordedCamera, timeline: PlaybackTimeline, *, clock: Clock
+    ) -> None:
         self._role = role
         self._recorded = recorded
-        self._tape = tape
+        self._timeline = timeline
         self._clock = clock
         self._lock = threading.RLock()
         self._times_ns = recorded.t_ns
-        self._settings = _settings_of(recorded, speed=tape.speed)
+        self._settings = _settings_of(recorded, speed=timeline.speed)
         self._connected = self._started = False
         self._epoch = 0
         self._next = 0
@@ -54,17 +56,17 @@ class ReplayCamera:
 
     @property
     def role(self) -> Role:
-        """Which eye it is."""
+        """Role of the camera in the rig."""
         return self._role
 
     @property
     def info(self) -> DeviceInfo:
-        """Which camera was recorded, and where."""
+        """Identity of the recorded camera."""
         return self._recorded.info
 
     @property
     def settings(self) -> CameraSettings:
-        """What was recorded; the rate is that of the playing."""
+        """The recorded settings, with the playback rate."""
         return self._settings
 
     @property
@@ -74,14 +76,14 @@ class ReplayCamera:
 
     @property
     def waiting(self) -> int:
-        """How many recorded frames have come due and were not read; the oldest are forgotten."""
+        """Number of due frames not yet read, `BACKLOG` at most."""
         with self._lock:
             newest = self._newest(self._clock.now_ns())
             return min(max(0, newest - self._next + 1), BACKLOG) if self._started else 0
 
     @property
     def ranges(self) -> CameraRanges:
-        """What was recorded, and nothing else."""
+        """Ranges that contain only the recorded values."""
         now = self._settings
         return CameraRanges(
             exposure_ns=ValueRange(low=now.exposure_ns, high=now.exposure_ns),
@@ -103,18 +105,18 @@ class ReplayCamera:
         return CameraLink(phase=CameraPhase.STREAMING, epoch=self._epoch)
 
     def connect(self) -> None:
-        """Be ready to play."""
+        """Mark as connected."""
         if not self._connected:
             self._epoch += 1
         self._connected = True
 
     def close(self) -> None:
-        """Stop; harmless when closed. The recording belongs to the rig."""
+        """Stop; do nothing when closed. The recording itself is closed by the rig."""
         self.stop()
         self._connected = False
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Take what it runs with already; refuse everything else."""
+        """Accept the recorded settings; raise `OutOfRange` for any others."""
         self._require_connected("configure")
         try:
             refuse_outside(settings, self.ranges)
@@ -128,36 +130,38 @@ class ReplayCamera:
         return self._settings
 
     def start(self) -> None:
-        """Begin to deliver what is exposed from now on; the counters start again."""
+        """Start delivering frames exposed from now on, and reset the counters."""
         self._require_connected("start")
         with self._lock:
             if not self._started:
-                self._tape.begin()
+                self._timeline.begin()
                 self._delivered = self._skipped = 0
-                self._next = max(self._next, self._tape.newest(self._times_ns, self._clock.now_ns() - 1) + 1)
+                self._next = max(
+                    self._next, self._timeline.newest(self._times_ns, self._clock.now_ns() - 1) + 1
+                )
                 self._started = True
 
     def stop(self) -> None:
-        """Stop delivering; the recording runs on."""
+        """Stop delivering; the recording keeps running."""
         with self._lock:
             self._started = False
             self._last = None
 
     def software_trigger(self) -> None:
-        """Refuse: nothing is exposed here."""
+        """Raise `InvalidInput`: a recording cannot be triggered."""
         raise InvalidInput(
             f"camera {self._role}: asked to expose, but it plays a recording; take a live camera, and"
             " configure it as triggered by software"
         )
 
     def read(self, *, timeout_ms: float = 1000.0) -> Frame:
-        """Return the next frame not yet read; `Timeout` at once where the recording is at its end."""
+        """Return the oldest frame not yet read; raise `Timeout` at once at the recording's end."""
         deadline_ns = self._clock.now_ns() + round(timeout_ms * 1e6)
         while True:
             now_ns = self._clock.now_ns()
             with self._lock:
                 self._require_started()
-                self._forget_old(now_ns)
+                self._skip_old(now_ns)
                 ready_ns = self._ready_ns(self._next)
                 if ready_ns is not None and ready_ns <= now_ns:
                     return self._deliver(self._next)
@@ -193,8 +197,8 @@ class ReplayCamera:
             yield self.read(timeout_ms=timeout_ms)
 
     def volts_at(self, now_ns: int) -> MirrorVolts | None:
-        """Return the recorded drive of this eye's mirror at a moment of the clock."""
-        number = max(0, self._tape.newest(self._times_ns, now_ns))
+        """Return the recorded drive of this fovea's mirror at a time of the clock."""
+        number = max(0, self._timeline.newest(self._times_ns, now_ns))
         return self._recorded.volts(number % len(self._times_ns))
 
     def _deliver(self, number: int) -> Frame:
@@ -216,17 +220,17 @@ class ReplayCamera:
         return self._last
 
     def _moment_ns(self, number: int) -> int | None:
-        return self._tape.moment_ns(self._times_ns, number)
+        return self._timeline.moment_ns(self._times_ns, number)
 
     def _ready_ns(self, number: int) -> int | None:
-        """Return when a frame's exposure is over; None: there is no such frame."""
+        """Return the end of a frame's exposure; None when there is no such frame."""
         moment_ns = self._moment_ns(number)
         return None if moment_ns is None else moment_ns + self._settings.exposure_ns // 2
 
     def _newest(self, now_ns: int) -> int:
-        return self._tape.newest(self._times_ns, now_ns - self._settings.exposure_ns // 2)
+        return self._timeline.newest(self._times_ns, now_ns - self._settings.exposure_ns // 2)
 
-    def _forget_old(self, now_ns: int) -> None:
+    def _skip_old(self, now_ns: int) -> None:
         oldest = self._newest(now_ns) - BACKLOG + 1
         if oldest > self._next:
             self._skipped += oldest - self._next
@@ -243,7 +247,7 @@ class ReplayCamera:
 
 
 def _settings_of(recorded: RecordedCamera, *, speed: float) -> CameraSettings:
-    """Return what the recording was made with, as its first frame tells."""
+    """Return the settings of the recording, from its first frame."""
     first, times_ns = recorded.frame(0), recorded.t_ns
     span_ns = int(times_ns[-1] - times_ns[0])
     rate_hz = (len(times_ns) - 1) * 1e9 / span_ns if span_ns > 0 else 1.0
@@ -255,7 +259,7 @@ def _settings_of(recorded: RecordedCamera, *, speed: float) -> CameraSettings:
 
 
 def _format_of(image: Image) -> PixelFormat:
-    """Return the format whose pictures look like this one."""
+    """Return the pixel format that yields such an image."""
     deep = image.dtype.itemsize > 1
     if image.ndim == 3:
         return PixelFormat.BAYER_RG12P if deep else PixelFormat.RGB8

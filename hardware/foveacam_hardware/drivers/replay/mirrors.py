@@ -1,7 +1,6 @@
-"""The mirrors of a recording: they are where they were recorded, and nobody can move them.
+"""The mirrors of a recording: at their recorded positions, and not movable.
 
-Parking, switching and pinging succeed, for there is nothing that could be in the way of a stop; steering
-and exposing are refused, as nothing would come of them.
+Parking, switching and pinging succeed, so that a stop never fails; steering and exposing raise `OutOfRange`.
 """
 
 from typing import NoReturn
@@ -22,11 +21,11 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.replay.camera import ReplayCamera
 
 UNKNOWN_LOW_PASS_HZ = 120
-"""Nobody writes it down; it is that of the published rig."""
+"""Cut-off of the published rig, as recordings do not store it."""
 
 
 class ReplayMirrors:
-    """Implements the contract's Mirrors over the volts of a recording; `eyes`: left, right, if recorded."""
+    """Implements the contract's Mirrors with recorded volts; `eyes`: left and right cameras, if recorded."""
 
     def __init__(
         self, eyes: tuple[ReplayCamera | None, ReplayCamera | None], *, clock: Clock, name: str
@@ -39,24 +38,24 @@ class ReplayMirrors:
 
     @property
     def info(self) -> DeviceInfo:
-        """That it is a recording."""
+        """An identity that names the recording."""
         return DeviceInfo(vendor="recording", model="recorded mirrors", serial=self._name)
 
     @property
     def limits(self) -> MirrorLimits:
-        """Those of the published rig."""
+        """Limits of the published rig."""
         return MirrorLimits()
 
     @property
     def state(self) -> MirrorState:
-        """The recorded volts of this moment."""
+        """Connection state, and the recorded volts at the current time."""
         return MirrorState(
             connected=self._connected, enabled=self._connected and self._enabled, volts=self._volts()
         )
 
     @property
     def telemetry(self) -> LinkTelemetry:
-        """Nothing goes to and fro."""
+        """All zero: there is no link."""
         return LinkTelemetry(
             tx_packets=0,
             rx_packets=0,
@@ -70,23 +69,23 @@ class ReplayMirrors:
 
     @property
     def low_pass_hz(self) -> int:
-        """As on the published rig."""
+        """Cut-off of the published rig, Hz."""
         return UNKNOWN_LOW_PASS_HZ
 
     def connect(self) -> None:
-        """Be there."""
+        """Mark as connected."""
         self._connected = True
 
     def close(self) -> None:
-        """Be gone; harmless when gone."""
+        """Mark as closed."""
         self._connected = self._enabled = False
 
     def enable(self) -> None:
-        """Count as switched on."""
+        """Mark as enabled."""
         self._enabled = True
 
     def disable(self) -> None:
-        """Count as switched off."""
+        """Mark as disabled."""
         self._enabled = False
 
     def park(self) -> None:
@@ -103,23 +102,23 @@ class ReplayMirrors:
         """Do nothing: there are no DACs."""
 
     def steer(self, volts: StereoVolts) -> StereoVolts:
-        """Refuse."""
+        """Raise `OutOfRange`."""
         self._refuse("steer")
 
     def expose(
         self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
     ) -> ExposureReceipt:
-        """Refuse."""
+        """Raise `OutOfRange`."""
         self._refuse("steer and expose")
 
     def begin_exposure(
         self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
     ) -> PendingExposure:
-        """Refuse."""
+        """Raise `OutOfRange`."""
         self._refuse("steer and expose")
 
     def set_low_pass(self, cutoff_hz: int) -> None:
-        """Refuse, unless nothing would change."""
+        """Raise `OutOfRange` unless nothing would change."""
         if cutoff_hz != self.low_pass_hz:
             self._refuse(f"run at {cutoff_hz} Hz")
 

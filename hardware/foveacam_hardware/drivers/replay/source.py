@@ -1,6 +1,6 @@
-"""What a recording must tell to be played, as Protocols: reading files is not the hardware's.
+"""Protocols of a recording that can be played, implemented by whoever reads the file.
 
-Whoever opens a recording implements them; here nothing is known of its format.
+The file format is not known here.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from foveacam_hardware.contract import DeviceInfo, Image, MirrorVolts, Role
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecordedExposure:
-    """One recorded exposure: `image` as in `Frame`; what nobody wrote down is None."""
+    """One recorded exposure: `image` as in `Frame`; None for what was not recorded."""
 
     image: Image
     bits: int
@@ -29,20 +29,20 @@ class RecordedCamera(Protocol):
 
     @property
     def info(self) -> DeviceInfo:
-        """Which camera it was, and in which recording."""
+        """Identity of the camera and of the recording."""
         ...
 
     @property
     def t_ns(self) -> NDArray[np.int64]:
-        """(n,) moments of the exposures, ascending, on the recording's clock; at least one."""
+        """(n,) times of the exposures, ascending, on the recording's clock; at least one."""
         ...
 
     def frame(self, index: int) -> RecordedExposure:
-        """Return one frame; raise a `FoveaError` where the recording is damaged."""
+        """Return one frame; raise a `FoveaError` when the recording is damaged."""
         ...
 
     def volts(self, index: int) -> MirrorVolts | None:
-        """Return the mirror's drive during an exposure, without its picture."""
+        """Return the mirror's drive during an exposure, without loading its image."""
         ...
 
 
@@ -51,12 +51,12 @@ class RecordedRig(Protocol):
 
     @property
     def rig_id(self) -> str:
-        """Which rig was recorded."""
+        """Id of the recorded rig."""
         ...
 
     @property
     def name(self) -> str:
-        """The same, for people."""
+        """Name of the recorded rig, for display."""
         ...
 
     @property
@@ -66,9 +66,9 @@ class RecordedRig(Protocol):
 
     @property
     def cameras(self) -> Mapping[Role, RecordedCamera]:
-        """The cameras that were recorded."""
+        """The recorded cameras by role."""
         ...
 
     def close(self) -> None:
-        """Release the file; harmless when released."""
+        """Release the file; do nothing when released."""
         ...

@@ -1,4 +1,4 @@
-"""When the frames of a recording come again: recorded time laid on the clock, once or over and over."""
+"""Maps the times of a recording to the clock, for playback once or in a loop."""
 
 import math
 import threading
@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Clock, InvalidInput
 
 SLOWEST, FASTEST = 0.25, 4.0
-"""Of the speed at which it was recorded."""
+"""Limits of the playback speed, relative to the recorded one."""
 
 
 class EndOfPlayback(StrEnum):
-    """What happens after the last frame."""
+    """Behaviour after the last frame."""
 
     LOOP = "loop"
-    """It begins anew."""
+    """Playback restarts."""
     STOP = "stop"
-    """No more frames come, and the cameras say why."""
+    """No more frames are delivered; the cameras report the end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Playback:
-    """How to play. `speed`: of the recorded one; a slow machine loses frames, it does not stretch time."""
+    """Playback options. `speed`: relative to the recorded one; a slow machine skips frames to keep it."""
 
     speed: float = 1.0
     at_end: EndOfPlayback = EndOfPlayback.LOOP
@@ -38,10 +38,10 @@ class Playback:
 
 
 class PlaybackTimeline:
-    """Recorded time on the clock, the same for all cameras; it runs from the first `begin` on.
+    """Recorded time on the clock, common to all cameras; runs from the first `begin` on.
 
-    `first_ns`, `last_ns`: the recording's first and last exposure; `gap_ns`: between the last one and the
-    first one of the next lap.
+    `first_ns`, `last_ns`: the recording's first and last exposure; `gap_ns`: from the last one to the first
+    one of the next lap.
     """
 
     def __init__(self, clock: Clock, playback: Playback, *, first_ns: int, last_ns: int, gap_ns: int) -> None:
@@ -54,22 +54,22 @@ class PlaybackTimeline:
 
     @property
     def speed(self) -> float:
-        """Of the recorded one."""
+        """Playback speed relative to the recorded one."""
         return self._playback.speed
 
     @property
     def loops(self) -> bool:
-        """Whether it begins anew at its end."""
+        """Whether playback restarts at its end."""
         return self._playback.at_end is EndOfPlayback.LOOP
 
     def begin(self) -> None:
-        """Let it run; it runs on whatever stops and starts."""
+        """Start the timeline; later calls have no effect."""
         with self._lock:
             if self._start_ns is None:
                 self._start_ns = self._clock.now_ns()
 
     def moment_ns(self, times_ns: NDArray[np.int64], number: int) -> int | None:
-        """Return when exposure `number` (counted over all laps) is, on the clock; None: never."""
+        """Return the clock's time of exposure `number`, counted over all laps; None when it never happens."""
         lap, index = divmod(number, len(times_ns))
         if self._start_ns is None or (lap > 0 and not self.loops):
             return None
@@ -77,7 +77,7 @@ class PlaybackTimeline:
         return self._start_ns + round(recorded_ns / self.speed)
 
     def newest(self, times_ns: NDArray[np.int64], now_ns: int) -> int:
-        """Return the number of the last exposure up to `now_ns`, counted over all laps; -1: none yet."""
+        """Return the number of the last exposure up to `now_ns`, counted over all laps; -1 for none yet."""
         if self._start_ns is None:
             return -1
         recorded_ns = math.floor((now_ns - self._start_ns) * self.speed)
