@@ -29,7 +29,7 @@ from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation
 from foveacam_server.study_command.matching_errors import VERGE, VERGED
-from foveacam_server.study_command.placed_rig import stands_on
+from foveacam_server.study_command.placed_rig import pose_setter
 from foveacam_server.study_command.recipes import CERTIFICATE
 
 CLICK_SCENE = "bench"
@@ -75,7 +75,7 @@ def rig_pair(*, quick: bool, watch: ProgressWatcher) -> RigPairScene:
     with open_simulated(SCENE, inline=True) as rig:
         if rig.truth is None:
             raise DeviceFault("the simulated rig came without its world; open it with open_simulated")
-        stand = stands_on(rig.truth.world.animated_scene)
+        stand = pose_setter(rig.truth.world.animated_scene)
 
         def aside(x_m: float) -> None:
             stand(AgentPose(x_m=x_m, y_m=0.0))

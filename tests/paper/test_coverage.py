@@ -9,14 +9,14 @@ from shapely.geometry import LinearRing, Polygon, box
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.visibility.coverage import CLEARANCE_M, closed_path, coverage
-from foveacam_pipeline.study.visibility.maps import FieldMap, Place, RandomMap, random_map
+from foveacam_pipeline.study.visibility.maps import FieldMap, PlanPoint, RandomMap, random_map
 from foveacam_pipeline.study.visibility.regions import feasible_regions
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 
 BOUNDS_M = (-20.0, -20.0, 20.0, 20.0)
 
 
-def _field(*targets_m: Place, obstacles: tuple[Polygon, ...] = ()) -> FieldMap:
+def _field(*targets_m: PlanPoint, obstacles: tuple[Polygon, ...] = ()) -> FieldMap:
     return FieldMap(bounds_m=BOUNDS_M, obstacles=obstacles, targets_m=targets_m)
 
 

@@ -12,12 +12,12 @@ from foveacam_pipeline.study.tradeoff.depth_error import (
     LINES,
     WIDE_PX_PER_DEG,
     MatchingError,
+    check_distinct,
     depth_error_study,
     drawing,
     error_m,
     focal_px,
     measured_error,
-    told_apart,
 )
 
 
@@ -59,7 +59,7 @@ def test_measured_errors_are_told_only_when_they_were_measured() -> None:
         0.5 * error_m(5.0, WIDE_PX_PER_DEG, error_px=1.0)
     )
     assert study.values["matching_error_verge_px"] == 0.25
-    assert StudyResult.of(study.document()) == study
+    assert StudyResult.from_document(study.document()) == study
 
 
 def test_each_error_of_matching_says_where_it_is_from_beside_the_papers() -> None:
@@ -86,7 +86,7 @@ def test_errors_of_matching_that_cannot_be_told_apart_are_refused() -> None:
     with pytest.raises(InvalidInput, match="the matching error verge was given twice; give it once"):
         depth_error_study((of("verge", 0.25), of("verge", 0.5)))
     many = [of(f"bench{number}", 0.1) for number in range(len(LINES) - len(ASSUMED) + 1)]
-    assert told_apart(many[:-1]) == tuple(many[:-1])
+    assert check_distinct(many[:-1]) == tuple(many[:-1])
     with pytest.raises(InvalidInput, match="6 matching errors were given; give 5 at most"):
         depth_error_study(many)
 

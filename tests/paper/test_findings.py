@@ -34,7 +34,7 @@ def test_a_study_comes_back_from_json() -> None:
         definitions=("multi: union over targets",),
         seeds={"maps": 7},
     )
-    assert StudyResult.of(json.loads(json.dumps(told.document()))) == told
+    assert StudyResult.from_document(json.loads(json.dumps(told.document()))) == told
 
 
 def test_a_figure_is_the_same_twice_and_carries_no_date() -> None:

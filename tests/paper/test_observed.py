@@ -18,9 +18,9 @@ from foveacam_pipeline.study.visibility.observed import (
     CheckeredLabel,
     PlaceObservation,
     _wave_contrast,
-    facing,
     least_contrast,
     observe,
+    pose_facing,
     rayleigh_rad,
     rayleigh_transfer,
 )
@@ -37,7 +37,7 @@ from foveacam_pipeline.study.visibility.toy_scene import (
     TARGET_M,
     AgentPose,
     corners_m,
-    room_to_stand,
+    has_room,
     toy_map,
 )
 from foveacam_server.study_command.placed_rig import placed_rig, rig_from_scene
@@ -107,7 +107,7 @@ def test_the_contrast_of_a_wave_is_measured(contrast: float) -> None:
 
 def test_the_rig_faces_the_target_within_half_a_step() -> None:
     for x_m, y_m in corners_m().tolist():
-        place = facing(x_m, y_m, TARGET_M)
+        place = pose_facing(x_m, y_m, TARGET_M)
         seen = rig_from_scene(place) @ [TARGET_M[0], 0.0, TARGET_M[1], 1.0]
         assert seen[2] > 0.0
         assert abs(math.degrees(math.atan2(seen[0], seen[2]))) <= 5.0 + 1e-9
@@ -124,8 +124,8 @@ def test_both_eyes_see_less_than_one_line_of_sight_and_no_more_than_a_baseline_l
 
 def test_the_rig_decides_by_looking() -> None:
     warm_up()
-    places = [facing(*at, TARGET_M) for at in (SEEN, TOO_FAR, HIDDEN, TOO_NEAR)]
-    assert room_to_stand(np.array([SEEN, TOO_FAR, HIDDEN, TOO_NEAR])).all()
+    places = [pose_facing(*at, TARGET_M) for at in (SEEN, TOO_FAR, HIDDEN, TOO_NEAR)]
+    assert has_room(np.array([SEEN, TOO_FAR, HIDDEN, TOO_NEAR])).all()
     with placed_rig() as observer:
         found = observe(
             observer, places, target_m=TARGET_M, d_min_m=D_MIN_M, label=CheckeredLabel(), watch=SILENT
@@ -158,7 +158,7 @@ def test_what_was_begun_is_cancelled_between_places() -> None:
     with placed_rig() as observer, pytest.raises(Cancelled, match="run it again"):
         observe(
             observer,
-            [facing(*SEEN, TARGET_M)] * 9,
+            [pose_facing(*SEEN, TARGET_M)] * 9,
             target_m=TARGET_M,
             d_min_m=D_MIN_M,
             label=CheckeredLabel(),
@@ -168,7 +168,7 @@ def test_what_was_begun_is_cancelled_between_places() -> None:
 
 def observation(at: tuple[float, float], *, success: bool) -> PlaceObservation:
     return PlaceObservation(
-        place=AgentPose(x_m=at[0], y_m=at[1]),
+        pose=AgentPose(x_m=at[0], y_m=at[1]),
         state="verged",
         distance_m=math.dist(at, TARGET_M),
         contrast=0.2,

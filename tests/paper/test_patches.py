@@ -9,7 +9,7 @@ from foveacam_pipeline.study.tradeoff.patches import (
     PictureSize,
     budget,
     choose_patches,
-    covered_by,
+    covered_mask,
     enlarged,
     filled,
     resized,
@@ -49,7 +49,7 @@ def test_patches_go_to_what_is_farthest_and_never_twice_to_the_same() -> None:
     first, second = choose_patches(depth_m, size, count=2)
     assert (first.x_px, first.y_px) == (40, 10)
     assert (second.x_px, second.y_px) == (4, 40)
-    assert covered_by((first, second), size, PictureSize(width=80, height=60)).sum() == 2 * 16 * 12
+    assert covered_mask((first, second), size, PictureSize(width=80, height=60)).sum() == 2 * 16 * 12
     with pytest.raises(InvalidInput, match="do not fit into 80 x 60 px"):
         choose_patches(depth_m, PictureSize(width=81, height=12), count=1)
 

@@ -14,11 +14,11 @@ from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_
 from foveacam_pipeline.study.visibility.raster_regions import raster_areas_m2, raster_regions
 from foveacam_pipeline.study.visibility.regions import (
     annulus,
-    areas,
     disc,
     feasible_region,
     feasible_regions,
-    narrowed,
+    region_areas,
+    regions_within,
     shadows,
 )
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
@@ -102,12 +102,12 @@ def test_a_smaller_outer_bound_gives_what_computing_anew_gives() -> None:
     field = random_map(RandomMap(), seed=4)
     wide = feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=8.0), agent_radius_m=0.3)
     anew = feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=5.0), agent_radius_m=0.3)
-    for found, expected in zip(narrowed(field, wide, outer_m=5.0), anew, strict=True):
+    for found, expected in zip(regions_within(field, wide, outer_m=5.0), anew, strict=True):
         assert found.symmetric_difference(expected).area < 1e-6
 
 
 def test_areas_are_the_union_the_mean_and_the_sum() -> None:
-    found = areas([box(0, 0, 2, 1), box(1, 0, 3, 1)])
+    found = region_areas([box(0, 0, 2, 1), box(1, 0, 3, 1)])
     assert (found.multi_m2, found.single_m2, found.weighted_m2) == pytest.approx((3.0, 2.0, 4.0))
 
 
@@ -116,7 +116,7 @@ def test_exact_regions_agree_with_cells() -> None:
     ring = StandoffRing(inner_m=2.0, outer_m=8.0)
     regions = feasible_regions(field, ring, agent_radius_m=0.3)
     masks = raster_regions(field, ring, agent_radius_m=0.3, cell_m=0.08)
-    found = areas(regions)
+    found = region_areas(regions)
     by_cells = raster_areas_m2(masks, cell_m=0.08)
     assert by_cells == pytest.approx((found.multi_m2, found.single_m2, found.weighted_m2), rel=0.005)
     for region, mask in zip(regions, masks, strict=True):
@@ -148,6 +148,6 @@ def test_what_cannot_be_is_refused_in_a_sentence() -> None:
     with pytest.raises(InvalidInput, match="an agent of radius -1"):
         feasible_region(_field(), 0, RING, agent_radius_m=-1.0)
     with pytest.raises(InvalidInput, match="no target, so that there is nothing to observe"):
-        areas([])
+        region_areas([])
     with pytest.raises(InvalidInput, match="cells of 0"):
         raster_regions(_field(), RING, agent_radius_m=0.3, cell_m=0.0)

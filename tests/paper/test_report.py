@@ -38,7 +38,7 @@ def told(name: str, section: str, *, fresh: bool = True) -> ReportedStudy:
         seeds={"maps": 7},
     )
     return ReportedStudy(
-        kept=CachedStudy(study=study, took_s=2.0, made_utc="2026-01-02T03:04:05+00:00"), fresh=fresh
+        cached=CachedStudy(study=study, took_s=2.0, made_utc="2026-01-02T03:04:05+00:00"), fresh=fresh
     )
 
 

@@ -12,7 +12,7 @@ from foveacam_pipeline.study.visibility.obstacles import (
     RandomObstacles,
     clear_probability,
     corridor_m2,
-    success_by_lot,
+    sample_success,
     success_by_quadrature,
     success_probability,
     success_slope_per_m,
@@ -22,7 +22,7 @@ from foveacam_pipeline.study.visibility.standoff import (
     StandoffRing,
     resolution_rad,
     resolving_range_m,
-    ring,
+    standoff_ring,
 )
 
 DOMAIN_M2 = 3000.0
@@ -52,22 +52,22 @@ def test_a_feature_is_resolved_as_far_as_it_fills_a_pixel_of_the_fovea() -> None
 
 
 def test_area_of_the_ring_grows_with_the_squares_of_its_bounds() -> None:
-    assert ring(5.0, 10.0).area_m2 == pytest.approx(math.pi * 75.0)
-    assert not ring(5.0, 10.0).empty
+    assert standoff_ring(5.0, 10.0).area_m2 == pytest.approx(math.pi * 75.0)
+    assert not standoff_ring(5.0, 10.0).empty
 
 
 @pytest.mark.parametrize("d_max_m", [5.0, 4.0])
 def test_who_is_seen_as_far_as_it_sees_has_no_place(d_max_m: float) -> None:
-    assert ring(5.0, d_max_m).empty
-    assert ring(5.0, d_max_m).area_m2 == 0.0
-    assert success_probability(ring(5.0, d_max_m), CLUTTERS[3], domain_m2=DOMAIN_M2) == 0.0
+    assert standoff_ring(5.0, d_max_m).empty
+    assert standoff_ring(5.0, d_max_m).area_m2 == 0.0
+    assert success_probability(standoff_ring(5.0, d_max_m), CLUTTERS[3], domain_m2=DOMAIN_M2) == 0.0
 
 
 def test_the_depth_error_moves_the_inner_bound_either_way() -> None:
-    assert ring(5.0, 10.0, near_error_m=0.5).inner_m == 5.5
-    assert ring(5.0, 10.0, near_error_m=0.5, bound=NearBound.AS_PRINTED).inner_m == 4.5
-    assert ring(5.0, 10.0, near_error_m=0.5, bound=NearBound.PLAIN).inner_m == 5.0
-    assert ring(0.2, 10.0, near_error_m=0.5, bound=NearBound.AS_PRINTED).inner_m == 0.0
+    assert standoff_ring(5.0, 10.0, near_error_m=0.5).inner_m == 5.5
+    assert standoff_ring(5.0, 10.0, near_error_m=0.5, bound=NearBound.AS_PRINTED).inner_m == 4.5
+    assert standoff_ring(5.0, 10.0, near_error_m=0.5, bound=NearBound.PLAIN).inner_m == 5.0
+    assert standoff_ring(0.2, 10.0, near_error_m=0.5, bound=NearBound.AS_PRINTED).inner_m == 0.0
 
 
 def test_the_corridor_is_a_stadium() -> None:
@@ -84,7 +84,7 @@ def test_closed_form_quadrature_and_lot_agree(around: StandoffRing, clutter: Ran
     assert success_by_quadrature(around, clutter, domain_m2=DOMAIN_M2) == pytest.approx(
         exact, rel=1e-8, abs=1e-15
     )
-    drawn = success_by_lot(
+    drawn = sample_success(
         around,
         clutter,
         domain_m2=DOMAIN_M2,
@@ -135,11 +135,11 @@ def test_the_closed_form_holds_where_there_is_almost_nothing_and_where_all_is_fu
         (lambda: resolving_range_m(0.0, 1e-3), "a feature of 0.0 m was given"),
         (lambda: resolving_range_m(0.1, 4.0), "an angular resolution of 4.0 rad"),
         (lambda: resolution_rad(0.0), "0.0 px per degree"),
-        (lambda: ring(-1.0, 2.0), "D_min of -1.0 m"),
-        (lambda: ring(1.0, math.nan), "D_max of nan m"),
+        (lambda: standoff_ring(-1.0, 2.0), "D_min of -1.0 m"),
+        (lambda: standoff_ring(1.0, math.nan), "D_max of nan m"),
         (lambda: success_probability(RINGS[0], CLUTTERS[0], domain_m2=100.0), "needs more than 314"),
         (
-            lambda: success_by_lot(
+            lambda: sample_success(
                 RINGS[0],
                 RandomObstacles(occupancy=1.0, radius_m=0.1),
                 domain_m2=DOMAIN_M2,

@@ -15,10 +15,14 @@ from shapely.geometry import Polygon, box
 from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_pipeline.study.report.findings import StudyResult
 from foveacam_pipeline.study.visibility.checks import ProbabilityCheck
-from foveacam_pipeline.study.visibility.curves import band, fit_of, grows
+from foveacam_pipeline.study.visibility.curves import curve_band, fit_area, grows_at_every_step
 from foveacam_pipeline.study.visibility.maps import FieldMap
-from foveacam_pipeline.study.visibility.obstacles import RandomObstacles, clear_by_lot, corridor_by_lot
-from foveacam_pipeline.study.visibility.plan_figures import agent_place, patch_of
+from foveacam_pipeline.study.visibility.obstacles import (
+    RandomObstacles,
+    sample_clear_share,
+    sample_corridor_share,
+)
+from foveacam_pipeline.study.visibility.plan_figures import agent_position, patch_of
 from foveacam_pipeline.study.visibility.regions import feasible_regions
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 from foveacam_pipeline.study.visibility.study import standoff_study
@@ -65,7 +69,7 @@ def test_the_figures_of_the_paper_are_reached(study: StudyResult) -> None:
 
 def test_a_study_is_json_and_comes_back(study: StudyResult) -> None:
     text = json.dumps(study.document(), allow_nan=False)
-    assert StudyResult.of(json.loads(text)) == study
+    assert StudyResult.from_document(json.loads(text)) == study
 
 
 def test_every_figure_of_the_section_is_drawn(study: StudyResult) -> None:
@@ -100,11 +104,11 @@ def test_a_deviation_of_one_map_is_refused() -> None:
 
 def test_fits_find_what_they_are_given() -> None:
     x = np.array(RATIOS)
-    law = fit_of(RATIOS, 5.0 * (x**2 - 1.0))
+    law = fit_area(RATIOS, 5.0 * (x**2 - 1.0))
     assert law.quadratic == pytest.approx((5.0, 0.0, -5.0))
     assert (law.law_m2, law.r2, law.law_r2) == pytest.approx((5.0, 1.0, 1.0))
     assert law.line_r2 < 0.99
-    line = fit_of(RATIOS, 3.0 * x)
+    line = fit_area(RATIOS, 3.0 * x)
     assert (line.line_r2, line.r2) == pytest.approx((1.0, 1.0))
     assert line.law_r2 < 0.5
 
@@ -112,10 +116,10 @@ def test_fits_find_what_they_are_given() -> None:
 def test_the_interval_of_a_mean_is_students() -> None:
     figures = np.random.default_rng(2).normal(3.0, 2.0, (12, 1))
     expected = ttest_1samp(figures[:, 0], 0.0).confidence_interval(0.95)
-    found = band(figures)
+    found = curve_band(figures)
     assert found.mean[0] + found.half_95[0] == pytest.approx(expected.high)
     assert found.mean[0] - found.half_95[0] == pytest.approx(expected.low)
-    assert math.isinf(band(figures[:1]).half_95[0])
+    assert math.isinf(curve_band(figures[:1]).half_95[0])
 
 
 @pytest.mark.parametrize(
@@ -123,12 +127,12 @@ def test_the_interval_of_a_mean_is_students() -> None:
     [((0.0, 1.0, 2.0, 3.0), True), ((0.0, 0.0, 1.0, 2.0), False), ((0.0, 1.0, 3.0, 2.0), False)],
 )
 def test_a_gap_grows_only_if_it_is_above_0_and_larger_at_each_step(gap: tuple[float, ...], so: bool) -> None:
-    assert grows(RATIOS, np.array(gap)) is so
+    assert grows_at_every_step(RATIOS, np.array(gap)) is so
 
 
 def test_a_wrong_closed_form_is_found_out() -> None:
     clutter = RandomObstacles(occupancy=0.05, radius_m=0.4)
-    drawn = clear_by_lot(5.0, clutter, trials=50_000, rng=np.random.default_rng(1))
+    drawn = sample_clear_share(5.0, clutter, trials=50_000, rng=np.random.default_rng(1))
     right = 0.95 ** (2.0 * 0.4 * 5.0 + math.pi * 0.16)
     assert abs(ProbabilityCheck(equation=11, setting="", exact=right, drawn=drawn).z) <= 3.0
     without_the_ends = 0.95 ** (2.0 * 0.4 * 5.0)
@@ -136,14 +140,14 @@ def test_a_wrong_closed_form_is_found_out() -> None:
 
 
 def test_the_corridor_by_lot_is_a_stadium_in_its_box() -> None:
-    drawn = corridor_by_lot(3.0, 0.5, trials=50_000, rng=np.random.default_rng(1))
+    drawn = sample_corridor_share(3.0, 0.5, trials=50_000, rng=np.random.default_rng(1))
     assert abs(drawn.value - (3.0 + math.pi * 0.25) / 4.0) <= 3.0 * drawn.sigma
 
 
 def test_the_agent_stands_where_two_are_seen_and_none_notices_it() -> None:
     field = FieldMap(bounds_m=(0.0, 0.0, 20.0, 20.0), targets_m=((7.0, 10.0), (13.0, 10.0), (10.0, 10.5)))
     regions = feasible_regions(field, StandoffRing(inner_m=2.0, outer_m=5.0), agent_radius_m=0.3)
-    found = agent_place(field, regions, inner_m=2.0)
+    found = agent_position(field, regions, inner_m=2.0)
     assert found is not None
     place_m, seen = found
     assert len(seen) >= 2
@@ -151,7 +155,7 @@ def test_the_agent_stands_where_two_are_seen_and_none_notices_it() -> None:
     assert all(math.dist(place_m, target_m) > 2.0 for target_m in field.targets_m)
     apart = FieldMap(bounds_m=(0.0, 0.0, 40.0, 20.0), targets_m=((10.0, 10.0), (30.0, 10.0)))
     alone = feasible_regions(apart, StandoffRing(inner_m=2.0, outer_m=5.0), agent_radius_m=0.3)
-    assert agent_place(apart, alone, inner_m=2.0) is None
+    assert agent_position(apart, alone, inner_m=2.0) is None
 
 
 def test_holes_of_a_region_stay_holes_when_drawn() -> None:

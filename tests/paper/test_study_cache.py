@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import StorageFull
-from foveacam_pipeline.study.report.cache import CachedStudy, DamagedFile, StudyCache, key_of
+from foveacam_pipeline.study.report.cache import CachedStudy, DamagedFile, StudyCache, cache_key
 from foveacam_pipeline.study.report.findings import PaperComparison, StudyResult
 
 KEPT = CachedStudy(
@@ -25,7 +25,7 @@ KEPT = CachedStudy(
 def test_what_is_kept_is_found_under_its_key_alone(tmp_path: Path) -> None:
     cache = StudyCache(tmp_path / "cache")
     assert cache.find("depth", "k") is None
-    cache.keep("k", KEPT)
+    cache.store("k", KEPT)
     assert cache.find("depth", "k") == KEPT
     assert cache.find("depth", "other") is None
     assert [path.name for path in cache.folder.iterdir()] == ["depth-k.json"]
@@ -34,7 +34,7 @@ def test_what_is_kept_is_found_under_its_key_alone(tmp_path: Path) -> None:
 @pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "moved", "binary"])
 def test_a_damaged_file_is_told_of_by_name(tmp_path: Path, damage: str) -> None:
     cache = StudyCache(tmp_path)
-    path = cache.keep("k", KEPT)
+    path = cache.store("k", KEPT)
     content = path.read_bytes()
     damaged = {
         "cut": content[: len(content) // 2],
@@ -47,7 +47,7 @@ def test_a_damaged_file_is_told_of_by_name(tmp_path: Path, damage: str) -> None:
     path.write_bytes(damaged)
     with pytest.raises(DamagedFile, match=r"depth-k\.json"):
         cache.find("depth", "k")
-    cache.keep("k", KEPT)
+    cache.store("k", KEPT)
     assert cache.find("depth", "k") == KEPT
 
 
@@ -56,20 +56,20 @@ def test_the_key_follows_name_settings_and_content_of_the_files(tmp_path: Path) 
     elsewhere.parent.mkdir()
     source.write_text("one")
     elsewhere.write_text("one")
-    key = key_of("depth", {"quick": False, "seed": 1}, files=[source])
-    assert key_of("depth", {"seed": 1, "quick": False}, files=[elsewhere]) == key
+    key = cache_key("depth", {"quick": False, "seed": 1}, files=[source])
+    assert cache_key("depth", {"seed": 1, "quick": False}, files=[elsewhere]) == key
     others = {
-        key_of("tokens", {"quick": False, "seed": 1}, files=[source]),
-        key_of("depth", {"quick": True, "seed": 1}, files=[source]),
-        key_of("depth", {"quick": False, "seed": 1}, files=[]),
+        cache_key("tokens", {"quick": False, "seed": 1}, files=[source]),
+        cache_key("depth", {"quick": True, "seed": 1}, files=[source]),
+        cache_key("depth", {"quick": False, "seed": 1}, files=[]),
     }
     source.write_text("two")
-    others.add(key_of("depth", {"quick": False, "seed": 1}, files=[source]))
+    others.add(cache_key("depth", {"quick": False, "seed": 1}, files=[source]))
     assert len(others | {key}) == 5
 
 
 def test_a_folder_that_cannot_be_is_said_with_the_remedy(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(StorageFull, match="the result of a study"):
-        StudyCache(tmp_path / "file" / "cache").keep("k", KEPT)
+        StudyCache(tmp_path / "file" / "cache").store("k", KEPT)
     assert (tmp_path / "file").read_text() == "in the way"

@@ -93,7 +93,7 @@ def test_the_study_tells_what_was_measured() -> None:
     assert study.values["eq5_max_rel_error"] == pytest.approx(eq5_error(TIMES))
     assert study.values["layer_saving"] == pytest.approx(0.3)
     assert [picture.figure for picture in study.pictures] == ["Fig. 5(b)", "Eq. 5"]
-    assert StudyResult.of(study.document()) == study
+    assert StudyResult.from_document(study.document()) == study
 
 
 def test_the_study_tells_the_model_alone_where_nothing_was_measured() -> None:

@@ -20,9 +20,9 @@ from foveacam_pipeline.study.tradeoff.depth_metrics import (
     gains,
     tradeoff,
 )
-from foveacam_pipeline.study.tradeoff.outcomes import SceneOutcome, SemiGlobal, StereoView, outcomes
+from foveacam_pipeline.study.tradeoff.outcomes import SceneOutcome, SemiGlobal, StereoView, scene_outcomes
 from foveacam_pipeline.study.tradeoff.patches import PatchChoice, PictureSize, budget
-from foveacam_pipeline.study.tradeoff.ray_caster import LATTICE, PinholeCamera, RectangleFace, cast
+from foveacam_pipeline.study.tradeoff.ray_caster import LATTICE, PinholeCamera, RectangleFace, render_view
 from foveacam_pipeline.study.tradeoff.rig_pairs import RigPairScene, rig_outcome
 from foveacam_pipeline.study.tradeoff.streets import CAMERA, FARTHEST_M, StereoScene, street
 from foveacam_pipeline.study.tradeoff.study import tradeoff_study
@@ -69,7 +69,7 @@ def test_the_depth_of_a_face_is_its_own() -> None:
     wall = RectangleFace(axis=2, low_m=(-1.0, -1.0, 10.0), high_m=(1.0, 1.0, 10.0))
     ground = RectangleFace(axis=1, low_m=(-9.0, 1.5, 1.0), high_m=(9.0, 1.5, 300.0))
     side = RectangleFace(axis=0, low_m=(3.0, -5.0, 2.0), high_m=(3.0, 5.0, 200.0))
-    z_m = cast([wall, ground, side], camera, eye_x_m=0.5, lattice=np.zeros((LATTICE, LATTICE))).z_m
+    z_m = render_view([wall, ground, side], camera, eye_x_m=0.5, lattice=np.zeros((LATTICE, LATTICE))).z_m
     assert z_m[20, 50] == 10.0
     assert z_m[35, 50] == pytest.approx(1.5 * 100.0 / 15.0)
     assert z_m[18, 90] == pytest.approx(2.5 * 100.0 / 40.0)  # 3 m aside of an eye that stands 0.5 m aside
@@ -124,7 +124,7 @@ def test_crossings_are_found_between_budgets_even_from_an_infinite_ratio() -> No
 
 
 def test_native_patches_mend_what_is_far(scene: StereoScene) -> None:
-    found = outcomes(scene, budget(NATIVE, 0.25, patches=4), SemiGlobal())
+    found = scene_outcomes(scene, budget(NATIVE, 0.25, patches=4), SemiGlobal())
     for choice in PatchChoice:
         each = found[choice]
         assert each.coverage[-1] > 0.25
@@ -137,7 +137,7 @@ def test_native_patches_mend_what_is_far(scene: StereoScene) -> None:
 def test_a_scene_without_truth_is_refused(scene: StereoScene) -> None:
     blank = replace(scene, seen=np.zeros_like(scene.seen))
     with pytest.raises(InvalidInput, match="street 0 has no pixel with a true depth"):
-        outcomes(blank, budget(NATIVE, 0.25, patches=4), SemiGlobal())
+        scene_outcomes(blank, budget(NATIVE, 0.25, patches=4), SemiGlobal())
 
 
 def rig_scene() -> RigPairScene:
@@ -149,12 +149,12 @@ def rig_scene() -> RigPairScene:
         RectangleFace(axis=2, low_m=(-0.2, -0.2, 11.5), high_m=(0.6, 0.3, 11.5), level=90.0),
     ]
     lattice = np.random.default_rng(3).uniform(-1.0, 1.0, (LATTICE, LATTICE))
-    pair = [cast(faces, wide, eye_x_m=x_m, lattice=lattice) for x_m in (0.0, baseline_m)]
+    pair = [render_view(faces, wide, eye_x_m=x_m, lattice=lattice) for x_m in (0.0, baseline_m)]
     f_px = zoom * wide.f_px
     offset_px = f_px * baseline_m / 12.0  # verged at 12 m
     u0_px, v0_px = -100.0 + offset_px / 2.0, -120.0
     windows = [
-        cast(
+        render_view(
             faces,
             PinholeCamera(f_px=f_px, cx_px=-u0, cy_px=-v0_px, width=360, height=270),
             eye_x_m=x_m,
@@ -265,7 +265,7 @@ def test_the_study_tells_ratios_crossings_and_coverage_beside_the_paper(
     ]
     assert study.values["rig_pairs"] == 1
     assert any("Virtual KITTI 2 was not given" in said for said in study.deviations)
-    assert StudyResult.of(study.document()) == study
+    assert StudyResult.from_document(study.document()) == study
 
 
 class Cropping:
@@ -279,7 +279,7 @@ class Cropping:
 
 def test_an_estimator_that_does_not_keep_the_size_is_named(scene: StereoScene) -> None:
     with pytest.raises(InvalidInput, match="the estimator 'cropping' gave disparities of shape"):
-        outcomes(scene, budget(NATIVE, 0.25, patches=4), Cropping())
+        scene_outcomes(scene, budget(NATIVE, 0.25, patches=4), Cropping())
 
 
 def test_the_study_ends_when_it_is_cancelled(scene: StereoScene, monkeypatch: pytest.MonkeyPatch) -> None:

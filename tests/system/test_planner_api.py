@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from foveacam_bench.servers import serving
 from foveacam_pipeline.study.visibility.obstacles import RandomObstacles, success_by_quadrature
-from foveacam_pipeline.study.visibility.standoff import ring
+from foveacam_pipeline.study.visibility.standoff import standoff_ring
 from foveacam_server import errors
 from foveacam_server.api import planner
 from foveacam_server.runtime.compute_queue import ComputeQueue
@@ -82,7 +82,7 @@ def test_the_ring_and_its_chances_are_those_of_the_paper(http: httpx.Client) -> 
     assert found["ring"]["outer_m"] == pytest.approx(d_max_m, rel=1e-12)
     assert found["ring"]["inner_m"] == pytest.approx(8.2)
     assert found["ring"]["area_m2"] == pytest.approx(math.pi * (d_max_m**2 - 8.2**2))
-    clutter, expected = RandomObstacles(**CLUTTER), ring(8.2, d_max_m)
+    clutter, expected = RandomObstacles(**CLUTTER), standoff_ring(8.2, d_max_m)
     assert found["success"] == pytest.approx(success_by_quadrature(expected, clutter, domain_m2=40_000.0))
     assert found["clear_at_outer"] == pytest.approx(0.98 ** (d_max_m + math.pi * 0.25))
     assert found["expected_area_m2"] == pytest.approx(40_000.0 * found["success"])

@@ -31,9 +31,9 @@ from foveacam_pipeline.study.report.findings import (
 )
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_server import bench_package, cli
-from foveacam_server.study_command.placed_rig import stands_on
+from foveacam_server.study_command.placed_rig import pose_setter
 from foveacam_server.study_command.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
-from foveacam_server.study_command.run import ReportOptions, heard_ctrl_c, run_studies
+from foveacam_server.study_command.run import ReportOptions, catch_ctrl_c, run_studies
 
 
 @pytest.fixture(autouse=True)
@@ -153,7 +153,7 @@ def test_ctrl_c_leaves_what_is_finished_and_says_what_is_not(
 
 def test_worker_processes_do_not_hear_ctrl_c() -> None:
     blocked = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))"
-    with heard_ctrl_c(lambda: None):
+    with catch_ctrl_c(lambda: None):
         child = subprocess.run([sys.executable, "-c", blocked], capture_output=True, check=True)
     assert child.stdout.strip() == b"True"
 
@@ -261,7 +261,7 @@ def test_the_wide_pairs_truth_is_that_of_its_pictures() -> None:
     calibration = load_calibration(CERTIFICATE)
     with open_simulated(SCENE, inline=True) as rig:
         assert rig.truth is not None
-        stand = stands_on(rig.truth.world.animated_scene)
+        stand = pose_setter(rig.truth.world.animated_scene)
 
         def aside(x_m: float) -> None:
             stand(AgentPose(x_m=x_m, y_m=0.0))

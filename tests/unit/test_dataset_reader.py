@@ -9,7 +9,7 @@ import pytest
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetWriter, PlanPosition, Shot
-from foveacam_pipeline.learn.raster import PairIndex, item_of, torch_dataset
+from foveacam_pipeline.learn.raster import PairIndex, pair_arrays, torch_dataset
 from foveacam_pipeline.stereo.match import match
 
 from .dataset_scenes import (
@@ -81,7 +81,7 @@ def test_a_pair_rectified_on_the_fly_has_the_planes_depth(tmp_path: Path) -> Non
     pair = painted(tmp_path / "raster", [point])[0].rectified(scale=0.5)
     assert pair.verged_z_m == pytest.approx(4.0, rel=2e-3)
     assert abs(float(np.nanmedian(match(pair).residual_px))) < 0.1
-    item = item_of(pair)
+    item = pair_arrays(pair)
     assert item["left"].shape == (1, 540, 720)
     assert float(item["left"].max()) <= 1.0
 
@@ -135,7 +135,7 @@ def test_a_loader_of_pytorch_gets_rectified_pairs_in_batches(tmp_path: Path) -> 
     assert (batch["valid_right"].shape, batch["valid_right"].dtype) == ((2, 540, 720), torch.bool)
     depth_m = batch["f_px"] * batch["baseline_m"] / batch["offset_px"]
     assert depth_m.tolist() == pytest.approx([4.0, 4.0], rel=2e-3)
-    wanted = item_of(Dataset.open(folders[1])[0].rectified(scale=0.5))
+    wanted = pair_arrays(Dataset.open(folders[1])[0].rectified(scale=0.5))
     np.testing.assert_array_equal(batch["left"][1].numpy(), wanted["left"])
     again = pickle.loads(pickle.dumps(pairs))  # noqa: S301 - what a loader does for workers that are not forked
     assert (len(again), again[1]["f_px"]) == (2, pairs[1]["f_px"])

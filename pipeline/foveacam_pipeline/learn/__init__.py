@@ -1,1 +1,1 @@
-"""Self-supervised stereo, and datasets for PyTorch. The only importer of torch: the extra `learn`."""
+"""The only importer of torch (the extra `learn`): datasets for PyTorch, and the timing of attention."""

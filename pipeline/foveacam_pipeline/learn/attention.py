@@ -1,7 +1,7 @@
-"""What attention takes on this machine (Sec. 4.3): torch's own, alone and in a whole transformer layer.
+"""Measure the time of torch's attention on this machine (Sec. 4.3), alone and in a transformer layer.
 
 torch is imported when something is timed, not before. Times are processor seconds of one thread, the least of
-several: what else the machine does lengthens a time, nothing shortens it.
+several runs: other load can lengthen a time but not shorten it.
 """
 
 import time
@@ -17,12 +17,12 @@ from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, Prog
 from foveacam_pipeline.study.tokens.cost import STREAMS, SplitTime, TokenTimes, split_tokens
 
 Run = Callable[[int], None]
-"""Runs once with so many tokens."""
+"""Runs once with the given number of tokens."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
-    """What is timed: `tokens` one by one, and `split_total` tokens as a backdrop and streams.
+    """Settings: each count of `tokens` is timed, and `split_total` tokens as a backdrop and streams.
 
     The layer is `heads` times `head_width` wide, its perceptron `expansion` times that: the published sizes
     of a small vision transformer.
@@ -38,7 +38,7 @@ class Timing:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be timed."""
+        """Refuse settings that are not above 0."""
         if self.repeats < 1 or min(*self.tokens, self.heads, self.head_width, self.expansion) < 1:
             raise InvalidInput(
                 f"{self.repeats} repeats of {self.tokens} tokens, {self.heads} heads of {self.head_width} "
@@ -51,7 +51,7 @@ QUICK = Timing(tokens=(512, 1024, 2048), split_total=2048)
 
 
 def measure(timing: Timing = FULL, *, watch: ProgressWatcher = SILENT) -> TokenTimes:
-    """Return what this machine took. Raise InvalidInput without torch, Cancelled when the watcher asks."""
+    """Return the measured times. Raise InvalidInput without torch, Cancelled when the watcher asks."""
     torch = _torch()
     steps = ProgressSteps(
         watch,
@@ -84,7 +84,7 @@ def _series(run: Run, timing: Timing, steps: ProgressSteps) -> tuple[float, ...]
 
 
 def _ratios(run: Run, timing: Timing, steps: ProgressSteps) -> tuple[float, ...]:
-    """Return what backdrop and streams took over what all tokens at once took, for each count of streams."""
+    """Return the time of backdrop and streams over that of all tokens at once, for each count of streams."""
     cuts: list[tuple[int, ...]] = [(timing.split_total,)]
     for streams in timing.streams:
         backdrop, foveal = split_tokens(timing.split_total, streams=streams)
@@ -96,9 +96,9 @@ def _ratios(run: Run, timing: Timing, steps: ProgressSteps) -> tuple[float, ...]
 def _least(
     run: Run, cuts: Sequence[tuple[int, ...]], timing: Timing, steps: ProgressSteps
 ) -> tuple[float, ...]:
-    """Return the least processor time of each cut; cuts take turns, so that a busy spell meets them all."""
+    """Return the least processor time of each cut; cuts alternate, so that load affects all alike."""
     least_s = [float("inf")] * len(cuts)
-    run(min(min(cut) for cut in cuts))  # the first call of all makes what later ones reuse
+    run(min(min(cut) for cut in cuts))  # the first call initialises what later ones reuse
     for _ in range(timing.repeats):
         for index, cut in enumerate(cuts):
             started_s = time.thread_time()
@@ -110,7 +110,7 @@ def _least(
 
 
 def _attention(torch: ModuleType, timing: Timing) -> Run:
-    """Return scaled dot-product attention alone, its queries, keys and values made beforehand."""
+    """Return scaled dot-product attention alone, with its queries, keys and values created beforehand."""
     source = torch.Generator().manual_seed(timing.seed)
     most = max(*timing.tokens, timing.split_total)
     made = torch.randn((3, 1, timing.heads, most, timing.head_width), generator=source)
@@ -147,7 +147,7 @@ def _layer(torch: ModuleType, timing: Timing) -> Run:
 
 @contextmanager
 def _one_thread(torch: ModuleType) -> Iterator[None]:
-    """Let torch calculate on the calling thread alone, and give it back the others afterwards."""
+    """Restrict torch to the calling thread within the context."""
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:

@@ -1,6 +1,6 @@
-"""A raster dataset for PyTorch: one item a pair, rectified by the dataset's own calibration when asked for.
+"""Raster datasets for PyTorch: one item for each pair, rectified by the dataset's own calibration on access.
 
-torch is imported when `torch_dataset` is called, not before; without it `PairIndex` still counts.
+torch is imported when `torch_dataset` is called, not before; `PairIndex` works without it.
 """
 
 from bisect import bisect_right
@@ -22,10 +22,10 @@ from foveacam_pipeline.stereo.values import RectifiedPair
 
 
 class TorchDataset(Protocol):
-    """What `torch.utils.data.DataLoader` needs of a dataset."""
+    """The interface that `torch.utils.data.DataLoader` needs of a dataset."""
 
     def __len__(self) -> int:
-        """Return how many items there are."""
+        """Return the number of items."""
 
     def __getitem__(self, index: int) -> dict[str, object]:
         """Return one item."""
@@ -33,7 +33,7 @@ class TorchDataset(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairPlace:
-    """Where a pair is: in which dataset, at which of its points (by position), in which bracket."""
+    """Index of a pair: its dataset, its point (by position in it), and its bracket."""
 
     dataset: int
     position: int
@@ -41,7 +41,7 @@ class PairPlace:
 
 
 class PairIndex:
-    """Counts the pairs of several datasets through: each point and bracket is one."""
+    """Numbers the pairs of several datasets: each point and bracket is one."""
 
     def __init__(self, datasets: Sequence[Dataset]) -> None:
         self._places = [
@@ -81,10 +81,10 @@ def torch_dataset(paths: Sequence[str | Path], *, scale: float = 0.5) -> TorchDa
     index = PairIndex(datasets)
 
     class RasterPairs(torch.utils.data.Dataset):  # type: ignore[name-defined,misc]  # torch may be missing
-        """Items are made in the process that asks, so that a loader's workers share the work."""
+        """Items are rectified in the process that asks for them, so that workers share the work."""
 
         def __reduce__(self) -> tuple[object, ...]:
-            """Let a worker that is not forked open the datasets anew."""
+            """Pickle as the paths, so that a worker that is not forked opens the datasets itself."""
             return _opened, ([dataset.folder for dataset in datasets], scale)
 
         def __len__(self) -> int:
@@ -93,7 +93,7 @@ def torch_dataset(paths: Sequence[str | Path], *, scale: float = 0.5) -> TorchDa
         def __getitem__(self, number: int) -> dict[str, object]:
             place = index[number]
             point = datasets[place.dataset][place.position]
-            item = item_of(point.rectified(scale=scale, bracket=place.bracket))
+            item = pair_arrays(point.rectified(scale=scale, bracket=place.bracket))
             tensors = {name: torch.from_numpy(value) for name, value in item.items()}
             return {**tensors, "dataset": place.dataset, "point": point.index, "bracket": place.bracket}
 
@@ -104,7 +104,7 @@ def _opened(paths: Sequence[Path], scale: float) -> TorchDataset:
     return torch_dataset(paths, scale=scale)
 
 
-def item_of(pair: RectifiedPair) -> dict[str, NDArray[np.generic]]:
+def pair_arrays(pair: RectifiedPair) -> dict[str, NDArray[np.generic]]:
     """Return the arrays of one item."""
     return {
         "left": _planes(pair.left),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.depth.stereo import true_residual_px
-from foveacam_bench.verge.click_truth import ClickKind, look_up
+from foveacam_bench.verge.click_truth import ClickKind, classify_click
 from foveacam_bench.verge.fixations import BORDER_PX, CERTIFICATE, SCENES
 from foveacam_hardware.contract import DeviceFault, OutOfRange, Role
 from foveacam_hardware.rig import Rig
@@ -61,7 +61,7 @@ def _look(
         raise DeviceFault("bench depth: the simulated rig came without its truth; open it by open_simulated")
     size = np.array([calibration.wide.width, calibration.wide.height])
     x_px, y_px = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
-    click = look_up(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=rig.clock.now_ns())
+    click = classify_click(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=rig.clock.now_ns())
     nearest_m, farthest_m = between_m
     if click is None or click.kind is not ClickKind.TEXTURED or not nearest_m <= click.range_m <= farthest_m:
         return None

@@ -49,7 +49,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
         peak_mb, stops, counts = _stopped(Path(folder) / "loaded", count=count, bodies=True)
         figures = {**_stop_figures(stops), "rss_peak_mb": peak_mb, "rss_peak_ratio": peak_mb / quiet_mb}
         with _server(Path(folder) / "open") as server:
-            figures["dead_viewers_after_30_s"] = dead_viewers(server.url)
+            figures["dead_viewers_after_30_s"] = count_held_viewers(server.url)
             figures |= foreign_figures(server.url, pid=server.process.pid)
         with _server(Path(folder) / "generated") as server:
             figures |= generated_figures(server.url, Path(folder), quick=quick)
@@ -131,7 +131,7 @@ _SMALL_BUFFER_BYTES = 4096
 _SUBSCRIPTION = b'{"type": "subscribe", "views": {"wide": {"scale": 1}, "left": {"scale": 1}}}'
 
 
-def dead_viewers(url: str) -> int:
+def count_held_viewers(url: str) -> int:
     """Open 64 viewers that ask for pictures and read nothing; return how many are still held after 30 s."""
     viewers = [_viewer(url) for _ in range(VIEWERS)]
     time.sleep(WAIT_S)

@@ -70,7 +70,7 @@ def figures(*, quick: bool) -> dict[str, float]:
         if quick
         else RaceSettings(rounds=15, frames=60, triggers=0)
     )
-    with alone_on_the_interface(), _fake_camera():
+    with lock_interface(), _fake_camera():
         ours_hz, bare_hz = frames_per_s(race, STREAM, _ours, _bare)
         most_hz, bare_most_hz = frames_per_s(race, FLOOD, _ours, _bare)
         ours_cpu_ms, bare_cpu_ms = (cpu_ms(entry, frames=race.frames) for entry in (_ours, _bare))
@@ -87,7 +87,7 @@ def figures(*, quick: bool) -> dict[str, float]:
 
 
 @contextmanager
-def alone_on_the_interface() -> Iterator[None]:
+def lock_interface() -> Iterator[None]:
     """Wait until no other process has a fake camera there: an address has one."""
     with (Path(tempfile.gettempdir()) / "foveacam-gige-loopback.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

@@ -23,7 +23,7 @@ Part: TypeAlias = Callable[[FaultTally, bool], dict[str, Figure]]
 """Measures one kind of trouble; the second argument asks for fewer repetitions."""
 
 
-def at_once(*parts: Part) -> Part:
+def in_parallel(*parts: Part) -> Part:
     """Return a part that measures all of `parts` at the same time: they mostly wait."""
 
     def measure(tally: FaultTally, quick: bool) -> dict[str, Figure]:
@@ -36,11 +36,11 @@ def at_once(*parts: Part) -> Part:
     return measure
 
 
-DEVICES = at_once(simulated_rig.measure, gige_camera.measure, full_disk.measure)
+DEVICES = in_parallel(simulated_rig.measure, gige_camera.measure, full_disk.measure)
 """Cameras, cables and disk."""
 PARTS: tuple[Part, ...] = (
     limits.measure,
-    at_once(serial_line.measure, DEVICES),
+    in_parallel(serial_line.measure, DEVICES),
     kills.measure,
 )
 

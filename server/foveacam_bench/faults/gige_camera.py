@@ -10,7 +10,7 @@ import signal
 import subprocess
 import time
 
-from foveacam_bench.drivers.aravis import INTERFACE, PROGRAM, alone_on_the_interface
+from foveacam_bench.drivers.aravis import INTERFACE, PROGRAM, lock_interface
 from foveacam_bench.faults.hardware_host import (
     OPEN_PATIENCE_S,
     BenchHost,
@@ -40,7 +40,7 @@ def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
     program = shutil.which(PROGRAM)
     if program is None:
         return {"gige_camera": False}
-    with alone_on_the_interface():
+    with lock_interface():
         for number in range(QUICK_SEQUENCES if quick else SEQUENCES):
             _one_sequence(tally, number, program, most=1 if quick else 2)
     return {"gige_camera": True}

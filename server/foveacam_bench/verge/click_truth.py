@@ -53,7 +53,7 @@ class Click:
     point_rig_m: tuple[float, float, float]
 
 
-def look_up(
+def classify_click(
     truth: Truth, calibration: Calibration, *, scene: str, pixel: tuple[float, float], t_ns: int
 ) -> Click | None:
     """Return what a wide pixel shows; None for the background."""
@@ -83,7 +83,7 @@ def look_up(
     return click
 
 
-def point_at(truth: Truth, click: Click, t_ns: int) -> NDArray[np.float64]:
+def clicked_point_at(truth: Truth, click: Click, t_ns: int) -> NDArray[np.float64]:
     """Return where the clicked point of the surface is at `t_ns`, (3,) m, rig frame; objects move."""
     point = np.array([*click.point_rig_m, 1.0])
     stage = truth.world.animated_scene

@@ -18,7 +18,7 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_bench.verge.click_truth import EYES, Click, look_up, point_at, visible_from
+from foveacam_bench.verge.click_truth import EYES, Click, classify_click, clicked_point_at, visible_from
 from foveacam_bench.verge.fixations import CERTIFICATE, SCENES, WRONG_SHARE, WRONG_SIGMA
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.rig import Rig
@@ -114,7 +114,7 @@ def judge(
     truth: Truth = rig.truth  # type: ignore[assignment]  # checked by `answers`
     x_px, y_px = pixel.tolist()
     shown = rig.head.wide()  # a click means what the picture shows, which is a moment old
-    click = look_up(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
+    click = classify_click(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
     began_s = time.perf_counter()
     target, known = PixelTarget(x_px=x_px, y_px=y_px), PriorKnowledge(context=context)
     fixation = fixate(rig.head, calibration, target, clock=rig.clock, known=known, clicked=shown)
@@ -122,7 +122,7 @@ def judge(
     if context is not None:
         fuse_fixation(context, fixation, calibration)
     t_ns = rig.clock.now_ns() if fixation.sighting is None else fixation.sighting.left.t_ns
-    point = None if click is None else point_at(truth, click, t_ns)
+    point = None if click is None else clicked_point_at(truth, click, t_ns)
     return JudgedClick(
         scene=scene,
         pixel=(x_px, y_px),

@@ -16,7 +16,7 @@ from statistics import median
 
 import numpy as np
 
-from foveacam_bench.verge.click_truth import Click, ClickKind, look_up, point_at, residual_px
+from foveacam_bench.verge.click_truth import Click, ClickKind, classify_click, clicked_point_at, residual_px
 from foveacam_bench.verge.knock import knock_figures
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.rig import Rig
@@ -66,7 +66,7 @@ class ClickResult:
 def run(*, quick: bool = False) -> dict[str, object]:
     """Click, judge, and return the figures; `failures` lists what went wrong."""
     results = [result for scene in SCENES for result in fixations(scene, QUICK_QUOTA if quick else QUOTA)]
-    return figures(results) | knock_figures(load_calibration(CERTIFICATE), SCENES, quick=quick)
+    return click_figures(results) | knock_figures(load_calibration(CERTIFICATE), SCENES, quick=quick)
 
 
 def fixations(scene: str, quota: dict[ClickKind, int], *, seed: int = SEED) -> Iterator[ClickResult]:
@@ -83,19 +83,19 @@ def fixations(scene: str, quota: dict[ClickKind, int], *, seed: int = SEED) -> I
         while any(left.values()):
             size = np.array([calibration.wide.width, calibration.wide.height])
             x, y = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
-            click = look_up(truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
+            click = classify_click(truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
             if click is None or not NEAREST_M <= click.range_m <= FARTHEST_M or not left[click.kind]:
                 continue
             left[click.kind] -= 1
-            yield judge(rig, calibration, click)
+            yield judge_click(rig, calibration, click)
 
 
-def judge(rig: Rig, calibration: Calibration, click: Click) -> ClickResult:
+def judge_click(rig: Rig, calibration: Calibration, click: Click) -> ClickResult:
     """Fixate one click and compare with the truth."""
     fixation = fixate(rig.head, calibration, PixelTarget(x_px=click.x_px, y_px=click.y_px), clock=rig.clock)
     if fixation.distance_m is None or fixation.sighting is None or rig.truth is None:
         return ClickResult(click=click, fixation=fixation)
-    point = point_at(rig.truth, click, fixation.sighting.left.t_ns)
+    point = clicked_point_at(rig.truth, click, fixation.sighting.left.t_ns)
     return ClickResult(
         click=click,
         fixation=fixation,
@@ -104,7 +104,7 @@ def judge(rig: Rig, calibration: Calibration, click: Click) -> ClickResult:
     )
 
 
-def figures(results: list[ClickResult]) -> dict[str, object]:
+def click_figures(results: list[ClickResult]) -> dict[str, object]:
     """Return the figures of a list of results."""
     textured = [r for r in results if r.click.kind is ClickKind.TEXTURED]
     verged = [r for r in textured if r.verged]

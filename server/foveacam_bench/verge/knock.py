@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foveacam_bench.verge.click_truth import Click, ClickKind, look_up
+from foveacam_bench.verge.click_truth import Click, ClickKind, classify_click
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -92,7 +92,7 @@ def _textured(rig: Rig, calibration: Calibration, scene: str, rng: np.random.Gen
     size = np.array([calibration.wide.width, calibration.wide.height])
     while True:
         x, y = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
-        click = look_up(rig.truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
+        click = classify_click(rig.truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
         if (
             click is not None
             and click.kind is ClickKind.TEXTURED

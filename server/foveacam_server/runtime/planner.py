@@ -16,7 +16,7 @@ from foveacam_pipeline.study.visibility.standoff import (
     StandoffRing,
     resolution_rad,
     resolving_range_m,
-    ring,
+    standoff_ring,
 )
 from foveacam_server.runtime.store import Document
 
@@ -53,7 +53,7 @@ class RingSpec:
             )
         d_max_m = resolving_range_m(self.feature_m, angle_rad, small_angle=self.small_angle)
         bound = NearBound(self.bound)
-        return ring(self.d_min_m, d_max_m, near_error_m=self.near_error_m, bound=bound)
+        return standoff_ring(self.d_min_m, d_max_m, near_error_m=self.near_error_m, bound=bound)
 
 
 def ring_document(wish: RingSpec) -> Document:

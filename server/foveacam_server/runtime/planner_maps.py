@@ -16,8 +16,8 @@ from shapely.geometry.base import BaseGeometry
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.visibility.map_files import geojson_of, map_from_geojson, map_from_picture
-from foveacam_pipeline.study.visibility.maps import FieldMap, Place, RandomMap
-from foveacam_pipeline.study.visibility.regions import annulus, areas, feasible_regions
+from foveacam_pipeline.study.visibility.maps import FieldMap, PlanPoint, RandomMap
+from foveacam_pipeline.study.visibility.regions import annulus, feasible_regions, region_areas
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 from foveacam_server.runtime.picture_size import picture_size
 from foveacam_server.runtime.planner import RingSpec, ring_document
@@ -58,7 +58,7 @@ def field_of(
     document: Mapping[str, Any],  # Any: GeoJSON
     *,
     m_per_unit: float = 1.0,
-    targets_m: Sequence[Place] | None = None,
+    targets_m: Sequence[PlanPoint] | None = None,
 ) -> FieldMap:
     """Return the map of a GeoJSON document; `targets_m` stand in place of its own targets."""
     left_out = () if targets_m is None else ("target",)
@@ -111,7 +111,7 @@ def map_document(field: FieldMap) -> Document:
 
 
 def regions_document(
-    field: FieldMap, wish: RingSpec, *, agent_radius_m: float, points_m: Sequence[Place]
+    field: FieldMap, wish: RingSpec, *, agent_radius_m: float, points_m: Sequence[PlanPoint]
 ) -> Document:
     """Return where one can stand on a map: regions, areas, and targets in sight at some points."""
     began_s = time.perf_counter()
@@ -122,7 +122,7 @@ def regions_document(
     try:
         regions = feasible_regions(field, within, agent_radius_m=agent_radius_m)
         union = shapely.union_all(list(regions))
-        found = areas(regions, union=union)
+        found = region_areas(regions, union=union)
     except GEOSException as error:
         raise InvalidInput(f"the map's outlines cannot be combined ({error}); simplify them") from error
     told = ring_document(wish)
@@ -157,7 +157,7 @@ def _nothing_left() -> str:
     )
 
 
-def _in_sight(place: Place, regions: Sequence[BaseGeometry]) -> Document:
+def _in_sight(place: PlanPoint, regions: Sequence[BaseGeometry]) -> Document:
     seen = [n for n, region in enumerate(regions) if shapely.intersects_xy(region, *place)]
     return {"x_m": place[0], "y_m": place[1], "targets": seen}
 

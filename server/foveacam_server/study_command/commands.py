@@ -1,4 +1,4 @@
-"""What is typed: `foveacam study standoff|depth|tradeoff|tokens|fig8|all`."""
+"""The command `foveacam study standoff|depth|tradeoff|tokens|fig8|all` and its options."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -8,7 +8,7 @@ import typer
 
 
 class StudyName(StrEnum):
-    """The studies by name."""
+    """The names that the command takes."""
 
     DEPTH = "depth"
     TRADEOFF = "tradeoff"
@@ -21,7 +21,7 @@ class StudyName(StrEnum):
 def study(
     name: Annotated[StudyName, typer.Argument(help="which analysis of the paper's Section 4, or all")],
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")] = False,
-    quick: Annotated[bool, typer.Option("--quick", help="fewer maps, scenes and places")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="fewer maps, scenes and positions")] = False,
     out: Annotated[
         Path | None,
         typer.Option(help="folder for report and pictures; usually foveacam-study, none with --json"),
@@ -31,7 +31,7 @@ def study(
     maps: Annotated[
         int | None, typer.Option(help="random maps for Figs. 9 and 10; usually 10", min=1)
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="seed of all that is drawn by lot", min=0)] = None,
+    seed: Annotated[int | None, typer.Option(help="seed of all that is drawn at random", min=0)] = None,
     vkitti: Annotated[Path | None, typer.Option(help="folder of Virtual KITTI 2, for the trade-off")] = None,
     matching_error: Annotated[
         list[str] | None,
@@ -41,7 +41,7 @@ def study(
             "--json` wrote it; may be repeated",
         ),
     ] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="compute anew what was kept")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="compute again what is cached")] = False,
 ) -> None:
     """Reproduce the analyses of Section 4 and write a report; Ctrl-C keeps what is finished."""
     from foveacam_server.study_command.recipes import StudyOrder, recipes

@@ -1,4 +1,4 @@
-"""Errors of matching that are given to the study of Sec. 4.1: as a number, or as what a bench printed."""
+"""Parse errors of matching for the study of Sec. 4.1: a number of px, or the JSON file of a bench."""
 
 import json
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ _REMEDY = "write one by `foveacam bench stereo --json > FILE`"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Measured:
-    """One figure of a bench that is an error of matching: its name there, and how it was measured."""
+    """One figure of a bench that is an error of matching: its name there, and how it is measured."""
 
     figure: str
     key: str
@@ -50,10 +50,10 @@ KNOWN = (
 )
 
 
-def errors_given(given: str) -> tuple[MatchingError, ...]:
-    """Return the errors of matching that a number of px, or a bench's JSON file, stands for.
+def parse_matching_error(given: str) -> tuple[MatchingError, ...]:
+    """Return the errors of matching given by a number of px or by the path of a bench's JSON file.
 
-    Raise InvalidInput for what is neither, and for an error of none.
+    Raise InvalidInput for what is neither, and for an error that is not above 0 px.
     """
     try:
         error_px = float(given)
@@ -64,7 +64,7 @@ def errors_given(given: str) -> tuple[MatchingError, ...]:
             "given",
             error_px,
             whose="as given",
-            source="given as a number; where it is from is not known here",
+            source="given as a number; its source is not known here",
         ),
     )
 

@@ -10,7 +10,7 @@ import foveacam_hardware
 import foveacam_pipeline
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.progress_steps import ProgressWatcher
-from foveacam_pipeline.study.report.cache import sources
+from foveacam_pipeline.study.report.cache import source_files
 from foveacam_pipeline.study.report.findings import StudyResult
 from foveacam_server.bench_package import INSTALL, bench_folder, bench_module
 from foveacam_server.runtime.calibrations import SHIPPED
@@ -24,12 +24,12 @@ LIBRARIES = ("numpy", "scipy", "shapely", "opencv-python-headless", "matplotlib"
 TRUTH_MODULE = "study_truth"
 """Module of foveacam_bench that measures the simulated rig against its truth; it uses the folder `verge`."""
 CLICKS, QUICK_CLICKS = 30, 8
-"""Fixations whose true residual says how well the rig matches."""
+"""Fixations whose true residuals measure the rig's error of matching."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyOrder:
-    """What was asked for; None: as the study has it."""
+    """The options of the command; None: the study's own default."""
 
     quick: bool = False
     jobs: int = 1
@@ -41,13 +41,13 @@ class StudyOrder:
 
     @property
     def seeded(self) -> dict[str, int]:
-        """The seed as an argument, if one was given."""
+        """The seed as a keyword argument, if one was given."""
         return {} if self.seed is None else {"seed": self.seed}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyRecipe:
-    """One study. `settings` and `files` are all that its result depends on, its libraries included."""
+    """How to compute one study. `settings` (with library versions) and `files` are all that it depends on."""
 
     name: str
     settings: dict[str, object]
@@ -56,7 +56,7 @@ class StudyRecipe:
 
 
 def recipes(order: StudyOrder, names: Sequence[str]) -> list[StudyRecipe]:
-    """Return the recipes of some studies by name. Raise InvalidInput for what none of them can take."""
+    """Return the recipes of the named studies. Raise InvalidInput for an option that none of them uses."""
     if order.vkitti is not None and "tradeoff" not in names:
         raise InvalidInput(f"--vkitti {order.vkitti}: only the study tradeoff uses it; leave it out")
     if (order.cluster is not None or order.maps is not None) and "standoff" not in names:
@@ -69,7 +69,7 @@ def recipes(order: StudyOrder, names: Sequence[str]) -> list[StudyRecipe]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of the program and of the libraries that compute; a missing one says so."""
+    """Return the versions of the program and of the libraries; "not installed" for a missing one."""
     return {name: _version(name) for name in ("foveacam-duo", *LIBRARIES)}
 
 
@@ -94,14 +94,18 @@ def _recipe(
     `rig`: it uses the simulated rig, whose sources and scenes count then. `truth`: it uses the benches'
     measurements against the simulation's truth, whose sources count where they are installed.
     """
-    files = sources(Path(foveacam_pipeline.__file__).parent)
+    files = source_files(Path(foveacam_pipeline.__file__).parent)
     if rig:
         hardware = Path(foveacam_hardware.__file__).parent
-        files += (*sources(hardware), *sorted(hardware.rglob("*.toml")), *sources(Path(__file__).parent))
+        files += (
+            *source_files(hardware),
+            *sorted(hardware.rglob("*.toml")),
+            *source_files(Path(__file__).parent),
+        )
         files += (CERTIFICATE,)
     benches = bench_folder()
     if truth and benches is not None:
-        files += (benches / f"{TRUTH_MODULE}.py", *sources(benches / "verge"))
+        files += (benches / f"{TRUTH_MODULE}.py", *source_files(benches / "verge"))
     settings: dict[str, object] = {"quick": order.quick, "libraries": versions()}
     return StudyRecipe(name=name, settings=settings | (extra or {}), files=files, compute=compute)
 
@@ -114,10 +118,10 @@ def _prepare(watch: ProgressWatcher) -> None:
 
 
 def _depth(order: StudyOrder) -> StudyRecipe:
-    from foveacam_pipeline.study.tradeoff.depth_error import told_apart
-    from foveacam_server.study_command.matching_errors import VERGE, errors_given
+    from foveacam_pipeline.study.tradeoff.depth_error import check_distinct
+    from foveacam_server.study_command.matching_errors import VERGE, parse_matching_error
 
-    given = told_apart([error for text in order.matching_errors for error in errors_given(text)])
+    given = check_distinct([error for text in order.matching_errors for error in parse_matching_error(text)])
 
     def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.study.tradeoff.depth_error import depth_error_study
@@ -141,7 +145,7 @@ def _tradeoff(order: StudyOrder) -> StudyRecipe:
         from foveacam_pipeline.study.tradeoff.vkitti import vkitti_frames
 
         if order.vkitti is not None:
-            vkitti_frames(order.vkitti, count=1)  # what is missing is said before the rig looks
+            vkitti_frames(order.vkitti, count=1)  # what is missing is reported before the rig is used
         rig_pairs: tuple[RigPairScene, ...] = ()
         if bench_folder() is not None:
             _prepare(watch)
@@ -167,7 +171,7 @@ def _without_truth(study: StudyResult) -> StudyResult:
 
 
 def _state_of(folder: Path | None) -> str | None:
-    """Return a folder with the time of its last change, so that another one is another setting."""
+    """Return a folder's path with the time of its last change, so that a change gives another key."""
     if folder is None:
         return None
     changed_ns = folder.stat().st_mtime_ns if folder.exists() else 0
@@ -182,7 +186,7 @@ def _tokens(order: StudyOrder) -> StudyRecipe:
         timing = attention.QUICK if order.quick else attention.FULL
         try:
             measured = attention.measure(timing, watch=watch)
-        except InvalidInput as error:  # torch is an extra; the model is told without it
+        except InvalidInput as error:  # torch is an extra; the model is reported without it
             return tokens_study(quick=order.quick, not_measured=str(error))
         return tokens_study(quick=order.quick, measured=measured)
 

@@ -1,4 +1,7 @@
-"""Runs studies for the command line: recalls what is kept, shows bars, keeps what is done at Ctrl-C."""
+"""Run studies for the command line: read cached results, show progress bars, end cleanly at Ctrl-C.
+
+Finished studies are cached, also when a later one is interrupted. How each is computed is in `recipes`.
+"""
 
 import _thread
 import json
@@ -18,20 +21,20 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from foveacam_hardware.contract import Cancelled, FoveaError
-from foveacam_pipeline.study.report.cache import CachedStudy, DamagedFile, StudyCache, key_of
+from foveacam_pipeline.study.report.cache import CachedStudy, DamagedFile, StudyCache, cache_key
 from foveacam_pipeline.study.report.page import ReportedStudy
-from foveacam_server.study_command.output import as_document, show, write_all
+from foveacam_server.study_command.output import describe_results, print_results, write_report
 from foveacam_server.study_command.recipes import StudyRecipe
 
 _POLL_S = 0.1
 
 
 @contextmanager
-def heard_ctrl_c(on_first: Callable[[], None]) -> Iterator[None]:
-    """Call `on_first` at the first Ctrl-C; the next raises KeyboardInterrupt. On the main thread only.
+def catch_ctrl_c(on_first: Callable[[], None]) -> Iterator[None]:
+    """Call `on_first` at the first Ctrl-C; the next raises KeyboardInterrupt. For the main thread only.
 
-    A terminal sends Ctrl-C to worker processes too, which would die of it amid their work. They inherit which
-    signals are blocked: it is blocked here, and a thread waits for it.
+    A terminal sends Ctrl-C to worker processes too, which would end during their work. They inherit the mask
+    of blocked signals: SIGINT is blocked here, and a thread waits for it.
     """
     pressed = 0
 
@@ -68,7 +71,7 @@ _FAILURE, _INTERRUPTED = 1, 130
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportOptions:
-    """What shall become of the findings. `every`: all were asked for; one that fails stops no other."""
+    """What to do with the results. `every`: all studies were requested, and one that fails stops no other."""
 
     as_json: bool = False
     out: Path | None = None
@@ -77,105 +80,116 @@ class ReportOptions:
 
 
 @dataclass(slots=True, kw_only=True)
-class _Progress:
-    """What came of the studies so far."""
+class _Outcome:
+    """The studies finished and failed so far."""
 
-    told: list[ReportedStudy] = field(default_factory=list)
+    finished: list[ReportedStudy] = field(default_factory=list)
     failed: list[str] = field(default_factory=list)
     interrupted: bool = False
 
 
 class StudyProgressBar:
-    """Implements `ProgressWatcher` with a bar; the first Ctrl-C ends the study well, the second at once."""
+    """Implements `ProgressWatcher` with a bar; the first Ctrl-C cancels the study, the second kills it."""
 
     def __init__(self, progress: Progress, task: TaskID) -> None:
         self._progress, self._task = progress, task
-        self._over = False
+        self._cancelled = False
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
         """Move the bar."""
-        self._progress.update(self._task, completed=done, total=total, told=note)
+        self._progress.update(self._task, completed=done, total=total, note=note)
 
     def cancelled(self) -> bool:
-        """Tell whether Ctrl-C was pressed."""
-        return self._over
+        """Return whether Ctrl-C was pressed."""
+        return self._cancelled
 
-    def end(self) -> None:
-        """End after the step under way."""
-        self._over = True
+    def cancel(self) -> None:
+        """Cancel the study after the current step."""
+        self._cancelled = True
 
 
 def run_studies(recipes: Sequence[StudyRecipe], wanted: ReportOptions) -> None:
-    """Compute or recall the studies, write the report, print; Ctrl-C ends with 130, a failed study with 1."""
+    """Compute the studies or read them from the cache, write the report, and print the results.
+
+    Exit with 130 after Ctrl-C, with 1 after a failed study.
+    """
     console = Console(stderr=True, quiet=wanted.as_json)
     cache = StudyCache(cache_folder())
-    state = _Progress()
+    outcome = _Outcome()
     with _bars(console) as progress:
         for recipe in recipes:
-            if not _run_one(recipe, wanted, cache, progress=progress, state=state):
+            if not _run_one(recipe, wanted, cache, progress=progress, outcome=outcome):
                 break
     folder = wanted.out if wanted.as_json else wanted.out or Path("foveacam-study")
-    report = write_all(state.told, folder, failed=state.failed) if folder is not None and state.told else None
+    report = (
+        write_report(outcome.finished, folder, failed=outcome.failed)
+        if folder is not None and outcome.finished
+        else None
+    )
     if wanted.as_json:
-        typer.echo(json.dumps(as_document(state.told, every=wanted.every, report=report), allow_nan=False))
+        typer.echo(
+            json.dumps(describe_results(outcome.finished, every=wanted.every, report=report), allow_nan=False)
+        )
     else:
-        show(state.told, Console(), folder=folder, report=report)
-    for line in state.failed:
+        print_results(outcome.finished, Console(), folder=folder, report=report)
+    for line in outcome.failed:
         Console(stderr=True, soft_wrap=True).print(line, markup=False, highlight=False)
-    if state.interrupted or state.failed:
-        raise typer.Exit(_INTERRUPTED if state.interrupted else _FAILURE)
+    if outcome.interrupted or outcome.failed:
+        raise typer.Exit(_INTERRUPTED if outcome.interrupted else _FAILURE)
 
 
 def _run_one(
-    recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, progress: Progress, state: _Progress
+    recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, progress: Progress, outcome: _Outcome
 ) -> bool:
-    """Run one study; return whether to go on with the next."""
-    task = progress.add_task(recipe.name, total=None, told="")
+    """Run one study; return whether to continue with the next."""
+    task = progress.add_task(recipe.name, total=None, note="")
     watch = StudyProgressBar(progress, task)
-    with heard_ctrl_c(watch.end):
+    with catch_ctrl_c(watch.cancel):
         try:
-            told = _found_or_made(recipe, wanted, cache, watch=watch)
+            reported = _cached_or_computed(recipe, wanted, cache, watch=watch)
         except (Cancelled, KeyboardInterrupt):
-            state.failed.append(
+            outcome.failed.append(
                 f"{recipe.name}: ended before it was finished; the same command computes it again, "
-                "and recalls what is finished"
+                "and reads what is finished from the cache"
             )
-            state.interrupted = True
+            outcome.interrupted = True
             return False
         except FoveaError as error:
             if not wanted.every:
                 raise
-            state.failed.append(f"{recipe.name}: {error}")
+            outcome.failed.append(f"{recipe.name}: {error}")
             return True
-    progress.update(task, completed=1, total=1, told=f"{told.kept.took_s:.1f} s" if told.fresh else "kept")
-    state.told.append(told)
-    state.interrupted = watch.cancelled()
-    return not state.interrupted
+    progress.update(
+        task, completed=1, total=1, note=f"{reported.cached.took_s:.1f} s" if reported.fresh else "cached"
+    )
+    outcome.finished.append(reported)
+    outcome.interrupted = watch.cancelled()
+    return not outcome.interrupted
 
 
-def _found_or_made(
+def _cached_or_computed(
     recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, watch: StudyProgressBar
 ) -> ReportedStudy:
-    key = key_of(recipe.name, recipe.settings, files=recipe.files)
+    key = cache_key(recipe.name, recipe.settings, files=recipe.files)
     if not wanted.fresh:
         try:
-            kept = cache.find(recipe.name, key)
+            cached = cache.find(recipe.name, key)
         except DamagedFile as error:
             Console(stderr=True, soft_wrap=True).print(
-                f"{error}; computed anew", markup=False, highlight=False
+                f"{error}; computed again", markup=False, highlight=False
             )
-            kept = None
-        if kept is not None:
-            return ReportedStudy(kept=kept, fresh=False)
+            cached = None
+        if cached is not None:
+            return ReportedStudy(cached=cached, fresh=False)
     began_s = time.monotonic()
     study = recipe.compute(watch)
-    kept = CachedStudy(
+    cached = CachedStudy(
         study=study,
         took_s=time.monotonic() - began_s,
         made_utc=datetime.now(UTC).isoformat(timespec="seconds"),
     )
-    cache.keep(key, kept)
-    return ReportedStudy(kept=kept, fresh=True)
+    cache.store(key, cached)
+    return ReportedStudy(cached=cached, fresh=True)
 
 
 @contextmanager
@@ -185,13 +199,13 @@ def _bars(console: Console) -> Iterator[Progress]:
         BarColumn(bar_width=24),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[told]}", markup=False),
+        TextColumn("{task.fields[note]}", markup=False),
     )
     with Progress(*columns, console=console, disable=console.quiet) as progress:
         yield progress
 
 
 def cache_folder() -> Path:
-    """Return the folder of kept results (XDG base directories)."""
+    """Return the folder of cached results (XDG base directories)."""
     root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return Path(root) / "foveacam" / "studies"

@@ -1,7 +1,7 @@
-"""Results of studies kept by the hash of all that they depend on: settings, sources, files.
+"""Cache the results of studies on disk, by the hash of all that they depend on: settings, sources, files.
 
-A file is written whole or not at all, and carries the hash of its content: one that was damaged is told of,
-and its study computed anew.
+A file is written atomically and carries the hash of its content, so that a damaged one is reported and its
+study computed again.
 """
 
 import hashlib
@@ -27,48 +27,48 @@ class CachedStudy:
 
 
 class DamagedFile(ValueError):
-    """A kept file is not as it was written; the message says which and why."""
+    """A cached file is not as it was written; the message says which and why."""
 
 
-def key_of(name: str, settings: Mapping[str, object], *, files: Iterable[Path]) -> str:
+def cache_key(name: str, settings: Mapping[str, object], *, files: Iterable[Path]) -> str:
     """Return the hash of a study's name, its settings (JSON) and the content of the files it depends on.
 
     Files count by name and content, wherever they lie. Raise OSError for one that cannot be read.
     """
     contents = sorted((path.name, _digest(path.read_bytes())) for path in files)
-    told = json.dumps([FORMAT, VERSION, name, settings, contents], sort_keys=True, allow_nan=False)
-    return _digest(told.encode())[:_KEY_DIGITS]
+    text = json.dumps([FORMAT, VERSION, name, settings, contents], sort_keys=True, allow_nan=False)
+    return _digest(text.encode())[:_KEY_DIGITS]
 
 
-def sources(folder: Path) -> tuple[Path, ...]:
+def source_files(folder: Path) -> tuple[Path, ...]:
     """Return the Python files of a package, those of its sub-packages included."""
     return tuple(sorted(folder.rglob("*.py")))
 
 
 class StudyCache:
-    """A folder of kept studies, `NAME-KEY.json` each; it is made when the first one is kept."""
+    """A folder of cached studies, one `NAME-KEY.json` each; it is created with the first one."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     def path(self, name: str, key: str) -> Path:
-        """Return where a study is kept, or would be."""
+        """Return the path of a study's file, which need not exist."""
         return self.folder / f"{name}-{key}.json"
 
     def find(self, name: str, key: str) -> CachedStudy | None:
-        """Return what is kept under a key; None when nothing is. Raise DamagedFile."""
+        """Return the study cached under a key; None where there is none. Raise DamagedFile."""
         path = self.path(name, key)
         try:
-            return _opened(path.read_bytes(), key)
+            return _parsed(path.read_bytes(), key)
         except FileNotFoundError:
             return None
         except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
             raise DamagedFile(f"{path}: it is not as it was written ({error})") from error
 
-    def keep(self, key: str, kept: CachedStudy) -> Path:
-        """Write a study over an older one. Raise as `disk_errors`."""
-        path = self.path(kept.study.name, key)
-        inside = {"took_s": kept.took_s, "made_utc": kept.made_utc, "study": kept.study.document()}
+    def store(self, key: str, cached: CachedStudy) -> Path:
+        """Write a study, over an older one if there is one. Raise as `disk_errors`."""
+        path = self.path(cached.study.name, key)
+        inside = {"took_s": cached.took_s, "made_utc": cached.made_utc, "study": cached.study.document()}
         text = json.dumps(inside, allow_nan=False)
         document = {"format": FORMAT, "version": VERSION, "key": key, "sha256": _digest(text.encode())}
         with disk_errors("the result of a study", self.folder):
@@ -77,7 +77,7 @@ class StudyCache:
         return path
 
 
-def _opened(content: bytes, key: str) -> CachedStudy:
+def _parsed(content: bytes, key: str) -> CachedStudy:
     head, _, body = content.partition(b"\n")
     document, text = json.loads(head), body.removesuffix(b"\n")
     expected = {"format": FORMAT, "version": VERSION, "key": key, "sha256": _digest(text)}
@@ -86,7 +86,7 @@ def _opened(content: bytes, key: str) -> CachedStudy:
         raise ValueError(f"its {', '.join(wrong)} do not fit")
     inside = json.loads(text)
     return CachedStudy(
-        study=StudyResult.of(inside["study"]),
+        study=StudyResult.from_document(inside["study"]),
         took_s=float(inside["took_s"]),
         made_utc=str(inside["made_utc"]),
     )

@@ -1,6 +1,6 @@
-"""What a study found: drawings, the paper's numbers beside ours, definitions, seeds, deviations.
+"""The result of a study: figures, the paper's numbers beside ours, definitions, seeds, deviations.
 
-Functions compute a study and return a `StudyResult`: a frozen value that becomes JSON and comes back.
+Every study returns a `StudyResult`, a frozen value that is converted to JSON and back without loss.
 """
 
 import io
@@ -28,7 +28,7 @@ class PaperComparison:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drawing:
-    """A figure drawn twice: as SVG text, and as the pixels of a PNG file, in base64 for JSON."""
+    """A figure as SVG text, and as a PNG file in base64 for JSON."""
 
     svg: str
     png_base64: str
@@ -41,7 +41,7 @@ class Drawing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyFigure:
-    """One figure: `name` is its file's, `figure` which of the paper's it stands beside, if any."""
+    """One figure of the report: `name` names its files, `figure` the paper's that it reproduces, if any."""
 
     name: str
     title: str
@@ -52,10 +52,10 @@ class StudyFigure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyResult:
-    """The findings of one section.
+    """The result of one study.
 
-    `values`: the figures for programs, as `foveacam study NAME --json` prints them; keys carry units.
-    `definitions`: what the words on the plots mean. `deviations`: what differs from the paper, and why.
+    `values`: the numbers for programs, as `foveacam study NAME --json` prints them; keys carry units.
+    `definitions`: what the terms on the plots mean. `deviations`: what differs from the paper, and why.
     """
 
     name: str
@@ -69,12 +69,12 @@ class StudyResult:
     seeds: Mapping[str, int] = field(default_factory=dict)
 
     def document(self) -> dict[str, object]:
-        """Return it as plain values."""
+        """Return plain values for JSON."""
         return asdict(self)
 
     @classmethod
-    def of(cls, document: Mapping[str, object]) -> "StudyResult":
-        """Return the study that `document()` gave, after JSON or before it."""
+    def from_document(cls, document: Mapping[str, object]) -> "StudyResult":
+        """Return the study from what `document()` returned, also after a round trip through JSON."""
         plain = json.loads(json.dumps(document))
         rows = tuple(PaperComparison(**row) for row in plain.pop("rows"))
         pictures = tuple(
@@ -86,7 +86,7 @@ class StudyResult:
 
 
 def drawing_of(drawn: Figure) -> Drawing:
-    """Return a figure as SVG and PNG, the same for the same figure: no date, ids that do not change."""
+    """Return a figure as SVG and PNG; equal figures give equal bytes (no date, fixed ids)."""
     svg, png = io.StringIO(), io.BytesIO()
     with rc_context({"svg.hashsalt": "foveacam", "svg.fonttype": "path"}):
         drawn.savefig(svg, format="svg", metadata={"Date": None}, bbox_inches="tight")

@@ -1,4 +1,4 @@
-"""The report of the studies: one HTML page that loads nothing, the paper's numbers beside ours."""
+"""The HTML report of the studies: one page without external resources, the paper's numbers beside ours."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,12 +16,12 @@ TITLE = "Foveated stereo: the analyses of Section 4"
 HEADLINES: Mapping[str, tuple[str, str]] = {
     "mc_outside_3se": ("closed forms outside 3 standard errors", "{:.0f}"),
     "fig9_r2_multi": ("R² of the quadratic, Fig. 9, multi", "{:.4f}"),
-    "fig8_agreement": ("Fig. 8: places as predicted", "{:.1%}"),
+    "fig8_agreement": ("Fig. 8: positions as predicted", "{:.1%}"),
     "region_speedup": ("exact region over a test of cells", "{:.0f}×"),
     "t_absrel_mean": ("near-far ratio T, AbsRel", "{:.2f}"),
     "attention_exponent": ("exponent of attention's time", "{:.2f}"),
 }
-"""Values told at the top where a study has them: what they are, and how they are written."""
+"""Values shown at the top of the report where a study has them: label and number format."""
 _STYLE = """
 figure svg.plot { max-width:820px; max-height:none; margin:0 auto; background:#fff; border-radius:5px; }
 .plots { display:grid; grid-template-columns:minmax(0,1fr); gap:1rem; margin:1rem 0; }
@@ -46,26 +46,26 @@ details { margin:.8rem 0; } summary { cursor:pointer; color:var(--accent); }
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportedStudy:
-    """A study as the report tells it; `fresh` unless it was kept from an earlier run."""
+    """A study for the report; `fresh` unless it was read from the cache."""
 
-    kept: CachedStudy
+    cached: CachedStudy
     fresh: bool
 
     @property
     def study(self) -> StudyResult:
-        """The findings."""
-        return self.kept.study
+        """The result of the study."""
+        return self.cached.study
 
 
 def report_html(
-    told: Sequence[ReportedStudy], *, versions: Mapping[str, str], failed: Iterable[str] = ()
+    studies: Sequence[ReportedStudy], *, versions: Mapping[str, str], failed: Iterable[str] = ()
 ) -> str:
     """Return the report of some studies as one HTML page.
 
     `versions`: names of programs and libraries with their versions. `failed`: a sentence for each study that
-    came to no end. Raise InvalidInput for a picture that is no drawing.
+    was not finished. Raise InvalidInput for a figure whose SVG is no drawing or has scripts.
     """
-    ordered = sorted(told, key=lambda one: (one.study.section, one.study.name))
+    ordered = sorted(studies, key=lambda one: (one.study.section, one.study.name))
     parts = [
         _header(ordered),
         *(f'<p class="absent"><b>Missing:</b> {escape(line)}</p>' for line in failed),
@@ -82,11 +82,12 @@ def report_html(
     )
 
 
-def _header(told: Sequence[ReportedStudy]) -> str:
+def _header(studies: Sequence[ReportedStudy]) -> str:
     links = "".join(
-        f'<a href="#{escape(one.study.name, quote=True)}">{escape(_heading(one.study))}</a>' for one in told
+        f'<a href="#{escape(one.study.name, quote=True)}">{escape(_heading(one.study))}</a>'
+        for one in studies
     )
-    values = {key: value for one in told for key, value in one.study.values.items()}
+    values = {key: value for one in studies for key, value in one.study.values.items()}
     tiles = "".join(
         f'<div class="tile"><b>{escape(form.format(value))}</b><span>{escape(words)}</span></div>'
         for key, (words, form) in HEADLINES.items()
@@ -104,8 +105,8 @@ def _heading(study: StudyResult) -> str:
     return f"{study.section} {study.title}"
 
 
-def _study(told: ReportedStudy) -> str:
-    study = told.study
+def _study(reported: ReportedStudy) -> str:
+    study = reported.study
     rows = [(row.quantity, row.paper, row.ours, row.note) for row in study.rows]
     beside = table(("quantity", "paper", "ours", "remarks"), rows) if rows else ""
     return section(
@@ -116,7 +117,7 @@ def _study(told: ReportedStudy) -> str:
         _list("Definitions", study.definitions),
         _list("What differs from the paper, and why", study.deviations),
         _values(study),
-        f'<p class="under">{escape(_origin(told))}</p>',
+        f'<p class="under">{escape(_origin(reported))}</p>',
     )
 
 
@@ -146,7 +147,7 @@ def _values(study: StudyResult) -> str:
 
 
 def value_text(value: Value) -> str:
-    """Return a value in words: numbers with four digits, what is unknown as a dash."""
+    """Return a value as text: floats with four digits, None as a dash."""
     if value is None:
         return "–"
     if isinstance(value, bool):
@@ -160,16 +161,16 @@ def value_text(value: Value) -> str:
     return str(value)
 
 
-def _origin(told: ReportedStudy) -> str:
-    seeds = ", ".join(f"{name} {seed}" for name, seed in told.study.seeds.items())
-    parts = [f"Computed {moment(told.kept.made_utc)} in {told.kept.took_s:.1f} s"]
-    parts += [] if told.fresh else ["kept since, as nothing that it depends on has changed"]
+def _origin(reported: ReportedStudy) -> str:
+    seeds = ", ".join(f"{name} {seed}" for name, seed in reported.study.seeds.items())
+    parts = [f"Computed {moment(reported.cached.made_utc)} in {reported.cached.took_s:.1f} s"]
+    parts += [] if reported.fresh else ["kept since, as nothing that it depends on has changed"]
     parts += [f"seeds: {seeds}"] if seeds else []
     return "; ".join(parts) + "."
 
 
-def _footer(told: Sequence[ReportedStudy], versions: Mapping[str, str]) -> str:
-    took_s = sum(one.kept.took_s for one in told)
+def _footer(studies: Sequence[ReportedStudy], versions: Mapping[str, str]) -> str:
+    took_s = sum(one.cached.took_s for one in studies)
     used = ", ".join(f"{name} {version}" for name, version in versions.items())
     lines = [f"All studies together took {took_s:.0f} s.", f"Made with {used}."]
     return "<footer>" + "".join(f"<p>{escape(line)}</p>" for line in lines) + "</footer>"
@@ -186,11 +187,11 @@ _NAME = re.compile(r"[a-z0-9-]+")
 
 
 def inline_svg(svg: str, *, name: str, label: str) -> str:
-    """Return a drawing as part of a page: `name` goes before its ids, `label` is what a screen reader says.
+    """Return a drawing for use inside a page: `name` prefixes its ids, `label` is what a screen reader says.
 
-    Its size is the page's to choose. The rule that matplotlib gives to all elements of the document becomes
-    the drawing's own, its metadata go. Raise InvalidInput for a name of other characters than a-z, 0-9 and
-    -, and for what is no drawing or acts.
+    The page chooses its size. The style rule that matplotlib writes for all elements of the document becomes
+    an attribute of the drawing; its metadata are removed. Raise InvalidInput for a name of other characters
+    than a-z, 0-9 and -, and for SVG that is no drawing or has scripts.
     """
     opening, view = _OPENING.search(svg), _VIEW.search(svg)
     if opening is None or view is None or _ACTIVE.search(svg):

@@ -1,6 +1,6 @@
-"""Token cost (Sec. 4.3, Eq. 5): how many tokens an image makes, and what global attention among them costs.
+"""Token cost (Sec. 4.3, Eq. 5): the number of tokens of an image, and the cost of attention among them.
 
-Pure counting. What a machine really took is a `TokenTimes`, measured by `learn.attention` and handed in.
+The times that a machine takes are a `TokenTimes`, measured by `learn.attention` and passed in.
 """
 
 import math
@@ -70,7 +70,7 @@ def cost_ratio(total: int, *, streams: int, backdrop_share: float = BACKDROP_SHA
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SplitTime:
-    """What backdrop and streams together took over what all tokens at once took: attention, and a layer."""
+    """Time of backdrop and streams over the time of all tokens at once: of attention, and of a layer."""
 
     streams: int
     attention_ratio: float
@@ -95,7 +95,7 @@ class TokenTimes:
     device: str
 
     def __post_init__(self) -> None:
-        """Refuse what no exponent can be read from."""
+        """Refuse times from which no exponent can be fitted."""
         lengths = {len(self.tokens), len(self.attention_s), len(self.layer_s)}
         if lengths != {len(self.tokens)} or len(set(self.tokens)) < 2:
             raise InvalidInput(
@@ -113,7 +113,7 @@ def exponent(tokens: Sequence[int], seconds: Sequence[float]) -> float:
 
 
 def eq5_error(times: TokenTimes, *, least_streams: int = 2) -> float:
-    """Return how far measured attention is off Eq. 5 at most, relative, for so many streams or more."""
+    """Return the largest relative error of Eq. 5 against measured attention, for so many streams or more."""
     errors = [
         abs(split.attention_ratio / cost_ratio(times.split_total, streams=split.streams) - 1.0)
         for split in times.splits

@@ -1,4 +1,8 @@
-"""The findings of Sec. 4.3: attention's quadratic cost, and what backdrop and streams save of it (Eq. 5)."""
+"""The study of Sec. 4.3: the quadratic cost of attention, and what backdrop and streams save (Eq. 5).
+
+Here are its values, its comparison with the paper, and its figures. The cost model is in `cost`, the timing
+in `learn.attention`.
+"""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -23,17 +27,17 @@ from foveacam_pipeline.study.tokens.cost import (
 
 MODEL_TOTAL = 4096
 SAVING_STREAMS = 4
-"""`layer_saving` is told for a backdrop and so many streams."""
+"""`layer_saving` is reported for a backdrop and so many streams."""
 NO_TORCH = "timing attention needs torch; pip install 'foveacam-duo[learn]'"
 
 
 def tokens_study(
     *, quick: bool = False, measured: TokenTimes | None = None, not_measured: str = NO_TORCH
 ) -> StudyResult:
-    """Return the findings of Sec. 4.3.
+    """Return the study of Sec. 4.3.
 
-    `measured`: what `learn.attention.measure` took; without it the model is told alone, and `not_measured`
-    says why. `quick`: the times are of fewer tokens, which is said.
+    `measured`: the times from `learn.attention.measure`; without them the model is reported alone, and
+    `not_measured` says why. `quick`: the times are of fewer tokens, which the result states.
     """
     pictures = [ratio_picture(measured)]
     if measured is not None:
@@ -121,7 +125,7 @@ def _measured_rows(measured: TokenTimes | None, not_measured: str) -> tuple[Pape
         return (
             PaperComparison(quantity=slope, paper="2 (Fig. 5b: quadratic)", ours=missing),
             PaperComparison(quantity=law, paper="Eq. 5", ours=missing),
-            PaperComparison(quantity=layer, paper="not told", ours=missing),
+            PaperComparison(quantity=layer, paper="not stated", ours=missing),
         )
     found, saved = measured.splits, layer_saving(measured)
     return (
@@ -140,7 +144,7 @@ def _measured_rows(measured: TokenTimes | None, not_measured: str) -> tuple[Pape
         ),
         PaperComparison(
             quantity=layer,
-            paper="not told",
+            paper="not stated",
             ours=", ".join(f"{split.layer_ratio:.3f}" for split in found),
             note=""
             if saved is None
@@ -189,7 +193,7 @@ ATTENTION, LAYER, MODEL = "#0072B2", "#D55E00", "#333333"
 
 
 def time_picture(measured: TokenTimes) -> StudyFigure:
-    """Return time against tokens as a picture of the report."""
+    """Return the figure of time against tokens."""
     return StudyFigure(
         name="token-time",
         title="Time of attention against tokens",
@@ -228,7 +232,7 @@ def time_drawing(measured: TokenTimes) -> Figure:
 
 
 def ratio_picture(measured: TokenTimes | None) -> StudyFigure:
-    """Return Eq. 5 beside what was measured as a picture of the report."""
+    """Return the figure of Eq. 5 beside the measured times."""
     return StudyFigure(
         name="token-split",
         title="Cost of a backdrop and streams over that of all tokens at once",

@@ -1,6 +1,6 @@
 """Disparity advantage (Sec. 4.1): depth error of the foveae beside that of a wide pair of equal baseline.
 
-|dZ| = Z² / (B f) |dd|. Errors of matching, dd, that were measured are handed in; each says where it is from.
+|dZ| = Z² / (B f) |dd|. Measured errors of matching, dd, are passed in; each states its source.
 """
 
 import math
@@ -29,15 +29,15 @@ RAIL_M = (5.0, 10.0, 15.0)  # Fig. 4
 FINEST_PX = 1.0 / 256.0  # sub-pixel refinement of the paper's template matching (Sec. 4.1)
 COLOURS = {"wide": "#D55E00", "fovea": "#0072B2"}
 LINES = ("-", "--", ":", "-.", (0, (7, 2, 1, 2, 1, 2)), (0, (1, 4)), (0, (10, 3)))
-"""One an error of matching."""
+"""One line style for each error of matching."""
 NEAREST_M, FARTHEST_M = 2.0, 40.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchingError:
-    """An error of matching, px of the camera that matches; `label` says whose, `key` names it in values.
+    """An error of matching, px of the camera that matches; `label` names it on plots, `key` in values.
 
-    `source`: how it was measured, in words; empty for one that is assumed.
+    `source`: how it was measured; empty for one that is assumed.
     """
 
     key: str
@@ -46,7 +46,7 @@ class MatchingError:
     source: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what is no error."""
+        """Refuse an error that is not above 0 px."""
         if not 0.0 < self.error_px < math.inf:
             raise InvalidInput(f"a matching error of {self.error_px} px was given; it must exceed 0 px")
 
@@ -65,16 +65,16 @@ def focal_px(px_per_deg: float) -> float:
 
 
 def measured_error(key: str, error_px: float, *, whose: str, source: str) -> MatchingError:
-    """Return an error that was measured; its label tells its size. Raise InvalidInput for one of none."""
+    """Return a measured error; its label has its size. Raise InvalidInput unless it is above 0 px."""
     return MatchingError(key=key, label=f"{error_px:.3g} px ({whose})", error_px=error_px, source=source)
 
 
 def depth_error_study(measured: Sequence[MatchingError] = ()) -> StudyResult:
-    """Return the findings of Sec. 4.1, for assumed errors of matching and for those that were measured.
+    """Return the study of Sec. 4.1, for assumed errors of matching and for measured ones.
 
-    Raise InvalidInput for errors that are not `told_apart`.
+    Raise InvalidInput as `check_distinct`.
     """
-    errors = (*ASSUMED, *told_apart(measured))
+    errors = (*ASSUMED, *check_distinct(measured))
     return StudyResult(
         name="depth",
         section="4.1",
@@ -93,8 +93,8 @@ def depth_error_study(measured: Sequence[MatchingError] = ()) -> StudyResult:
     )
 
 
-def told_apart(measured: Sequence[MatchingError]) -> tuple[MatchingError, ...]:
-    """Return errors that were measured; raise InvalidInput unless a drawing and values tell them apart."""
+def check_distinct(measured: Sequence[MatchingError]) -> tuple[MatchingError, ...]:
+    """Return the measured errors; raise InvalidInput for a key given twice or too many errors to draw."""
     keys = [each.key for each in measured]
     twice = sorted({key for key in keys if keys.count(key) > 1})
     if twice:
@@ -111,7 +111,7 @@ def error_m(distance_m: float, px_per_deg: float, *, error_px: float) -> float:
 
 
 def disparity_px(distance_m: float, px_per_deg: float) -> float:
-    """Return the disparity, px, of what is that far away."""
+    """Return the disparity, px, of a point at that distance."""
     return focal_px(px_per_deg) * BASELINE_M / distance_m
 
 
@@ -171,12 +171,12 @@ def _deviations(measured: Sequence[MatchingError]) -> tuple[str, ...]:
     ]
     if not measured:
         said.append(
-            "No measured matching error was handed in: measure one with `foveacam bench verge --json` or "
+            "No measured matching error was given: measure one with `foveacam bench verge --json` or "
             "`foveacam bench stereo --json`."
         )
         return tuple(said)
     said.append(
-        "Where each measured error is from stands beside its row. Wide curves suppose that a wide pair "
+        "The source of each measured error is given beside its row. Wide curves suppose that a wide pair "
         "matches to the same fraction of its own pixel."
     )
     return tuple(said)
@@ -208,7 +208,7 @@ def _picture(errors: Sequence[MatchingError]) -> StudyFigure:
 
 
 def _origins(errors: Sequence[MatchingError]) -> str:
-    """Return which lines are of assumed errors of matching, and which are not."""
+    """Return which lines are of assumed errors of matching, and which of measured ones."""
     if any(each.source for each in errors):
         return "Thick lines: |dd| measured or given, as the remarks above say; thin: assumed."
     return "All matching errors are assumed, none is measured."

@@ -1,6 +1,6 @@
-"""How good a depth map is, bin by bin of true depth, and the ratio of far gains to near losses (Sec. 4.2).
+"""Accuracy of a depth map by bins of true depth, and the ratio of far gains to near losses (Sec. 4.2).
 
-The paper's supplement defines the ratio T; it is not in the paper. Two readings are kept side by side.
+The ratio T is defined in the paper's supplement, not in the paper; two readings of it are computed.
 """
 
 import math
@@ -20,7 +20,7 @@ DELTA1 = 1.25
 
 
 class DepthMetric(StrEnum):
-    """What is compared; only the last is better when it is higher."""
+    """A metric of depth; only the last is better when it is higher."""
 
     ABSREL = "absrel"
     RMSE = "rmse"

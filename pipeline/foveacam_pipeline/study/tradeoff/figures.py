@@ -1,4 +1,4 @@
-"""The pictures of Sec. 4.2: gains bin by bin (Fig. 5a), T against the budget, and where the patches lie."""
+"""The figures of Sec. 4.2: gains by bin (Fig. 5a), T against the budget, and the positions of the patches."""
 
 import math
 from collections.abc import Sequence
@@ -15,11 +15,11 @@ from foveacam_pipeline.study.tradeoff.depth_metrics import DepthMetric
 from foveacam_pipeline.study.tradeoff.patches import PatchChoice
 from foveacam_pipeline.study.tradeoff.streets import StereoScene
 from foveacam_pipeline.study.tradeoff.sweep import (
+    CHOICE_LABELS,
     HEADLINE_SHARE,
-    NAMES,
-    PAPER,
+    METRIC_LABELS,
+    PAPER_RATIOS,
     READINGS,
-    WORDS,
     BudgetPoint,
     BudgetSweep,
     ratios_of,
@@ -27,17 +27,17 @@ from foveacam_pipeline.study.tradeoff.sweep import (
 
 GAIN, LOSS, COVER = "#0072B2", "#D55E00", "#009E73"
 CHOICE_COLOURS = {PatchChoice.TRUTH: "#0072B2", PatchChoice.ESTIMATE: "#E69F00"}
-ASIDE = {PatchChoice.TRUTH: 0.975, PatchChoice.ESTIMATE: 1.025}
-"""Intervals stand so far beside their marks, that neither hides the other."""
+INTERVAL_SHIFTS = {PatchChoice.TRUTH: 0.975, PatchChoice.ESTIMATE: 1.025}
+"""Factors by which intervals are shifted along q, so that they do not hide each other."""
 READING_LINES = {"mean": "-", "sum": "--"}
 PLACE_STYLES = {PatchChoice.TRUTH: ("#56B4E9", "-"), PatchChoice.ESTIMATE: ("#E69F00", "--")}
 FARTHEST_SHOWN = 30.0
-"""T beyond this, or infinite, is drawn here."""
+"""T beyond this, or infinite, is drawn at this value."""
 LEAST_SHOWN = 0.03
 
 
 def bins_picture(found: BudgetSweep, *, source: str, prefix: str = "") -> StudyFigure:
-    """Return gains and coverage by bin as a picture of the report."""
+    """Return the figure of gains and coverage by bin."""
     share = found.at(HEADLINE_SHARE, PatchChoice.TRUTH).share
     return StudyFigure(
         name=f"{prefix.replace('_', '-')}tradeoff-bins",
@@ -57,7 +57,7 @@ def bins_drawing(found: BudgetSweep) -> Figure:
         point = found.at(HEADLINE_SHARE, choice)
         _gain_bars(grid[0, column], point)
         _coverage_bars(grid[1, column], point)
-        grid[0, column].set_title(f"{WORDS[choice]}, q = {point.share:g}", fontsize=11)
+        grid[0, column].set_title(f"{CHOICE_LABELS[choice]}, q = {point.share:g}", fontsize=11)
         grid[1, column].set_xlabel("tenth of the pixels, its mean depth in m")
     grid[0, 0].set_ylabel("gain in AbsRel, MR − FOV")
     grid[1, 0].set_ylabel("covered by\npatches, %")
@@ -102,7 +102,7 @@ def _shown(ratio: float) -> str:
 
 
 def ratio_picture(found: BudgetSweep, *, source: str, prefix: str = "") -> StudyFigure:
-    """Return T against the budget as a picture of the report."""
+    """Return the figure of T against the budget."""
     return StudyFigure(
         name=f"{prefix.replace('_', '-')}tradeoff-ratio",
         title=f"Near-far trade-off ratio against the budget, {source}",
@@ -128,12 +128,14 @@ def ratio_drawing(found: BudgetSweep) -> Figure:
                     marker="o",
                     markersize=4,
                     color=CHOICE_COLOURS[choice],
-                    label=f"{WORDS[choice]}, {name}s",
+                    label=f"{CHOICE_LABELS[choice]}, {name}s",
                 )
             _intervals(axes, points, metric, choice=choice)
-        axes.axhline(PAPER[metric], color="0.35", linestyle="-.", linewidth=1.2, label="the paper's value")
+        axes.axhline(
+            PAPER_RATIOS[metric], color="0.35", linestyle="-.", linewidth=1.2, label="the paper's value"
+        )
         axes.axhline(1.0, color="0.6", linewidth=0.8)
-        axes.set_title(f"{NAMES[metric]}, paper {PAPER[metric]:g}", fontsize=11)
+        axes.set_title(f"{METRIC_LABELS[metric]}, paper {PAPER_RATIOS[metric]:g}", fontsize=11)
         _scaled(axes, found)
     row[0].set_ylabel("trade-off ratio T")
     handles, labels = row[0].get_legend_handles_labels()
@@ -144,10 +146,10 @@ def ratio_drawing(found: BudgetSweep) -> Figure:
 def _intervals(
     axes: Axes, points: tuple[BudgetPoint, ...], metric: DepthMetric, *, choice: PatchChoice
 ) -> None:
-    """Draw where T of the means lies, over scenes, beside its mark; always of the same resampling."""
+    """Draw the interval of T (of means) over scenes, always with the same resampling."""
     for point in points:
         ends = _clamped([end.mean for end in point.interval(metric, seed=0)])
-        share = ASIDE[choice] * point.share
+        share = INTERVAL_SHIFTS[choice] * point.share
         axes.vlines(share, ends[0], ends[1], color=CHOICE_COLOURS[choice], alpha=0.6, linewidth=1.4)
 
 
@@ -169,17 +171,17 @@ def _scaled(axes: Axes, found: BudgetSweep) -> None:
     axes.grid(visible=True, alpha=0.3)
 
 
-def places_picture(found: BudgetSweep, scene: StereoScene) -> StudyFigure:
-    """Return where the patches lie on the first scene as a picture of the report."""
+def patches_picture(found: BudgetSweep, scene: StereoScene) -> StudyFigure:
+    """Return the figure of the patches on the first scene."""
     return StudyFigure(
         name="tradeoff-places",
         title=f"Where the patches lie, {scene.name}",
         caption="Native patches on the left image, and on the true depth; grey: not judged.",
-        drawing=drawing_of(places_drawing(found, scene)),
+        drawing=drawing_of(patches_drawing(found, scene)),
     )
 
 
-def places_drawing(found: BudgetSweep, scene: StereoScene) -> Figure:
+def patches_drawing(found: BudgetSweep, scene: StereoScene) -> Figure:
     """Draw the patches of both choices over the left image and its true depth; `scene` was swept first."""
     figure = Figure(figsize=(8.4, 5.6), layout="constrained")
     upper, lower = figure.subplots(2, 1)
@@ -219,6 +221,6 @@ def _outline(axes: Axes, point: BudgetPoint, choice: PatchChoice) -> None:
             linewidth=2.0,
             linestyle=line,
             edgecolor=colour,
-            label=WORDS[choice] if number == 0 else None,
+            label=CHOICE_LABELS[choice] if number == 0 else None,
         )
         axes.add_patch(outline)

@@ -1,6 +1,7 @@
-"""One scene at one budget, both ways (Sec. 4.2): medium resolution (MR) against backdrop and patches (FOV).
+"""One scene at one budget (Sec. 4.2): medium resolution (MR) against backdrop and patches (FOV).
 
-Both are judged on the same native pixels: those with a true depth that both eyes see, known or not.
+Both are judged on the same native pixels: all with a true depth that both eyes see, matched or not. The
+depth estimators are interchangeable: any `DisparityEstimator`, by default the project's semi-global matcher.
 """
 
 from dataclasses import dataclass, field, replace
@@ -22,7 +23,7 @@ from foveacam_pipeline.study.tradeoff.patches import (
     PictureSize,
     PixelBudget,
     choose_patches,
-    covered_by,
+    covered_mask,
     enlarged,
     filled,
     resized,
@@ -32,10 +33,10 @@ from foveacam_pipeline.study.tradeoff.streets import FARTHEST_M, StereoScene
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StereoView:
-    """A rectified pair as an estimator gets it.
+    """A rectified pair, the input of an estimator.
 
     `left`, `right`: (h, w, 3) uint8 RGB. `offset_px`: how much farther left the right image's window lies;
-    total disparity = estimate + offset. `near_m`, `far_m`: where to look, `far_m` None for infinity.
+    total disparity = estimate + offset. `near_m`, `far_m`: range to search, `far_m` None for infinity.
     """
 
     left: NDArray[np.uint8]
@@ -48,11 +49,11 @@ class StereoView:
 
 
 class DisparityEstimator(Protocol):
-    """Finds disparity; `name` is told in the findings."""
+    """Estimates disparity; `name` appears in the results."""
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """The estimator's name."""
         ...
 
     def disparity_px(self, view: StereoView) -> Disparity:
@@ -60,8 +61,8 @@ class DisparityEstimator(Protocol):
         ...
 
 
-def estimated_disparity(estimator: DisparityEstimator, view: StereoView) -> Disparity:
-    """Return what the estimator finds; raise InvalidInput where that is no map of the left image's size."""
+def estimate_disparity(estimator: DisparityEstimator, view: StereoView) -> Disparity:
+    """Return the estimator's map; raise InvalidInput where its size is not the left image's."""
     found = estimator.disparity_px(view)
     if found.shape != view.left.shape[:2]:
         raise InvalidInput(
@@ -79,7 +80,7 @@ class SemiGlobal:
     settings: MatchSettings = field(default_factory=lambda: MatchSettings(speckle_px=40))
 
     def disparity_px(self, view: StereoView) -> Disparity:
-        """Return the disparity map; unknown where its own error is too large."""
+        """Return the disparity map, NaN where its own error is too large."""
         everywhere = np.ones(view.left.shape[:2], dtype=np.bool_)
         pair = RectifiedPair(
             left=view.left,
@@ -99,13 +100,13 @@ class SemiGlobal:
 
 
 WINDOW_PERCENTILES = (2.0, 98.0)
-"""A patch is searched about the backdrop's disparities there, but for the few that are most likely wrong."""
+"""A patch is searched within these percentiles of the backdrop's disparities; the rest are likely wrong."""
 MARGIN_BACKDROP_PX = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SceneOutcome:
-    """What one scene gave: scores of both configurations, and the share of each bin that patches cover."""
+    """Result of one scene: scores of both configurations, and the share of each bin that patches cover."""
 
     mr: BinScores
     fov: BinScores
@@ -115,19 +116,19 @@ class SceneOutcome:
     """(bins,) mean true depth of each bin."""
 
 
-def outcomes(
+def scene_outcomes(
     scene: StereoScene, sizes: PixelBudget, estimator: DisparityEstimator
 ) -> dict[PatchChoice, SceneOutcome]:
-    """Return what the budget gives, by both choices of patches. Raise InvalidInput where truth is missing."""
-    counted = counted_pixels(scene)
+    """Return the outcome for both choices of patches. Raise InvalidInput where truth is missing."""
+    counted = judged_pixels(scene)
     truth_m = scene.truth_z_m[counted].astype(np.float64)
     bin_of = depth_bins(truth_m)
 
     def scores(disparity: Disparity) -> BinScores:
-        return bin_scores(depth_of(disparity, scene)[counted], truth_m, bin_of)
+        return bin_scores(depth_from_disparity(disparity, scene)[counted], truth_m, bin_of)
 
-    mr = scores(enlarged(filled(uniform(scene, sizes.medium, estimator)), sizes.native))
-    found = uniform(scene, sizes.backdrop, estimator)
+    mr = scores(enlarged(filled(uniform_disparity(scene, sizes.medium, estimator)), sizes.native))
+    found = uniform_disparity(scene, sizes.backdrop, estimator)
     backdrop = enlarged(filled(found), sizes.native)
     by_choice = {
         PatchChoice.TRUTH: np.where(counted, scene.truth_z_m, np.nan),
@@ -136,8 +137,8 @@ def outcomes(
     results = {}
     for choice, depth_m in by_choice.items():
         places = choose_patches(depth_m.astype(np.float64), sizes.patch, count=sizes.count)
-        fused = with_patches(scene, backdrop, places, sizes, estimator)
-        covered = covered_by(places, sizes.patch, sizes.native)[counted]
+        fused = fused_disparity(scene, backdrop, places, sizes, estimator)
+        covered = covered_mask(places, sizes.patch, sizes.native)[counted]
         results[choice] = SceneOutcome(
             mr=mr,
             fov=scores(fused),
@@ -148,21 +149,21 @@ def outcomes(
     return results
 
 
-def counted_pixels(scene: StereoScene) -> NDArray[np.bool_]:
-    """Return (h, w) bool: pixels that are judged. Raise InvalidInput where there are none."""
+def judged_pixels(scene: StereoScene) -> NDArray[np.bool_]:
+    """Return (h, w) bool: the pixels that are judged. Raise InvalidInput where there are none."""
     counted = np.isfinite(scene.truth_z_m) & scene.seen
     if not counted.any():
         raise InvalidInput(f"{scene.name} has no pixel with a true depth that both eyes see; leave it out")
     return np.asarray(counted)
 
 
-def depth_of(disparity: Disparity, scene: StereoScene) -> Floats:
-    """Return (h, w) depth, m; nothing is held to be farther away than the truth is counted."""
+def depth_from_disparity(disparity: Disparity, scene: StereoScene) -> Floats:
+    """Return (h, w) depth, m, at most `FARTHEST_M`, beyond which the truth is not judged."""
     f_b = scene.f_px * scene.baseline_m
     return np.asarray(f_b / np.maximum(disparity.astype(np.float64), f_b / FARTHEST_M))
 
 
-def uniform(scene: StereoScene, size: PictureSize, estimator: DisparityEstimator) -> Disparity:
+def uniform_disparity(scene: StereoScene, size: PictureSize, estimator: DisparityEstimator) -> Disparity:
     """Return the disparity of both images at that size, in its own pixels; NaN where none was found."""
     ratio = size.width / scene.left.shape[1]
     left, right = (resized(image, size) for image in (scene.left, scene.right))
@@ -173,11 +174,11 @@ def uniform(scene: StereoScene, size: PictureSize, estimator: DisparityEstimator
         baseline_m=scene.baseline_m,
         near_m=scene.near_m,
     )
-    return estimated_disparity(estimator, view)
+    return estimate_disparity(estimator, view)
 
 
 def estimated_depth(found: Disparity, scene: StereoScene, native: PictureSize) -> Floats:
-    """Return (h, w) depth as the backdrop tells it, NaN where it knows none within the range counted.
+    """Return (h, w) depth by the backdrop's disparities, NaN where unknown or beyond `FARTHEST_M`.
 
     What seems farther than that is taken for the sky.
     """
@@ -188,20 +189,20 @@ def estimated_depth(found: Disparity, scene: StereoScene, native: PictureSize) -
     return np.where(known & (depth_m <= FARTHEST_M), depth_m, np.nan)
 
 
-def with_patches(
+def fused_disparity(
     scene: StereoScene,
     backdrop: Disparity,
     places: tuple[PatchPosition, ...],
     sizes: PixelBudget,
     estimator: DisparityEstimator,
 ) -> Disparity:
-    """Return the backdrop's native disparity map with each patch's own where it found one."""
+    """Return the backdrop's native disparity map, replaced by each patch's own where it has one."""
     fused = backdrop.copy()
     margin_px = MARGIN_BACKDROP_PX * sizes.native.width / sizes.backdrop.width
     for place in places:
         window = place.window(sizes.patch)
         view, offset_px = patch_view(scene, backdrop[window], place, sizes.patch, margin_px=margin_px)
-        total = estimated_disparity(estimator, view) + np.float32(offset_px)
+        total = estimate_disparity(estimator, view) + np.float32(offset_px)
         fused[window] = np.where(np.isfinite(total), total, fused[window])
     return fused
 
@@ -209,9 +210,10 @@ def with_patches(
 def patch_view(
     scene: StereoScene, about: Disparity, place: PatchPosition, size: PictureSize, *, margin_px: float
 ) -> tuple[StereoView, int]:
-    """Return a patch of both eyes, the right one shifted as the backdrop's disparity says, and the shift.
+    """Return a patch of both eyes, the right one shifted by the backdrop's disparity, and the shift.
 
-    As foveae verge: the right patch has as many pixels as the left one, and holds what lies near that depth.
+    It is like verged foveae: the right patch has the size of the left one and shows what lies near that
+    depth.
     """
     f_b = scene.f_px * scene.baseline_m
     least, most = np.percentile(about, WINDOW_PERCENTILES)

@@ -1,6 +1,6 @@
-"""Equal pixels, spent two ways (Sec. 4.2): a uniform medium resolution, or a backdrop and native patches.
+"""A budget of pixels (Sec. 4.2): one uniform medium resolution, or a backdrop and native patches.
 
-Sizes, where the patches go, and how their disparities take the backdrop's place. Knows no matcher.
+Here are the sizes, the choice of patches, and resizing and filling of disparity maps; matching is elsewhere.
 """
 
 import math
@@ -24,7 +24,7 @@ LEAST_SIDE_PX = 16
 
 
 class PatchChoice(StrEnum):
-    """By what patches are placed: the true depth, or, as a robot must, the backdrop's own estimate."""
+    """The depth by which patches are chosen: the truth, or, as a robot must, the backdrop's own estimate."""
 
     TRUTH = "truth"
     ESTIMATE = "estimate"
@@ -32,14 +32,14 @@ class PatchChoice(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PictureSize:
-    """Of an image, px."""
+    """Size of an image, px."""
 
     width: int
     height: int
 
     @property
     def pixels(self) -> int:
-        """How many pixels it has."""
+        """The number of pixels."""
         return self.width * self.height
 
 
@@ -60,7 +60,7 @@ class PixelBudget:
 
     @property
     def imbalance(self) -> float:
-        """By what part FOV has more pixels than MR: what rounding left."""
+        """Relative excess of FOV's pixels over MR's, due to rounding."""
         return self.fov_pixels / self.medium.pixels - 1.0
 
 
@@ -73,7 +73,7 @@ def scaled(size: PictureSize, share: float) -> PictureSize:
 def budget(
     native: PictureSize, share: float, *, patches: int, patch_share: float = PATCH_SHARE
 ) -> PixelBudget:
-    """Return the sizes for `share` of the native pixels: patches get what the backdrop leaves of it.
+    """Return the sizes for `share` of the native pixels; patches share what the backdrop leaves.
 
     Raise InvalidInput for a share outside 0 to 1, and where patches would be too small to match in.
     """
@@ -101,24 +101,25 @@ class PatchPosition:
     y_px: int
 
     def window(self, size: PictureSize) -> tuple[slice, slice]:
-        """Return its rows and columns."""
+        """Return the rows and columns of the patch."""
         return slice(self.y_px, self.y_px + size.height), slice(self.x_px, self.x_px + size.width)
 
 
 def choose_patches(depth_m: Floats, size: PictureSize, *, count: int) -> tuple[PatchPosition, ...]:
-    """Return where the patches go: one after the other, each where the most depth error is left.
+    """Return the positions of the patches, chosen one after the other, each where most depth error is left.
 
     `depth_m`: (h, w) of the native image, NaN where unknown or not counted. Matching errs in depth as Z²
-    (Sec. 4.1), so the patch that covers the largest sum of Z² goes first; what it covers counts no more.
+    (Sec. 4.1), so the patch that covers the largest sum of Z² comes first; what it covers is not counted
+    again.
     """
     worth = np.nan_to_num(depth_m) ** 2
     height, width = worth.shape
     if size.height > height or size.width > width:
         raise InvalidInput(
             f"patches of {size.width} x {size.height} px do not fit into {width} x {height} px; "
-            "give less pixels"
+            "give fewer pixels"
         )
-    places = []
+    chosen = []
     for _ in range(count):
         sums = cv2.integral(worth)
         covered = (
@@ -128,13 +129,13 @@ def choose_patches(depth_m: Floats, size: PictureSize, *, count: int) -> tuple[P
             + sums[: -size.height, : -size.width]
         )
         y_px, x_px = np.unravel_index(int(np.argmax(covered)), covered.shape)
-        place = PatchPosition(x_px=int(x_px), y_px=int(y_px))
-        worth[place.window(size)] = 0.0
-        places.append(place)
-    return tuple(places)
+        patch = PatchPosition(x_px=int(x_px), y_px=int(y_px))
+        worth[patch.window(size)] = 0.0
+        chosen.append(patch)
+    return tuple(chosen)
 
 
-def covered_by(
+def covered_mask(
     places: tuple[PatchPosition, ...], size: PictureSize, native: PictureSize
 ) -> NDArray[np.bool_]:
     """Return (h, w) bool: native pixels that lie in a patch."""
@@ -147,23 +148,23 @@ def covered_by(
 def resized(image: NDArray[np.uint8], size: PictureSize) -> NDArray[np.uint8]:
     """Return the image averaged down to exactly that size.
 
-    Both eyes must go by the size: by a factor, OpenCV would scale by what the rounded size is not.
+    Both eyes use the size: given a factor, OpenCV would scale by the factor, not by the rounded size.
     """
     return np.asarray(cv2.resize(image, (size.width, size.height), interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def enlarged(disparity: Disparity, size: PictureSize) -> Disparity:
-    """Return a disparity map at that size, its values grown by the ratio of the widths that came about."""
+    """Return a disparity map at that size, its values multiplied by the ratio of the widths."""
     ratio = size.width / disparity.shape[1]
     grown = cv2.resize(disparity, (size.width, size.height), interpolation=cv2.INTER_LINEAR)
     return np.asarray(grown * np.float32(ratio), dtype=np.float32)
 
 
 def filled(disparity: Disparity) -> Disparity:
-    """Return the map with every unknown pixel given the smaller of its row's next known ones.
+    """Return the map with every unknown pixel set to the smaller of the next known ones in its row.
 
-    What is hidden or not matched belongs to the background, as a rule; a row that knows nothing takes the
-    nearest row that does. Raise InvalidInput where nothing at all is known.
+    Hidden or unmatched pixels usually belong to the background. A row without known pixels is copied from the
+    nearest row that has some. Raise InvalidInput where no pixel is known.
     """
     known = np.isfinite(disparity)
     if not known.any():
@@ -176,7 +177,7 @@ def filled(disparity: Disparity) -> Disparity:
 
 
 def _carried(disparity: Disparity) -> Disparity:
-    """Return the map with the last known value of the row carried on to the right, NaN before the first."""
+    """Return the map with each row's last known value continued to the right, NaN before the first."""
     columns = np.arange(disparity.shape[1])[None, :]
     last = np.maximum.accumulate(np.where(np.isfinite(disparity), columns, 0), axis=1)
     return np.asarray(np.take_along_axis(disparity, last, axis=1))

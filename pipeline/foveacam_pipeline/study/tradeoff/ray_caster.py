@@ -1,7 +1,7 @@
-"""Rays against axis-aligned faces, and their texture: what the scenes of Sec. 4.2 are rendered with.
+"""A small ray caster for axis-aligned rectangles with texture, which renders the scenes of Sec. 4.2.
 
-A small caster of its own, exact in depth: the left camera is at the origin, OpenCV's axes, metres. Texture
-belongs to the point that is hit, so both eyes see the same, and holds no detail finer than the pixels there.
+Depth is exact; the left camera is at the origin, OpenCV's axes, metres. Texture is a function of the point
+that a ray hits, so that both eyes see the same, and has no detail finer than the pixels there.
 """
 
 import math
@@ -16,7 +16,7 @@ Floats: TypeAlias = NDArray[np.float64]
 COARSEST_M = 4.0
 OCTAVES = 9
 GREY_LEVELS = 14.0
-"""Amplitude of every octave: as in pictures of nature, each octave holds as much contrast as the next."""
+"""Amplitude of every octave: as in natural images, each octave has the same contrast."""
 FADE_PX = (2.0, 4.0)
 """A wave shorter than the first is left out; from the second on it has its full amplitude."""
 LATTICE = 256
@@ -58,7 +58,7 @@ class RenderedView:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RayHits:
-    """What rays hit: `xyz_m` and the width of a pixel there, (n,) each."""
+    """Points that rays hit, and the width of a pixel there, (n,) each."""
 
     x_m: Floats
     y_m: Floats
@@ -66,10 +66,13 @@ class RayHits:
     pixel_m: Floats
 
 
-def cast(
+def render_view(
     faces: Sequence[RectangleFace], camera: PinholeCamera, *, eye_x_m: float, lattice: Floats
 ) -> RenderedView:
-    """Return what a camera at (eye_x_m, 0, 0) sees. `lattice`: (256, 256), -1 to 1, noise of the textures."""
+    """Return the view of a camera at (eye_x_m, 0, 0).
+
+    `lattice`: (256, 256), -1 to 1, noise of the textures.
+    """
     along_x: Floats = np.asarray((np.arange(camera.width) - camera.cx_px) / camera.f_px, dtype=np.float64)
     along_y: Floats = np.asarray((np.arange(camera.height) - camera.cy_px) / camera.f_px, dtype=np.float64)
     z_m = np.full((camera.height, camera.width), np.inf)
@@ -133,8 +136,8 @@ def _depth_m(face: RectangleFace, along_x: Floats, along_y: Floats, eye_x_m: flo
 def _texture(hit: RayHits, face: RectangleFace, lattice: Floats, *, number: int) -> Floats:
     """Return (n,) texture at the points, octaves of smooth noise, each of amplitude 1.
 
-    Along z the logarithm of the depth takes the depth's place: a wave then keeps its width in pixels,
-    whatever the slant, on the ground as on the walls beside it.
+    Along z the texture coordinate is the logarithm of the depth: a wave then keeps its width in pixels on
+    slanted faces, on the ground as on the walls beside it.
     """
     aside_m = abs(face.low_m[face.axis])
     slanted_m = aside_m * np.log(hit.z_m)

@@ -1,7 +1,8 @@
-"""The same trade on the rig's pictures (Sec. 4.2): a wide pair is the backdrop, verged foveae are patches.
+"""The trade-off of Sec. 4.2 on the rig's images: a wide pair is the backdrop, verged foveae are the patches.
 
-Pixels are equal as before: MR is the wide pair alone, FOV a smaller wide pair and the foveae, reduced to a
-quarter of all pixels. A fovea has nine times the wide camera's resolution, so even reduced it is far finer.
+Both configurations have the same pixels: MR is the wide pair alone, FOV a smaller wide pair and the foveae,
+reduced to a quarter of all pixels. A fovea has nine times the wide camera's resolution, so even reduced it is
+far finer.
 """
 
 from dataclasses import dataclass
@@ -18,10 +19,10 @@ from foveacam_pipeline.study.tradeoff.outcomes import (
     WINDOW_PERCENTILES,
     DisparityEstimator,
     StereoView,
-    counted_pixels,
-    depth_of,
-    estimated_disparity,
-    uniform,
+    depth_from_disparity,
+    estimate_disparity,
+    judged_pixels,
+    uniform_disparity,
 )
 from foveacam_pipeline.study.tradeoff.patches import (
     PATCH_SHARE,
@@ -38,9 +39,9 @@ from foveacam_pipeline.study.tradeoff.streets import StereoScene
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigPairScene:
-    """Pictures of the rig with the truth.
+    """Images of the rig with the true depth.
 
-    `wide`: a pair of the wide camera moved to where the foveae's virtual pinholes stand, half a baseline to
+    `wide`: a pair of the wide camera moved to the foveae's virtual pinholes, half a baseline to
     either side (the linear stage of Fig. 4); its truth belongs to its left image. `centre_px`: the principal
     point (x, y) of both. `foveae`: native rectified pairs of fixations in the same world.
     """
@@ -65,7 +66,7 @@ class RigPairScene:
 class RigOutcome:
     """Scores on the wide camera's pixels, and AbsRel of those alone that foveae see (NaN if they see none).
 
-    `pixels`: of one eye, as they came about: (MR, FOV).
+    `pixels`: numbers of pixels of one eye, (MR, FOV), after rounding.
     """
 
     mr: BinScores
@@ -78,14 +79,14 @@ class RigOutcome:
 
 
 def rig_outcome(scene: RigPairScene, estimator: DisparityEstimator, *, share: float = 1.0) -> RigOutcome:
-    """Return what `share` of the wide camera's native pixels give, spent either way. Raise InvalidInput."""
+    """Return the outcome of both configurations at `share` of the wide pixels. Raise InvalidInput."""
     if not 0.0 < share <= 1.0:
         raise InvalidInput(f"a share of {share} of the wide pixels was given; choose one between 0 and 1")
     wide = scene.wide
     native = PictureSize(width=wide.left.shape[1], height=wide.left.shape[0])
     medium, small = scaled(native, share), scaled(native, share * (1.0 - PATCH_SHARE))
-    mr = enlarged(filled(uniform(wide, medium, estimator)), native)
-    fused = enlarged(filled(uniform(wide, small, estimator)), native)
+    mr = enlarged(filled(uniform_disparity(wide, medium, estimator)), native)
+    fused = enlarged(filled(uniform_disparity(wide, small, estimator)), native)
     inside, spent = np.zeros(fused.shape, dtype=np.bool_), small.pixels
     for pair in scene.foveae:
         size = _fovea_size(pair, (medium.pixels - small.pixels) / len(scene.foveae))
@@ -98,7 +99,7 @@ def rig_outcome(scene: RigPairScene, estimator: DisparityEstimator, *, share: fl
 
 
 def _fovea_size(pair: RectifiedPair, pixels: float) -> PictureSize:
-    """Return the size a fovea is reduced to; it is never enlarged."""
+    """Return the size to which a fovea is reduced; it is never enlarged."""
     native = PictureSize(width=pair.left.shape[1], height=pair.left.shape[0])
     return scaled(native, min(1.0, pixels / native.pixels))
 
@@ -130,7 +131,7 @@ def _foveated(
         near_m=f_b / (most + margin_px),
         far_m=f_b / max(least - margin_px, 1e-3),
     )
-    total = (estimated_disparity(estimator, view) + np.float32(view.offset_px)) * np.float32(
+    total = (estimate_disparity(estimator, view) + np.float32(view.offset_px)) * np.float32(
         scene.wide.f_px / view.f_px
     )
     valid = cv2.resize(pair.valid_left.view(np.uint8), (size.width, size.height)) > 0
@@ -148,7 +149,7 @@ def _foveated(
 def _fovea_pixels(scene: RigPairScene, pair: RectifiedPair) -> tuple[Floats, Floats]:
     """Return (h, w) columns and rows of the native left window at which each wide pixel looks.
 
-    Both pinholes stand at the same place, and are parallel: only scale and origin differ (Sec. 3.2).
+    Both pinholes are at the same point and parallel: only scale and origin differ (Sec. 3.2).
     """
     zoom = pair.f_px / scene.wide.f_px
     height, width = scene.wide.truth_z_m.shape
@@ -165,10 +166,10 @@ def _rgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def _judged(
     wide: StereoScene, mr: Disparity, fov: Disparity, inside: NDArray[np.bool_], *, pixels: tuple[int, int]
 ) -> RigOutcome:
-    counted = counted_pixels(wide)
+    counted = judged_pixels(wide)
     truth_m = wide.truth_z_m[counted].astype(np.float64)
     bin_of = depth_bins(truth_m)
-    depths = [depth_of(disparity, wide)[counted] for disparity in (mr, fov)]
+    depths = [depth_from_disparity(disparity, wide)[counted] for disparity in (mr, fov)]
     covered = inside[counted]
     absrel = [
         float(np.mean(np.abs(depth_m - truth_m)[covered] / truth_m[covered])) if covered.any() else np.nan

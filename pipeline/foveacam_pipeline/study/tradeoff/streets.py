@@ -1,7 +1,7 @@
-"""Seeded streets seen by a stereo camera, with the depth of every pixel: near ground, far houses (Sec. 4.2).
+"""Seeded streets as seen by a stereo camera, with the true depth of every pixel (Sec. 4.2).
 
 Camera and image size are those of Virtual KITTI 2. A street is a ground plane, houses on both sides, cars,
-people and poles; what is sky has no depth, and what lies beyond `FARTHEST_M` is left out.
+people and poles; the sky has no depth, and what lies beyond `FARTHEST_M` is not judged.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.tradeoff.ray_caster import LATTICE, Floats, PinholeCamera, RectangleFace, cast
+from foveacam_pipeline.study.tradeoff.ray_caster import (
+    LATTICE,
+    Floats,
+    PinholeCamera,
+    RectangleFace,
+    render_view,
+)
 
 CAMERA = PinholeCamera(f_px=725.0087, cx_px=620.5, cy_px=187.0, width=1242, height=375)  # Virtual KITTI 2
 BASELINE_M = 0.532725  # Virtual KITTI 2
@@ -22,11 +28,11 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StereoScene:
-    """A rectified pair with the truth.
+    """A rectified pair with its true depth.
 
     `left`, `right`: (h, w, 3) uint8 RGB. `truth_z_m`: (h, w) float32, depth of the left pixels, NaN where
-    none is counted (sky, too far). `seen`: (h, w) bool, false where the right eye does not see that point.
-    `near_m`: nothing is looked for nearer than that.
+    it is not judged (sky, too far). `seen`: (h, w) bool, false where the right eye does not see that point.
+    `near_m`: nearest depth that is searched.
     """
 
     name: str
@@ -39,7 +45,7 @@ class StereoScene:
     near_m: float = NEAREST_M
 
     def __post_init__(self) -> None:
-        """Refuse arrays that are not of one size."""
+        """Refuse arrays of different sizes."""
         height, width = self.truth_z_m.shape
         for name, image in (("left", self.left), ("right", self.right)):
             if image.shape != (height, width, 3) or image.dtype != np.uint8:
@@ -52,11 +58,11 @@ class StereoScene:
 
 
 def street(seed: int, *, camera: PinholeCamera = CAMERA, baseline_m: float = BASELINE_M) -> StereoScene:
-    """Return the street of that seed, the same whenever it is asked for."""
+    """Return the street of that seed, the same at every call."""
     rng = np.random.default_rng([seed, 42])
     faces = street_faces(rng)
     lattice = rng.uniform(-1.0, 1.0, (LATTICE, LATTICE))
-    left, right = (cast(faces, camera, eye_x_m=x_m, lattice=lattice) for x_m in (0.0, baseline_m))
+    left, right = (render_view(faces, camera, eye_x_m=x_m, lattice=lattice) for x_m in (0.0, baseline_m))
     images = [_photograph(render.image, rng) for render in (left, right)]
     counted = left.z_m <= FARTHEST_M
     return StereoScene(
@@ -93,7 +99,7 @@ def _photograph(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray
 
 
 def street_faces(rng: np.random.Generator) -> list[RectangleFace]:
-    """Return the faces of a street drawn by lot, each of the size of what it stands for."""
+    """Return the faces of a random street, in real sizes."""
     ground_m = rng.uniform(1.5, 1.9)
     half_m = rng.uniform(7.0, 12.0)
     faces = [
@@ -106,7 +112,7 @@ def street_faces(rng: np.random.Generator) -> list[RectangleFace]:
         + [(0.5, 1.75, 0.4)] * int(rng.integers(3, 7))
         + [(0.25, 6.0, 0.25)] * int(rng.integers(4, 9))
     ):
-        x_m, z_m = _place(rng, half_m)
+        x_m, z_m = _random_position(rng, half_m)
         faces += _box(
             rng,
             (x_m - width / 2.0, x_m + width / 2.0),
@@ -116,8 +122,8 @@ def street_faces(rng: np.random.Generator) -> list[RectangleFace]:
     return faces
 
 
-def _place(rng: np.random.Generator, half_m: float) -> tuple[float, float]:
-    """Return where something stands: any distance in the logarithm, out of the camera's way when near."""
+def _random_position(rng: np.random.Generator, half_m: float) -> tuple[float, float]:
+    """Return a random position (x, z), m: log-uniform in z, and beside the camera's path when near."""
     z_m = float(np.exp(rng.uniform(np.log(9.0), np.log(100.0))))
     nearest_m = 2.2 if z_m < 30.0 else 0.0
     return float(rng.choice([-1.0, 1.0]) * rng.uniform(nearest_m, half_m - 1.2)), z_m
@@ -140,7 +146,7 @@ def _houses(rng: np.random.Generator, wall_x_m: float, ground_m: float) -> list[
 
 
 def _box(rng: np.random.Generator, x_m: Interval, y_m: Interval, z_m: Interval) -> list[RectangleFace]:
-    """Return the front of a box, both its sides and its top, each in a shade of the same colour."""
+    """Return the front of a box, both its sides and its top, each in a shade of one colour."""
     color = tuple(float(share) for share in rng.uniform(0.75, 1.15, 3))
     level = float(rng.uniform(70.0, 150.0))
     corners = [

@@ -1,6 +1,6 @@
-"""The findings of Sec. 4.2: is a quarter of the pixels better spent on what is far?
+"""The study of Sec. 4.2: whether a quarter of the pixels is better spent on far depths.
 
-Seeded streets always; frames of Virtual KITTI 2 and pictures of the rig where they are handed in.
+It always uses seeded streets, and frames of Virtual KITTI 2 and images of the rig where they are given.
 """
 
 import math
@@ -14,7 +14,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.study.report.findings import PaperComparison, StudyFigure, StudyResult, Value
 from foveacam_pipeline.study.tradeoff.depth_metrics import DepthMetric
-from foveacam_pipeline.study.tradeoff.figures import bins_picture, places_picture, ratio_picture
+from foveacam_pipeline.study.tradeoff.figures import bins_picture, patches_picture, ratio_picture
 from foveacam_pipeline.study.tradeoff.outcomes import DisparityEstimator, SemiGlobal
 from foveacam_pipeline.study.tradeoff.patches import PatchChoice
 from foveacam_pipeline.study.tradeoff.rig_pairs import RigOutcome, RigPairScene, rig_outcome
@@ -23,9 +23,9 @@ from foveacam_pipeline.study.tradeoff.sweep import (
     HEADLINE_SHARE,
     PATCHES,
     BudgetSweep,
-    rows_of,
-    sweep,
-    values_of,
+    sweep_budgets,
+    sweep_rows,
+    sweep_values,
 )
 from foveacam_pipeline.study.tradeoff.vkitti import load_vkitti, vkitti_frames
 
@@ -34,7 +34,7 @@ QUICK_SHARES = (0.0625, 0.11, HEADLINE_SHARE)
 SCENES = 80
 QUICK_SCENES = 6
 SEED_STRIDE = 1000
-"""Streets of one seed of the study: so many seeds of their own, that no two studies share one."""
+"""Seeds of streets reserved for each seed of the study, so that no two studies share a street."""
 STREETS, VKITTI = "seeded streets", "Virtual KITTI 2"
 
 
@@ -48,10 +48,11 @@ def tradeoff_study(
     seed: int = 0,
     watch: ProgressWatcher = SILENT,
 ) -> StudyResult:
-    """Return the findings of Sec. 4.2.
+    """Return the study of Sec. 4.2.
 
-    `scenes`: how many streets, and at most so many frames of Virtual KITTI 2 in the folder `vkitti`. `quick`:
-    fewer of both and fewer budgets, which is said. Raise InvalidInput, and Cancelled when the watcher asks.
+    `scenes`: number of streets, and largest number of frames of Virtual KITTI 2 in the folder `vkitti`.
+    `quick`: fewer of both and fewer budgets, which the result states. Raise InvalidInput, and Cancelled when
+    the watcher asks.
     """
     if not 1 <= scenes <= SEED_STRIDE:
         raise InvalidInput(f"{scenes} scenes were asked for; 1 to {SEED_STRIDE} are possible")
@@ -69,7 +70,7 @@ def tradeoff_study(
     others = (street(SEED_STRIDE * seed + index) for index in range(1, count))
 
     def swept(given: Iterable[StereoScene]) -> BudgetSweep:
-        return sweep(given, shares=shares, estimator=stereo, steps=steps)
+        return sweep_budgets(given, shares=shares, estimator=stereo, steps=steps)
 
     found = {STREETS: swept(chain([first], others))}
     if frames:
@@ -78,10 +79,10 @@ def tradeoff_study(
     for pair in rig_pairs:
         rigs.append(rig_outcome(pair, stereo))
         steps.step(pair.wide.name)
-    return told(found, first, tuple(rigs), name=stereo.name, seed=seed, quick=quick)
+    return tradeoff_result(found, first, tuple(rigs), name=stereo.name, seed=seed, quick=quick)
 
 
-def told(
+def tradeoff_result(
     found: dict[str, BudgetSweep],
     first: StereoScene,
     rigs: Sequence[RigOutcome],
@@ -90,19 +91,19 @@ def told(
     seed: int,
     quick: bool,
 ) -> StudyResult:
-    """Return sweeps by source, and what the rig's pictures gave, as a study. `first`: the street shown."""
+    """Return the study of the sweeps by source and the outcomes of the rig. `first`: the street shown."""
     values: dict[str, Value] = {"estimator": name}
     rows: list[PaperComparison] = []
     pictures: list[StudyFigure] = []
     for source, each in found.items():
         short = "" if source == STREETS else "vkitti_"
-        values |= values_of(each, prefix=short)
-        rows += rows_of(each, source=source, seed=seed)
+        values |= sweep_values(each, prefix=short)
+        rows += sweep_rows(each, source=source, seed=seed)
         pictures += [
             bins_picture(each, source=source, prefix=short),
             ratio_picture(each, source=source, prefix=short),
         ]
-    pictures.append(places_picture(found[STREETS], first))
+    pictures.append(patches_picture(found[STREETS], first))
     values |= _rig_values(rigs)
     return StudyResult(
         name="tradeoff",
@@ -133,7 +134,7 @@ def _rig_rows(rigs: Sequence[RigOutcome]) -> tuple[PaperComparison, ...]:
     return tuple(
         PaperComparison(
             quantity=f"AbsRel where the foveae look, simulated rig, view {number}",
-            paper="not told",
+            paper="not stated",
             ours=f"{each.inside_mr_absrel:.5f} by the wide pair, {each.inside_fov_absrel:.5f} by foveae",
             note=f"{100.0 * each.inside_share:.1f} % of the wide pixels; {each.pixels[0]} px "
             f"against {each.pixels[1]}",
@@ -173,8 +174,8 @@ def _deviations(
             "have the same figures for it."
         )
     said.append(
-        "The paper tells neither its budget, nor how many patches it places and by what, nor T's definition "
-        "(its supplement): T is told in two readings, for two ways of placing, over a range of budgets."
+        "The paper states neither its budget, nor how many patches it places and by what, nor T's definition "
+        "(its supplement): T is given in two readings, for two ways of placing, over a range of budgets."
     )
     point = found[STREETS].at(HEADLINE_SHARE, PatchChoice.TRUTH)
     gain, total = point.gains(DepthMetric.ABSREL), point.ratio(DepthMetric.ABSREL).total
@@ -185,7 +186,7 @@ def _deviations(
         "losses. How much of the far bins the patches cover decides it."
     )
     if not rigs:
-        said.append("No pictures of the rig were handed in.")
+        said.append("No images of the rig were given.")
     else:
         said.append(
             "The rig's backdrop is a wide pair of the foveae's baseline: the wide camera moved to either "

@@ -1,4 +1,7 @@
-"""Many scenes at many budgets (Sec. 4.2): mean gains by bin, the ratio T, where it crosses the paper's."""
+"""Many scenes at many budgets (Sec. 4.2): mean gains by bin, the ratio T, and where it crosses the paper's.
+
+The values for programs and the comparison with the paper are made here too; drawings are in `figures`.
+"""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -16,7 +19,7 @@ from foveacam_pipeline.study.tradeoff.depth_metrics import (
     tradeoff,
     tradeoffs,
 )
-from foveacam_pipeline.study.tradeoff.outcomes import DisparityEstimator, SceneOutcome, outcomes
+from foveacam_pipeline.study.tradeoff.outcomes import DisparityEstimator, SceneOutcome, scene_outcomes
 from foveacam_pipeline.study.tradeoff.patches import Floats, PatchChoice, PictureSize, PixelBudget, budget
 from foveacam_pipeline.study.tradeoff.streets import StereoScene
 
@@ -27,7 +30,7 @@ INTERVAL_PERCENT = (5.0, 95.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BudgetPoint:
-    """All scenes at one budget `share` of the native pixels, patches by one choice."""
+    """All scenes at one budget, `share` of the native pixels, with one choice of patches."""
 
     share: float
     sizes: PixelBudget
@@ -54,7 +57,7 @@ class BudgetPoint:
         return tradeoff(self.gains(metric))
 
     def interval(self, metric: DepthMetric, *, seed: int) -> tuple[TradeoffRatio, TradeoffRatio]:
-        """Return T's 90 % interval, both readings, over scenes drawn anew from these with replacement."""
+        """Return T's 90 % interval, both readings, over scenes resampled with replacement."""
         each = np.array([gains(found.fov, found.mr, metric) for found in self.outcomes])
         rng = np.random.default_rng([seed, len(each)])
         drawn = rng.integers(0, len(each), (RESAMPLES, len(each)))
@@ -83,21 +86,21 @@ class BudgetSweep:
         return min(self.points[choice], key=lambda point: abs(point.share - share))
 
 
-def sweep(
+def sweep_budgets(
     scenes: Iterable[StereoScene],
     *,
     shares: Sequence[float],
     estimator: DisparityEstimator,
     steps: ProgressSteps,
 ) -> BudgetSweep:
-    """Return what the scenes, all of one size, give at each budget. Raise Cancelled, InvalidInput."""
+    """Return the outcomes of the scenes, all of one size, at each budget. Raise Cancelled, InvalidInput."""
     found: dict[tuple[PatchChoice, float], list[SceneOutcome]] = {}
     sizes: dict[float, PixelBudget] = {}
     for scene in scenes:
         native = PictureSize(width=scene.left.shape[1], height=scene.left.shape[0])
         for share in shares:
             sizes[share] = budget(native, share, patches=PATCHES)
-            for choice, outcome in outcomes(scene, sizes[share], estimator).items():
+            for choice, outcome in scene_outcomes(scene, sizes[share], estimator).items():
                 found.setdefault((choice, share), []).append(outcome)
             steps.step(f"{scene.name}, {100.0 * share:.0f} % of the pixels")
     points = {
@@ -113,8 +116,8 @@ def sweep(
 def crossings(shares: Sequence[float], ratios: Sequence[float], target: float) -> tuple[float, ...]:
     """Return the budgets at which T crosses `target`, by interpolation; none where it never does.
 
-    T / (1 + T), the gains' part of all that changes, is taken as straight over the budget's logarithm between
-    two budgets: so T may be infinite.
+    T / (1 + T), the share of gains in all changes, is interpolated linearly over the logarithm of the budget,
+    so that T may be infinite.
     """
     parts = [1.0 if math.isinf(ratio) else ratio / (1.0 + ratio) for ratio in ratios]
     aim = target / (1.0 + target)
@@ -137,17 +140,17 @@ def _mean(rows: NDArray[np.float64], *, axis: int = 0) -> Floats:
 
 
 HEADLINE_SHARE = 0.25
-"""T is told at this budget: half the native resolution each way. The paper does not tell its own."""
-PAPER = {DepthMetric.ABSREL: 2.02, DepthMetric.RMSE: 7.41, DepthMetric.DELTA1: 3.28}  # Sec. 4.2
+"""T is reported at this budget: half the native resolution each way. The paper does not state its own."""
+PAPER_RATIOS = {DepthMetric.ABSREL: 2.02, DepthMetric.RMSE: 7.41, DepthMetric.DELTA1: 3.28}  # Sec. 4.2
 READINGS = {"mean": "mean", "sum": "total"}
-"""Of T: its name in values, its field."""
-ENDS = {PatchChoice.TRUTH: "", PatchChoice.ESTIMATE: "_from_estimate"}
-WORDS = {PatchChoice.TRUTH: "patches by truth", PatchChoice.ESTIMATE: "patches by the estimate"}
-NAMES = {DepthMetric.ABSREL: "AbsRel", DepthMetric.RMSE: "RMSE", DepthMetric.DELTA1: "δ₁"}
+"""The readings of T: name in values, and field."""
+CHOICE_SUFFIXES = {PatchChoice.TRUTH: "", PatchChoice.ESTIMATE: "_from_estimate"}
+CHOICE_LABELS = {PatchChoice.TRUTH: "patches by truth", PatchChoice.ESTIMATE: "patches by the estimate"}
+METRIC_LABELS = {DepthMetric.ABSREL: "AbsRel", DepthMetric.RMSE: "RMSE", DepthMetric.DELTA1: "δ₁"}
 
 
-def values_of(found: BudgetSweep, *, prefix: str = "") -> dict[str, Value]:
-    """Return the figures of a sweep for programs; a ratio without any loss, infinite, is None."""
+def sweep_values(found: BudgetSweep, *, prefix: str = "") -> dict[str, Value]:
+    """Return the values of a sweep for programs; an infinite ratio (no loss) is None."""
     values: dict[str, Value] = {
         f"{prefix}headline_q": found.at(HEADLINE_SHARE, PatchChoice.TRUTH).share,
         f"{prefix}q": list(found.shares),
@@ -157,14 +160,14 @@ def values_of(found: BudgetSweep, *, prefix: str = "") -> dict[str, Value]:
         ),
     }
     for choice, points in found.points.items():
-        end, headline = ENDS[choice], found.at(HEADLINE_SHARE, choice)
+        end, headline = CHOICE_SUFFIXES[choice], found.at(HEADLINE_SHARE, choice)
         for metric in DepthMetric:
             for name, field in READINGS.items():
                 ratios = ratios_of(points, metric, field)
                 values[f"{prefix}t_{metric}_{name}{end}"] = _plain(getattr(headline.ratio(metric), field))
                 values[f"{prefix}t_{metric}_{name}_by_q{end}"] = [_plain(ratio) for ratio in ratios]
                 values[f"{prefix}crossing_q_{metric}_{name}{end}"] = list(
-                    crossings(found.shares, ratios, PAPER[metric])
+                    crossings(found.shares, ratios, PAPER_RATIOS[metric])
                 )
             values[f"{prefix}gain_{metric}_by_bin{end}"] = [_plain(gain) for gain in headline.gains(metric)]
         values[f"{prefix}coverage_by_bin{end}"] = [
@@ -178,7 +181,7 @@ def ratios_of(points: tuple[BudgetPoint, ...], metric: DepthMetric, field: str) 
     return [float(getattr(point.ratio(metric), field)) for point in points]
 
 
-def rows_of(found: BudgetSweep, *, source: str, seed: int) -> tuple[PaperComparison, ...]:
+def sweep_rows(found: BudgetSweep, *, source: str, seed: int) -> tuple[PaperComparison, ...]:
     """Return the paper's ratios beside ours, with 90 % intervals over scenes, and where ours cross them."""
     rows = [
         _ratio_row(found, choice, metric, source=source, seed=seed)
@@ -196,8 +199,8 @@ def _ratio_row(
     point = found.at(HEADLINE_SHARE, choice)
     ratio, (low, high) = point.ratio(metric), point.interval(metric, seed=seed)
     return PaperComparison(
-        quantity=f"T by {NAMES[metric]}, {WORDS[choice]}, {source}",
-        paper=f"{PAPER[metric]}",
+        quantity=f"T by {METRIC_LABELS[metric]}, {CHOICE_LABELS[choice]}, {source}",
+        paper=f"{PAPER_RATIOS[metric]}",
         ours=f"means {_spread(ratio.mean, low.mean, high.mean)}; "
         f"sums {_spread(ratio.total, low.total, high.total)}",
         note=f"at q = {point.share:g} of the native pixels; 90 % interval over {len(point.outcomes)} scenes; "
@@ -218,7 +221,7 @@ def _crossing_row(
     said = []
     for name, field in READINGS.items():
         ratios = ratios_of(found.points[choice], metric, field)
-        crossed = crossings(found.shares, ratios, PAPER[metric])
+        crossed = crossings(found.shares, ratios, PAPER_RATIOS[metric])
         largest = max(range(len(ratios)), key=lambda index: ratios[index])
         where = ", ".join(f"{share:.3f}" for share in crossed)
         most = f"largest {_number(ratios[largest])} at q = {found.shares[largest]:g}"
@@ -226,10 +229,11 @@ def _crossing_row(
         if crossed:
             said.append(f"{name}s at q = {where}")
         else:
-            said.append(f"{name}s never ({most if max(ratios) < PAPER[metric] else least})")
+            said.append(f"{name}s never ({most if max(ratios) < PAPER_RATIOS[metric] else least})")
     return PaperComparison(
-        quantity=f"budget at which T by {NAMES[metric]} crosses the paper's, {WORDS[choice]}, {source}",
-        paper=f"{PAPER[metric]}",
+        quantity=f"budget at which T by {METRIC_LABELS[metric]} crosses the paper's, "
+        f"{CHOICE_LABELS[choice]}, {source}",
+        paper=f"{PAPER_RATIOS[metric]}",
         ours="; ".join(said),
         note=f"q from {found.shares[0]:g} to {found.shares[-1]:g}, between budgets by interpolation",
     )
@@ -242,7 +246,7 @@ def _coverage_row(found: BudgetSweep, source: str) -> PaperComparison:
     sizes = found.at(HEADLINE_SHARE, PatchChoice.TRUTH).sizes
     return PaperComparison(
         quantity=f"share of the farthest tenth of the pixels that patches cover, {source}",
-        paper="not told",
+        paper="not stated",
         ours=f"{100.0 * shares[0]:.0f} % by truth, {100.0 * shares[1]:.0f} % by the estimate",
         note=f"{sizes.count} patches of {sizes.patch.width} x {sizes.patch.height} px, backdrop "
         f"{sizes.backdrop.width} x {sizes.backdrop.height}, medium {sizes.medium.width} x "

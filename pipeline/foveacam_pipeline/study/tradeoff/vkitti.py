@@ -1,4 +1,4 @@
-"""Virtual KITTI 2 as its users unpack it: stereo frames with depth, read where they lie. Nothing is bundled.
+"""Reader of Virtual KITTI 2 as it is unpacked: stereo frames with depth. The data set is not bundled.
 
 `SceneNN/<variation>/frames/{rgb,depth}/Camera_{0,1}/{rgb_%05d.jpg,depth_%05d.png}`, below
 `vkitti_2.0.3_rgb` and `vkitti_2.0.3_depth`, or both merged into one folder. Camera_0 is the left one.
@@ -36,7 +36,7 @@ class VkittiFrame:
 
 
 def vkitti_frames(root: Path, *, count: int, variation: str = "clone") -> tuple[VkittiFrame, ...]:
-    """Return so many frames, evenly spread over all scenes; all of them where there are fewer.
+    """Return `count` frames, evenly spread over all scenes, or all where there are fewer.
 
     Raise InvalidInput where there is no data set, none of that variation, or no depth beside the images.
     """

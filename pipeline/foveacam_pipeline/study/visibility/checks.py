@@ -1,4 +1,4 @@
-"""What checks the stand-off study: closed forms against lots drawn, exact regions against cells."""
+"""Checks of the stand-off study: closed forms against Monte Carlo, exact regions against cells."""
 
 import math
 import statistics
@@ -15,16 +15,16 @@ from foveacam_pipeline.study.visibility.maps import RandomMap, random_map
 from foveacam_pipeline.study.visibility.obstacles import (
     RandomObstacles,
     SampledProbability,
-    clear_by_lot,
     clear_probability,
-    corridor_by_lot,
     corridor_m2,
-    success_by_lot,
+    sample_clear_share,
+    sample_corridor_share,
+    sample_success,
     success_probability,
     success_slope_per_m,
 )
 from foveacam_pipeline.study.visibility.raster_regions import raster_areas_m2, raster_regions
-from foveacam_pipeline.study.visibility.regions import areas, feasible_regions
+from foveacam_pipeline.study.visibility.regions import feasible_regions, region_areas
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 
 DOMAIN_M2 = 3000.0
@@ -40,7 +40,7 @@ RINGS = (
 LINES_M = (2.0, 5.0, 15.0)
 SLOPE_AT_M = (8.0, 16.0)
 HALF_STEP_M = 0.5
-"""Half the width of the ring whose share of observers, by lot, stands for the slope of Eq. 13."""
+"""Half the width of the ring whose sampled share of observers approximates the slope of Eq. 13."""
 
 CELL_M = 0.05
 CHECKED_MAP = RandomMap(obstacle_count=40, target_count=5)
@@ -57,7 +57,7 @@ _Setting = tuple[int, str, float, _Draw]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProbabilityCheck:
-    """One setting: a closed form of the paper's `equation`, and the same by lot, both probabilities."""
+    """One setting: the probability by the paper's `equation`, and the same by Monte Carlo."""
 
     equation: int
     setting: str
@@ -66,7 +66,7 @@ class ProbabilityCheck:
 
     @property
     def z(self) -> float:
-        """How far the lot is from the closed form, in standard errors of the closed form's probability."""
+        """Distance of the sampled from the exact probability, in standard errors of the exact one."""
         return (self.drawn.value - self.exact) / math.sqrt(
             self.exact * (1.0 - self.exact) / self.drawn.trials
         )
@@ -74,7 +74,7 @@ class ProbabilityCheck:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RasterCheck:
-    """Exact regions beside cells on one map: largest relative difference of areas, CPU seconds of both."""
+    """Exact regions against cells on one map: largest relative difference of areas, CPU seconds of both."""
 
     rel_diff: float
     exact_s: float
@@ -82,12 +82,12 @@ class RasterCheck:
 
     @property
     def speedup(self) -> float:
-        """How many times as fast the exact regions are."""
+        """Time of the cells over time of the exact regions."""
         return self.raster_s / self.exact_s
 
 
 def closed_forms(*, trials: int, seed: int) -> tuple[ProbabilityCheck, ...]:
-    """Return every closed form of Eqs. 10-13 beside lots drawn, each setting with a generator of its own."""
+    """Return every closed form of Eqs. 10-13 with its Monte Carlo estimate, each with its own generator."""
     return tuple(
         ProbabilityCheck(
             equation=equation,
@@ -100,10 +100,10 @@ def closed_forms(*, trials: int, seed: int) -> tuple[ProbabilityCheck, ...]:
 
 
 def raster_check(seed: int) -> RasterCheck:
-    """Return exact regions beside cells of 5 cm: 40 obstacles, 5 targets, areas and CPU time.
+    """Compare exact regions with cells of 5 cm on a map of 40 obstacles and 5 targets: areas and CPU time.
 
-    The exact time is the median of several runs. The cells are tested by numpy, many at once, and
-    only those in the ring and free of obstacles against lines of sight.
+    The exact time is the median of several runs. The cells are tested by numpy, many at once, and only those
+    in the ring and free of obstacles against lines of sight.
     """
     radius_m = CHECKED_MAP.agent_radius_m
     field = random_map(CHECKED_MAP, seed=seed)
@@ -115,7 +115,7 @@ def raster_check(seed: int) -> RasterCheck:
     start_s = time.process_time()
     masks = raster_regions(field, CHECKED_RING, agent_radius_m=radius_m, cell_m=CELL_M)
     raster_s = time.process_time() - start_s
-    found = areas(regions)
+    found = region_areas(regions)
     pairs = zip(
         raster_areas_m2(masks, cell_m=CELL_M),
         (found.multi_m2, found.single_m2, found.weighted_m2),
@@ -132,22 +132,27 @@ def _settings() -> Iterator[_Setting]:
     for length_m, radius_m in product(LINES_M, (0.15, 0.4)):
         box_m2 = (length_m + 2.0 * radius_m) * 2.0 * radius_m
         share = float(corridor_m2(length_m, radius_m)) / box_m2
-        draw = partial(corridor_by_lot, length_m, radius_m)
+        draw = partial(sample_corridor_share, length_m, radius_m)
         yield 10, f"d = {length_m:g} m, r_o = {radius_m:g} m", share, draw
     for length_m, clutter in product(LINES_M, CLUTTERS):
         if clutter.occupancy > 0.0:
             clear = float(clear_probability(length_m, clutter))
-            yield 11, f"d = {length_m:g} m, {_said(clutter)}", clear, partial(clear_by_lot, length_m, clutter)
+            yield (
+                11,
+                f"d = {length_m:g} m, {_clutter_text(clutter)}",
+                clear,
+                partial(sample_clear_share, length_m, clutter),
+            )
     for around, clutter in product(RINGS, CLUTTERS):
         exact = success_probability(around, clutter, domain_m2=DOMAIN_M2)
-        said = f"D from {around.inner_m:g} to {around.outer_m:g} m, {_said(clutter)}"
-        yield 12, said, exact, partial(success_by_lot, around, clutter, domain_m2=DOMAIN_M2)
+        said = f"D from {around.inner_m:g} to {around.outer_m:g} m, {_clutter_text(clutter)}"
+        yield 12, said, exact, partial(sample_success, around, clutter, domain_m2=DOMAIN_M2)
     for d_max_m, clutter in product(SLOPE_AT_M, CLUTTERS):
         thin = StandoffRing(inner_m=d_max_m - HALF_STEP_M, outer_m=d_max_m + HALF_STEP_M)
         slope = success_slope_per_m(d_max_m, clutter, domain_m2=DOMAIN_M2)
-        draw = partial(success_by_lot, thin, clutter, domain_m2=DOMAIN_M2)
-        yield 13, f"D_max = {d_max_m:g} m, {_said(clutter)}", slope * 2.0 * HALF_STEP_M, draw
+        draw = partial(sample_success, thin, clutter, domain_m2=DOMAIN_M2)
+        yield 13, f"D_max = {d_max_m:g} m, {_clutter_text(clutter)}", slope * 2.0 * HALF_STEP_M, draw
 
 
-def _said(clutter: RandomObstacles) -> str:
+def _clutter_text(clutter: RandomObstacles) -> str:
     return f"p = {clutter.occupancy:g}, r_o = {clutter.radius_m:g} m"

@@ -1,4 +1,4 @@
-"""One loop around the targets outside their stealth bounds, and what is seen from it (Sec. 4.4.3, Eq. 14)."""
+"""The loop around the targets outside their stealth bounds, and its coverage of them (Sec. 4.4.3, Eq. 14)."""
 
 import math
 from collections.abc import Sequence
@@ -13,16 +13,16 @@ from foveacam_pipeline.study.visibility.maps import FieldMap
 from foveacam_pipeline.study.visibility.regions import CORNER_CHORDS, grown_obstacles
 
 CLEARANCE_M = 0.05
-"""What the path keeps of obstacles and walls beyond the agent's radius."""
+"""Clearance of the path from obstacles and walls, beyond the agent's radius."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopCoverage:
     """R_cov of one loop (Eq. 14), the mean over its length of the number N of targets observed.
 
-    `multi`: N counts every target in sight and range at once. `single_any`: N is 1 where at least one is, the
-    one fovea being free to change its target. `single_fixed`: N is 1 where one target chosen beforehand is;
-    mean over which.
+    `multi`: N counts every target in sight and range at once. `single_any`: N is 1 where at least one is: the
+    fovea may change its target. `single_fixed`: N is 1 where one target chosen beforehand is; mean over the
+    choice.
     """
 
     multi: float
@@ -33,14 +33,14 @@ class LoopCoverage:
 def closed_path(
     field: FieldMap, *, inner_m: float, agent_radius_m: float, margin_m: float = 0.1
 ) -> LinearRing:
-    """Return the loop on which the agent goes around all targets, unnoticed and without a collision.
+    """Return the loop around all targets on which the agent is unnoticed and meets no obstacle.
 
     It is the convex hull of the targets grown by `inner_m` + `margin_m` and cut at the walls: the shortest
     loop that keeps so far from all targets and has them inside. Where obstacles, grown by the agent's radius
     and `CLEARANCE_M`, stand in it, a group of them that touch each other is passed on its outside, or on the
-    inside if the group reaches the walls. No place of it is nearer than `inner_m` to a target.
+    inside if the group reaches the walls. No point of it is nearer than `inner_m` to a target.
 
-    Raise InvalidInput where there is no target, or no such loop: obstacles and stealth bounds close the way.
+    Raise InvalidInput where there is no target, or where obstacles and stealth bounds leave no such loop.
     """
     if not field.targets_m:
         raise InvalidInput("a map without targets was given; place at least one to go around")
@@ -71,7 +71,7 @@ def coverage(
     if not regions:
         raise InvalidInput("the map has no target, so that nothing can be covered; place at least one")
     together = shapely.union_all(list(regions)) if union is None else union
-    line = shapely.LineString(path)  # a ring's intersection with a region is one of lines all the same
+    line = shapely.LineString(path)  # a line: the intersection of a ring with a region consists of lines too
     shares = [line.intersection(region).length / line.length for region in regions]
     return LoopCoverage(
         multi=float(sum(shares)),

@@ -1,4 +1,4 @@
-"""Curves of the stand-off study over the ratio of D_max to D_min: areas (Fig. 9), coverage (Fig. 10)."""
+"""Curves over the ratio of D_max to D_min (Figs. 9, 10): means over maps, intervals, fits and drawings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class CurveBand:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StandoffCurves:
-    """What the maps yield at the ratios, arrays (maps, ratios): areas (Fig. 9) and R_cov (Fig. 10)."""
+    """Results of the maps at the ratios, arrays (maps, ratios): areas (Fig. 9) and R_cov (Fig. 10)."""
 
     ratios: tuple[float, ...]
     multi_m2: F64
@@ -37,7 +37,7 @@ class StandoffCurves:
 
     @property
     def maps(self) -> int:
-        """How many maps there are."""
+        """The number of maps."""
         return len(self.multi)
 
 
@@ -46,7 +46,7 @@ class AreaFit:
     """Least squares of a mean area over the ratio x = D_max / D_min.
 
     `quadratic`: coefficients of x², x and 1, m², and its `r2`. `law_m2`: k of k (x² - 1), the law of rings
-    without obstacles, and `law_r2`. `line_r2`: of a straight line, the least that a curve has to beat.
+    without obstacles, and `law_r2`. `line_r2`: of a straight line, for comparison.
     """
 
     quadratic: tuple[float, float, float]
@@ -56,8 +56,8 @@ class AreaFit:
     line_r2: float
 
 
-def curves_of(ratios: Sequence[float], runs: Sequence[MapRun]) -> StandoffCurves:
-    """Return the runs' figures as arrays."""
+def curves_from_runs(ratios: Sequence[float], runs: Sequence[MapRun]) -> StandoffCurves:
+    """Return the results of the runs as arrays."""
     areas = np.array([[(a.multi_m2, a.single_m2, a.weighted_m2) for a in run.areas] for run in runs])
     rates = np.array([[(c.multi, c.single_any, c.single_fixed) for c in run.coverage] for run in runs])
     return StandoffCurves(
@@ -71,8 +71,8 @@ def curves_of(ratios: Sequence[float], runs: Sequence[MapRun]) -> StandoffCurves
     )
 
 
-def band(figures: F64) -> CurveBand:
-    """Return mean, deviation and Student's 95 % interval of (maps, ratios) figures; of one map, none."""
+def curve_band(figures: F64) -> CurveBand:
+    """Return mean, deviation and Student's 95 % interval of (maps, ratios) values; infinite for one map."""
     maps = len(figures)
     mean = figures.mean(axis=0)
     if maps < 2:
@@ -82,13 +82,13 @@ def band(figures: F64) -> CurveBand:
     return CurveBand(mean=mean, sigma=sigma, half_95=np.asarray(half))
 
 
-def grows(ratios: Sequence[float], gap: F64) -> bool:
-    """Tell whether a gap is above 0 at every ratio above 1 and larger at each than at the one before."""
+def grows_at_every_step(ratios: Sequence[float], gap: F64) -> bool:
+    """Return whether a gap is above 0 at every ratio above 1 and larger at each than at the one before."""
     beyond = gap[np.asarray(ratios) > 1.0]
     return bool((beyond > 0.0).all() and (np.diff(beyond) > 0.0).all())
 
 
-def fit_of(ratios: Sequence[float], area_m2: F64) -> AreaFit:
+def fit_area(ratios: Sequence[float], area_m2: F64) -> AreaFit:
     """Return the fits of a curve of areas."""
     x = np.asarray(ratios)
     (a, b, c), r2 = _least_squares(np.vander(x, 3), area_m2)
@@ -98,7 +98,7 @@ def fit_of(ratios: Sequence[float], area_m2: F64) -> AreaFit:
 
 
 def _least_squares(terms: F64, values: F64) -> tuple[list[float], float]:
-    """Return coefficients, and the share of the variance about the mean that they explain."""
+    """Return the coefficients, and the share of the variance about the mean that they explain."""
     found = np.linalg.lstsq(terms, values, rcond=None)[0]
     left = values - terms @ found
     about = values - values.mean()
@@ -129,7 +129,7 @@ def area_figure(curves: StandoffCurves, tight: StandoffCurves, fits: tuple[AreaF
         (MULTI, "multi-fovea", curves.multi_m2, tight.multi_m2, fits[0], upper),
         (SINGLE, "single-fovea", curves.single_m2, tight.single_m2, fits[1], lower),
     ):
-        axes.plot(x, line, color=colour, label=_said(fit))
+        axes.plot(x, line, color=colour, label=_fit_label(fit))
         axes.plot(
             curves.ratios, means.mean(axis=0), "o", color=colour, label=f"{name}, mean of {curves.maps} maps"
         )
@@ -158,7 +158,7 @@ def coverage_figure(curves: StandoffCurves) -> Figure:
             (FIXED, "^", "single-fovea, one fixed target (mean over which)", curves.single_fixed),
         )
     ):
-        found = band(figures)
+        found = curve_band(figures)
         axes.errorbar(
             np.array(curves.ratios) + (n - 1) * 0.025,
             found.mean,
@@ -193,7 +193,7 @@ def gap_figure(tight: StandoffCurves) -> Figure:
 
 
 def _interval(axes: Axes, curves: StandoffCurves, figures: F64, colour: str) -> None:
-    found = band(figures)
+    found = curve_band(figures)
     if np.isfinite(found.half_95).all():
         axes.fill_between(
             curves.ratios, found.mean - found.half_95, found.mean + found.half_95, color=colour, alpha=0.3
@@ -205,6 +205,6 @@ def _gap(axes: Axes, curves: StandoffCurves, gap: F64, colour: str, name: str) -
     axes.plot(curves.ratios, gap.mean(axis=0), color=colour, label=name)
 
 
-def _said(fit: AreaFit) -> str:
+def _fit_label(fit: AreaFit) -> str:
     a, b, c = fit.quadratic
     return f"fit {a:.2f} x² {b:+.1f} x {c:+.1f} m², R² = {fit.r2:.5f}".replace("-", "−")

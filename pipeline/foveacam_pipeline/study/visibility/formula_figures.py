@@ -1,4 +1,4 @@
-"""Pictures of the stand-off formulas: lots beside Eqs. 10-13, probability of success, depth error (Eq. 9)."""
+"""Figures of the stand-off formulas: Monte Carlo beside Eqs. 10-13, success, depth error at D_min (Eq. 9)."""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from foveacam_pipeline.study.visibility.checks import ProbabilityCheck
 from foveacam_pipeline.study.visibility.curves import F64
 from foveacam_pipeline.study.visibility.obstacles import (
     RandomObstacles,
-    success_by_lot,
+    sample_success,
     success_probability,
     success_slope_per_m,
 )
@@ -26,7 +26,7 @@ from foveacam_pipeline.study.visibility.standoff import (
     StandoffRing,
     resolution_rad,
     resolving_range_m,
-    ring,
+    standoff_ring,
 )
 
 SUCCESS_OCCUPANCIES = (0.0, 0.01, 0.05, 0.2)
@@ -34,7 +34,7 @@ SUCCESS_RADIUS_M = 0.3
 SUCCESS_INNER_M, SUCCESS_OUTER_M = 5.0, 25.0
 COLOURS = ("#0072B2", "#56B4E9", "#E69F00", "#D55E00")
 FEATURE_M, FEATURE_PX = 0.01, 4.0
-"""What the rig's own rings are shown for: a feature of 1 cm that is resolved when it fills four pixels."""
+"""The feature that the rig's rings are shown for: 1 cm, resolved when it fills four pixels."""
 
 NEAR_ERROR_PX = 1.0
 """Error of matching assumed for the depth error at D_min."""
@@ -46,7 +46,7 @@ CAMERAS = (("wide", WIDE_PX_PER_DEG, "#D55E00"), ("fovea", FOVEA_PX_PER_DEG, "#0
 def camera_ring(px_per_deg: float, d_min_m: float, bound: NearBound = NearBound.INFLATED) -> StandoffRing:
     """Return the ring of a camera of Table 2 for the feature above, with its depth error at D_min."""
     error = error_m(d_min_m, px_per_deg, error_px=NEAR_ERROR_PX)
-    return ring(d_min_m, camera_range_m(px_per_deg), near_error_m=error, bound=bound)
+    return standoff_ring(d_min_m, camera_range_m(px_per_deg), near_error_m=error, bound=bound)
 
 
 def camera_range_m(px_per_deg: float) -> float:
@@ -55,7 +55,7 @@ def camera_range_m(px_per_deg: float) -> float:
 
 
 def checks_figure(checks: Sequence[ProbabilityCheck]) -> Figure:
-    """Draw how far every lot is from its closed form, in standard errors (Eqs. 10-13)."""
+    """Draw the errors of the Monte Carlo estimates against Eqs. 10-13, in standard errors."""
     figure = Figure(figsize=(8.0, 3.8), layout="constrained")
     axes = figure.subplots()
     names = {10: "Eq. 10, corridor", 11: "Eq. 11, clear sight", 12: "Eq. 12, success", 13: "Eq. 13, slope"}
@@ -76,7 +76,7 @@ def checks_figure(checks: Sequence[ProbabilityCheck]) -> Figure:
 
 
 def success_figure(*, trials: int, seed: int) -> Figure:
-    """Draw P_succ and its slope over D_max for several occupancies (Eqs. 12, 13), lots drawn beside them."""
+    """Draw P_succ and its slope over D_max for several occupancies (Eqs. 12, 13), with Monte Carlo."""
     figure = Figure(figsize=(8.0, 4.2), layout="constrained")
     share, slope = figure.subplots(1, 2)
     domain_m2 = math.pi * SUCCESS_OUTER_M**2
@@ -91,8 +91,8 @@ def success_figure(*, trials: int, seed: int) -> Figure:
             x_m, [100.0 * success_slope_per_m(d_m, clutter, domain_m2=domain_m2) for d_m in x_m], color=colour
         )
         rng = np.random.default_rng([seed, n])
-        lots = [
-            success_by_lot(
+        estimates = [
+            sample_success(
                 StandoffRing(inner_m=SUCCESS_INNER_M, outer_m=d_m),
                 clutter,
                 domain_m2=domain_m2,
@@ -103,8 +103,8 @@ def success_figure(*, trials: int, seed: int) -> Figure:
         ]
         share.errorbar(
             drawn_m,
-            [lot.value for lot in lots],
-            yerr=[3.0 * lot.sigma for lot in lots],
+            [each.value for each in estimates],
+            yerr=[3.0 * each.sigma for each in estimates],
             fmt="o",
             color=colour,
             markersize=4.0,
@@ -124,7 +124,7 @@ def success_figure(*, trials: int, seed: int) -> Figure:
 
 
 def near_figure() -> Figure:
-    """Draw the depth error at D_min, and what it does to the rings of wide and fovea (Eq. 9, Table 2)."""
+    """Draw the depth error at D_min, and its effect on the rings of wide and fovea (Eq. 9, Table 2)."""
     figure = Figure(figsize=(8.0, 7.0), layout="constrained")
     (error, area), (change, scale) = figure.subplots(2, 2)
     for name, px_per_deg, colour in CAMERAS:

@@ -1,4 +1,4 @@
-"""Plans from files: GeoJSON, a picture with a scale; and back to GeoJSON, with what was found on them."""
+"""Read maps from GeoJSON or from a picture with a scale; write maps and their regions as GeoJSON."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -20,30 +20,30 @@ DARK = 128
 """Grey value below which a picture shows an obstacle."""
 
 LEAST_M = 0.05
-"""A map smaller than this is one in degrees or in another unit."""
+"""A map smaller than this is taken to be in degrees or in another unit."""
 
 AROUND = 0.1
-"""Ground about all that a GeoJSON map shows, as a share of its larger side, where it has no bounds."""
+"""Margin about a GeoJSON map that has no bounds, as a share of its larger side."""
 
 FOUND_KINDS = ("region", "ring", "union")
-"""What was found on a map and drawn into its file: no part of the map."""
+"""Kinds of features that are results written to the file, not part of the map."""
 
 LARGEST_PX = 8192
 
 NECK_PX = 0.1
-"""Half the width of what joins pixels that touch at a corner: no line of sight leads between them."""
+"""Half the width of the square that joins pixels touching at a corner, so that no line of sight passes."""
 
 DEGREES = ("CRS84", "EPSG:4326", "EPSG::4326", "EPSG:4258", "EPSG::4258", "WGS84", "WGS 84")
 
 
 def map_from_geojson(document: Mapping[str, Any], *, m_per_unit: float = 1.0) -> FieldMap:
-    """Return the plan of a GeoJSON feature collection.
+    """Return the map of a GeoJSON feature collection.
 
     Polygons are obstacles, points of the property `kind` "target" are targets, a polygon of the kind "bounds"
-    is the map's extent (its box), and `FOUND_KINDS` are passed over; without bounds the extent is that of
-    all features and `AROUND` of it. Coordinates are those of a plane, `m_per_unit` metres each.
+    is the map's extent (its box), and `FOUND_KINDS` are ignored; without bounds the extent is that of
+    all features plus a margin of `AROUND`. Coordinates are those of a plane, `m_per_unit` metres each.
 
-    Raise InvalidInput for what is no such collection, degrees, no scale, and what `FieldMap` refuses.
+    Raise InvalidInput for another document, for degrees, for no scale, and as `FieldMap`.
     """
     _check_scale(m_per_unit, "unit of the coordinates", "m_per_unit")
     _check_plane(document)
@@ -71,11 +71,11 @@ def map_from_geojson(document: Mapping[str, Any], *, m_per_unit: float = 1.0) ->
 
 
 def map_from_picture(image: NDArray[np.uint8], *, m_per_px: float | None) -> FieldMap:
-    """Return the plan that a picture shows, without targets: what is dark is obstacle.
+    """Return the map that a picture shows, without targets: dark pixels are obstacles.
 
     `image`: (h, w) or (h, w, 3) uint8. Its lower left corner is the origin, x to the right, y up, the outer
     edges of its pixels the bounds. Outlines follow the edges of pixels and are simplified to half a pixel;
-    holes stay; pixels that touch at a corner hang together. Raise InvalidInput for a picture without scale,
+    holes stay; pixels that touch at a corner are joined. Raise InvalidInput for a picture without scale,
     of another shape, or larger than `LARGEST_PX`.
     """
     if m_per_px is None:
@@ -98,10 +98,10 @@ def map_from_picture(image: NDArray[np.uint8], *, m_per_px: float | None) -> Fie
 
 
 def geojson_of(field: FieldMap, *, regions: Sequence[BaseGeometry] = ()) -> dict[str, Any]:
-    """Return a plan, and the regions of its targets in their order, as a feature collection in metres.
+    """Return a map, and the regions of its targets in their order, as a feature collection in metres.
 
-    `map_from_geojson` reads it back. It is in a plane: programs that take every GeoJSON for degrees must be
-    told.
+    `map_from_geojson` reads it back. Its coordinates are metres in a plane, which programs that expect
+    degrees misread.
     """
     features = [_feature(field.area, kind="bounds")]
     features += [_feature(obstacle, kind="obstacle") for obstacle in field.obstacles]

@@ -1,7 +1,6 @@
-"""Plans of the ground with obstacles and targets, given or drawn by lot (Sec. 4.4.3).
+"""Plane maps with obstacles and targets, given or drawn at random (Sec. 4.4.3).
 
-A plan is flat: x and y in metres, right-handed, y up on every picture. What is seen from where is in
-`regions`.
+x and y are in metres, right-handed, y up in every figure. What is visible from where is in `regions`.
 """
 
 import math
@@ -15,14 +14,14 @@ from shapely.geometry import Polygon, box
 from foveacam_hardware.contract import InvalidInput
 
 TRIES = 2000
-"""Places tried for one target or one obstacle of a random map before it is given up."""
+"""Positions tried for one target or one obstacle of a random map before an error is raised."""
 
-Place = tuple[float, float]
+PlanPoint = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldMap:
-    """A plan: `bounds_m` is x0, y0, x1, y1; obstacles are polygons, holes allowed; targets are points.
+    """A map: `bounds_m` is x0, y0, x1, y1; obstacles are polygons, holes allowed; targets are points.
 
     Obstacles are cut at the bounds, so that there may be more or fewer of them than were given. Targets may
     be none. Raise InvalidInput for bounds of no extent, a polygon that crosses itself, and a target outside
@@ -31,10 +30,10 @@ class FieldMap:
 
     bounds_m: tuple[float, float, float, float]
     obstacles: tuple[Polygon, ...] = ()
-    targets_m: tuple[Place, ...] = ()
+    targets_m: tuple[PlanPoint, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check it, and cut the obstacles."""
+        """Check the map, and cut the obstacles at its bounds."""
         x0, y0, x1, y1 = self.bounds_m
         if not all(map(math.isfinite, self.bounds_m)) or not (x0 < x1 and y0 < y1):
             raise InvalidInput(
@@ -48,7 +47,7 @@ class FieldMap:
 
     @property
     def area(self) -> Polygon:
-        """The ground within the bounds."""
+        """The rectangle of the bounds."""
         return box(*self.bounds_m)
 
     @property
@@ -60,7 +59,7 @@ class FieldMap:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RandomMap:
-    """How plans are drawn by lot.
+    """Settings of random maps.
 
     Targets first: uniform, `edge_m` or more from the bounds, `target_gap_m` or more from each other. Then
     `obstacle_count` obstacles, or a Poisson number of them with `obstacles_per_m2`: centres uniform in the
@@ -80,7 +79,7 @@ class RandomMap:
     agent_radius_m: float = 0.3
 
     def __post_init__(self) -> None:
-        """Refuse what nothing can be drawn from."""
+        """Refuse settings from which no map can be drawn."""
         for name, low, high in (("radii", *self.radii_m), ("corners", *self.corners)):
             if not 0.0 < low <= high < math.inf:
                 raise InvalidInput(
@@ -99,9 +98,9 @@ class RandomMap:
 
 
 def random_map(settings: RandomMap, *, seed: int | tuple[int, ...]) -> FieldMap:
-    """Return a plan drawn by lot, the same for the same seed.
+    """Return a random map, the same for the same seed.
 
-    Raise InvalidInput where targets or obstacles find no room.
+    Raise InvalidInput where targets or obstacles do not fit.
     """
     rng = np.random.default_rng(seed)
     width_m, height_m = settings.size_m
@@ -171,7 +170,7 @@ def _cut(obstacles: tuple[Polygon, ...], area: Polygon) -> tuple[Polygon, ...]:
     return tuple(kept)
 
 
-def _check_target(target_m: Place, index: int, field: FieldMap) -> None:
+def _check_target(target_m: PlanPoint, index: int, field: FieldMap) -> None:
     where = f"target {index} at ({target_m[0]:g}, {target_m[1]:g}) m"
     x0, y0, x1, y1 = field.bounds_m
     if not (x0 <= target_m[0] <= x1 and y0 <= target_m[1] <= y1):

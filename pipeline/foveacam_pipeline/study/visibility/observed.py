@@ -1,7 +1,7 @@
-"""Fig. 8 for real: the rig stands at many places, looks at the target, verges, and says if it resolves it.
+"""Observations for Fig. 8: move the rig to positions, verge on the target, judge whether it is resolved.
 
-What decides is in the pictures and the rig's own measured distance. The target's labels are chequered and
-stand on their corners: their rows, `pair_m` a light and a dark one, look the same from wherever one stands.
+The decision uses the frames and the rig's own measured distance alone. The target's labels are chequered and
+turned by 45°: their rows (`pair_m`: one light and one dark row) look the same from every side.
 """
 
 import math
@@ -28,13 +28,13 @@ APERTURE_M = 0.100 / 21.5
 RAYLEIGH = 1.22
 """The first zero of Airy's disc, in wavelengths over apertures."""
 HEADING_STEP_RAD = math.radians(10.0)
-"""The base turns the rig by whole steps of so much; the mirrors do the rest."""
+"""The base turns the rig by whole steps of this size; the mirrors cover the rest."""
 REST_NS = 300_000_000
-"""After a move, until the wide camera has a new picture."""
+"""Wait after a move, until the wide camera has a new frame."""
 WINDOW_PAIRS = 7.0
-"""Width of the window (a box twice) in which the rows' contrast is taken, in pairs of rows."""
+"""Width of the averaging window (two box filters) for the rows' contrast, in pairs of rows."""
 AROUND_M = 0.06
-"""How far from the point that the rig verged on a label is looked for."""
+"""A label is searched within this distance of the point that the rig verged on."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,13 +53,13 @@ class CheckeredLabel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlaceObservation:
-    """What the rig found at one place; distances are to the middle of the target's stand."""
+    """The result at one position; distances are to the middle of the target's stand."""
 
-    place: AgentPose
+    pose: AgentPose
     state: str
     distance_m: float | None
     contrast: float
-    """Rows of a label in the poorer eye; 0 where the rig did not verge."""
+    """Contrast of a label's rows in the poorer eye; 0 where the rig did not verge."""
     resolved: bool
     success: bool
     """Resolved, and from farther away than D_min by the rig's own distance."""
@@ -67,12 +67,12 @@ class PlaceObservation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Observer:
-    """A rig and what puts it at a place; `stand` returns when the rig is there."""
+    """A rig that can be moved; `set_pose` returns when the rig is at the pose."""
 
     head: Head
     calibration: Calibration
     clock: Clock
-    stand: Callable[[AgentPose], None]
+    set_pose: Callable[[AgentPose], None]
 
 
 def rayleigh_rad(*, wavelength_m: float = WAVELENGTH_M, aperture_m: float = APERTURE_M) -> float:
@@ -81,45 +81,45 @@ def rayleigh_rad(*, wavelength_m: float = WAVELENGTH_M, aperture_m: float = APER
 
 
 def rayleigh_transfer() -> float:
-    """Return what an ideal lens leaves of the contrast of lines a Rayleigh angle apart: 8.9 %."""
+    """Return the contrast that an ideal lens keeps of lines a Rayleigh angle apart: 8.9 %."""
     share = 1.0 / RAYLEIGH  # of the frequency beyond which a round lens passes nothing
     return 2.0 / math.pi * (math.acos(share) - share * math.sqrt(1.0 - share**2))
 
 
 def least_contrast(label: CheckeredLabel) -> float:
-    """Return the contrast from which on the rows count as resolved."""
+    """Return the least contrast at which the rows count as resolved."""
     return rayleigh_transfer() * label.row_contrast
 
 
-def facing(x_m: float, y_m: float, target_m: tuple[float, float]) -> AgentPose:
-    """Return the place with the heading, in whole steps, that is nearest to the target's bearing."""
+def pose_facing(x_m: float, y_m: float, target_m: tuple[float, float]) -> AgentPose:
+    """Return the pose whose heading, in whole steps, is nearest to the target's bearing."""
     bearing_rad = math.atan2(target_m[0] - x_m, target_m[1] - y_m)
     return AgentPose(x_m=x_m, y_m=y_m, heading_rad=HEADING_STEP_RAD * round(bearing_rad / HEADING_STEP_RAD))
 
 
 def observe(
     observer: Observer,
-    places: Sequence[AgentPose],
+    poses: Sequence[AgentPose],
     *,
     target_m: tuple[float, float],
     d_min_m: float,
     label: CheckeredLabel,
     watch: ProgressWatcher,
 ) -> tuple[PlaceObservation, ...]:
-    """Stand at each place in turn and look. Raise Cancelled when the watcher has had enough."""
-    steps = ProgressSteps(watch, len(places), ended="the places were not all visited; run it again")
+    """Observe the target from each pose in turn. Raise Cancelled when the watcher asks."""
+    steps = ProgressSteps(watch, len(poses), ended="the positions were not all visited; run it again")
     found = []
-    for place in places:
-        found.append(_observed(observer, place, target_m=target_m, d_min_m=d_min_m, label=label))
-        steps.step("Fig. 8: the rig looks")
+    for pose in poses:
+        found.append(_observed(observer, pose, target_m=target_m, d_min_m=d_min_m, label=label))
+        steps.step("Fig. 8: observing")
     return tuple(found)
 
 
 def row_contrast(sighting: Sighting, role: Role, calibration: Calibration, *, pair_px: float) -> float:
-    """Return the largest contrast of rows `pair_px` apart (fovea px, upright) near the picture's middle.
+    """Return the largest contrast of rows `pair_px` apart (fovea px, upright) near the frame's middle.
 
-    The picture is multiplied by a wave of that period along the vertical of the virtual plane and averaged
-    over a window of `WINDOW_PAIRS` periods: twice what is left, over the mean, is the rows' contrast.
+    The frame is multiplied by a wave of that period along the vertical of the virtual plane and averaged
+    over a window of `WINDOW_PAIRS` periods: twice the amplitude, over the mean, is the rows' contrast.
     """
     image = gray(to_uint8(sighting.left if role is Role.LEFT else sighting.right)).astype(np.float32)
     height, width = image.shape
@@ -145,19 +145,19 @@ def _averaged(image: NDArray[np.float32], window: int) -> NDArray[np.float32]:
     return np.asarray(cv2.blur(once, (window, window)), dtype=np.float32)
 
 
-def look(observer: Observer, place: AgentPose, *, target_m: tuple[float, float]) -> Fixation | None:
-    """Stand at a place, look where the target is on the plan, and verge; None where that is out of view.
+def fixate_target(observer: Observer, pose: AgentPose, *, target_m: tuple[float, float]) -> Fixation | None:
+    """Move to a pose, aim at the target's position on the plan, and verge; None where it is out of view.
 
-    Raise InvalidInput for a place that does not face the target.
+    Raise InvalidInput for a pose that does not face the target.
     """
-    bearing_rad = math.atan2(target_m[0] - place.x_m, target_m[1] - place.y_m)
-    aside_rad = math.remainder(bearing_rad - place.heading_rad, 2.0 * math.pi)
+    bearing_rad = math.atan2(target_m[0] - pose.x_m, target_m[1] - pose.y_m)
+    aside_rad = math.remainder(bearing_rad - pose.heading_rad, 2.0 * math.pi)
     if abs(aside_rad) > HEADING_STEP_RAD:
         raise InvalidInput(
-            f"the place ({place.x_m:g}, {place.y_m:g}) m looks {math.degrees(aside_rad):.0f}° past the "
+            f"the pose at ({pose.x_m:g}, {pose.y_m:g}) m looks {math.degrees(aside_rad):.0f}° past the "
             "target; turn it towards the target"
         )
-    observer.stand(place)
+    observer.set_pose(pose)
     observer.clock.sleep_until_ns(observer.clock.now_ns() + REST_NS)
     target = DirectionTarget(ax_rad=aside_rad, ay_rad=0.0)
     try:
@@ -168,22 +168,22 @@ def look(observer: Observer, place: AgentPose, *, target_m: tuple[float, float])
 
 def _observed(
     observer: Observer,
-    place: AgentPose,
+    pose: AgentPose,
     *,
     target_m: tuple[float, float],
     d_min_m: float,
     label: CheckeredLabel,
 ) -> PlaceObservation:
-    fixation = look(observer, place, target_m=target_m)
+    fixation = fixate_target(observer, pose, target_m=target_m)
     if fixation is None:
-        return _unseen(place, FixationState.OUT_OF_RANGE)
+        return _not_observed(pose, FixationState.OUT_OF_RANGE)
     if fixation.point_rig_m is None:
-        return _unseen(place, fixation.state)
+        return _not_observed(pose, fixation.state)
     contrast = _poorer_contrast(fixation, observer.calibration, label)
     distance_m = math.hypot(fixation.point_rig_m[0], fixation.point_rig_m[2]) + STAND_HALF_M
     resolved = contrast >= least_contrast(label)
     return PlaceObservation(
-        place=place,
+        pose=pose,
         state=fixation.state.value,
         distance_m=distance_m,
         contrast=contrast,
@@ -200,7 +200,7 @@ def _poorer_contrast(fixation: Fixation, calibration: Calibration, label: Checke
     return min(row_contrast(sighting, role, calibration, pair_px=pair_px) for role in (Role.LEFT, Role.RIGHT))
 
 
-def _unseen(place: AgentPose, state: FixationState) -> PlaceObservation:
+def _not_observed(pose: AgentPose, state: FixationState) -> PlaceObservation:
     return PlaceObservation(
-        place=place, state=state.value, distance_m=None, contrast=0.0, resolved=False, success=False
+        pose=pose, state=state.value, distance_m=None, contrast=0.0, resolved=False, success=False
     )

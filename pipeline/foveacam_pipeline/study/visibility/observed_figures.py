@@ -1,4 +1,4 @@
-"""The pictures of Fig. 8: the plan with prediction and verdicts, and the contrast that decided."""
+"""The figures of Fig. 8: the plan with prediction and observations, the contrast, and the scene."""
 
 from collections.abc import Sequence
 
@@ -27,10 +27,10 @@ REGION, OBSTACLE, TILE = "#009E73", "#5d4a3a", "#f1ede4"
 def plan_picture(
     found: Sequence[PlaceObservation], predicted: Sequence[bool], region: BaseGeometry, ring: StandoffRing
 ) -> StudyFigure:
-    """Return the plan of Fig. 8 as a picture of the report."""
+    """Return the figure of the plan (Fig. 8)."""
     return StudyFigure(
         name="plan",
-        title="Where the target is observed: predicted and seen",
+        title="Where the target is observed: prediction and observation",
         caption="Plan of the simulated hall. Shaded: the region that the plan predicts. Dots: corners of "
         "tiles where the simulated rig stood, looked and verged; blue where it resolved the target from "
         "beyond Dₘᵢₙ by its own distance. Circled: the verdict differs from the prediction. Corners "
@@ -43,22 +43,23 @@ def plan_picture(
 def contrast_picture(
     found: Sequence[PlaceObservation], in_sight: Sequence[bool], *, d_max_m: float, least: float
 ) -> StudyFigure:
-    """Return the contrast that decided, against distance, as a picture of the report."""
+    """Return the figure of contrast against distance."""
     return StudyFigure(
         name="contrast",
         title="What decides: contrast of the label's rows",
-        caption="A place's contrast is that of the poorer eye. Rows count as resolved above the dashed line: "
+        caption="The contrast of a position is that of the poorer eye. Rows count as resolved above the "
+        "dashed line: "
         "what an ideal lens leaves of lines that are a Rayleigh angle apart (Eq. 6 with that angle: Dₘₐₓ).",
         drawing=drawing_of(contrast_drawing(found, in_sight, d_max_m=d_max_m, least=least)),
     )
 
 
-def scene_picture(sighting: Sighting, place: AgentPose) -> StudyFigure:
-    """Return what the rig saw at a place as a picture of the report."""
+def scene_picture(sighting: Sighting, pose: AgentPose) -> StudyFigure:
+    """Return the figure of the rig's wide and left frames at a pose."""
     return StudyFigure(
         name="scene",
         title="The scene as the rig sees it",
-        caption=f"Simulated rig at ({place.x_m:g}, {place.y_m:g}) m: the wide camera's picture, and the left "
+        caption=f"Simulated rig at ({pose.x_m:g}, {pose.y_m:g}) m: the wide camera's picture, and the left "
         "fovea's on the target's stand with its chequered labels.",
         drawing=drawing_of(scene_drawing(sighting)),
         figure="Fig. 8, left",
@@ -81,7 +82,7 @@ def scene_drawing(sighting: Sighting) -> Figure:
 def plan_drawing(
     found: Sequence[PlaceObservation], predicted: Sequence[bool], region: BaseGeometry, ring: StandoffRing
 ) -> Figure:
-    """Draw tiles, obstacles, the predicted region, and a dot for each place."""
+    """Draw tiles, obstacles, the predicted region, and a dot for each position."""
     figure = Figure(figsize=(7.6, 8.2), layout="constrained")
     axes = figure.subplots()
     _draw_hall(axes)
@@ -97,10 +98,10 @@ def plan_drawing(
         *TARGET_M, marker="*", markersize=17, color="#CC79A7", markeredgecolor="black", linestyle="none"
     )
     for one, expected in zip(found, predicted, strict=True):
-        place = (one.place.x_m, one.place.y_m)
-        axes.plot(*place, "o", markersize=7, color=SEEN if one.success else UNSEEN, markeredgecolor="white")
+        at_m = (one.pose.x_m, one.pose.y_m)
+        axes.plot(*at_m, "o", markersize=7, color=SEEN if one.success else UNSEEN, markeredgecolor="white")
         if one.success != expected:
-            axes.plot(*place, "o", markersize=15, color=MARK, markerfacecolor="none", markeredgewidth=2.0)
+            axes.plot(*at_m, "o", markersize=15, color=MARK, markerfacecolor="none", markeredgewidth=2.0)
     _label_plan(figure, axes)
     return figure
 
@@ -108,12 +109,10 @@ def plan_drawing(
 def contrast_drawing(
     found: Sequence[PlaceObservation], in_sight: Sequence[bool], *, d_max_m: float, least: float
 ) -> Figure:
-    """Draw contrast against the distance to the target, places in sight of it and places behind obstacles."""
+    """Draw contrast against the distance to the target, positions with and without a free line of sight."""
     figure = Figure(figsize=(7.6, 4.2), layout="constrained")
     axes = figure.subplots()
-    distance_m = np.array(
-        [np.hypot(one.place.x_m - TARGET_M[0], one.place.y_m - TARGET_M[1]) for one in found]
-    )
+    distance_m = np.array([np.hypot(one.pose.x_m - TARGET_M[0], one.pose.y_m - TARGET_M[1]) for one in found])
     contrast = np.array([one.contrast for one in found])
     sight = np.array(in_sight, dtype=np.bool_)
     axes.plot(distance_m[sight], contrast[sight], "o", color=SEEN, label="line of sight free on the plan")

@@ -1,4 +1,4 @@
-"""Lines of sight among random obstacles (Sec. 4.4.2, Eqs. 10-13), and the same process drawn by lot.
+"""Lines of sight among random obstacles (Sec. 4.4.2, Eqs. 10-13), in closed form and by Monte Carlo.
 
 Centres of obstacles are a homogeneous Poisson process in the plane, its rate -ln(1 - p) for an occupancy p
 per unit area. An obstacle hides the target when its centre is within its radius of the line of sight.
@@ -22,7 +22,7 @@ class RandomObstacles:
     radius_m: float
 
     def __post_init__(self) -> None:
-        """Refuse what is no probability and what is no radius."""
+        """Refuse an occupancy outside 0 to 1 and a negative radius."""
         if not 0.0 <= self.occupancy <= 1.0:
             raise InvalidInput(f"an occupancy p of {self.occupancy} was given; a probability is 0 to 1")
         if not 0.0 <= self.radius_m < math.inf:
@@ -36,7 +36,7 @@ class RandomObstacles:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampledProbability:
-    """A probability found by lot, with its standard error."""
+    """A probability estimated by Monte Carlo, with its standard error."""
 
     value: float
     sigma: float
@@ -49,7 +49,7 @@ def corridor_m2(distance_m: ArrayLike, radius_m: float) -> NDArray[np.float64]:
 
 
 def clear_probability(distance_m: ArrayLike, clutter: RandomObstacles) -> NDArray[np.float64]:
-    """Return the probability that nothing stands in a line of that length (Eq. 11)."""
+    """Return the probability that no obstacle blocks a line of that length (Eq. 11)."""
     return np.asarray((1.0 - clutter.occupancy) ** corridor_m2(distance_m, clutter.radius_m))
 
 
@@ -59,7 +59,7 @@ def success_probability(ring: StandoffRing, clutter: RandomObstacles, *, domain_
     In closed form: the integral of x exp(-a x) is the incomplete gamma function of 2. The target's whole ring
     lies in the domain; raise InvalidInput where it cannot.
     """
-    from scipy.special import gammainc  # loads for a while, and a server starts with this module
+    from scipy.special import gammainc  # slow to import, and the server imports this module at its start
 
     _check_domain(ring, domain_m2)
     if ring.empty:
@@ -67,7 +67,7 @@ def success_probability(ring: StandoffRing, clutter: RandomObstacles, *, domain_
     decay = 2.0 * clutter.rate_per_m2 * clutter.radius_m if clutter.radius_m > 0.0 else 0.0
     if math.isinf(decay):
         return 0.0
-    if decay * ring.outer_m < 1e-100:  # no obstacle to speak of: its square would be no number
+    if decay * ring.outer_m < 1e-100:  # practically no obstacle: the square of the decay would underflow
         integral = (ring.outer_m**2 - ring.inner_m**2) / 2.0
     else:
         inner, outer = gammainc(2.0, decay * np.array([ring.inner_m, ring.outer_m]))
@@ -78,7 +78,7 @@ def success_probability(ring: StandoffRing, clutter: RandomObstacles, *, domain_
 
 def success_by_quadrature(ring: StandoffRing, clutter: RandomObstacles, *, domain_m2: float) -> float:
     """Return the same by adaptive quadrature of Eq. 12."""
-    from scipy.integrate import quad  # loads for a while
+    from scipy.integrate import quad  # slow to import
 
     _check_domain(ring, domain_m2)
     if ring.empty:
@@ -94,24 +94,24 @@ def success_by_quadrature(ring: StandoffRing, clutter: RandomObstacles, *, domai
 
 
 def success_slope_per_m(d_max_m: float, clutter: RandomObstacles, *, domain_m2: float) -> float:
-    """Return what a metre of D_max adds to the probability of success, never negative (Eq. 13)."""
+    """Return the derivative of the probability of success by D_max, per m, never negative (Eq. 13)."""
     return 2.0 * math.pi * d_max_m / domain_m2 * float(clear_probability(d_max_m, clutter))
 
 
-def success_by_lot(
+def sample_success(
     ring: StandoffRing, clutter: RandomObstacles, *, domain_m2: float, trials: int, rng: np.random.Generator
 ) -> SampledProbability:
     """Return the share of random observers in a disc of the domain's area that see the target unnoticed.
 
-    Every observer has obstacles of its own, drawn wherever one could block its line, in a rectangle about it:
-    a Poisson process is one in every part of the plane. Uses no formula above but the rate.
+    Obstacles are drawn anew for every observer, in the rectangle in which one could block its line: a Poisson
+    process is Poisson in every part of the plane. Of the formulas above only the rate is used.
     """
     _check_domain(ring, domain_m2)
     if trials < 1:
         raise InvalidInput(f"{trials} trials were asked for; at least 1 is needed")
     if math.isinf(clutter.rate_per_m2):
         raise InvalidInput(
-            "an occupancy of 1 fills the plane: nothing can be drawn by lot; choose less than 1"
+            "an occupancy of 1 fills the plane: nothing can be drawn at random; choose less than 1"
         )
     distance_m = np.sqrt(rng.uniform(0.0, domain_m2 / math.pi, trials))
     inside = distance_m[(distance_m > ring.inner_m) & (distance_m < ring.outer_m)]
@@ -119,20 +119,20 @@ def success_by_lot(
     return _estimate(seen, trials)
 
 
-def corridor_by_lot(
+def sample_corridor_share(
     distance_m: float, radius_m: float, *, trials: int, rng: np.random.Generator
 ) -> SampledProbability:
-    """Return the corridor's share of its bounding rectangle, (d + 2 r) by 2 r, from places in it (Eq. 10)."""
+    """Return the corridor's share of its bounding box, (d + 2 r) by 2 r, by random points (Eq. 10)."""
     along_m = rng.uniform(-radius_m, distance_m + radius_m, trials)
     across_m = rng.uniform(-radius_m, radius_m, trials)
     hit = _near(along_m, across_m, np.full(trials, distance_m), radius_m)
     return _estimate(int(np.count_nonzero(hit)), trials)
 
 
-def clear_by_lot(
+def sample_clear_share(
     distance_m: float, clutter: RandomObstacles, *, trials: int, rng: np.random.Generator
 ) -> SampledProbability:
-    """Return how often nothing stands in a line of that length, each among obstacles of its own (Eq. 11)."""
+    """Return how often no obstacle blocks a line of that length, with new obstacles for each (Eq. 11)."""
     blocked = _blocked(np.full(trials, distance_m), clutter, rng)
     return _estimate(int(np.count_nonzero(~blocked)), trials)
 
@@ -145,7 +145,7 @@ def _estimate(hits: int, trials: int) -> SampledProbability:
 def _blocked(
     lengths_m: NDArray[np.float64], clutter: RandomObstacles, rng: np.random.Generator
 ) -> NDArray[np.bool_]:
-    """Return for each line whether an obstacle of its own stands in it."""
+    """Return for each line whether it is blocked, with new obstacles for each."""
     r_m = clutter.radius_m
     counts = rng.poisson(clutter.rate_per_m2 * (lengths_m + 2.0 * r_m) * 2.0 * r_m)
     line = np.repeat(np.arange(len(lengths_m)), counts)
@@ -161,7 +161,7 @@ def _near(
     lengths_m: NDArray[np.float64],
     radius_m: float,
 ) -> NDArray[np.bool_]:
-    """Return whether each place is nearer than the radius to the line from 0 to its length."""
+    """Return whether each point is nearer than the radius to the line from 0 to its length."""
     beyond_m = np.maximum(0.0, np.maximum(-along_m, along_m - lengths_m))
     return np.asarray(np.hypot(beyond_m, across_m) < radius_m)
 

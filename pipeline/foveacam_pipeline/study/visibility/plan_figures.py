@@ -1,4 +1,4 @@
-"""Plans drawn: what stealth and visibility leave around one target (Fig. 6), and on maps of many (Fig. 7)."""
+"""Drawings of maps: stealth and visibility around one target (Fig. 6), regions of many targets (Fig. 7)."""
 
 import math
 from collections.abc import Sequence
@@ -15,12 +15,12 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
-from foveacam_pipeline.study.visibility.maps import FieldMap, Place
+from foveacam_pipeline.study.visibility.maps import FieldMap, PlanPoint
 from foveacam_pipeline.study.visibility.regions import annulus, disc, feasible_regions, shadows
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
-"""One a target, told apart by the colour-blind (Okabe and Ito)."""
+"""One colour for each target, distinct for the colour-blind (Okabe and Ito)."""
 
 STEALTH, RESOLVED, FEASIBLE, OBSTACLE = "#D55E00", "#0072B2", "#009E73", "0.35"
 
@@ -34,7 +34,7 @@ OBSTACLES_OF_FIG_6 = (
 
 
 def patch_of(found: BaseGeometry, **style: object) -> PathPatch:
-    """Return polygons, holes and all, as one patch of matplotlib."""
+    """Return polygons with their holes as one matplotlib patch."""
     rings = [
         shapely.get_coordinates(ring)
         for part in map(orient, shapely.get_parts(found))  # holes turn the other way, and stay empty
@@ -52,7 +52,7 @@ def duality_figure() -> Figure:
     """Draw Fig. 6: bounds that cross, an annulus between them, and the sectors that obstacles leave."""
     figure = Figure(figsize=(8.6, 3.5), layout="constrained")
     crossed, band, sectors = figure.subplots(1, 3)
-    _plain(crossed, "(a) Dₘₐₓ ≤ Dₘᵢₙ: no place")
+    _plain(crossed, "(a) Dₘₐₓ ≤ Dₘᵢₙ: empty")
     _bounds(crossed, StandoffRing(inner_m=RING_OF_FIG_6.inner_m, outer_m=2.4))
     _plain(band, "(b) Dₘₐₓ > Dₘᵢₙ: an annulus")
     band.add_patch(patch_of(annulus((0.0, 0.0), RING_OF_FIG_6), color=FEASIBLE, alpha=0.35, linewidth=0.0))
@@ -139,10 +139,10 @@ def draw_regions(
         axes.set(xticks=[], yticks=[])
 
 
-def agent_place(
+def agent_position(
     field: FieldMap, regions: Sequence[BaseGeometry], *, inner_m: float
-) -> tuple[Place, tuple[int, ...]] | None:
-    """Return the roomiest place in two targets' regions that no target notices, and who is seen there.
+) -> tuple[PlanPoint, tuple[int, ...]] | None:
+    """Return the roomiest point in two targets' regions outside every D_min, and the targets in sight there.
 
     None where the regions do not meet.
     """
@@ -159,7 +159,7 @@ def agent_place(
 
 def _draw_agent(axes: Axes, field: FieldMap, ring: StandoffRing, agent_radius_m: float) -> None:
     regions = feasible_regions(field, ring, agent_radius_m=agent_radius_m)
-    found = agent_place(field, regions, inner_m=ring.inner_m)
+    found = agent_position(field, regions, inner_m=ring.inner_m)
     if found is None:
         return
     (x, y), seen = found

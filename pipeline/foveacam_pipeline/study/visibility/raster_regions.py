@@ -1,4 +1,4 @@
-"""Where an observer may stand, cell by cell, from the definition alone: what checks `regions`.
+"""Feasible regions by cells, computed from the definition alone, to check `regions`.
 
 Every cell's centre is tested against every edge of every obstacle with numpy; no geometry library, no code
 of the exact regions.
@@ -14,15 +14,15 @@ from foveacam_pipeline.study.visibility.maps import FieldMap
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 
 CHUNK = 8192
-"""Cells tested at once: what stays in a processor's cache."""
+"""Cells tested at once; so many fit into a processor's cache."""
 
 
 def raster_regions(
     field: FieldMap, ring: StandoffRing, *, agent_radius_m: float, cell_m: float
 ) -> NDArray[np.bool_]:
-    """Return (targets, rows, columns): the cells in whose centre an observer sees the target unnoticed.
+    """Return (targets, rows, columns) bool: cells whose centre is in the target's feasible region.
 
-    Rows run with y from the bounds' first corner. Raise InvalidInput for cells of no size.
+    Rows run with y from the bounds' first corner. Raise InvalidInput unless cells exceed 0 m.
     """
     if not 0.0 < cell_m < math.inf:
         raise InvalidInput(f"cells of {cell_m} m were asked for; they must be larger than 0 m")
@@ -40,7 +40,7 @@ def raster_regions(
 
 
 def raster_areas_m2(masks: NDArray[np.bool_], *, cell_m: float) -> tuple[float, float, float]:
-    """Return the areas of the union, of one target's region in the mean, and of their sum."""
+    """Return the areas, m², of the union, of one target's region in the mean, and of their sum."""
     each = masks.sum(axis=(1, 2)) * cell_m**2
     return float(masks.any(axis=0).sum() * cell_m**2), float(each.mean()), float(each.sum())
 
@@ -62,7 +62,7 @@ def _edges(field: FieldMap) -> list[NDArray[np.float64]]:
 def _free(
     field: FieldMap, x_m: NDArray[np.float64], y_m: NDArray[np.float64], agent_radius_m: float
 ) -> NDArray[np.bool_]:
-    """Return (rows, columns): where the agent's disc is within the bounds and meets no obstacle."""
+    """Return (rows, columns) bool: where the agent's disc is within the bounds and meets no obstacle."""
     x0, y0, x1, y1 = field.bounds_m
     inside_x = (x_m >= x0 + agent_radius_m) & (x_m <= x1 - agent_radius_m)
     inside_y = (y_m >= y0 + agent_radius_m) & (y_m <= y1 - agent_radius_m)
@@ -79,7 +79,7 @@ def _free(
 def _met(
     x_m: NDArray[np.float64], y_m: NDArray[np.float64], edges_m: NDArray[np.float64], radius_m: float
 ) -> NDArray[np.bool_]:
-    """Return where a disc about each place meets an obstacle: it is inside, or an edge is near."""
+    """Return where a disc about each point meets an obstacle: the point is inside, or an edge is near."""
     inside, near = np.zeros(x_m.shape, dtype=bool), np.zeros(x_m.shape, dtype=bool)
     for (ax, ay), (bx, by) in edges_m:
         ex, ey, px, py = bx - ax, by - ay, x_m - ax, y_m - ay

@@ -1,6 +1,6 @@
-"""Where an observer may stand, exactly, as polygons: annulus, line of sight, room (Sec. 4.4, Fig. 7).
+"""Exact feasible regions as polygons: annulus, line of sight, room for the agent (Sec. 4.4, Fig. 7).
 
-The same by cells, as a check that shares nothing with this, is in `raster_regions`.
+`raster_regions` computes the same by cells, as a check that shares no code with this.
 """
 
 import math
@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.visibility.maps import FieldMap, Place
+from foveacam_pipeline.study.visibility.maps import FieldMap, PlanPoint
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 
 CHORDS = 128
@@ -27,11 +27,10 @@ CORNER_CHORDS = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RegionAreas:
-    """Ground from which targets are observed unnoticed, m².
+    """Areas from which targets are observed unnoticed, m².
 
-    `multi_m2`: where at least one target is, the union of the targets' regions. `single_m2`: of one target
-    alone, mean over the targets. `weighted_m2`: ground weighted by the number of targets in sight there, the
-    sum of the targets' regions.
+    `multi_m2`: of the union of the targets' regions. `single_m2`: of one target's region, mean over the
+    targets. `weighted_m2`: sum of the targets' regions, that is, area weighted by the targets in sight.
     """
 
     multi_m2: float
@@ -39,7 +38,7 @@ class RegionAreas:
     weighted_m2: float
 
 
-def disc(centre_m: Place, radius_m: float) -> Polygon:
+def disc(centre_m: PlanPoint, radius_m: float) -> Polygon:
     """Return a circle as a polygon of `CHORDS` chords with the circle's area (error 0, to rounding)."""
     step_rad = 2.0 * math.pi / CHORDS
     reach_m = radius_m * math.sqrt(step_rad / math.sin(step_rad))
@@ -47,7 +46,7 @@ def disc(centre_m: Place, radius_m: float) -> Polygon:
     return Polygon(np.array(centre_m) + reach_m * np.column_stack([np.cos(angle_rad), np.sin(angle_rad)]))
 
 
-def annulus(centre_m: Place, ring: StandoffRing) -> BaseGeometry:
+def annulus(centre_m: PlanPoint, ring: StandoffRing) -> BaseGeometry:
     """Return a ring about a target as a polygon; empty where the ring is (Eqs. 7, 8)."""
     if ring.empty:
         return Polygon()
@@ -56,7 +55,7 @@ def annulus(centre_m: Place, ring: StandoffRing) -> BaseGeometry:
 
 
 def free_space(field: FieldMap, *, agent_radius_m: float) -> BaseGeometry:
-    """Return where the agent's centre may be: its disc within the bounds and in no obstacle.
+    """Return where the agent's centre may be: its disc is within the bounds and meets no obstacle.
 
     Obstacles grow by the agent's radius, their corners by arcs of `CORNER_CHORDS` chords a quarter.
     """
@@ -70,7 +69,7 @@ def free_space(field: FieldMap, *, agent_radius_m: float) -> BaseGeometry:
 
 
 def grown_obstacles(field: FieldMap, by_m: float) -> BaseGeometry:
-    """Return the union of the obstacles, each grown by so much."""
+    """Return the union of the obstacles, each grown by `by_m`."""
     obstacles = np.array(field.obstacles, dtype=object)
     if not len(obstacles):
         return Polygon()
@@ -79,11 +78,11 @@ def grown_obstacles(field: FieldMap, by_m: float) -> BaseGeometry:
     return union
 
 
-def shadows(field: FieldMap, target_m: Place, *, outer_m: float) -> BaseGeometry:
-    """Return what obstacles hide from a target, exact as far as `outer_m`; beyond it, of no meaning.
+def shadows(field: FieldMap, target_m: PlanPoint, *, outer_m: float) -> BaseGeometry:
+    """Return the shadows of the obstacles as seen from a target, exact as far as `outer_m`, undefined beyond.
 
-    What a convex outline hides is convex: the hull of the outline and of its tangents' far ends. An obstacle
-    that is not convex or has holes hides what its edges hide.
+    The shadow of a convex outline is convex: the hull of the outline and of its tangents' far ends. An
+    obstacle that is not convex or has holes has the shadows of its edges.
     """
     obstacles = np.array(field.obstacles, dtype=object)
     close = obstacles[shapely.distance(obstacles, shapely.Point(target_m)) < outer_m]
@@ -96,7 +95,7 @@ def shadows(field: FieldMap, target_m: Place, *, outer_m: float) -> BaseGeometry
     points = np.concatenate([*outlines, ends]) + target_m
     owner = np.concatenate([owner, np.repeat(np.arange(len(outlines)), 3)])
     order = np.argsort(owner, kind="stable")
-    # lines, since only their points matter for a hull, and a line is made of one array
+    # lines, since only their points matter for a hull, and a line is built from one array
     clouds = shapely.linestrings(points[order], indices=owner[order])
     union: BaseGeometry = shapely.union_all(shapely.convex_hull(clouds))
     return union
@@ -105,12 +104,12 @@ def shadows(field: FieldMap, target_m: Place, *, outer_m: float) -> BaseGeometry
 def feasible_region(
     field: FieldMap, target: int, ring: StandoffRing, *, agent_radius_m: float
 ) -> BaseGeometry:
-    """Return where an observer sees a target unnoticed: annulus, line of sight, no collision (Sec. 4.4).
+    """Return the feasible region of a target: annulus, line of sight, no collision (Sec. 4.4).
 
-    `target`: its index. The line runs from the agent's centre to the target; obstacles block it as they are,
-    and keep the agent away grown by its radius. The other targets' stealth bounds are not part of it. Circles
-    are polygons of equal area (`disc`), tangents exact. Raise InvalidInput for a target that is not there,
-    and for a ring or an agent of no possible size.
+    `target`: its index. The line runs from the agent's centre to the target; obstacles block it with their
+    own outlines, and exclude the agent with outlines grown by its radius. The other targets' stealth bounds
+    are not part of it. Circles are polygons of equal area (`disc`), tangents exact. Raise InvalidInput for an
+    unknown target, and for a ring or an agent of impossible size.
     """
     if not 0 <= target < len(field.targets_m):
         raise InvalidInput(
@@ -128,16 +127,18 @@ def feasible_regions(
     return tuple(_region(field, target_m, ring, free) for target_m in field.targets_m)
 
 
-def narrowed(field: FieldMap, regions: Sequence[BaseGeometry], *, outer_m: float) -> tuple[BaseGeometry, ...]:
-    """Return the regions for a smaller outer bound, from those of a larger one."""
+def regions_within(
+    field: FieldMap, regions: Sequence[BaseGeometry], *, outer_m: float
+) -> tuple[BaseGeometry, ...]:
+    """Return the regions for a smaller outer bound, cut from those of a larger one."""
     return tuple(
         region.intersection(disc(target_m, outer_m))
         for target_m, region in zip(field.targets_m, regions, strict=True)
     )
 
 
-def areas(regions: Sequence[BaseGeometry], *, union: BaseGeometry | None = None) -> RegionAreas:
-    """Return the three areas of the targets' regions; `union` when it is known already.
+def region_areas(regions: Sequence[BaseGeometry], *, union: BaseGeometry | None = None) -> RegionAreas:
+    """Return the three areas of the targets' regions; `union` is given where it is known.
 
     Raise InvalidInput where there is no target.
     """
@@ -150,7 +151,7 @@ def areas(regions: Sequence[BaseGeometry], *, union: BaseGeometry | None = None)
     )
 
 
-def _region(field: FieldMap, target_m: Place, ring: StandoffRing, free: BaseGeometry) -> BaseGeometry:
+def _region(field: FieldMap, target_m: PlanPoint, ring: StandoffRing, free: BaseGeometry) -> BaseGeometry:
     if not 0.0 <= ring.inner_m < math.inf or not 0.0 <= ring.outer_m < math.inf:
         raise InvalidInput(
             f"a ring from {ring.inner_m} m to {ring.outer_m} m was given; both are numbers of 0 m or more"
@@ -161,10 +162,11 @@ def _region(field: FieldMap, target_m: Place, ring: StandoffRing, free: BaseGeom
     return around.difference(shadows(field, target_m, outer_m=ring.outer_m))
 
 
-def _convex_outlines(obstacle: Polygon, target_m: Place) -> Iterator[NDArray[np.float64]]:
-    """Yield (n, 2) corners, from the target, whose hulls hide what the obstacle does: its own, or its edges'.
+def _convex_outlines(obstacle: Polygon, target_m: PlanPoint) -> Iterator[NDArray[np.float64]]:
+    """Yield (n, 2) corners relative to the target, of convex outlines that cast the obstacle's shadow.
 
-    Of the edges those that face the target hide all that the others do.
+    They are the obstacle's own outline, or those of its edges that face the target, whose shadows cover the
+    others'.
     """
     outline = shapely.get_coordinates(obstacle.exterior)[:-1] - target_m
     hull_m2 = obstacle.convex_hull.area

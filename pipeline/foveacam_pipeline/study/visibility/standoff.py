@@ -1,6 +1,6 @@
-"""Seeing without being seen (Sec. 4.4.1, Eqs. 6-9): how far a feature is resolved, and the ring that is left.
+"""The stand-off ring around a target (Sec. 4.4.1, Eqs. 6-9): the range that resolves a feature, less D_min.
 
-An observer closer than `d_min_m` is noticed; one farther than `d_max_m` no longer resolves the feature.
+An observer closer than `d_min_m` is noticed; one farther than `d_max_m` does not resolve the feature.
 """
 
 import math
@@ -11,11 +11,11 @@ from foveacam_hardware.contract import InvalidInput
 
 
 class NearBound(StrEnum):
-    """What the observer's own depth error does to the inner bound.
+    """How the observer's own depth error changes the inner bound.
 
     Eq. 9 as printed subtracts the error from D_min, although the text says that it inflates the stealth
-    bound. An observer that must not come nearer than D_min and knows its distance to within an error keeps
-    that much farther away: plots use `INFLATED`.
+    bound. An observer that must not come nearer than D_min stays farther away by the error of its distance:
+    plots use `INFLATED`.
     """
 
     PLAIN = "plain"
@@ -25,14 +25,14 @@ class NearBound(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StandoffRing:
-    """Where an observer may stand around a target, m; empty where the bounds meet or cross (Eq. 7)."""
+    """Radii between which an observer may be, m; empty where the bounds meet or cross (Eq. 7)."""
 
     inner_m: float
     outer_m: float
 
     @property
     def empty(self) -> bool:
-        """Tell whether there is no place at all."""
+        """Return whether the ring is empty."""
         return self.inner_m >= self.outer_m
 
     @property
@@ -42,7 +42,7 @@ class StandoffRing:
 
 
 def resolution_rad(px_per_deg: float, *, pixels: float = 1.0) -> float:
-    """Return the angle that a feature must fill to be resolved: so many pixels of a camera (Table 2)."""
+    """Return the angle, rad, that a resolved feature fills: so many pixels of a camera (Table 2)."""
     if not px_per_deg > 0.0 or not pixels > 0.0:
         raise InvalidInput(f"{px_per_deg} px per degree and {pixels} pixels were given; both must exceed 0")
     return math.radians(pixels / px_per_deg)
@@ -51,7 +51,7 @@ def resolution_rad(px_per_deg: float, *, pixels: float = 1.0) -> float:
 def resolving_range_m(feature_m: float, resolution: float, *, small_angle: bool = False) -> float:
     """Return D_max, m, at which a feature of `feature_m` fills the angle `resolution`, rad (Eq. 6).
 
-    `small_angle`: by the approximation S / theta. Raise InvalidInput for a size or an angle of none.
+    `small_angle`: by the approximation S / theta. Raise InvalidInput unless size and angle exceed 0.
     """
     if not feature_m > 0.0:
         raise InvalidInput(f"a feature of {feature_m} m was given; its size must exceed 0 m")
@@ -62,12 +62,12 @@ def resolving_range_m(feature_m: float, resolution: float, *, small_angle: bool 
     return feature_m / resolution if small_angle else feature_m / (2.0 * math.tan(resolution / 2.0))
 
 
-def ring(
+def standoff_ring(
     d_min_m: float, d_max_m: float, *, near_error_m: float = 0.0, bound: NearBound = NearBound.INFLATED
 ) -> StandoffRing:
-    """Return where an observer may stand, with its depth error `near_error_m` at the inner bound (Eqs. 7-9).
+    """Return the ring with the depth error `near_error_m` applied to its inner bound (Eqs. 7-9).
 
-    D_min at or beyond D_max is an answer, not an error: a ring that is empty.
+    D_min at or beyond D_max gives an empty ring, not an error.
     """
     for name, value in (("D_min", d_min_m), ("D_max", d_max_m), ("the depth error", near_error_m)):
         if not 0.0 <= value < math.inf:

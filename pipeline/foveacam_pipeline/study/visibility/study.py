@@ -1,6 +1,6 @@
-"""The study of Sec. 4.4: rings, random obstacles, maps with many targets.
+"""The stand-off study of Sec. 4.4: rings, random obstacles, maps with many targets.
 
-It is computed here; `standoff_pictures` draws it and `standoff_words` says what it means.
+Its values are computed here; `summary` has its comparison with the paper, its definitions and its figures.
 """
 
 from collections.abc import Sequence
@@ -17,10 +17,10 @@ from foveacam_pipeline.study.visibility.curves import (
     F64,
     AreaFit,
     StandoffCurves,
-    band,
-    curves_of,
-    fit_of,
-    grows,
+    curve_band,
+    curves_from_runs,
+    fit_area,
+    grows_at_every_step,
 )
 from foveacam_pipeline.study.visibility.formula_figures import (
     FEATURE_M,
@@ -29,26 +29,26 @@ from foveacam_pipeline.study.visibility.formula_figures import (
     SHOWN_INNER_M,
     camera_ring,
 )
-from foveacam_pipeline.study.visibility.regions import areas, disc, feasible_regions
+from foveacam_pipeline.study.visibility.regions import disc, feasible_regions, region_areas
 from foveacam_pipeline.study.visibility.standoff import (
     NearBound,
     StandoffRing,
     resolution_rad,
     resolving_range_m,
-    ring,
+    standoff_ring,
 )
 from foveacam_pipeline.study.visibility.summary import (
     SHOWN_RATIO,
     StandoffFindings,
+    comparison_rows,
     definitions,
     deviations,
     pictures,
-    rows,
 )
 from foveacam_pipeline.study.visibility.sweep import StandoffSweep, drawn_map, run_maps
 
 SEED = 44
-"""After the number of the section."""
+"""Default seed: the number of the section."""
 
 TRIALS, QUICK_TRIALS = 200_000, 50_000
 QUICK_MAPS = 100
@@ -56,7 +56,7 @@ NEAR_RATIOS = (1.25, 2.0)
 """Ratios at which the readings of Eq. 9 are compared on the maps."""
 
 CHECKS_WEIGHT, PICTURES_WEIGHT = 15, 10
-"""What the checks and the pictures take, in maps' worth."""
+"""Share of checks and figures in the progress, counted in maps."""
 
 
 def standoff_study(
@@ -69,11 +69,11 @@ def standoff_study(
     seed: int = SEED,
     watch: ProgressWatcher = SILENT,
 ) -> StudyResult:
-    """Return the findings of Sec. 4.4.
+    """Return the study of Sec. 4.4.
 
     `maps`: random maps of Figs. 9 and 10; `tight_maps`: maps of the tight intervals, the former among them.
-    `quick`: at most `QUICK_MAPS` of them, and fewer trials by lot. `n_jobs`, `cluster`: who computes
-    (`run_maps`); the figures do not depend on it, but for CPU times. Raise InvalidInput, Cancelled,
+    `quick`: at most `QUICK_MAPS` of them, and fewer Monte Carlo trials. `n_jobs`, `cluster`: where maps are
+    computed (`run_maps`); no value but CPU times depends on it. Raise InvalidInput, Cancelled,
     NotConnected.
     """
     if min(maps, tight_maps) < 2 or seed < 0:
@@ -84,23 +84,25 @@ def standoff_study(
     tight = max(maps, min(tight_maps, QUICK_MAPS) if quick else tight_maps)
     sweep = StandoffSweep()
     seeds = [(seed, n) for n in range(tight)]
-    part = _Part(watch, 0, tight + CHECKS_WEIGHT + PICTURES_WEIGHT)
+    part = _PartialProgress(watch, 0, tight + CHECKS_WEIGHT + PICTURES_WEIGHT)
     runs = run_maps(sweep, seeds=seeds, n_jobs=n_jobs, cluster=cluster, watch=part)
     steps = ProgressSteps(
-        _Part(watch, tight, part.total), 0, ended="the study was cancelled; start it again to go on"
+        _PartialProgress(watch, tight, part.total),
+        0,
+        ended="the study was cancelled; start it again to go on",
     )
     trials = QUICK_TRIALS if quick else TRIALS
-    few = curves_of(sweep.ratios, runs[:maps])
+    few = curves_from_runs(sweep.ratios, runs[:maps])
     found = StandoffFindings(
         sweep=sweep,
         few=few,
-        tight=curves_of(sweep.ratios, runs),
+        tight=curves_from_runs(sweep.ratios, runs),
         fits=(_fit(few, few.multi_m2), _fit(few, few.single_m2)),
         redrawn=sum(run.redrawn for run in runs),
         checks=closed_forms(trials=trials, seed=seed + 1),
         raster=raster_check(seed + 2),
-        signs=_signs(sweep, seeds[:maps]),
-        noticed=_noticed(sweep, seeds[:maps]),
+        signs=_eq9_changes(sweep, seeds[:maps]),
+        noticed=_noticed_share(sweep, seeds[:maps]),
         quick=quick,
     )
     steps.step("checks", CHECKS_WEIGHT)
@@ -111,7 +113,7 @@ def standoff_study(
         section="4.4",
         title="Seeing without being seen: stand-off, obstacles, many targets",
         values=_values(found),
-        rows=rows(found),
+        rows=comparison_rows(found),
         pictures=drawn,
         definitions=definitions(found),
         deviations=deviations(found),
@@ -119,8 +121,8 @@ def standoff_study(
     )
 
 
-class _Part:
-    """Passes the progress of a part of the study on to who watches the whole."""
+class _PartialProgress:
+    """Reports the progress of a part of the study to the watcher of the whole."""
 
     def __init__(self, watch: ProgressWatcher, before: int, total: int) -> None:
         self._watch, self._before, self.total = watch, before, total
@@ -134,20 +136,22 @@ class _Part:
 
 
 def _fit(curves: StandoffCurves, figures: F64) -> AreaFit:
-    return fit_of(curves.ratios, figures.mean(axis=0))
+    return fit_area(curves.ratios, figures.mean(axis=0))
 
 
-def _signs(sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]]) -> dict[str, float]:
-    """Return by how much either sign of Eq. 9 changes the multi-fovea area, with the wide camera's error."""
+def _eq9_changes(sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]]) -> dict[str, float]:
+    """Return the change of the multi-fovea area by each sign of Eq. 9, with the wide camera's error."""
     error = error_m(sweep.d_min_m, WIDE_PX_PER_DEG, error_px=NEAR_ERROR_PX)
     fields = [drawn_map(sweep, seed)[0] for seed in seeds]
     found = {}
     for ratio in NEAR_RATIOS:
         total_m2 = {}
         for bound in NearBound:
-            around = ring(sweep.d_min_m, ratio * sweep.d_min_m, near_error_m=error, bound=bound)
+            around = standoff_ring(sweep.d_min_m, ratio * sweep.d_min_m, near_error_m=error, bound=bound)
             total_m2[bound] = sum(
-                areas(feasible_regions(field, around, agent_radius_m=sweep.layout.agent_radius_m)).multi_m2
+                region_areas(
+                    feasible_regions(field, around, agent_radius_m=sweep.layout.agent_radius_m)
+                ).multi_m2
                 for field in fields
             )
         for bound in (NearBound.INFLATED, NearBound.AS_PRINTED):
@@ -155,7 +159,7 @@ def _signs(sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]]) -> dict[str, 
     return found
 
 
-def _noticed(sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]]) -> float:
+def _noticed_share(sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]]) -> float:
     """Return the share of the multi-fovea area, at the ratio of Fig. 7, that is within another's D_min."""
     around = StandoffRing(inner_m=sweep.d_min_m, outer_m=SHOWN_RATIO * sweep.d_min_m)
     all_m2 = near_m2 = 0.0
@@ -194,13 +198,14 @@ def _values(found: StandoffFindings) -> dict[str, Value]:
         "fig9_single_m2": _list(few.single_m2.mean(axis=0)),
         "fig9_weighted_m2": _list(few.weighted_m2.mean(axis=0)),
         "fig9_multi_never_below_single": bool((few.multi_m2 >= few.single_m2).all()),
-        "fig9_gap_monotone": grows(few.ratios, gap_area),
+        "fig9_gap_monotone": grows_at_every_step(few.ratios, gap_area),
         "fig9_noticed_by_another_share": found.noticed,
         **{f"fig10_{name}": _list(figures.mean(axis=0)) for name, figures in _rates(few).items()},
-        **{f"fig10_{name}_sigma": _list(band(figures).sigma) for name, figures in _rates(few).items()},
+        **{f"fig10_{name}_sigma": _list(curve_band(figures).sigma) for name, figures in _rates(few).items()},
         "fig10_gap_any": _list(gap_any),
         "fig10_gap_fixed": _list(gap_fixed),
-        "fig10_gap_monotone": grows(few.ratios, gap_any) and grows(few.ratios, gap_fixed),
+        "fig10_gap_monotone": grows_at_every_step(few.ratios, gap_any)
+        and grows_at_every_step(few.ratios, gap_fixed),
         **_tight_values(found),
         **_bound_values(found),
     }
@@ -228,10 +233,10 @@ def _tight_values(found: StandoffFindings) -> dict[str, Value]:
     ratios = found.tight.ratios
     names = ("fig9_gap_m2", "fig10_gap_any", "fig10_gap_fixed")
     for name, gap in zip(names, found.gaps(found.tight), strict=True):
-        over = band(gap)
+        over = curve_band(gap)
         values[f"{name}_tight"] = _list(over.mean)
         values[f"{name}_tight_half_95"] = _list(over.half_95)
-        values[f"{name}_tight_monotone"] = grows(ratios, over.mean)
+        values[f"{name}_tight_monotone"] = grows_at_every_step(ratios, over.mean)
         beyond = np.asarray(ratios) > 1.0
         values[f"{name}_tight_above_0"] = bool((over.mean > over.half_95)[beyond].all())
     return values

@@ -1,4 +1,4 @@
-"""The stand-off study in words: the paper's claims beside ours, what is meant, what differs and why."""
+"""The stand-off study for the report: comparison with the paper, definitions, deviations and figures."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ from foveacam_pipeline.study.visibility.curves import (
     AreaFit,
     StandoffCurves,
     area_figure,
-    band,
     coverage_figure,
+    curve_band,
     gap_figure,
-    grows,
+    grows_at_every_step,
 )
 from foveacam_pipeline.study.visibility.formula_figures import checks_figure, near_figure, success_figure
 from foveacam_pipeline.study.visibility.plan_figures import duality_figure, map_figure
@@ -26,7 +26,7 @@ SHOWN_RATIO = 3.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StandoffFindings:
-    """What was computed. `few`: the maps of Figs. 9 and 10, `tight` all maps; `fits`: of multi and single.
+    """The results. `few`: of the maps of Figs. 9 and 10; `tight`: of all; `fits`: of multi and single.
 
     `signs`: relative change of the multi-fovea area by reading of Eq. 9 and ratio. `noticed`: share of that
     area within another target's D_min.
@@ -45,7 +45,7 @@ class StandoffFindings:
 
     @property
     def outside(self) -> int:
-        """Settings whose lot is more than 3 standard errors from the closed form."""
+        """The number of settings sampled more than 3 standard errors from the closed form."""
         return sum(abs(check.z) > 3.0 for check in self.checks)
 
     @staticmethod
@@ -58,8 +58,8 @@ class StandoffFindings:
         )
 
 
-def rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
-    """Return the paper's claims beside what was found."""
+def comparison_rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
+    """Return the paper's claims beside our results."""
     return (*_area_rows(found), *_coverage_rows(found), *_check_rows(found))
 
 
@@ -80,7 +80,7 @@ def _area_rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
             paper="progressively larger",
             ours=f"{_ratios(few.multi_m2, few.single_m2, few.ratios)}",
             note="the gap of the means grows at every step"
-            if grows(few.ratios, found.gaps(few)[0].mean(axis=0))
+            if grows_at_every_step(few.ratios, found.gaps(few)[0].mean(axis=0))
             else "the gap of the means does not grow at every step",
         ),
     )
@@ -88,7 +88,7 @@ def _area_rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
 
 def _coverage_rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
     few, tight = found.few, found.tight
-    _, gap_any, gap_fixed = (band(gap) for gap in found.gaps(tight))
+    _, gap_any, gap_fixed = (curve_band(gap) for gap in found.gaps(tight))
     ratio = few.ratios[-1]
     return (
         PaperComparison(
@@ -118,7 +118,7 @@ def _check_rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
             paper="closed forms",
             ours=f"{found.outside} of {len(found.checks)} settings outside 3 standard errors, largest "
             f"{max(abs(check.z) for check in found.checks):.2f}",
-            note=_outside_said(found),
+            note=_outside_text(found),
         ),
         PaperComparison(
             quantity="exact regions beside a raster of cells",
@@ -132,15 +132,15 @@ def _check_rows(found: StandoffFindings) -> tuple[PaperComparison, ...]:
 
 
 def definitions(found: StandoffFindings) -> tuple[str, ...]:
-    """Return what the words on the plots mean."""
+    """Return the definitions of the terms on the plots."""
     sweep, layout = found.sweep, found.sweep.layout
     return (
         "Region of a target: the annulus between Dₘᵢₙ and Dₘₐₓ around it, without what obstacles hide from "
-        "it and without places where the agent's disc meets an obstacle or the map's edge. Dₘᵢₙ is the "
+        "it and without points where the agent's disc meets an obstacle or the map's edge. Dₘᵢₙ is the "
         "bound in force: a depth error that counts is in it already (Eq. 9).",
         "Multi-fovea area: area of the union of the regions. Single-fovea area: mean over the targets of the "
-        "area of each one's own region. Weighted area: ground weighted by the number of targets in sight "
-        "there, the sum of the regions' areas.",
+        "area of each one's own region. Weighted area: the sum of the regions' areas, that is, area "
+        "weighted by the number of targets in sight.",
         "Loop: the convex hull of the targets grown by Dₘᵢₙ and a margin, cut at the walls; groups of "
         "obstacles in its way are passed outside, or inside where they reach the walls. It is closed, free "
         "of collisions, and nowhere nearer than Dₘᵢₙ to a target. R = ∮ N dt over its normalised length "
@@ -164,10 +164,11 @@ def deviations(found: StandoffFindings) -> tuple[str, ...]:
     """Return what differs from the paper, and why."""
     said = [
         "Eq. 9 as printed subtracts the depth error from Dₘᵢₙ; the text says that the error inflates the "
-        "stealth bound. Both are implemented; used is Dₘᵢₙ + error, since who must keep Dₘᵢₙ and is unsure "
-        "of its distance stays farther away. On these maps, with the wide camera's error at Dₘᵢₙ for 1 px, "
-        f"the multi-fovea area changes by {_signs_said(found.signs)}.",
-        "The paper states neither size nor clutter of its maps, nor Dₘᵢₙ, nor the ratios' range: those "
+        "stealth bound. Both are implemented; used is Dₘᵢₙ + error, since an observer that must keep Dₘᵢₙ "
+        "stays farther away by the error of its distance. On these maps, with the wide camera's error at "
+        "Dₘᵢₙ for 1 px, "
+        f"the multi-fovea area changes by {_changes_text(found.signs)}.",
+        "The paper states neither size nor clutter of its maps, nor Dₘᵢₙ, nor the range of ratios: those "
         "above are ours.",
         "Targets are drawn near enough to each other that some loops see two at once from a ratio of 1.25 "
         "on. Were they all farther apart, a fovea free to turn to any one target would see as much as many "
@@ -198,7 +199,7 @@ def _steps(gap: F64, ratios: Sequence[float]) -> str:
     return ", ".join(f"{gap[n]:.3f} at {ratios[n]:g}" for n in shown)
 
 
-def _outside_said(found: StandoffFindings) -> str:
+def _outside_text(found: StandoffFindings) -> str:
     trials = f"{found.checks[0].drawn.trials} trials each"
     names = [f"Eq. {check.equation}, {check.setting}" for check in found.checks if abs(check.z) > 3.0]
     if not names:
@@ -206,7 +207,7 @@ def _outside_said(found: StandoffFindings) -> str:
     return f"{trials}; outside: {'; '.join(names)}. One in 370 is expected by chance"
 
 
-def _signs_said(signs: dict[str, float]) -> str:
+def _changes_text(signs: dict[str, float]) -> str:
     named = {"inflated": "Dₘᵢₙ + error", "as_printed": "Dₘᵢₙ − error"}
     parts = []
     for key, change in signs.items():
@@ -218,7 +219,7 @@ def _signs_said(signs: dict[str, float]) -> str:
 def pictures(
     found: StandoffFindings, seeds: Sequence[tuple[int, ...]], *, trials: int, seed: int
 ) -> tuple[StudyFigure, ...]:
-    """Return every picture of the study; `seeds` are the maps', `seed` the study's."""
+    """Return every figure of the study; `seeds` are the maps', `seed` the study's."""
     return (
         *_plans(found, seeds[:4]),
         *_curves(found),

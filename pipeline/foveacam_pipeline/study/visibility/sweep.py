@@ -1,6 +1,7 @@
-"""Many random maps over many ratios of D_max to D_min: areas and coverage of each, on one machine or many.
+"""Areas and coverage of many random maps over ratios of D_max to D_min, in processes or on a Dask cluster.
 
-Every map is drawn from its own seed, so that results do not depend on who computes them, nor in what order.
+Every map is drawn from its own seed, so that results do not depend on where or in what order they are
+computed.
 """
 
 import socket
@@ -17,28 +18,33 @@ from foveacam_hardware.contract import InvalidInput, NotConnected, install_comma
 from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.study.visibility.coverage import LoopCoverage, closed_path, coverage
 from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
-from foveacam_pipeline.study.visibility.regions import RegionAreas, areas, feasible_regions, narrowed
+from foveacam_pipeline.study.visibility.regions import (
+    RegionAreas,
+    feasible_regions,
+    region_areas,
+    regions_within,
+)
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 
 if TYPE_CHECKING:
     from distributed import Client
 
 REDRAWS = 20
-"""Maps drawn for one seed before it is given up, where no loop leads around the targets."""
+"""Maps drawn for one seed, where no loop leads around the targets, before an error is raised."""
 
 BATCH = 20
 """Maps that one worker computes at a time, at most."""
 
 PARTS = 8
-"""Batches that the work is cut into, at least, where there are maps enough: every worker has some."""
+"""Least number of batches, where there are enough maps, so that every worker has some."""
 
 AHEAD = 2
-"""Batches per worker between two looks at whether the study was cancelled."""
+"""Batches for each worker between two checks for cancellation."""
 
 CONNECT_S = 10.0
-"""How long a scheduler may take to answer."""
+"""Timeout of the scheduler's answer."""
 WORKER_S = 10.0
-"""How long it may take to have a worker."""
+"""Timeout of the scheduler's first worker."""
 
 START_ONE = (
     "start one with `dask scheduler`, workers that have foveacam-duo with `dask worker ADDRESS`, and give "
@@ -48,9 +54,9 @@ START_ONE = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StandoffSweep:
-    """What is computed on every map: at each of `ratios`, D_max is that multiple of `d_min_m`.
+    """Settings of a sweep: at each of `ratios`, D_max is that multiple of `d_min_m`.
 
-    `margin_m`: what the loop keeps beyond D_min (`closed_path`).
+    `margin_m`: clearance of the loop beyond D_min (`closed_path`).
     """
 
     ratios: tuple[float, ...] = tuple(1.0 + step / 4.0 for step in range(13))
@@ -59,7 +65,7 @@ class StandoffSweep:
     layout: RandomMap = field(default_factory=RandomMap)
 
     def __post_init__(self) -> None:
-        """Refuse what is no sweep."""
+        """Refuse ratios that do not ascend or exceed 0, and a sweep without targets."""
         if not self.ratios or not all(
             low < high for low, high in zip(self.ratios, self.ratios[1:], strict=False)
         ):
@@ -70,7 +76,7 @@ class StandoffSweep:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapRun:
-    """One map: areas and coverage at each ratio; `redrawn`: maps without a loop drawn before it."""
+    """One map: areas and coverage at each ratio; `redrawn`: number of maps without a loop drawn before it."""
 
     areas: tuple[RegionAreas, ...]
     coverage: tuple[LoopCoverage, ...]
@@ -78,7 +84,7 @@ class MapRun:
 
 
 def drawn_map(sweep: StandoffSweep, seed: tuple[int, ...]) -> tuple[FieldMap, shapely.LinearRing, int]:
-    """Return a map of that seed, the loop around its targets, and how many maps without one went before."""
+    """Return a map of that seed, the loop around its targets, and the number of maps drawn before it."""
     radius_m = sweep.layout.agent_radius_m
     for redrawn in range(REDRAWS):
         found = random_map(sweep.layout, seed=(*seed, redrawn))
@@ -94,19 +100,19 @@ def drawn_map(sweep: StandoffSweep, seed: tuple[int, ...]) -> tuple[FieldMap, sh
 
 
 def run_map(sweep: StandoffSweep, seed: tuple[int, ...]) -> MapRun:
-    """Return what one map yields at every ratio."""
+    """Return the results of one map at every ratio."""
     drawn, path, redrawn = drawn_map(sweep, seed)
     widest = StandoffRing(inner_m=sweep.d_min_m, outer_m=sweep.d_min_m * sweep.ratios[-1])
     regions = feasible_regions(drawn, widest, agent_radius_m=sweep.layout.agent_radius_m)
     found_areas, found_coverage = [], []
     for ratio in sweep.ratios:
-        within = narrowed(drawn, regions, outer_m=ratio * sweep.d_min_m) if ratio > 1.0 else ()
+        within = regions_within(drawn, regions, outer_m=ratio * sweep.d_min_m) if ratio > 1.0 else ()
         if not within:
             found_areas.append(RegionAreas(multi_m2=0.0, single_m2=0.0, weighted_m2=0.0))
             found_coverage.append(LoopCoverage(multi=0.0, single_any=0.0, single_fixed=0.0))
             continue
         union = shapely.union_all(list(within))
-        found_areas.append(areas(within, union=union))
+        found_areas.append(region_areas(within, union=union))
         found_coverage.append(coverage(path, within, union=union))
     return MapRun(areas=tuple(found_areas), coverage=tuple(found_coverage), redrawn=redrawn)
 
@@ -119,7 +125,7 @@ def run_maps(
     cluster: str | None = None,
     watch: ProgressWatcher = SILENT,
 ) -> tuple[MapRun, ...]:
-    """Return one run per seed, in their order: the same whoever computes them.
+    """Return one run for each seed, in their order, the same wherever they are computed.
 
     `n_jobs`: processes of this machine (joblib's count: -1 for all cores). `cluster`: the address of a Dask
     scheduler instead, with the extra `cluster`. Raise Cancelled, InvalidInput for an address without the
@@ -159,7 +165,7 @@ def _run_batch(sweep: StandoffSweep, seeds: Sequence[tuple[int, ...]]) -> list[M
 
 @contextmanager
 def _workers(cluster: str | None) -> Generator[None, None, None]:
-    """Let joblib's work go to a Dask cluster while it is open."""
+    """Send joblib's work to a Dask cluster, if one is given, within the context."""
     if cluster is None:
         yield
         return
@@ -183,7 +189,7 @@ def _workers(cluster: str | None) -> Generator[None, None, None]:
 
 
 def _await_worker(client: "Client", cluster: str) -> None:
-    """Raise where a scheduler has nobody to give work to."""
+    """Raise NotConnected where a scheduler has no workers."""
     try:
         client.wait_for_workers(1, timeout=WORKER_S)
     except TimeoutError as error:
@@ -194,7 +200,7 @@ def _await_worker(client: "Client", cluster: str) -> None:
 
 
 def _probe(cluster: str) -> None:
-    """Raise where nothing listens, before a client of Dask is made that would try again and again."""
+    """Raise NotConnected where nothing listens; Dask's own client would retry for a long time."""
     found = urlsplit(cluster)
     try:
         host, port = found.hostname, found.port

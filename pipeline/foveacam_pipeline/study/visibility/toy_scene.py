@@ -1,7 +1,7 @@
-"""The toy scene of Fig. 8 as a plan: one target among obstacles, corners of floor tiles to stand at.
+"""The plan of the toy scene of Fig. 8: one target among obstacles, and the corners of the floor's tiles.
 
-The simulated rig sees it as the scene `toy`; this plan says of it what a tape measure says. Plan axes: x to
-the right, y forward, metres, as the scene's x and z.
+The simulated rig renders it as the scene `toy`; this plan holds the same positions and sizes. Plan axes: x to
+the right, y forward, metres (the scene's x and z).
 """
 
 import math
@@ -21,11 +21,11 @@ TILES = 12
 """Along each side of the hall."""
 TARGET_M = (0.55, 7.9)
 STAND_HALF_M = 0.1
-"""The labels hang so far before the middle of the target's stand, on eight sides of it."""
+"""Distance of the labels from the middle of the target's stand; they hang on its eight sides."""
 AGENT_RADIUS_M = 0.25
 """The rig on its base: half of 0.5 m."""
 D_MIN_M = 2.5
-"""Chosen: about a third of D_max."""
+"""Chosen by us: about a third of D_max."""
 COLUMN_SIDES = 24
 BOXES: tuple[tuple[tuple[float, float], tuple[float, float], float], ...] = (
     ((-2.6, 5.4), (1.3, 0.5), 20.0),
@@ -45,7 +45,7 @@ COLUMNS: tuple[tuple[tuple[float, float], float], ...] = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentPose:
-    """Where an agent stands and faces: `heading_rad` clockwise from +y as seen from above."""
+    """Position and heading of an agent: `heading_rad` is clockwise from +y as seen from above."""
 
     x_m: float
     y_m: float
@@ -63,16 +63,16 @@ def toy_map() -> FieldMap:
 
 
 def corners_m(*, every: int = 1) -> NDArray[np.float64]:
-    """Return the corners of the tiles off the walls, (n, 2) metres; or every so many along each axis."""
+    """Return the tile corners off the walls, (n, 2) metres; with `every`, each so many along each axis."""
     inner = np.arange(1, TILES)[(every - 1) // 2 :: every] * TILE_M
     x_m, y_m = np.meshgrid(inner - TILES * TILE_M / 2.0, inner)
     return np.column_stack([x_m.ravel(), y_m.ravel()])
 
 
-def room_to_stand(places_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell of (n, 2) places, metres, where the rig's base fits between the obstacles."""
+def has_room(points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return for each of (n, 2) points, metres, whether the rig's base fits there between the obstacles."""
     free = free_space(toy_map(), agent_radius_m=AGENT_RADIUS_M)
-    return np.array([bool(free.covers(Point(place))) for place in places_m], dtype=np.bool_)
+    return np.array([bool(free.covers(Point(at))) for at in points_m], dtype=np.bool_)
 
 
 def _box(centre_m: tuple[float, float], size_m: tuple[float, float], turn_deg: float) -> Polygon:
