@@ -66,7 +66,7 @@ class ServerProcess:
     def send(
         self, method: str, path: str, body: object = None, headers: dict[str, str] | None = None
     ) -> httpx.Response:
-        """Ask the server."""
+        """Send a request to the server."""
         url = f"{self.url}api/v1{path}"
         return httpx.request(
             method, url, json=body, headers=headers, timeout=_PATIENCE_S, trust_env=False
@@ -103,7 +103,7 @@ _START_TIMEOUT_S = 20.0
 
 
 class _Server(WatchedServer):
-    """Tells when it has started, so that nobody needs to poll."""
+    """A server that sets an event when it has started."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)
@@ -115,7 +115,7 @@ class _Server(WatchedServer):
         self.begun.set()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop, and drop what a peer that does not read would never take: else its socket stays open."""
+        """Stop, and abort connections whose peers do not read: else their sockets stay open."""
         await super().shutdown(sockets)
         for connection in list(self.server_state.connections):
             connection.transport.abort()
@@ -124,7 +124,7 @@ class _Server(WatchedServer):
 
 @contextmanager
 def serving(app: ASGIApp) -> Iterator[int]:
-    """Serve `app` on a free port of 127.0.0.1, which it gives, until the context ends."""
+    """Serve `app` on a free port of 127.0.0.1 and yield the port, until the context ends."""
     listener = listen("127.0.0.1", 0)
     server = _Server(server_config(app))
 

@@ -1,8 +1,8 @@
-"""How good a calibration is that the procedures measured by themselves, on a rig that nobody has seen before.
+"""Measure the accuracy of a calibration made by the procedures alone, on an unknown simulated rig.
 
-All three stages run on a freshly seeded simulated rig in virtual time, as `foveacam calibrate all` has them;
-the simulation's truth then judges at 200 poses never measured, the mounts as they stand when the sweeps end.
-Then the rig is knocked and mended.
+All three stages run on a freshly seeded rig in virtual time, as in `foveacam calibrate all`; the simulation's
+truth then judges 200 poses that were not measured, with the mounts as they are when the sweeps end. Then the
+mounts are knocked and corrected.
 """
 
 import math
@@ -52,7 +52,7 @@ ROUND_TRIPS = 2_000
 
 
 class _Silent:
-    """A step's watcher who does not watch."""
+    """A step's watcher that ignores everything."""
 
     def stage(self, name: str) -> None:
         """Ignore it."""
@@ -61,11 +61,11 @@ class _Silent:
         """Ignore it."""
 
     def cancelled(self) -> bool:
-        """Go on."""
+        """Never cancel."""
         return False
 
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
-        """Look away."""
+        """Ignore it."""
 
     def sample(self, sample_id: str) -> None:
         """Ignore it."""
@@ -79,7 +79,7 @@ class _Silent:
 
 @dataclass(slots=True)
 class StageTimer:
-    """How long each stage took, on the rig's clock and on the wall's."""
+    """Times each stage, by the rig's clock and by the wall clock."""
 
     rig: Rig
     seconds: dict[str, float] = field(default_factory=dict)
@@ -129,7 +129,7 @@ def truth_of(rig: Rig) -> Truth:
 def calibrated(
     rig: Rig, folder: Path, *, nodes: list[int] | None, watch: StageTimer, label: str = "bench"
 ) -> tuple[Calibration, JudgedModel | None]:
-    """Run all three stages as an operator would, and return what came of them, ours and the paper's."""
+    """Run all three stages as an operator would; return our calibration and the paper's model."""
     session = SessionCollection(folder).create(label=label, rig_id=rig.rig_id, baseline_m=rig.baseline_m)
     environment, silent = environment_of(rig), _Silent()
     with watch.timed("wide"):
@@ -153,7 +153,7 @@ def wide_rms_px(calibration: Calibration, truth: Truth) -> float:
 
 
 def roundtrip_lsb(calibration: Calibration) -> float:
-    """Return by how many steps of the DAC volts differ at most after volts -> angles -> volts."""
+    """Return the largest error of volts -> angles -> volts, in DAC steps."""
     rng = np.random.default_rng(JUDGE_SEED)
     largest = 0.0
     for role in (Role.LEFT, Role.RIGHT):

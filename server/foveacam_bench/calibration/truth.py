@@ -1,6 +1,6 @@
-"""How well a calibration steers, rectifies and ranges, judged by the simulation's truth at poses never seen.
+"""Judge how well a calibration steers, rectifies and ranges by the simulation's truth, at poses not measured.
 
-Two models are judged alike: ours, and the plain paper model beside it. `bench calibration` prints the result.
+Two models are judged alike: ours and the paper's. `bench calibration` prints the result.
 """
 
 import math
@@ -24,7 +24,7 @@ TRIES = 40
 
 
 class TruthQueries(Protocol):
-    """What is asked of the simulation."""
+    """The queries to the simulation that judging needs."""
 
     def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
         """Return an eye's projection with its mirror at rest under `volts`; with the drift of `t_ns`."""
@@ -52,7 +52,7 @@ class TruthAtMoment:
 
 
 class JudgedModel(Protocol):
-    """A calibrated model of the rig, whoever made it."""
+    """A calibrated model of the rig, ours or another."""
 
     @property
     def wide(self) -> Intrinsics:
@@ -76,13 +76,13 @@ class JudgedModel(Protocol):
     def plane_px(
         self, role: Role, volts: StereoVolts, *, raw_px: NDArray[np.float64], depth_m: float
     ) -> NDArray[np.float64]:
-        """Return (n, 2) places of raw px (n, 2) on an eye's virtual pinhole plane, px."""
+        """Return (n, 2) positions of raw px (n, 2) on an eye's virtual pinhole plane, px."""
         ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CalibrationModel:
-    """A `Calibration` as the judge sees it."""
+    """A `Calibration` with the interface of `CalibrationModel`."""
 
     calibration: Calibration
 
@@ -108,7 +108,7 @@ class CalibrationModel:
     def plane_px(
         self, role: Role, volts: StereoVolts, *, raw_px: NDArray[np.float64], depth_m: float
     ) -> NDArray[np.float64]:
-        """Return places on the virtual pinhole plane."""
+        """Return positions on the virtual pinhole plane."""
         ax_rad, ay_rad = self.calibration.eye(role).mirror.angles_rad(eye_volts(volts, role))
         homography = self.calibration.rectification(role, ax_rad, ay_rad, depth_m=depth_m)
         gaze = self.fovea_f_px * np.array([math.tan(ax_rad), math.tan(ay_rad)])
@@ -154,7 +154,7 @@ def random_poses(
 def pointing_errors_px(
     truth: TruthQueries, poses: list[JudgedPose], *, t_ns: int | None = None
 ) -> NDArray[np.float64]:
-    """Return (n, 2 eyes, 2) how far from each fovea's image centre the targets really land, px."""
+    """Return (n, 2 eyes, 2) true offsets of the targets from each fovea's image centre, px."""
     errors = [
         [
             truth.static_projection(role, eye_volts(pose.volts, role), t_ns=t_ns).pixels(

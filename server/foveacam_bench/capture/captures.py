@@ -1,8 +1,8 @@
-"""Figures of captures: pace against physics, writing, memory, what kill -9 leaves, recordings, a mosaic.
+"""Measure captures: pace against the physical limit, writing, memory, SIGKILL, recordings, a mosaic.
 
-Cameras and mirrors are stubs that cost nothing behind the contract, images full size, the clock real. Pace is
-taken in memory where there is such a file system, writing on the disk of temporary files. The mosaic is that
-of the simulated rig (`mosaic.py`).
+Cameras and mirrors are stubs that cost no time, images full size, the clock real. Pace is measured on a file
+system in memory where there is one, writing on the disk of temporary files. The mosaic is that of the
+simulated rig (`mosaic.py`).
 """
 
 import json
@@ -48,7 +48,7 @@ MEMORY = Path("/dev/shm")  # noqa: S108 - the pace of a rig is asked, not of a d
 
 
 class SilentCaptureWatcher:
-    """A watcher who does not watch."""
+    """A watcher that ignores everything."""
 
     def progress(self, report: CaptureReport) -> None:
         """Ignore it."""
@@ -65,7 +65,7 @@ class SilentCaptureWatcher:
         """Do nothing: this rail moves itself."""
 
     def show_frames(self, frames: tuple[Frame, ...]) -> None:
-        """Look away."""
+        """Ignore it."""
 
 
 def run(*, quick: bool = False) -> dict[str, object]:
@@ -103,7 +103,7 @@ def pace_figures(*, rounds: int) -> dict[str, object]:
 
 
 def captured(folder: Path, plan: RasterPlan) -> tuple[float, float]:
-    """Take a plan with the stub rig; return how long that took, and the limit, seconds."""
+    """Capture a plan with the stub rig; return the time it took and the physical limit, s."""
     calibration = load_calibration(SHIPPED / "sim-rig120.json")
     rig = StubRig(
         MonotonicClock(),
@@ -213,7 +213,7 @@ def _bare_s(folder: Path, points: list[CapturedPoint]) -> float:
 
 
 def _peak_mb(folder: Path, size: tuple[int, int], *, scans: int) -> float:
-    """Return the peak of resident memory of a process that takes such a capture."""
+    """Return the peak of resident memory of a process that writes such a capture."""
     words = [sys.executable, "-m", __name__, str(folder), *map(str, size), str(scans)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)  # noqa: S603 - this very module
     if done.returncode != 0:
@@ -222,7 +222,7 @@ def _peak_mb(folder: Path, size: tuple[int, int], *, scans: int) -> float:
 
 
 def main() -> None:
-    """Take `scans` captures' worth of points into one dataset and print the peak of resident memory, MB."""
+    """Write `scans` captures' worth of points into one dataset and print the peak of resident memory, MB."""
     folder, columns, rows, scans = Path(sys.argv[1]), *map(int, sys.argv[2:5])
     plan = paper_plan(columns, rows * scans)
     folder.mkdir(parents=True)

@@ -1,4 +1,4 @@
-"""Kill −9 at seeded random moments while a dataset is written, and what is left afterwards.
+"""SIGKILL at seeded random moments while a dataset is written, and a check of what is on the disk afterwards.
 
 A stub camera gives noise. The loop runs in a process of its own, without threads, and forks a writer for
 every kill: `kill_figures` starts it. One dataset is killed twice, the second time while it is being resumed.
@@ -92,7 +92,7 @@ def kill_trials(folder: Path, plan: KillPlan) -> KillFigures:
 
 
 def write(folder: Path, plan: KillPlan, *, pipe: int | None) -> None:
-    """Begin or resume the dataset and write it to its end; tell `pipe` of each point kept."""
+    """Begin or resume the dataset and write it to its end; write each stored point to `pipe`."""
 
     def kept(index: int) -> None:
         if pipe is not None:
@@ -113,7 +113,7 @@ def write(folder: Path, plan: KillPlan, *, pipe: int | None) -> None:
 
 
 def stub_point(index: int, plan: KillPlan) -> CapturedPoint:
-    """Return the same noise for the same point, whoever asks and when."""
+    """Return the noise of a point, the same at every call."""
     rng = np.random.default_rng((plan.seed, index))
     shots = []
     for seq, role in enumerate(Role):
@@ -156,7 +156,7 @@ def _killed(folder: Path, plan: KillPlan, rng: np.random.Generator, acknowledged
 
 
 def _inspect(folder: Path, acknowledged: set[int], figures: KillFigures) -> None:
-    """Look at what a kill left, before anything is repaired."""
+    """Check what a kill left, before anything is repaired."""
     if not (folder / DOCUMENT).exists():
         figures.lost += len(acknowledged)
         return

@@ -1,13 +1,13 @@
-"""How good a mosaic is: a raster at full resolution on the simulated rig, judged by its truth.
+"""Measure a mosaic of a raster at full resolution on the simulated rig, judged by the simulation's truth.
 
-`seam_rms_px`: how far a thing with texture lies apart in two overlapping views, as the mosaic lays them, rms,
-fovea px; where it is in the raw frames is the simulation's. Blank places are counted apart (with them:
-`seam_rms_px_with_blank`): the white margin of a chessboard looks the same wherever it lies. A place is blank
-where the noise-free picture of the 64 px about it, from the eye's reference point, spreads by less than
-`BLANK_SHARE` of its mean. Nothing is left out for lying beside a jump of depth or being hidden from a view.
+`seam_rms_px`: distance between the positions of one textured point in two overlapping views of the mosaic,
+rms, fovea px; its position in the raw frames is the simulation's. Blank points are counted apart (with them:
+`seam_rms_px_with_blank`): the white margin of a chessboard looks the same everywhere. A point is blank where
+the noise-free image of the 64 px about it, from the eye's reference point, spreads by less than `BLANK_SHARE`
+of its mean. Nothing is left out for lying beside a jump of depth or being hidden from a view.
 `mosaic_depth_rel_rms`: fused depth against the true surface, cells beside a jump of depth left out (with
-them: `..._with_edges`), each error carried to 10 m (it grows as Z, Sec. 4.1).
-`python -m foveacam_bench.capture.mosaic` prints the figures; `--folder` keeps the dataset and the mosaic.
+them: `..._with_edges`), each error carried to 10 m (it grows as Z, Sec. 4.1). `python -m
+foveacam_bench.capture.mosaic` prints the figures; `--folder` keeps the dataset and the mosaic.
 """
 
 import argparse
@@ -134,7 +134,7 @@ def plan_of(side: int, calibration: Calibration) -> RasterPlan:
 
 
 def captured(rig: Rig, calibration: Calibration, folder: Path, plan: RasterPlan) -> float:
-    """Take a raster; return how long it took, s."""
+    """Capture a raster; return how long it took, s."""
     began_s = time.perf_counter()
     rig.mirrors.enable()
     wanted = list(points_of_plan(plan))
@@ -156,12 +156,12 @@ def captured(rig: Rig, calibration: Calibration, folder: Path, plan: RasterPlan)
 
 
 def glb_of(mesh: DepthMesh) -> bytes:
-    """Return a mesh as a file that leaves the house."""
+    """Return a mesh as an exported file."""
     return write_glb(mesh, y_up=True)
 
 
 def judge(laid: PlacedScan, truth: Truth, calibration: Calibration, *, eye: Role = Role.LEFT) -> JudgedMosaic:
-    """Compare a scan as it was laid out with what the simulation knows."""
+    """Compare a mosaic with the simulation's truth."""
     chart, depth = laid.chart, laid.depth
     eye_rig_m = calibration.reference_rig_m(eye)
     t_ns = _frame_ns(laid.views[0], eye)
@@ -195,7 +195,7 @@ def judge(laid: PlacedScan, truth: Truth, calibration: Calibration, *, eye: Role
 def offset_px(
     pair: Sequence[MosaicView], thing_rig_m: Floats, truth: Truth, *, eye: Role, per_depth: float
 ) -> tuple[float, float, float]:
-    """Return how far a thing lies apart in two views: as laid, not adjusted, and at the pairs' own depths."""
+    """Return the distances of one point in two views: adjusted, unadjusted, and at the pairs' depths."""
     raw = [truth.projection(eye, _frame_ns(view, eye)).project(thing_rig_m[None]) for view in pair]
     still = [view.look.with_adjustment(np.zeros(2), np.eye(2)) for view in pair]
     laid = [view.look.plane(px, per_depth) for view, px in zip(pair, raw, strict=True)]

@@ -1,7 +1,7 @@
-"""How fast recordings are written, beside a bare loop of the same bytes: a part of `bench capture`.
+"""Measure how fast recordings are written, against a bare loop of the same bytes: a part of `bench capture`.
 
-A source that costs nothing gives three cameras' frames at 30 Hz; then as fast as the ring takes them.
-For the ratio both loops stand on one core: on two, the recording's thread may land on the one that a
+A source that costs no time gives three cameras' frames at 30 Hz; then as fast as the ring takes them.
+For the ratio both loops run on one core: on two, the recording's thread may land on the one that a
 neighbour slows, and the bare loop on the other.
 """
 
@@ -77,7 +77,7 @@ def _frames(pictures: dict[str, list[NDArray[np.uint8]]], ticks: int) -> Iterato
 def _paced(
     path: Path, pictures: dict[str, list[NDArray[np.uint8]]], *, seconds: float
 ) -> dict[str, StreamStatistics]:
-    """Record at the cameras' rate; return what became of the frames."""
+    """Record at the cameras' rate; return the counts of frames."""
     recorder = Recorder(path, RecordingSession(timestamp=""))
     begin_s = time.monotonic()
     with recorder:

@@ -1,4 +1,4 @@
-"""How good a wide-baseline reference is: scans from the paper's places on the rail, judged by the simulation.
+"""Measure a wide-baseline reference: scans from the paper's rail positions, judged by the simulation's truth.
 
 `short_rel_rms`, `reference_rel_rms`: depth of the same samples against the true surface, by the rig's own
 baseline and by the reference; `ratio`: of the two, to be held against `baseline_ratio`. `*_px`: the same as
@@ -55,7 +55,7 @@ WRONG = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RailRaster:
-    """What to take; the last stop is the judged one: of it the simulation can still be asked."""
+    """What to capture; the last stop is judged, since the simulation still has its state."""
 
     columns_deg: tuple[float, ...] = (-6.45, -4.3, -2.15, 0.0, 2.15, 4.3, 6.45)
     rows_deg: tuple[float, ...] = (0.2, 1.85)
@@ -65,7 +65,7 @@ class RailRaster:
 
 FULL = RailRaster()
 QUICK = RailRaster(columns_deg=(0.0, 2.15, 4.3), rows_deg=(0.2,), stops_m=(-0.3, 0.3, 0.0), across=8)
-"""One wall 8 m away, from three places."""
+"""One wall 8 m away, from three positions."""
 
 
 def reference_figures(*, quick: bool = False, folder: Path | None = None) -> dict[str, object]:
@@ -85,7 +85,7 @@ def reference_figures(*, quick: bool = False, folder: Path | None = None) -> dic
 
 
 def captured(rig: Rig, calibration: Calibration, folder: Path, raster: RailRaster) -> None:
-    """Take a scan from every stop."""
+    """Capture a scan at every stop."""
     rig.mirrors.enable()
     rail = _rail(rig)
     rail.home()
@@ -163,7 +163,7 @@ def _taken(
 
 
 def _true_m(truth: Truth, point: DatasetPoint, places_px: Floats) -> Floats:
-    """Return (n,) true depth of places (n, 2) of a left fovea, between its px."""
+    """Return (n,) true depth of positions (n, 2) of a left fovea, between its px."""
     frame = point.frame(Role.LEFT)
     volts = point.pose.volts
     if volts is None:

@@ -53,7 +53,7 @@ ANYTHING = ValueRange(low=0.0, high=1e9)
 
 @dataclass
 class StubCamera:
-    """A camera that shows one picture for ever. `lost`: so many of its next frames do not come."""
+    """A camera that always gives one image. `lost`: number of its next frames that do not come."""
 
     role: Role
     clock: Clock
@@ -156,7 +156,7 @@ class StubCamera:
 
 @dataclass
 class StubExposure:
-    """An exposure under way."""
+    """A running exposure."""
 
     clock: Clock
     receipt: ExposureReceipt
@@ -174,7 +174,7 @@ class StubExposure:
 
 @dataclass
 class StubMirrors:
-    """Mirrors that settle as long as they are told; `failure` meets the next exposures."""
+    """Mirrors that take the given settle time; `failure` is raised by the next exposures."""
 
     clock: Clock
     eyes: tuple[StubCamera, StubCamera]
@@ -247,7 +247,7 @@ class StubMirrors:
 
 @dataclass
 class StubRail:
-    """A rail that is there at once. `moves_itself` false: somebody pushes it."""
+    """A rail that moves instantly. `moves_itself` false: it is pushed by hand."""
 
     did: list[tuple[int, str]]
     clock: Clock
@@ -285,7 +285,7 @@ class StubRail:
 
 
 class StubRig:
-    """Implements the capture's rig, with the real head; and gives access to it, on the caller's thread."""
+    """Implements the capture's rig with the real head, and gives access to it on the caller's thread."""
 
     name = "stub"
     simulated = True
@@ -302,7 +302,7 @@ class StubRig:
         size: tuple[int, int] = (1080, 1440),
         wide_hz: float = 30.0,
     ) -> None:
-        """Make one whose images have `size`, (h, w), of noise."""
+        """Make a rig whose images are noise of `size`, (h, w)."""
         self.rig_id = rig_id
         self.clock = clock
         self.did: list[tuple[int, str]] = []
@@ -326,9 +326,9 @@ class StubRig:
         """Allow it."""
 
     def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
-        """Do it here and now."""
+        """Run it on this thread."""
         return work(self)
 
     def run_still(self, work: Callable[[CaptureRig], T]) -> T:
-        """Do it here and now."""
+        """Run it on this thread."""
         return work(self)

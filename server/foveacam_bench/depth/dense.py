@@ -1,4 +1,4 @@
-"""How good dense depth of the foveae is, and how fast: rendered looks about 10 m away, and real pairs.
+"""Measure accuracy and speed of the foveae's dense depth, on rendered looks about 10 m away and real pairs.
 
 Rendered figures are of surfaces 7 to 13 m away that both eyes see: `depth_rel_rms` (what disparity errors and
 the pose's make at 10 m), `density`, `within_1_sigma` (each pixel's own error; the median of a look is the
@@ -61,7 +61,7 @@ RUNS, QUICK_RUNS = 25, 5
 CORES = 2
 LEAST_LIVE_PIXELS = 640 * 480
 REAL_F_PX, REAL_BASELINE_M, REAL_OFFSET_PX = 1000.0, 0.2, 1000.0
-"""Cameras are not told of all real pairs: made up, so that depths can name the range searched."""
+"""Cameras of some real pairs are unknown: assumed, so that depths can give the range searched."""
 
 Estimator: TypeAlias = type[SemiGlobalEstimator] | type[LiveEstimator]
 
@@ -109,7 +109,7 @@ def run(*, quick: bool = False, data: Path | None = None) -> dict[str, object]:
 
 
 def rendered_figures(looks: list[RenderedLook]) -> dict[str, object]:
-    """Return what the default backend makes of the rendered looks, all and each scene's."""
+    """Return the default backend's figures on the rendered looks, of all and of each scene."""
     judged = [(look, _judge_look(look, SemiGlobalEstimator)) for look in looks]
     every = _together([one for _, one in judged])
     figures: dict[str, object] = {
@@ -149,7 +149,7 @@ def _gross_fraction(looks: list[RenderedLook]) -> float:
 
 
 def real_figures(pairs: dict[str, RealPair]) -> dict[str, object]:
-    """Return what the default backend makes of real pairs, beside bare SGBM."""
+    """Return the default backend's figures on real pairs, beside bare SGBM."""
     figures: dict[str, object] = {f"{name}_within_1_sigma": None for name in REAL_PAIRS}
     gaps, margin_gaps, ratios = [], [], []
     for name, pair in pairs.items():

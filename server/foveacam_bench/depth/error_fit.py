@@ -54,7 +54,7 @@ class FitData:
 
 
 def fit(backend: DepthBackend) -> tuple[CueWeights, CueWeights]:
-    """Return what `fit_cues` makes of the backend's matches of all pairs."""
+    """Return `fit_cues` of the backend's matches of all pairs."""
     return fit_cues(_joined(list(_pairs(backend))))
 
 
@@ -120,7 +120,7 @@ def _sampled(
     count: int,
     share: float,
 ) -> FitData:
-    """Return `count` of the pixels that have a disparity and a true one, drawn by chance."""
+    """Return `count` of the pixels that have a disparity and a true one, drawn at random."""
     error_px = (found.residual_px - truth_px)[:: found.step, :: found.step]
     rows, columns = np.nonzero(np.isfinite(error_px))
     chosen = rng.choice(len(rows), min(count, len(rows)), replace=False)

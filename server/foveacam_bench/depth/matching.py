@@ -1,4 +1,4 @@
-"""How exactly points are matched: bias over the sub-pixel phase, error against its bound, stated errors.
+"""Measure point matching: bias over the sub-pixel phase, error against its bound, and the stated errors.
 
 The stated errors are judged on rendered and on real pairs.
 

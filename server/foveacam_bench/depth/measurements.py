@@ -190,7 +190,7 @@ def _true_normal(points_m: NDArray[np.float64], ids: NDArray[np.int64]) -> NDArr
 
 
 def length_figures(lengths: list[JudgedLength]) -> dict[str, object]:
-    """Return what lengths are worth; those with an end beside an edge, of which the tool warns, apart."""
+    """Return the figures of lengths; those with an end beside an edge, of which the tool warns, apart."""
     clear = [length for length in lengths if not length.at_edge]
     relative = np.array([abs(length.error_m) / length.true_m for length in clear])
     sigmas = np.array([abs(length.error_m) / length.sigma_m for length in clear])
@@ -205,7 +205,7 @@ def length_figures(lengths: list[JudgedLength]) -> dict[str, object]:
 
 
 def plane_figures(planes: list[JudgedPlane]) -> dict[str, object]:
-    """Return what planes are worth; of a 2D normal error 63 % lie within its rms."""
+    """Return the figures of planes; of a 2D normal error 63 % lie within its rms."""
     angles = np.degrees([plane.angle_rad for plane in planes])
     sigmas = np.array([plane.angle_rad / plane.sigma_rad for plane in planes])
     return {

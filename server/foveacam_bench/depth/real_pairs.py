@@ -1,7 +1,7 @@
-"""Whether a match's stated errors hold on real pairs: its spread, and its chance of being a wrong place.
+"""Check a match's stated errors on real pairs: its standard error, and its probability of a wrong match.
 
 900 points of each pair, drawn with another seed, fitted the constants of `matching.search`; those drawn here
-judge. Points that the second eye cannot see are among them: they count as wrong places.
+judge. Points that the second eye cannot see are among them: they count as wrong matches.
 """
 
 import math
@@ -22,7 +22,7 @@ WINDOW = MatchWindow(half_px=10, weight_sigma_px=4.0)
 QUIET_SIGMA_PX = 0.8
 ROW_SIGMA_PX = 0.2
 WRONG_PX = 1.5
-"""Farther off is another place."""
+"""A match farther off is wrong."""
 LIKELY = 0.5
 ROUNDED_PX = 1.0 / math.sqrt(12.0)
 """Error of a ground truth in whole pixels."""
@@ -51,7 +51,7 @@ def real_figures(data: Path | None, *, points: int) -> dict[str, float]:
 
 
 def judge(pair: RealPair, *, points: int) -> dict[str, float]:
-    """Match points drawn by chance and compare with the ground truth."""
+    """Match points drawn at random and compare with the ground truth."""
     found = list(_found(pair, points=points))
     answered = [(one, error) for one, error in found if one is not None]
     error_px = np.array([error for _, error in answered])

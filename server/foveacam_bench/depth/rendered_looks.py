@@ -1,6 +1,6 @@
 """Rendered looks about 10 m away with the true disparity of every pixel, for `bench depth`.
 
-The looks go to seeded textured places of both simulated scenes, verged by the calibration that ships. The
+The looks go to seeded textured points of both simulated scenes, verged by the calibration that ships. The
 error model of dense matching was fitted on other looks, drawn with other seeds.
 """
 
@@ -43,7 +43,7 @@ class RenderedLook:
 def true_looks(
     count: int, *, seed: int = SEED, nearest_m: float = NEAREST_M, farthest_m: float = FARTHEST_M
 ) -> Iterator[RenderedLook]:
-    """Yield `count` looks of each scene, at places between both distances."""
+    """Yield `count` looks of each scene, at points between both distances."""
     for scene in SCENES:
         rng = np.random.default_rng([seed, *scene.encode()])
         with open_simulated(scene=scene, inline=True) as rig:
@@ -55,7 +55,7 @@ def true_looks(
 def _look(
     rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator, between_m: tuple[float, float]
 ) -> RenderedLook | None:
-    """Return a look at a random place, None where that is not textured, out of reach or not `between_m`."""
+    """Return a look at a random point, None where that is not textured, out of reach or not `between_m`."""
     truth = rig.truth
     if truth is None:
         raise DeviceFault("bench depth: the simulated rig came without its truth; open it by open_simulated")

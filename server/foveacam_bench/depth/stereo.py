@@ -1,4 +1,4 @@
-"""What depth costs over bare OpenCV, and how good it is on a real pair and on rendered looks.
+"""Measure the cost of depth over bare OpenCV, and its accuracy on a real pair and on rendered looks.
 
 `overhead_ratio`: CPU time of rectify + match + depth map, less that of one call of OpenCV's matcher on the
 very images and settings that ours gives it (its left-right check included), over the latter; medians of runs
@@ -58,7 +58,7 @@ def _look(rig: Rig, calibration: Calibration, look: tuple[float, float, float]) 
 
 
 def _overhead(sighting: Sighting, calibration: Calibration, *, runs: int) -> dict[str, float]:
-    """Time ours and OpenCV's in turn."""
+    """Time ours and OpenCV's alternately."""
     pair = rectify(sighting, calibration)
     first, count = search_window(pair)
     images, _ = with_margins((gray(pair.left), gray(pair.right)), first=first, count=count)

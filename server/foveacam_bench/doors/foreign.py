@@ -1,4 +1,4 @@
-"""Who should not be let in, for `bench doors`: every port of the server is asked in their name."""
+"""Requests from foreign origins to every port of the server, all of which must be refused (`bench doors`)."""
 
 import socket
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ def foreign_figures(url: str, *, pid: int) -> dict[str, object]:
 
 
 def _requests(port: int, *, own: bool) -> Iterator[tuple[str, bytes]]:
-    """Yield a name and a request for each foreigner; another port than our own has no friends at all."""
+    """Yield a name and a request for each foreign client; on other ports than our own all are foreign."""
     here = f"127.0.0.1:{port}"
     yield "a page of another name", _get("/api/v1/rig", host=EVIL)
     yield "a page of another origin that stops", _post("/api/v1/stop", host=here, origin=f"http://{EVIL}")
@@ -51,7 +51,7 @@ def _post(path: str, *, host: str, origin: str) -> bytes:
 
 
 def _accepted(port: int, request: bytes) -> bool:
-    """Tell whether the server took a request: by its status, whatever else it says."""
+    """Return whether the server accepted a request, by its status."""
     with socket.create_connection(("127.0.0.1", port), timeout=_PATIENCE_S) as peer:
         try:
             peer.sendall(request)

@@ -1,7 +1,7 @@
-"""Generated requests for `bench doors`: Schemathesis asks every operation, in a process of its own.
+"""Generated requests for `bench doors`: Schemathesis requests every operation, in a process of its own.
 
-No operation is left out; of pictures, files and streams only the headers are read (`doors_generated_hook`).
-502, 503, 504 and 507 tell of the rig or its disk; whether they are documented is a check of its own.
+No operation is left out; of pictures, files and streams only the headers are read (`generated_hook`). 502,
+503, 504 and 507 report the state of the rig or its disk; whether they are documented is a separate check.
 """
 
 import importlib.util
@@ -58,7 +58,7 @@ def check_generator() -> None:
 
 
 def generated_figures(url: str, folder: Path, *, quick: bool = False) -> dict[str, object]:
-    """Ask every operation of the server at `url`; return how often, and how often the answer was wrong.
+    """Request every operation of the server at `url`; return the number of requests and of wrong answers.
 
     `folder`: where settings and report are written. Equal failures of one operation count once.
     """

@@ -1,4 +1,4 @@
-"""The load of `bench doors`, in a process of its own: all that outsiders may ask for at once.
+"""The load of `bench doors`, in a process of its own: all that unprivileged clients may request, at once.
 
 `python -m foveacam_bench.doors.load URL [bodies]` runs until its stdin is closed, then prints one JSON
 object: how many requests of each kind there were.
@@ -33,7 +33,7 @@ _PATIENCE_S = 120.0
 
 
 class OutsiderLoad:
-    """Outsiders of every kind, and how often each asked."""
+    """Clients of every kind, and the number of requests of each."""
 
     def __init__(self, url: str) -> None:
         self._api = f"{url}api/v1/"
@@ -44,7 +44,7 @@ class OutsiderLoad:
         self.counts: Counter[str] = Counter()
 
     async def run(self, *, bodies: bool, ended: Awaitable[object]) -> None:
-        """Ask until `ended`."""
+        """Send requests until `ended`."""
         kinds: list[Callable[[], Awaitable[None]]] = [self._burst, self._fixation, self._unread_viewer]
         kinds += [self._estimate] * ESTIMATES + [self._viewer] * (VIEWERS - 1) + [self._body] * bodies
         tasks = [asyncio.create_task(self._repeat(kind)) for kind in kinds]
@@ -90,7 +90,7 @@ class OutsiderLoad:
         del reader
 
     async def _body(self) -> None:
-        """Send a body that is far too large to its end, whatever the server answers meanwhile."""
+        """Send a far too large body to its end, whatever the server answers meanwhile."""
         _, writer = await self._connect()
         writer.write(
             f"POST /api/v1/calibrations/import HTTP/1.1\r\nHost: {self._address.netloc}\r\n"

@@ -33,7 +33,7 @@ STOP = "/api/v1/stop"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimedStop:
-    """One stop as the one who asked for it saw it."""
+    """One stop as its client saw it."""
 
     took_ms: float
     confirmed: bool
@@ -57,7 +57,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
 
 
 def _stopped(folder: Path, *, count: int, bodies: bool) -> tuple[float, list[TimedStop], dict[str, int]]:
-    """Return the server's peak memory, MB, the stops, and what was asked meanwhile."""
+    """Return the server's peak memory, MB, the stops, and the counts of the load."""
     with _server(folder) as server, _load(server.url, bodies=bodies) as load:
         time.sleep(WARM_UP_S)
         stops = [_stop(server.url, kept=None) for _ in range(count)]
@@ -85,7 +85,7 @@ def _load(url: str, *, bodies: bool) -> Iterator[subprocess.Popen[str]]:
 
 
 def _stop(url: str, *, kept: http.client.HTTPConnection | None) -> TimedStop:
-    """Press the stop as a program does that asks for the first time; release it after half a pause."""
+    """Request the stop on a new connection; release it after half a pause."""
     address = urlsplit(url)
     connection = kept or http.client.HTTPConnection(address.hostname or "", address.port, timeout=60.0)
     began_s = time.perf_counter()
@@ -156,7 +156,7 @@ def _masked(text: bytes) -> bytes:
 
 
 def _held(viewer: socket.socket) -> bool:
-    """Tell whether the server still has the connection: reading what waits does not end in its end."""
+    """Return whether the server still keeps the connection open after all that waits is read."""
     viewer.settimeout(1.0)
     try:
         while viewer.recv(65_536):

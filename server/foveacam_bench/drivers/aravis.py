@@ -1,4 +1,4 @@
-"""What our driver of GigE Vision cameras costs over a bare loop on libaravis, with its fake camera.
+"""Measure the cost of our GigE Vision driver over a bare loop on libaravis, with its fake camera.
 
 Triggers are not timed here: the fake camera looks for them every 40 ms.
 """
@@ -59,7 +59,7 @@ class BareAravisLoop:
         self._push(self._stream, buffer)
 
     def trigger(self) -> None:
-        """Not raced here."""
+        """Not measured here."""
         raise NotImplementedError
 
 
@@ -95,7 +95,7 @@ def lock_interface() -> Iterator[None]:
 
 
 def cpu_ms(entry: Entry, *, frames: int) -> float:
-    """Return what a frame costs this process, library included; a busy machine hardly changes it."""
+    """Return the processor time of a frame, library included, ms; load hardly changes it."""
     with entry(STREAM) as racer:
         racer.next()
         began_s = time.process_time()

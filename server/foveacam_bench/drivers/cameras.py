@@ -1,4 +1,4 @@
-"""Figures of the camera drivers: what each costs over a bare loop on the same library, in the same run."""
+"""Measure every camera driver against a bare loop on the same library (`foveacam bench drivers`)."""
 
 from collections.abc import Callable
 

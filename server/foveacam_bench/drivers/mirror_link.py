@@ -29,7 +29,7 @@ SKIPS = (0, 2, 5)
 
 @dataclass(slots=True)
 class _Damages:
-    """What became of the bytes lost on purpose."""
+    """Outcomes of the bytes lost on purpose."""
 
     times_s: list[float] = field(default_factory=list)
     recovered: int = 0
@@ -123,7 +123,7 @@ def _damage_bytes(damages: _Damages, *, strict: bool, kinds: tuple[DamageKind, .
 
 
 def _noticed(damages: _Damages, mirrors: ControllerMirrors, controller: ControllerProcess) -> bool:
-    """Watch over the link as the server does: ping, and reconnect what the driver has given up."""
+    """Supervise the link as the server does: ping, and reconnect after the driver has given up."""
     began_s = time.perf_counter()
     try:
         mirrors.ping()

@@ -1,4 +1,4 @@
-"""What our driver of Basler cameras costs over a bare loop on its library, with the vendor's emulator."""
+"""Measure the cost of our Basler driver over a bare loop on its library, with the vendor's emulator."""
 
 import os
 from collections.abc import Iterator

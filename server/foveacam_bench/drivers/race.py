@@ -1,6 +1,6 @@
-"""Runs a camera driver and a bare loop over the same library in turns: a busy machine slows both alike.
+"""Compare a camera driver with a bare loop on the same library; they alternate, so that load affects both.
 
-A driver's bench gives two racers; here they are paced, timed and compared.
+A driver's bench gives two loops; here they are paced, timed and compared.
 """
 
 import time
@@ -20,7 +20,7 @@ WARM_UP_FRAMES = 40
 
 
 class PictureLoop(Protocol):
-    """One way of getting pictures out of a camera that streams already."""
+    """One way of reading frames from a camera that streams already."""
 
     def next(self) -> None:
         """Wait for the next picture as an array of its own."""

@@ -1,7 +1,7 @@
-"""Figures of trouble: killed hosts, senseless commands, broken lines, and how long until all is well again.
+"""Run every kind of fault (`foveacam bench faults`): killed hosts, invalid commands, lines, cameras, disk.
 
-Each part is a module `faults_…` of its own: it measures, adds what became of its sequences to the one tally,
-and returns figures that are its alone.
+Each kind is a module of this folder: it runs its sequences, adds their outcome to the shared tally, and
+returns the figures that are its own.
 """
 
 from collections.abc import Callable
@@ -20,11 +20,11 @@ from foveacam_bench.faults.tally import FaultTally
 
 Figure: TypeAlias = float | int | bool
 Part: TypeAlias = Callable[[FaultTally, bool], dict[str, Figure]]
-"""Measures one kind of trouble; the second argument asks for fewer repetitions."""
+"""Measures one kind of fault; the second argument asks for fewer repetitions."""
 
 
 def in_parallel(*parts: Part) -> Part:
-    """Return a part that measures all of `parts` at the same time: they mostly wait."""
+    """Return a part that runs all of `parts` in parallel: they mostly wait."""
 
     def measure(tally: FaultTally, quick: bool) -> dict[str, Figure]:
         figures: dict[str, Figure] = {}
@@ -46,7 +46,7 @@ PARTS: tuple[Part, ...] = (
 
 
 def run(*, quick: bool = False) -> dict[str, Figure]:
-    """Go through every kind of trouble; `quick` takes fewer of each."""
+    """Run every kind of fault; `quick`: fewer of each."""
     tally = FaultTally()
     figures: dict[str, Figure] = {}
     for part in PARTS:

@@ -1,7 +1,7 @@
-"""A disk that takes no more events, under the server's hardware thread: steering goes on, nothing is lost.
+"""A full disk while the server's hardware thread runs: steering continues, no event is lost.
 
-The data directory lies on a file system of a megabyte that is filled up; where none may be mounted, the
-database is forbidden to grow. Either way the database itself finds that there is no room.
+The data directory is on a file system of one megabyte that is filled up; where none can be mounted, the
+database is limited in size. Either way the database itself reports that there is no space.
 """
 
 import contextlib
@@ -30,7 +30,7 @@ EVENTS, EVENT_BYTES = 40, 2000
 AWAY_S = (0.3, 2.0)
 NOTICE_S, RECOVER_S = 5.0, 15.0
 STEER_S = 0.5
-"""Longest that a position may take meanwhile, else the rig waits for the disk."""
+"""Longest time of a position meanwhile; more means that the rig waits for the disk."""
 STEER_PERIOD_S = 0.02
 LATE_IN_A_ROW = 3
 """A busy machine is late with one or two of them; a rig that waits for the disk with all."""
@@ -38,14 +38,14 @@ ANY_PAGES = 1_073_741_823
 
 
 class FillableDisk(Protocol):
-    """A disk that can be full."""
+    """A disk that can be filled."""
 
     def fill(self, host: BenchHost) -> None:
-        """Leave no room."""
+        """Use all space."""
         ...
 
     def free(self, host: BenchHost) -> None:
-        """Make room."""
+        """Free the space."""
         ...
 
 
@@ -56,7 +56,7 @@ class SmallDisk:
         self._ballast = folder / "ballast"
 
     def fill(self, host: BenchHost) -> None:
-        """Write until there is no room."""
+        """Write until there is no space."""
         with contextlib.suppress(OSError), self._ballast.open("wb", buffering=0) as file:
             while file.write(bytes(4096)) == 4096:
                 continue
@@ -70,11 +70,11 @@ class CappedDatabase:
     """A database that may not grow."""
 
     def fill(self, host: BenchHost) -> None:
-        """Allow no page more than it has."""
+        """Limit the database to its present pages."""
         self._cap(host, 1)
 
     def free(self, host: BenchHost) -> None:
-        """Allow as many as ever."""
+        """Remove the limit."""
         self._cap(host, ANY_PAGES)
 
     def _cap(self, host: BenchHost, pages: int) -> None:
@@ -83,7 +83,7 @@ class CappedDatabase:
 
 
 def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
-    """Run the sequences; tell whether the disk was one indeed, and how many events were lost."""
+    """Run the sequences; return whether a file system was filled, and how many events were lost."""
     lost = 0
     with tempfile.TemporaryDirectory(prefix="foveacam-disk-") as name, _disk(Path(name)) as disk:
         for number in range(QUICK_SEQUENCES if quick else SEQUENCES):
@@ -136,16 +136,16 @@ def _suffer(tally: FaultTally, disk: FillableDisk, host: BenchHost, rng: random.
 
 
 def _steers(host: BenchHost, rng: random.Random) -> bool:
-    """Tell whether the rig takes a position as it does with an empty disk."""
+    """Return whether the rig takes a position as fast as with an empty disk."""
     try:
-        volts = host.do(lambda mirrors: mirrors.steer(random_volts(rng)), timeout_s=STEER_S)
+        volts = host.run_on_mirrors(lambda mirrors: mirrors.steer(random_volts(rng)), timeout_s=STEER_S)
     except (FoveaError, TimeoutError):
         return False
-    return host.mirrors.state.volts == volts and not host.in_trouble
+    return host.mirrors.state.volts == volts and not host.mirrors_faulty
 
 
 def _lost(host: BenchHost) -> int:
-    """Return how many of the events told are not in the table, once the writer has had its time."""
+    """Return how many of the emitted events are not in the table after the writer's timeout."""
     told = {event.id for event in host.events.recent(2000)}
 
     def missing() -> set[int]:

@@ -1,7 +1,8 @@
 """Seeded faults of a GigE Vision camera under the server's own hardware thread, in real time.
 
-libaravis' fake camera is a process of its own: killed and started again, or stopped and let go on, while the
-mirrors are not at rest. Noticed is the operator's problem document, recovered a frame of a new epoch.
+libaravis' fake camera is a process of its own: killed and restarted, or stopped and continued, while the
+mirrors are not at rest. A fault is detected when the problem is reported, and recovered with a frame of a new
+epoch.
 """
 
 import random
@@ -36,7 +37,7 @@ DOWN = (CameraPhase.LOST, CameraPhase.BACKOFF, CameraPhase.OPENING)
 
 
 def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
-    """Run the sequences; without the fake camera there are none, and it says so."""
+    """Run the sequences; report that there are none without the fake camera."""
     program = shutil.which(PROGRAM)
     if program is None:
         return {"gige_camera": False}
@@ -78,7 +79,7 @@ def _cameras(role: Role) -> CamerasConfig:
 
 
 class _Outages:
-    """A camera that goes away and comes back, and the host that has it."""
+    """A camera that disappears and returns, and the host that uses it."""
 
     def __init__(
         self, camera: "_CameraProgram", cables: LimitCables, host: BenchHost, rng: random.Random, role: Role
@@ -96,8 +97,8 @@ class _Outages:
             raise TimeoutError(f"{PROGRAM} does not serve on {INTERFACE}; end another one that is there")
 
     def suffer(self, tally: FaultTally, *, killed: bool) -> None:
-        """Let it go once; measure when that is noticed, and when it delivers again."""
-        self._host.do(lambda mirrors: mirrors.steer(random_volts(self._rng)), timeout_s=ANSWER_S)
+        """Make it disappear once; measure when that is detected, and when it delivers again."""
+        self._host.run_on_mirrors(lambda mirrors: mirrors.steer(random_volts(self._rng)), timeout_s=ANSWER_S)
         time.sleep(self._rng.uniform(0.0, 0.3))
         began_ns = time.monotonic_ns()
         self._camera.go(killed=killed)
@@ -119,14 +120,14 @@ class _Outages:
         )
 
     def _told(self) -> bool:
-        """Tell whether the operator sees it: an eye's problem stays until a look, so its link says it."""
+        """Return whether the fault is reported; for an eye by its link, as its problem stays until a look."""
         if self._role is Role.WIDE:
             return self._host.has_problem(self._role.value)
         links = [camera.link for camera in self._host.hardware.status.cameras if camera.role is self._role]
         return any(link.phase in DOWN for link in links)
 
     def _well(self) -> bool:
-        """Tell whether a frame came that is not of an earlier epoch."""
+        """Return whether a frame of the new epoch came."""
         if self._told():
             return False
         try:
@@ -159,7 +160,7 @@ class _CameraProgram:
         self.go(killed=True)
 
     def go(self, *, killed: bool) -> None:
-        """Be gone at once."""
+        """Kill the process."""
         if not killed:
             self._process.send_signal(signal.SIGSTOP)
             return
@@ -167,7 +168,7 @@ class _CameraProgram:
         self._process.wait()
 
     def come_back(self, *, killed: bool) -> None:
-        """Be there again."""
+        """Start it again."""
         if killed:
             self._process = self._launch()
         else:

@@ -1,4 +1,4 @@
-"""The server's own hardware thread on a rig, for benches: no HTTP, no pictures; and how a bench waits."""
+"""The server's hardware thread on a rig, without HTTP and live views, and functions that wait."""
 
 import tempfile
 import time
@@ -23,13 +23,11 @@ from foveacam_server.runtime.store import Store
 
 _Answer = TypeVar("_Answer")
 OPEN_PATIENCE_S = 60.0
-
-
 POLL_S = 0.004
 
 
 def controller_rig(port: str, cameras: CamerasConfig | None = None) -> Rig:
-    """Return a rig of metal on the controller of a port, with some cameras or none."""
+    """Return a serial rig on the controller of a port, with some cameras or none."""
     config = SerialRigConfig(
         kind="serial",
         rig_id="bench",
@@ -40,7 +38,7 @@ def controller_rig(port: str, cameras: CamerasConfig | None = None) -> Rig:
 
 
 class BenchHost:
-    """A hardware thread on a rig; a context manager. `rate_hz`: of its looks and wide frames."""
+    """A hardware thread on a rig, as a context manager. `rate_hz`: rate of its looks and wide frames."""
 
     def __init__(self, rig: Rig, *, rate_hz: float = 1.0, folder: Path | None = None) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="foveacam-bench-")
@@ -49,7 +47,7 @@ class BenchHost:
         self._rig = rig
         self.hardware = HardwareThread(
             lambda: self._rig,
-            sink=_Nowhere(),
+            sink=_NullSink(),
             events=self.events,
             clock=MonotonicClock(),
             overlay=lambda _gaze: None,
@@ -72,20 +70,20 @@ class BenchHost:
 
     @property
     def mirrors(self) -> Mirrors:
-        """The driver itself: to look at, not to command."""
+        """The driver itself, for reading its state only."""
         return self._rig.mirrors
 
     @property
-    def in_trouble(self) -> bool:
-        """Whether an operator would be told that the mirrors are not well."""
+    def mirrors_faulty(self) -> bool:
+        """Whether the server reports a problem of the mirrors."""
         return not self.mirrors.state.connected or self.has_problem(MIRRORS)
 
     def has_problem(self, *devices: str) -> bool:
-        """Whether an operator would be told that one of `devices` is not well."""
+        """Return whether the server reports a problem of one of `devices`."""
         return any(problem.device in devices for problem in self.hardware.status.problems)
 
-    def do(self, work: Callable[[Mirrors], _Answer], *, timeout_s: float) -> _Answer:
-        """Have the hardware thread do something with the mirrors; raise its error, or `TimeoutError`."""
+    def run_on_mirrors(self, work: Callable[[Mirrors], _Answer], *, timeout_s: float) -> _Answer:
+        """Run work with the mirrors on the hardware thread; raise its error, or `TimeoutError`."""
 
         def with_rig(rig: RigPort) -> _Answer:
             return work(rig.mirrors)
@@ -93,26 +91,26 @@ class BenchHost:
         return self.hardware.submit(with_rig).result(timeout_s)
 
 
-class _Nowhere:
-    """A place for pictures that nobody looks at."""
+class _NullSink:
+    """A frame sink that discards everything."""
 
     def publish_frame(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
-        """Forget it."""
+        """Discard it."""
 
     def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
-        """Forget it."""
+        """Discard it."""
 
     def watched(self, view: str) -> bool:
-        """Somebody does, at the bench's rate."""
+        """Say yes, so that frames come at the bench's rate."""
         return True
 
     def wants_every(self, view: str) -> bool:
-        """Nobody records."""
+        """Say no: nothing is recorded."""
         return False
 
 
 def seconds_until(condition: Callable[[], bool], *, since_ns: int, within_s: float) -> float | None:
-    """Return when a condition came true, counted from a moment; None when it did not in time."""
+    """Return the seconds from `since_ns` until a condition is true; None when it is not within `within_s`."""
     while not condition():
         if time.monotonic_ns() - since_ns > within_s * 1e9:
             return None
@@ -121,5 +119,5 @@ def seconds_until(condition: Callable[[], bool], *, since_ns: int, within_s: flo
 
 
 def sleep_until(began_ns: int, pause_s: float) -> None:
-    """Sleep until so long after a moment."""
+    """Sleep until `pause_s` after `began_ns`."""
     time.sleep(max(0.0, pause_s - (time.monotonic_ns() - began_ns) / 1e9))

@@ -1,6 +1,6 @@
-"""A host that does with the mirrors what a server does, to be killed: `faults_host --port PORT --seed N`.
+"""A process that drives the mirrors as a server does until it is killed: `--port PORT --seed N`.
 
-Opens a rig of metal with its guardian, says that it is ready, and moves the mirrors until it is no more.
+It opens a serial rig with its guardian, prints that it is ready, and moves the mirrors.
 """
 
 import argparse
@@ -45,7 +45,7 @@ def main() -> None:
 
 
 def random_volts(rng: random.Random) -> StereoVolts:
-    """Return a place for both mirrors, never at rest."""
+    """Return random volts for both mirrors, never the rest position."""
     values = [rng.choice((-1, 1)) * rng.uniform(1.0, LARGEST_V) for _ in range(4)]
     return StereoVolts(
         left=MirrorVolts(x_v=values[0], y_v=values[1]), right=MirrorVolts(x_v=values[2], y_v=values[3])

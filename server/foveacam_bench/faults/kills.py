@@ -1,7 +1,7 @@
-"""Kill −9 of the process that has the mirrors: how long until they are at rest with the rail off.
+"""SIGKILL of the process that drives the mirrors: time until they are at rest with the rail off.
 
-Most hosts are small ones (`faults_host`), some the real server; the controller's far end is a process on a
-pty that outlives them, as a controller does.
+Most hosts are the small `killed_host`, some the real server; the controller's far end is a process on a pty
+that outlives them, as a controller does.
 """
 
 import random
@@ -38,7 +38,7 @@ port = "{port}"
 
 
 class RailCables(LimitCables):
-    """Cables that tell when the rail goes off."""
+    """Cables that record when the rail goes off."""
 
     def __init__(self) -> None:
         super().__init__(MirrorLimits())
@@ -54,7 +54,7 @@ class RailCables(LimitCables):
 
 
 def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
-    """Kill hosts; return how many, how many left parked mirrors in time, and how long that took."""
+    """Kill hosts; return their number, how many mirrors were parked in time, and how long that took."""
     rng = random.Random(SEED)  # noqa: S311 - not a secret
     small, servers = (QUICK_SMALL_HOSTS, QUICK_SERVERS) if quick else (SMALL_HOSTS, SERVERS)
     cables = RailCables()
@@ -78,7 +78,7 @@ def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
 def _killed(
     process: subprocess.Popen[bytes], cables: RailCables, tally: FaultTally, rng: random.Random
 ) -> list[float]:
-    """Kill a host; return the time until its mirrors were at rest with the rail off, or nothing."""
+    """Kill a host; return the time until its mirrors were at rest with the rail off, or None."""
     time.sleep(rng.uniform(0.0, LONGEST_LIFE_S))
     if cables.off.is_set():
         raise DeviceFault("the bench's host has no rail on, so killing it proves nothing; see its messages")

@@ -1,4 +1,4 @@
-"""Senseless commands by the thousand on the mirrors' driver: none may pass outside the limits."""
+"""Thousands of invalid commands to the mirrors' driver: no voltage may leave the limits."""
 
 import math
 import random
@@ -32,7 +32,7 @@ ODD_HZ = (0, -5, 1, 60, 120, 340, 1000, 1001, 2**16, 10**30)
 
 
 def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
-    """Send them; return how many there were and how many were refused."""
+    """Send the commands; return how many there were and how many were refused."""
     rng = random.Random(SEED)  # noqa: S311 - not a secret
     counts = {"command_sequences": 0, "commands": 0, "commands_refused": 0, "commands_unforeseen": 0}
     total = QUICK_SEQUENCES if quick else SEQUENCES

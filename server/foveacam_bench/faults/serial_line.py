@@ -1,8 +1,8 @@
 """Seeded faults on the controller's line, under the server's own hardware thread, on ptys and in real time.
 
 A sequence is one to three faults in a row while positions are steered: cut, garbage, half a packet, silence,
-a controller that stops for good. Noticed is what an operator would be told; recovered is a position that
-stands again, without a restart of anything on the host's side.
+a controller that stops for good. A fault is detected when the server reports it; it is recovered when a
+position is confirmed again, without a restart of anything on the host's side.
 """
 
 import random
@@ -31,11 +31,11 @@ NOTICE_S, HARMLESS_S, RECOVER_S = 5.0, 1.5, 15.0
 STEER_PERIOD_S = 0.02
 ANSWER_S = 5.0
 _Fault: TypeAlias = tuple[Callable[[int], None], bool]
-"""What gives the device back, told when the fault began; and whether it must be noticed."""
+"""The function that restores the device, given when the fault began; whether it must be detected."""
 
 
 def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
-    """Run the sequences, several controllers at once; all they tell is in the tally."""
+    """Run the sequences on several controllers in parallel; their outcome is in the tally."""
     numbers = QUICK_NUMBERS if quick else NUMBERS
     workers = QUICK_WORKERS if quick else WORKERS
     shares = [numbers[first::workers] for first in range(workers)]
@@ -61,7 +61,7 @@ def _run_share(tally: FaultTally, numbers: Sequence[int], quick: bool) -> None:
 
 
 class _Line:
-    """A controller, the host that has it, and what is done to the line between them."""
+    """A controller, its host, and the faults on the line between them."""
 
     def __init__(
         self, controller: ControllerProcess, cables: LimitCables, host: BenchHost, rng: random.Random
@@ -73,7 +73,7 @@ class _Line:
         self._lost_before = 0
 
     def suffer(self, tally: FaultTally, *, silence_s: float) -> None:
-        """Do one fault while positions are steered; measure when it is noticed and when all is well again."""
+        """Cause one fault while positions are steered; measure detection and recovery."""
         kinds = (self._cut, self._silence, self._garbage, self._garbage, self._half, self._stop)
         fault = self._rng.choice(kinds)
         with _Steering(self._host, self._rng) as steering:
@@ -105,15 +105,17 @@ class _Line:
 
     def _noticed(self) -> bool:
         lost = self._host.mirrors.telemetry.lost_answers
-        return self._host.in_trouble or lost > self._lost_before
+        return self._host.mirrors_faulty or lost > self._lost_before
 
     def _well(self) -> bool:
-        """Tell whether a position stands again: asked for, and confirmed by the controller."""
-        if self._host.in_trouble:
+        """Return whether the controller confirms a commanded position again."""
+        if self._host.mirrors_faulty:
             return False
         try:
-            volts = self._host.do(lambda mirrors: mirrors.steer(random_volts(self._rng)), timeout_s=ANSWER_S)
-            self._host.do(lambda mirrors: mirrors.ping(), timeout_s=ANSWER_S)
+            volts = self._host.run_on_mirrors(
+                lambda mirrors: mirrors.steer(random_volts(self._rng)), timeout_s=ANSWER_S
+            )
+            self._host.run_on_mirrors(lambda mirrors: mirrors.ping(), timeout_s=ANSWER_S)
         except (FoveaError, TimeoutError):
             return False
         return self._host.mirrors.state.volts == volts
@@ -158,7 +160,7 @@ class _Line:
 
 
 class _Steering:
-    """Positions at 50 Hz while the context lasts, until told to stop."""
+    """Steers positions at 50 Hz while the context lasts, until stopped."""
 
     def __init__(self, host: BenchHost, rng: random.Random) -> None:
         self._host = host
@@ -178,13 +180,13 @@ class _Steering:
         while not self._over.wait(STEER_PERIOD_S):
             try:
                 volts = random_volts(self._rng)
-                self._host.do(partial(_steer, volts), timeout_s=ANSWER_S)
+                self._host.run_on_mirrors(partial(_steer, volts), timeout_s=ANSWER_S)
             except (FoveaError, TimeoutError):
                 continue  # that is what is going on
 
 
 def _nothing(_began_ns: int) -> None:
-    """Give nothing back: the line is healed after every fault."""
+    """Restore nothing: the line is repaired after every fault."""
 
 
 def _steer(volts: StereoVolts, mirrors: Mirrors) -> StereoVolts:

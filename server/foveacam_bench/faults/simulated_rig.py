@@ -1,6 +1,6 @@
 """Seeded faults of a simulated rig's cameras and cables under the server's own hardware thread, in real time.
 
-A camera off the bus, a strobe cable off, a trigger cable off; looks go on as while somebody watches.
+A camera off the bus, a strobe cable off, a trigger cable off; looks continue as with a viewer connected.
 """
 
 import random
@@ -30,7 +30,7 @@ DEVICES = ("mirrors", "wide", "left", "right")
 
 
 def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
-    """Run the sequences on one rig; the kinds come in turn."""
+    """Run the sequences on one rig; the kinds alternate."""
     warm_up()
     rig = open_rig(SimulatedRigConfig())
     if rig.truth is None:
@@ -57,7 +57,7 @@ def _see_grey(rig: RigPort) -> None:
 
 
 def _overhear(world: World, cables: LimitCables) -> None:
-    """Let `cables` hear what the world's mirrors are told."""
+    """Let `cables` record the drives of the world's mirrors."""
     set_codes = world.set_codes
 
     def heard(t_ns: int, codes: DacCodes) -> None:
@@ -87,7 +87,7 @@ class _Trouble:
         self._role = rng.choice(roles)
 
     def suffer(self, tally: FaultTally) -> None:
-        """Do it, take it back; measure when it is noticed and when a look succeeds again."""
+        """Cause the fault, end it; measure when it is detected and when a look succeeds again."""
         if seconds_until(self._well, since_ns=time.monotonic_ns(), within_s=RECOVER_S) is None:
             tally.add_hang()
             return
@@ -113,7 +113,7 @@ class _Trouble:
         return self._host.has_problem(*DEVICES)
 
     def _well(self) -> bool:
-        """Tell whether a look somewhere else succeeds: the mirrors are not at rest then."""
+        """Return whether a look away from the rest position succeeds."""
         try:
             self._host.hardware.look(random_volts(self._rng)).result(ANSWER_S)
         except (FoveaError, TimeoutError):

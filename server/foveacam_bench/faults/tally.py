@@ -1,4 +1,4 @@
-"""What became of all sequences of faults, whoever ran them; and the limits that no voltage may leave."""
+"""The outcome of all fault sequences, and cables that count voltages outside the limits."""
 
 import threading
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from foveacam_hardware.wire.controller_payloads import DAC_FULL_SCALE, DAC_FULL_
 
 @dataclass(slots=True)
 class KindTally:
-    """One kind of fault: how many there were, and how long each took."""
+    """One kind of fault: number, and times of detection and recovery."""
 
     faults: int = 0
     detected_s: list[float] = field(default_factory=list)
@@ -20,17 +20,17 @@ class KindTally:
 
 @dataclass(slots=True)
 class FaultTally:
-    """Counts of one run of the bench; any thread adds to it."""
+    """Counts of one run of the bench; thread-safe."""
 
     sequences: int = 0
     faults: int = 0
     absorbed: int = 0
-    """Faults that did no harm: nothing was lost, so nothing was to be noticed."""
+    """Faults without effect: nothing was lost, so nothing could be detected."""
     detected_s: list[float] = field(default_factory=list)
     recovered_s: list[float] = field(default_factory=list)
     hangs: int = 0
     unparked: int = 0
-    """Faults that were noticed and after which the mirrors were not brought to rest."""
+    """Detected faults after which the mirrors were not brought to rest."""
     limit_violations: int = 0
     kinds: dict[str, "KindTally"] = field(default_factory=dict)
     _lock: threading.Lock = field(default_factory=threading.Lock)
@@ -38,7 +38,7 @@ class FaultTally:
     def add_fault(
         self, *, kind: str, detected_s: float | None, recovered_s: float | None, parked: bool
     ) -> None:
-        """Add one fault; without `detected_s` it did no harm, without `recovered_s` it was a hang."""
+        """Add one fault; without `detected_s` it had no effect, without `recovered_s` it counts as a hang."""
         with self._lock:
             self.faults += 1
             of_kind = self.kinds.setdefault(kind, KindTally())
@@ -56,12 +56,12 @@ class FaultTally:
                 of_kind.recovered_s.append(recovered_s)
 
     def add_sequence(self) -> None:
-        """Count one sequence that is over."""
+        """Count one finished sequence."""
         with self._lock:
             self.sequences += 1
 
     def add_hang(self) -> None:
-        """Count something that never ended."""
+        """Count something that did not end in time."""
         with self._lock:
             self.hangs += 1
 
@@ -96,7 +96,7 @@ class FaultTally:
 
 
 class LimitCables(RecordingCables):
-    """Cables that count the drives which a rig's mirrors must never see."""
+    """Cables that count drives outside the mirrors' limits."""
 
     def __init__(self, limits: MirrorLimits) -> None:
         super().__init__()
@@ -106,7 +106,7 @@ class LimitCables(RecordingCables):
         self._most_codes = round(limits.max_v / volts_per_code)
 
     def set_codes(self, t_ns: int, codes: DacCodes) -> None:
-        """Remember the codes; judge them unless the controller has just lost its power."""
+        """Record the codes; check them unless the controller has just lost its power."""
         super().set_codes(t_ns, codes)
         if any(codes) and not self._within(codes):
             self.violations += 1
@@ -118,11 +118,11 @@ class LimitCables(RecordingCables):
         )
 
     def rested_since(self, t_ns: int) -> bool:
-        """Tell whether both mirrors were brought to rest at some time from `t_ns` on."""
+        """Return whether both mirrors were brought to rest at some time from `t_ns` on."""
         return any(at_ns >= t_ns and codes == self.rest for at_ns, codes in self.drives)
 
 
 def p95(values: list[float]) -> float:
-    """Return the value that 95 % do not exceed; 0 for none."""
+    """Return the 95th percentile; 0 for no values."""
     ordered = sorted(values)
     return ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))] if ordered else 0.0

@@ -1,4 +1,4 @@
-"""How true the rendered pictures are: disparity by two matchers, depth, shimmer, and equality of bits.
+"""Measure the accuracy of rendered images: disparity by two matchers, depth, shimmer, and equality of bits.
 
 Affine Lucas-Kanade on clean pictures isolates the renderer; normalised correlation on pictures with
 diffraction, noise and 8 bits shows what a procedure can expect.

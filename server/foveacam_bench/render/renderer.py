@@ -1,4 +1,4 @@
-"""Figures of the renderer: CPU time a frame, threads, cache, start-up, memory, and truth of its pictures.
+"""Measure the renderer: CPU time of a frame, threads, cache, start-up, memory, and accuracy of its images.
 
 Times are medians of CPU time on one thread (a busy machine does not count); the speed-up by a second thread
 is a ratio of the best wall times of runs that alternate, to be read beside what hashing gains then.
@@ -147,7 +147,7 @@ def _speedup_2_threads(rounds: int) -> float:
 
 
 def _machine_speedup_2_threads(rounds: int) -> float:
-    """Return what a second thread brings to hashing, which shares nothing: what this machine can give now."""
+    """Return the speed-up of hashing by a second thread, which shares nothing: this machine's limit."""
     block, one_s, two_s = bytes(24_000_000), np.inf, np.inf
     with ThreadPoolExecutor(2) as pool:
         for _ in range(rounds):

@@ -1,4 +1,4 @@
-"""The near side of `bench stream`: viewers that acknowledge, viewers that only read, and a thin line."""
+"""Clients of `bench stream`: viewers that acknowledge, viewers that only read, and a line of limited rate."""
 
 import asyncio
 import json

@@ -1,4 +1,4 @@
-"""The far side of `bench stream`: the real streams on a real server, fed with synthetic pictures.
+"""The server of `bench stream`: the real streams on a real server, fed with synthetic frames.
 
 A process of its own, so that its CPU time is the server's alone. It ends when its standard input closes.
 """
@@ -62,7 +62,7 @@ class Publisher(threading.Thread):
         self._changed.set()
 
     def end(self) -> None:
-        """Stop for good."""
+        """End publishing."""
         self._ended = True
         self._changed.set()
         self.join()

@@ -1,4 +1,4 @@
-"""`foveacam bench stream`: one encode a picture however many watch, and how late a slow viewer sees it.
+"""`foveacam bench stream`: one encode per frame for any number of viewers, and the delay of a slow viewer.
 
 A throttled client gets the same views twice: through the product's credits, and from a naive queue.
 """

@@ -1,4 +1,4 @@
-"""What the simulation knows of a click, and what a good fixation of it would be. For `bench verge` alone."""
+"""The simulation's truth of a click: what it falls on, its point, and the residual of a fixation on it."""
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -56,7 +56,7 @@ class Click:
 def classify_click(
     truth: Truth, calibration: Calibration, *, scene: str, pixel: tuple[float, float], t_ns: int
 ) -> Click | None:
-    """Return what a wide pixel shows; None for the background."""
+    """Return the click at a wide pixel with its kind and true point; None for the background."""
     seen = truth.depth_at(*pixel, t_ns)
     if seen is None:
         return None
@@ -87,27 +87,27 @@ def clicked_point_at(truth: Truth, click: Click, t_ns: int) -> NDArray[np.float6
     """Return where the clicked point of the surface is at `t_ns`, (3,) m, rig frame; objects move."""
     point = np.array([*click.point_rig_m, 1.0])
     stage = truth.world.animated_scene
-    thing = stage.file.objects[stage.scene.names.index(click.name)]
-    if thing.motion is None:
+    placed = stage.file.objects[stage.scene.names.index(click.name)]
+    if placed.motion is None:
         return point[:3]
-    before = pose(thing, truth.world.scene_s(click.t_ns))
-    now = pose(thing, truth.world.scene_s(t_ns))
+    before = pose(placed, truth.world.scene_s(click.t_ns))
+    now = pose(placed, truth.world.scene_s(t_ns))
     return np.asarray((now @ np.linalg.inv(before) @ point)[:3], dtype=np.float64)
 
 
 def residual_px(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (2,) by how much the eyes miss each other on a point: left minus right place, fovea px.
+    """Return (2,) the true residual of the eyes on a point: left minus right position, fovea px.
 
-    Each place is the point's direction from the pupil against that of the image centre, on the virtual
+    Each position is the point's direction from the pupil against that of the image centre, on the virtual
     pinhole plane, so that rolled images do not matter.
     """
-    places = []
+    positions = []
     for role, frame in zip(EYES, (sighting.left, sighting.right), strict=True):
         view = truth.projection(role, frame.t_ns)
         ray = np.linalg.solve(view.M, np.array([(view.width - 1) / 2, (view.height - 1) / 2, 1.0]))
         way = point_rig_m - view.C
-        places.append(way[:2] / way[2] - ray[:2] / ray[2])
-    return np.asarray(places[0] - places[1], dtype=np.float64) * FOVEA_FOCAL_PX
+        positions.append(way[:2] / way[2] - ray[:2] / ray[2])
+    return np.asarray(positions[0] - positions[1], dtype=np.float64) * FOVEA_FOCAL_PX
 
 
 def visible_from(truth: Truth, role: Role, click: Click) -> bool:

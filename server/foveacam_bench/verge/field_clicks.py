@@ -67,7 +67,7 @@ class JudgedClick:
 
     @property
     def wrong(self) -> bool:
-        """Return whether it claims a distance that is not so."""
+        """Return whether the distance is wrong."""
         return abs(self.error_m) > WRONG_SHARE * self.range_m and abs(self.sigmas) > WRONG_SIGMA
 
     @property
@@ -110,7 +110,7 @@ def judge(
     *,
     context: WideContext | None = None,
 ) -> JudgedClick:
-    """Fixate one click and compare with the truth; `context` is used, and told what was seen."""
+    """Fixate one click and compare with the truth; `context` is used and updated."""
     truth: Truth = rig.truth  # type: ignore[assignment]  # checked by `answers`
     x_px, y_px = pixel.tolist()
     shown = rig.head.wide()  # a click means what the picture shows, which is a moment old
@@ -143,7 +143,7 @@ def _seen_by(truth: Truth, click: Click) -> str:
 def _off_centre_px(
     truth: Truth, fixation: Fixation, ray: NDArray[np.float64], point_rig_m: NDArray[np.float64] | None
 ) -> float:
-    """Return how far the point is from the nearer image centre; the background is seen along its ray."""
+    """Return the distance of the point from the nearer image centre; for the background, of its direction."""
     sighting = fixation.sighting
     if sighting is None:
         return math.inf
@@ -214,7 +214,7 @@ def _doubtful(result: JudgedClick) -> bool:
 
 
 def _account(result: JudgedClick) -> dict[str, object]:
-    """Return all that helps to study one click."""
+    """Return the details of one click, for diagnosis."""
     fixation = result.fixation
     return {
         "scene": result.scene,

@@ -1,7 +1,7 @@
-"""How well clicks become fixations: seeded clicks over both scenes on the simulated rig, in virtual time.
+"""Measure fixations of seeded clicks on both simulated scenes, in virtual time (`foveacam bench verge`).
 
-The loop sees what it would see of a real rig, with the calibration that ships; the simulation's truth judges.
-Definitions: `verge_truth.Kind`. Fractions are of clicks on texture that both eyes can see ("textured").
+The verge loop has only what a real rig gives, with the shipped calibration; the simulation's truth judges.
+Definitions: `click_truth.ClickKind`. Fractions are of clicks on texture that both eyes can see ("textured").
 `python -m foveacam_bench.verge.fixations` prints the figures and every click that went wrong.
 """
 
@@ -39,7 +39,7 @@ SEED = 20_25
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClickResult:
-    """One click, what became of it, and the truth at the moment of the last look."""
+    """One click, its fixation, and the errors against the truth at the moment of the last look."""
 
     click: Click
     fixation: Fixation
@@ -58,7 +58,7 @@ class ClickResult:
 
     @property
     def wrong(self) -> bool:
-        """Whether it claims a distance that is not so."""
+        """Whether the distance is wrong."""
         far_off = abs(self.error_m) > WRONG_SHARE * self.click.range_m
         return self.verged and far_off and abs(self.sigmas) > WRONG_SIGMA
 
@@ -70,7 +70,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
 
 
 def fixations(scene: str, quota: dict[ClickKind, int], *, seed: int = SEED) -> Iterator[ClickResult]:
-    """Yield the result of each click on one scene; clicks come from the whole wide view, as chance has it."""
+    """Yield the result of each click on one scene; clicks are uniform over the wide view."""
     calibration = load_calibration(CERTIFICATE)
     rng = np.random.default_rng([seed, *scene.encode()])
     left = dict(quota)
@@ -131,7 +131,7 @@ def click_figures(results: list[ClickResult]) -> dict[str, object]:
         "distance_rel_error_median": median(abs(r.error_m) / r.click.range_m for r in verged),
         "duration_median_ms": median(r.fixation.duration_ms for r in verged),
         **{f"{kind}_states": _states(results, kind) for kind in ClickKind},
-        "failures": [_account(r) for r in results if _failed(r)],
+        "failures": [_click_record(r) for r in results if _failed(r)],
     }
 
 
@@ -145,8 +145,8 @@ def _failed(result: ClickResult) -> bool:
     return result.wrong
 
 
-def _account(result: ClickResult) -> dict[str, object]:
-    """Return all that helps to study one click."""
+def _click_record(result: ClickResult) -> dict[str, object]:
+    """Return the details of one click, for diagnosis."""
     click, fixation = result.click, result.fixation
     return {
         "scene": click.scene,

@@ -32,7 +32,7 @@ SEED = 7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KnockResult:
-    """What the clicks after one knock came to; `told_after`: clicks, None when the verdict stayed good."""
+    """Result of the clicks after one knock; `told_after`: clicks until it is reported, None if never."""
 
     failed: int
     explained: int
@@ -40,7 +40,7 @@ class KnockResult:
 
 
 def knock_figures(calibration: Calibration, scenes: tuple[str, ...], *, quick: bool) -> dict[str, object]:
-    """Return after how many clicks a knock is told, and how many failures say why."""
+    """Return after how many clicks a knock is reported, and how many failures name it."""
     count = QUICK_KNOCKS if quick else KNOCKS
     every = [found for scene in scenes for found in _knocked(scene, calibration, count=count)]
     told = [found.told_after for found in every if found.told_after is not None]

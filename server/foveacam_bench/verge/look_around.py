@@ -1,4 +1,4 @@
-"""How well a look around tells the depth of the whole steering field, judged by the simulation's truth.
+"""Measure the depth of the whole steering field after a look around, judged by the simulation's truth.
 
 The rig runs in virtual time with the calibration that ships.
 `python -m foveacam_bench.verge.look_around` prints the figures.
@@ -71,7 +71,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
 
 
 def survey(scene: str, count: int) -> JudgedContext:
-    """Look around on one scene and judge `count` cells of what is known then."""
+    """Look around in one scene and judge `count` cells of the resulting depth."""
     calibration = load_calibration(CERTIFICATE)
     with open_simulated(scene=scene, inline=True) as rig:
         truth = rig.truth
