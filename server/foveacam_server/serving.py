@@ -14,7 +14,7 @@ from rich.console import Console
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_server.api.security import AccessRules
-from foveacam_server.api.stop_at_door import StopAtDoor
+from foveacam_server.api.stop import StopAtDoor
 from foveacam_server.app import create_app
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor

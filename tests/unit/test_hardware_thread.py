@@ -19,9 +19,9 @@ from foveacam_hardware.contract import (
     Stopped,
     Timeout,
 )
-from foveacam_server.runtime.command_queue import LENGTH
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.hardware_commands import LENGTH
 from foveacam_server.runtime.live_views import LiveRates
 from foveacam_server.runtime.rig_status import RigState
 from foveacam_server.runtime.stop import StopSwitch

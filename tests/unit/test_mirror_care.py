@@ -5,9 +5,13 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import NotConnected, Stopped, VirtualClock
-from foveacam_server.runtime.device_reconnector import MIRRORS, DeviceReconnector
+from foveacam_server.runtime.device_reconnector import (
+    MIRRORS,
+    PING_PERIOD_NS,
+    DeviceReconnector,
+    MirrorLinkMonitor,
+)
 from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.mirror_link_monitor import PING_PERIOD_NS, MirrorLinkMonitor
 from foveacam_server.runtime.store import Store
 
 from .fake_rig import FakeRig

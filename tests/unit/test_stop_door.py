@@ -16,7 +16,7 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
 from foveacam_server.api.security import AccessRules
-from foveacam_server.api.stop_at_door import StopAtDoor
+from foveacam_server.api.stop import StopAtDoor
 from foveacam_server.doors.server import WatchedServer, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects

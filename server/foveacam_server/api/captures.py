@@ -3,10 +3,11 @@
 import asyncio
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Path, Query
+from fastapi import APIRouter, Path, Query, Response
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
-from foveacam_pipeline.capture.dataset import ImageCodec
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.capture.dataset import ImageCodec, check
 from foveacam_server.api.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -16,17 +17,19 @@ from foveacam_server.api.answers import (
     problems,
 )
 from foveacam_server.api.capture_models import (
+    CaptureChecked,
     CaptureDocument,
     CapturePatch,
     CaptureRequest,
     EstimateDocument,
     EstimateRequest,
+    PointsDocument,
     TrashEmptied,
 )
 from foveacam_server.api.models import JobDocument
 from foveacam_server.capturing.download import zip_stream
-from foveacam_server.capturing.drawings import anaglyph_picture, capture_picture
-from foveacam_server.capturing.points import readable_dataset
+from foveacam_server.capturing.drawings import anaglyph_drawing, drawing
+from foveacam_server.capturing.points import point_of, point_picture, points_document, readable
 from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import ServicesDep
 from foveacam_server.runtime.store import Document
@@ -36,6 +39,8 @@ router = APIRouter(prefix="/captures", tags=["captures"])
 CaptureId = Annotated[str, Path(max_length=255)]
 Picture = Literal["thumbnail", "sheet", "coverage"]
 Form = Literal["jpg", "png"]
+PointIndex = Annotated[Index, Path()]
+Bracket = Annotated[str, Query(pattern=r"^\d{1,2}$", description="which exposure, from 0")]
 _IMAGES = file_responses("image/jpeg")
 
 
@@ -214,10 +219,10 @@ def picture_of(capture_id: CaptureId, picture: Picture, form: Form, services: Se
 )
 def anaglyph(
     capture_id: CaptureId,
-    index: Annotated[Index, Path()],
+    index: PointIndex,
     form: Form,
     services: ServicesDep,
-    bracket: Annotated[str, Query(pattern=r"^\d{1,2}$", description="which exposure, from 0")] = "0",
+    bracket: Bracket = "0",
 ) -> FileResponse:
     """Return both foveae of a point, rectified: left in red, right in green and blue."""
     shelf = services.captures.shelf
@@ -228,3 +233,44 @@ def anaglyph(
 def media_type(form: Form) -> str:
     """Return the media type of a picture."""
     return "image/png" if form == "png" else "image/jpeg"
+
+
+@router.get(
+    "/{capture_id}/points", summary="Its points", response_model=PointsDocument, responses=problems(404)
+)
+def points(capture_id: CaptureId, services: ServicesDep) -> Document:
+    """Return the points that were taken, with their places on the contact sheet, and those passed over."""
+    return points_document(readable(services.captures.shelf.get(capture_id)))
+
+
+@router.get(
+    "/{capture_id}/points/{index}/{role}.{form}",
+    summary="What one camera saw at a point",
+    response_class=Response,
+    responses=file_responses("image/jpeg"),
+)
+def picture(
+    capture_id: CaptureId,
+    index: PointIndex,
+    role: Literal["left", "right", "wide"],
+    form: Form,
+    services: ServicesDep,
+    bracket: Bracket = "0",
+) -> Response:
+    """Return one picture at full size, 8 bits; of a stack its mean."""
+    point = point_of(services.captures.shelf.get(capture_id), index)
+    content = point_picture(point, Role(role), bracket=int(bracket), form=form)
+    return Response(content, media_type=media_type(form))
+
+
+@router.post(
+    "/{capture_id}/check",
+    summary="Is all as it was written",
+    response_model=CaptureChecked,
+    responses=problems(404),
+)
+def check_files(capture_id: CaptureId, services: ServicesDep) -> Document:
+    """Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a gigabyte."""
+    kept = services.captures.shelf.get(capture_id)
+    faults = check(kept.folder)
+    return {"id": kept.id, "sound": not faults, "faults": faults}

@@ -2,13 +2,14 @@
 
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse, Response
-from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
+from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_latest
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
 
 from foveacam_server.api.models import ResponseModel
 from foveacam_server.runtime.device_reconnector import BASE
-from foveacam_server.runtime.metrics import registry_of
 from foveacam_server.runtime.rig_status import RigState
-from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.runtime.services import Services, ServicesDep
 
 router = APIRouter(tags=["health"])
 
@@ -67,3 +68,64 @@ async def readyz(services: ServicesDep) -> JSONResponse:
 async def metrics(services: ServicesDep) -> Response:
     """Return the counters in Prometheus' text format."""
     return Response(generate_latest(registry_of(services)), media_type=CONTENT_TYPE_LATEST)
+
+
+def registry_of(services: Services) -> CollectorRegistry:
+    """Return a registry that reads `services` once."""
+    registry = CollectorRegistry(auto_describe=False)
+    registry.register(_Reading(services))
+    return registry
+
+
+class _Reading(Collector):
+    def __init__(self, services: Services) -> None:
+        self._services = services
+
+    def collect(self) -> list[Metric]:
+        """Return all metrics as they stand now."""
+        return [*self._rig(), *self._views(), *self._work()]
+
+    def _rig(self) -> list[Metric]:
+        status = self._services.hardware.status
+        ready = GaugeMetricFamily("foveacam_rig_ready", "1 while the rig is ready")
+        ready.add_metric([], float(status.state is RigState.READY))
+        problems = GaugeMetricFamily("foveacam_rig_problems", "devices that fail now")
+        problems.add_metric([], len(status.problems))
+        delivered = CounterMetricFamily("foveacam_camera_frames", "frames delivered", labels=["camera"])
+        dropped = CounterMetricFamily("foveacam_camera_dropped", "frames that never came", labels=["camera"])
+        skipped = CounterMetricFamily("foveacam_camera_skipped", "frames not read in time", labels=["camera"])
+        for camera in status.cameras:
+            delivered.add_metric([camera.role.value], camera.counters.delivered)
+            skipped.add_metric([camera.role.value], camera.counters.skipped)
+            dropped.add_metric([camera.role.value], camera.counters.dropped)
+        packets = CounterMetricFamily("foveacam_controller_packets", "packets", labels=["kind"])
+        round_trip = GaugeMetricFamily("foveacam_controller_rtt_ms", "round trip, ms", labels=["quantile"])
+        if status.telemetry is not None:
+            packets.add_metric(["sent"], status.telemetry.tx_packets)
+            packets.add_metric(["received"], status.telemetry.rx_packets)
+            packets.add_metric(["bad"], status.telemetry.bad_packets)
+            packets.add_metric(["bad_crc"], status.telemetry.crc_errors)
+            round_trip.add_metric(["0.5"], status.telemetry.rtt_p50_ms)
+            round_trip.add_metric(["0.99"], status.telemetry.rtt_p99_ms)
+        return [ready, problems, delivered, skipped, dropped, packets, round_trip]
+
+    def _views(self) -> list[Metric]:
+        streams = self._services.streams
+        published = CounterMetricFamily("foveacam_view_pictures", "pictures published", labels=["view"])
+        for name in streams.hub.names:
+            published.add_metric([name], streams.hub.status(name).published)
+        clients = GaugeMetricFamily("foveacam_stream_clients", "connected pages")
+        clients.add_metric([], streams.clients)
+        sent = CounterMetricFamily("foveacam_stream_bytes", "bytes of pictures sent")
+        sent.add_metric([], streams.bytes_sent)
+        return [published, clients, sent]
+
+    def _work(self) -> list[Metric]:
+        services = self._services
+        jobs = GaugeMetricFamily("foveacam_jobs_open", "jobs that wait or run")
+        jobs.add_metric([], services.jobs.open_jobs)
+        stopped = GaugeMetricFamily("foveacam_stop_engaged", "1 while the stop is engaged")
+        stopped.add_metric([], float(services.stop.state.engaged))
+        unwritten = CounterMetricFamily("foveacam_events_unwritten", "events not written down")
+        unwritten.add_metric([], services.events.unwritten)
+        return [jobs, stopped, unwritten]

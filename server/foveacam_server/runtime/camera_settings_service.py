@@ -27,8 +27,8 @@ from foveacam_server.runtime.camera_change import (
 from foveacam_server.runtime.camera_pair import PairDifference, differences
 from foveacam_server.runtime.camera_records import CameraRecord, CameraRecords
 from foveacam_server.runtime.events import EventLevel, EventLog
-from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.hardware_commands import answer_of
 from foveacam_server.runtime.pair_exposure import PairExposure, PairSettings, find_exposure
 from foveacam_server.runtime.ports import AssembledRig
 from foveacam_server.runtime.rig_status import RigStatus

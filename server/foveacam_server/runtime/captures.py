@@ -25,8 +25,8 @@ from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.capture_job_watcher import CaptureJobWatcher, LiveCapture
 from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.hardware_commands import answer_of
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.live_views import OverlayOf

@@ -25,15 +25,19 @@ from foveacam_hardware.contract import (
     StereoVolts,
 )
 from foveacam_server.runtime import refusals
-from foveacam_server.runtime.command_queue import CommandQueue
-from foveacam_server.runtime.device_reconnector import FOVEAE, MIRRORS, WIDE, DeviceReconnector
+from foveacam_server.runtime.device_reconnector import (
+    FOVEAE,
+    MIRRORS,
+    WIDE,
+    DeviceReconnector,
+    MirrorLinkMonitor,
+)
 from foveacam_server.runtime.events import EventLevel, EventLog
-from foveacam_server.runtime.exclusive_head import ExclusiveHead
-from foveacam_server.runtime.halting import bring_to_rest
+from foveacam_server.runtime.hardware_commands import CommandQueue, ExclusiveHead
 from foveacam_server.runtime.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
-from foveacam_server.runtime.mirror_link_monitor import MirrorLinkMonitor
 from foveacam_server.runtime.ports import AssembledRig, CameraKeeper, PictureSink
 from foveacam_server.runtime.rig_status import RigState, RigStatus, rig_status
+from foveacam_server.runtime.stop import bring_to_rest
 
 _log = logging.getLogger(__name__)
 T = TypeVar("T")

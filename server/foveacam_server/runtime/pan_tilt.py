@@ -15,8 +15,8 @@ from foveacam_hardware.contract import (
 )
 from foveacam_server.calibrating.step_environment import no_pan_tilt
 from foveacam_server.runtime import refusals
-from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.hardware_commands import answer_of
 from foveacam_server.runtime.ports import AssembledRig
 from foveacam_server.runtime.rig_status import PanTiltStatus
 

@@ -37,10 +37,10 @@ from foveacam_server.recordings.recording_collection import RecordingCollection,
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.events import EventLevel, EventLog
-from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.films import FilmService
 from foveacam_server.runtime.frame_hub import FrameHub
 from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.hardware_commands import answer_of
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.live_views import LiveRates

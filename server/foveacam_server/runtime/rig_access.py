@@ -5,8 +5,10 @@ from typing import TypeVar
 
 from foveacam_hardware.contract import Clock, Head
 from foveacam_pipeline.capture.run import CaptureRig
-from foveacam_server.runtime.exclusive_head import answer_of
+from foveacam_server.runtime import refusals
 from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.hardware_commands import answer_of
+from foveacam_server.runtime.ports import AssembledRig
 
 T = TypeVar("T")
 
@@ -43,3 +45,54 @@ class ThreadAccess:
     def run_still(self, work: Callable[[CaptureRig], T]) -> T:
         """Run work that moves no mirror."""
         return answer_of(self._hardware.submit(work), asked="its settings", within_s=LONGEST_S)
+
+
+class StillRigAccess:
+    """Implements the pipeline's `RigAccess` for the holder of a session that moves nothing.
+
+    Unlike a look it is not refused while a fovea is missing: what the others see is worth a still.
+    """
+
+    def __init__(self, hardware: HardwareThread, head: Head, *, clock: Clock) -> None:
+        self._hardware = hardware
+        self._head = head
+        self._clock = clock
+
+    @property
+    def clock(self) -> Clock:
+        """The rig's clock."""
+        return self._clock
+
+    @property
+    def head(self) -> Head:
+        """Looks of the session."""
+        return self._head
+
+    def check_may_move(self) -> None:
+        """Raise `Stopped` while the stop is engaged or the mirrors are switched off."""
+        check_may_expose(self._hardware)
+
+    def moving(self, work: Callable[[CaptureRig], T]) -> T:
+        """Run work that exposes; a stop that comes meanwhile is followed by another park."""
+
+        def exposing(rig: AssembledRig) -> T:
+            check_may_expose(self._hardware)
+            try:
+                return work(rig)
+            finally:
+                if self._hardware.halted:  # a pulse carries a position: it may have undone the stop's park
+                    rig.mirrors.park()
+
+        check_may_expose(self._hardware)
+        return answer_of(self._hardware.submit(exposing), asked="an exposure", within_s=LONGEST_S)
+
+    def still(self, work: Callable[[CaptureRig], T]) -> T:
+        """Run work that exposes nothing."""
+        return answer_of(self._hardware.submit(work), asked="its settings", within_s=LONGEST_S)
+
+
+def check_may_expose(hardware: HardwareThread) -> None:
+    """Raise `Stopped` while the stop is engaged or the mirrors are switched off: no pulse is given then."""
+    if hardware.halted:
+        raise refusals.stopped()
+    hardware.mirrors.check()

@@ -9,8 +9,8 @@ from foveacam_server.calibrating.settle_times import (
 )
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.events import EventLevel, EventLog
-from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.hardware_commands import answer_of
 from foveacam_server.runtime.ports import AssembledRig
 from foveacam_server.runtime.store import Document
 

@@ -20,10 +20,10 @@ from foveacam_server.capturing.still_collection import URL, StillCollection, Sti
 from foveacam_server.capturing.still_documents import still_document
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.captures import CaptureTools
-from foveacam_server.runtime.exclusive_head import answer_of
+from foveacam_server.runtime.hardware_commands import answer_of
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext
-from foveacam_server.runtime.still_access import StillRigAccess, check_may_expose
+from foveacam_server.runtime.rig_access import StillRigAccess, check_may_expose
 from foveacam_server.runtime.store import Document
 
 KIND = "still"

@@ -11,8 +11,8 @@ from foveacam_server.runtime import trigger_test as test
 from foveacam_server.runtime.camera_settings_service import CameraSettingsService
 from foveacam_server.runtime.documents import rounded
 from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.exclusive_head import answer_of
 from foveacam_server.runtime.hardware import HardwareThread
+from foveacam_server.runtime.hardware_commands import answer_of
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.names import new_id, utc_now
