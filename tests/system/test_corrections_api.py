@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from foveacam_pipeline.verge.values import Basis, DistanceBound, EyeView, Fixation, FixationState
+from foveacam_server.api.models import FixationDocument
 from foveacam_server.runtime import fixations
 
 from .conftest import Running
@@ -75,11 +76,12 @@ def test_limits_make_a_target_without_a_distance(server: Running, monkeypatch: p
 
 
 def test_chosen_alternative_becomes_the_targets_distance(server: Running, fixation: dict[str, Any]) -> None:
-    document = dict(server.services.fixations.table.get(fixation["id"]))
+    document = server.services.fixations.table.get(fixation["id"]).as_json()
     wall = {"basis": "fovea_and_wide", "distance_m": 9.0, "distance_sigma_m": 0.4, "probability": 0.3}
     own = {key: document[key] for key in ("basis", "distance_m", "distance_sigma_m", "point_rig_m")}
     alternatives = [{**own, "probability": 0.7}, {**wall, "point_rig_m": [0.1, 0.2, 8.9]}]
-    server.services.fixations.table.add({**document, "id": "fix-two", "alternatives": alternatives})
+    second = {**document, "id": "fix-two", "alternatives": alternatives}
+    server.services.fixations.table.add(FixationDocument.model_validate(second))
 
     chosen = server.post("/fixations/fix-two/choice", {"alternative": 1})
     assert chosen.status_code == 200, chosen.text

@@ -46,7 +46,7 @@ def shape(*, faces: int = 1, n: int = 100) -> FixationShape:
 
 def test_cloud_comes_back_as_it_was_put(store: Store) -> None:
     shelf, given = CloudCollection(store), shape()
-    kept = shelf.points(shelf.put(given)["id"])
+    kept = shelf.points(shelf.put(given).id)
     np.testing.assert_array_equal(kept.points_rig_m, given.cloud.points_rig_m)
     np.testing.assert_array_equal(kept.colors, given.cloud.colors)
     np.testing.assert_array_equal(kept.sigma_m, given.cloud.sigma_m)
@@ -56,16 +56,16 @@ def test_document_tells_where_the_cloud_lies(store: Store) -> None:
     given = shape()
     document = CloudCollection(store).put(given)
     z_m = given.cloud.points_rig_m[:, 2]
-    assert (document["z_min_m"], document["z_max_m"]) == pytest.approx((z_m.min(), z_m.max()), abs=1e-5)
-    assert document["points"] == 100
+    assert (document.z_min_m, document.z_max_m) == pytest.approx((z_m.min(), z_m.max()), abs=1e-5)
+    assert document.points == 100
 
 
 def test_cloud_without_a_surface_has_no_glb(store: Store) -> None:
     shelf = CloudCollection(store)
     document = shelf.put(shape(faces=0))
-    assert document["glb_url"] is None
+    assert document.glb_url is None
     with pytest.raises(NotFound, match=r"mesh\.glb"):
-        shelf.file(document["id"], "mesh.glb")
+        shelf.file(document.id, "mesh.glb")
 
 
 def test_new_shelf_knows_the_depth_of_the_old_one(store: Store) -> None:
@@ -83,7 +83,7 @@ def test_writing_that_was_cut_off_leaves_nothing_behind(store: Store) -> None:
 
 def test_removed_cloud_leaves_neither_files_nor_depth(store: Store) -> None:
     shelf = CloudCollection(store)
-    cloud_id = shelf.put(shape())["id"]
+    cloud_id = shelf.put(shape()).id
     shelf.remove(cloud_id)
     assert not (store.folder / "clouds" / cloud_id).exists()
     assert not shelf.patches.covering(11.0, 21.0)
@@ -93,7 +93,7 @@ def test_removed_cloud_leaves_neither_files_nor_depth(store: Store) -> None:
 
 def test_damaged_file_is_told(store: Store) -> None:
     shelf = CloudCollection(store)
-    cloud_id = shelf.put(shape())["id"]
+    cloud_id = shelf.put(shape()).id
     shelf.file(cloud_id, "cloud.ply").write_bytes(b"nonsense")
     with pytest.raises(InvalidInput, match="damaged"):
         shelf.points(cloud_id)

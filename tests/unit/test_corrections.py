@@ -3,15 +3,21 @@
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_server.api.models import FixationDocument
 from foveacam_server.resources.corrections.kept import kind_of
 from foveacam_server.resources.corrections.ranges import range_document, remaining_range
 from foveacam_server.runtime.store import Document
 
 
-def fixation(distance_m: float | None = 2.0, sigma_m: float = 0.1, **more: object) -> Document:
+def fixation(distance_m: float | None = 2.0, sigma_m: float = 0.1, **more: object) -> FixationDocument:
     request: Document = {"pixel": {"x_px": 1.0, "y_px": 2.0}}
     measured = {"distance_m": distance_m, "distance_sigma_m": sigma_m, "bound": None}
-    return {"request": request, "alternatives": [], **measured, **more}
+    ids = {"id": "fix-1", "job_id": "job-1", "calibration_id": "c", "target_id": None, "cloud_id": None}
+    target = {"ax_deg": 0.0, "ay_deg": 0.0, "x_px": 1.0, "y_px": 2.0}
+    end = {"state": "verged", "reason": "", "created_utc": "2026-01-01T00:00:00.000Z", "steps": []}
+    rest = {"point_rig_m": None, "residual_px": None, "score": None, "duration_ms": None}
+    document = {**ids, "target": target, **end, **rest, "request": request, **measured, **more}
+    return FixationDocument.model_validate(document)
 
 
 def test_three_sigma_about_the_answer_are_left_out() -> None:
@@ -40,7 +46,8 @@ def test_limits_are_halved_in_disparity() -> None:
 
 
 def test_chosen_alternative_is_the_answer_that_is_corrected() -> None:
-    others = [{"distance_m": 2.0, "distance_sigma_m": 0.1}, {"distance_m": 4.0, "distance_sigma_m": 0.1}]
+    rest = {"basis": "both_foveae", "point_rig_m": (0.0, 0.0, 1.0), "probability": 0.5}
+    others = [{"distance_m": z_m, "distance_sigma_m": 0.1, **rest} for z_m in (2.0, 4.0)]
     found = fixation(alternatives=others, chosen_alternative=1)
     assert remaining_range(found, "nearer").farthest_m == pytest.approx(3.7)
 

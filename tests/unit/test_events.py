@@ -35,7 +35,7 @@ async def take(log: EventLog, count: int, last_id: int | None = None) -> list[Ev
 
 def test_event_carries_kind_level_and_data(log: EventLog) -> None:
     event = log.emit("device.fault", "wide: gone", level=EventLevel.ERROR, data={"device": "wide"})
-    document = event.document()
+    document = event.describe().as_json()
     assert (document["kind"], document["level"], document["data"]) == (
         "device.fault",
         "error",

@@ -78,8 +78,8 @@ def test_failed_job_tells_its_cause_as_a_problem(bench: Bench) -> None:
     job = bench.end(bench.jobs.submit("wait", {}))
     assert job.state is JobState.FAILED
     assert job.problem is not None
-    assert job.problem["type"] == "/problems/device-fault"
-    assert (job.problem["detail"], job.problem["remedy"]) == ("controller: it broke", "buy another")
+    assert job.problem.type == "/problems/device-fault"
+    assert (job.problem.detail, job.problem.remedy) == ("controller: it broke", "buy another")
 
 
 def test_error_that_nobody_foresaw_fails_one_job_and_not_the_next(
@@ -89,7 +89,7 @@ def test_error_that_nobody_foresaw_fails_one_job_and_not_the_next(
     bench.go.set()
     failed = bench.end(bench.jobs.submit("wait", {}))
     assert failed.problem is not None
-    assert failed.problem["type"] == "/problems/internal"
+    assert failed.problem.type == "/problems/internal"
     assert "secret" not in str(failed.problem)
     assert "secret" in caplog.text
     assert bench.end(bench.jobs.submit("quick", {})).state is JobState.SUCCEEDED
@@ -113,7 +113,7 @@ def test_cancelled_while_running_it_ends_at_its_next_step(bench: Bench) -> None:
     ended = bench.end(job)
     assert ended.state is JobState.CANCELLED
     assert ended.problem is not None
-    assert "cancelled on request" in ended.problem["detail"]
+    assert "cancelled on request" in ended.problem.detail
 
 
 def test_cancelling_an_ended_job_changes_nothing(bench: Bench) -> None:
@@ -128,7 +128,7 @@ def test_cancel_all_names_its_reason(bench: Bench) -> None:
     bench.go.set()
     problem = bench.end(job).problem
     assert problem is not None
-    assert "the stop was engaged" in problem["detail"]
+    assert "the stop was engaged" in problem.detail
 
 
 def test_refused_by_the_stop_before_it_has_cancelled_the_job_it_counts_as_cancelled(bench: Bench) -> None:
@@ -137,7 +137,7 @@ def test_refused_by_the_stop_before_it_has_cancelled_the_job_it_counts_as_cancel
     ended = bench.end(bench.jobs.submit("wait", {}))
     assert ended.state is JobState.CANCELLED
     assert ended.problem is not None
-    assert "the stop is engaged" in ended.problem["detail"]
+    assert "the stop is engaged" in ended.problem.detail
 
 
 def test_too_many_waiting_jobs_are_refused(bench: Bench) -> None:
@@ -232,7 +232,7 @@ def test_restart_fails_what_it_interrupted_and_keeps_what_had_ended(store: Store
     }
     problem = jobs.get("job-running").problem
     assert problem is not None
-    assert "interrupted by a restart" in problem["detail"]
+    assert "interrupted by a restart" in problem.detail
 
 
 def test_a_job_beside_waits_for_no_other_and_the_stop_lets_it_go_on(bench: Bench) -> None:

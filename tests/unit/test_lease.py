@@ -47,7 +47,7 @@ def test_lease_ends_when_its_holder_is_not_heard_of(lease: Lease, clock: Virtual
     lease.take("Ada", take_over=False)
     after(clock, LIFETIME_S)
     lease.check(None)
-    assert lease.holder is None
+    assert lease.describe().holder is None
 
 
 def test_heartbeat_keeps_the_lease(lease: Lease, clock: VirtualClock) -> None:
@@ -55,7 +55,7 @@ def test_heartbeat_keeps_the_lease(lease: Lease, clock: VirtualClock) -> None:
     for _ in range(5):
         after(clock, 0.9 * LIFETIME_S)
         assert lease.renew(granted.token).expires_in_s == pytest.approx(LIFETIME_S)
-    assert lease.holder == "Ada"
+    assert lease.describe().holder == "Ada"
 
 
 def test_expired_lease_cannot_be_kept(lease: Lease, clock: VirtualClock) -> None:
@@ -80,5 +80,5 @@ def test_take_over_must_be_asked_for_and_is_a_warning_in_the_log(lease: Lease, e
 
 def test_released_lease_frees_the_rig(lease: Lease) -> None:
     lease.release(lease.take("Ada", take_over=False).token)
-    assert lease.holder is None
-    assert lease.expires_in_s is None
+    assert lease.describe().holder is None
+    assert lease.describe().expires_in_s is None

@@ -157,7 +157,7 @@ def test_a_disk_that_takes_no_more_ends_it_with_a_problem_and_what_it_took_is_re
 
     assert ended.state is JobState.FAILED
     assert ended.problem is not None
-    assert "the disk took no more" in ended.problem["detail"]
+    assert "the disk took no more" in ended.problem.detail
     assert (found["state"], found["playable"]) == ("truncated" if read_only else "partial", True)
     assert "the disk took no more" in found["why"]
     assert found["ended"] is EndCause.FAILED
@@ -220,7 +220,7 @@ def test_a_start_with_less_than_the_reserve_is_refused_with_both_figures(bench: 
 
 def test_a_recording_for_which_nobody_gave_a_time_says_when_it_ends(bench: Bench) -> None:
     job, recording_id = bench.begin()
-    asked = job.document()["progress"]
+    asked = job.describe().progress.as_json()
     found = bench.until(recording_id, lambda document: document["room_s"] is not None)
     bench.recordings.stop(recording_id)
 

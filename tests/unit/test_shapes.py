@@ -9,11 +9,12 @@ from foveacam_hardware.contract import Frame, MirrorVolts, Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.values import Cloud
+from foveacam_server.api.models import CloudDocument, TargetDocument
 from foveacam_server.runtime.calibrations import SHIPPED
 from foveacam_server.runtime.clouds import CloudCollection
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.shapes import WAITING, ShapeWorker, VergedLook
-from foveacam_server.runtime.store import Document, Store
+from foveacam_server.runtime.store import Store
 
 from .fake_rig import Pictures
 
@@ -73,7 +74,7 @@ class Setup:
         self.pictures = Pictures()
         self.pane = Pane()
         self.worker = ShapeWorker(shelf=self.shelf, sink=self.pictures, viewer=self.pane, events=self.events)
-        self.came: dict[str, Document] = {}
+        self.came: dict[str, CloudDocument] = {}
 
     def seen(self, sighting: Sighting, calibration: Calibration, *, fixation_id: str = "fix-1") -> VergedLook:
         return VergedLook(
@@ -129,7 +130,7 @@ def test_textured_look_becomes_pictures_a_cloud_and_what_stands_in_the_pane(
     assert label == "a mug"
     assert cloud is not None
     assert float(np.median(cloud.points_rig_m[:, 2])) == pytest.approx(4.0, rel=0.05)  # eyes roll a little
-    assert setup.came["fix-1"]["points"] == len(cloud)
+    assert setup.came["fix-1"].points == len(cloud)
     assert {"anaglyph", "difference", "depth"} <= setup.pictures.counts.keys()
 
 
@@ -152,14 +153,20 @@ def test_too_many_waiting_looks_drop_the_oldest(setup: Setup, calibration: Calib
 
 
 def test_targets_of_an_earlier_run_stand_in_the_pane_again(setup: Setup) -> None:
-    target: Document = {
-        "label": "the door",
-        "fixation_id": "fix-9",
-        "point_rig_m": [0.0, 0.0, 4.0],
-        "distance_m": 4.0,
-        "distance_sigma_m": 0.01,
-        "cloud_id": "cld-lost",
-    }
+    target = TargetDocument(
+        id="tgt-1",
+        label="the door",
+        fixation_id="fix-9",
+        point_rig_m=(0.0, 0.0, 4.0),
+        distance_m=4.0,
+        distance_sigma_m=0.01,
+        ax_deg=0.0,
+        ay_deg=0.0,
+        x_px=720.0,
+        y_px=540.0,
+        cloud_id="cld-lost",
+        created_utc="2026-01-01T00:00:00.000Z",
+    )
     setup.worker.put_back([target])
     setup.worker.start()
     assert setup.pane.wait_for("fix-9") == ("the door", None)

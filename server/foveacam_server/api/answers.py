@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from fastapi import Header, Query
 from fastapi.responses import JSONResponse
 
-from foveacam_server.api.models import JobDocument
+from foveacam_server.api.models import ResponseModel
 from foveacam_server.errors import MEDIA_TYPE
 from foveacam_server.runtime.job_table import Job, JobState
 from foveacam_server.runtime.services import Services
@@ -74,7 +74,7 @@ def wait_s(prefer: str | None) -> float:
 
 
 async def job_answer(
-    services: Services, job: Job, *, prefer: str | None, result: Callable[[str], Document]
+    services: Services, job: Job, *, prefer: str | None, result: Callable[[str], ResponseModel | Document]
 ) -> JSONResponse:
     """Answer with the job (202); when it ends in the time given, with its result (200) or its problem.
 
@@ -87,10 +87,12 @@ async def job_answer(
     if wanted_s > 0.0:
         headers["Preference-Applied"] = f"wait={wanted_s:g}"
         if job.state is JobState.SUCCEEDED and job.result_url is not None:
-            return JSONResponse(await asyncio.to_thread(result, job.result_url), headers=headers)
+            found = await asyncio.to_thread(result, job.result_url)
+            content = found.as_json() if isinstance(found, ResponseModel) else found
+            return JSONResponse(content, headers=headers)
         if job.state.ended and job.problem is not None:
-            problem = job.problem | {"instance": headers["Location"]}
-            status = int(problem["status"])
-            return JSONResponse(problem, status_code=status, headers=headers, media_type=MEDIA_TYPE)
-    document = JobDocument.model_validate(job.document()).model_dump(mode="json")
-    return JSONResponse(document, status_code=202, headers=headers)
+            problem = job.problem.model_dump(exclude_unset=True) | {"instance": headers["Location"]}
+            return JSONResponse(
+                problem, status_code=job.problem.status, headers=headers, media_type=MEDIA_TYPE
+            )
+    return JSONResponse(job.describe().model_dump(mode="json"), status_code=202, headers=headers)

@@ -11,7 +11,6 @@ from foveacam_server.api.models import CalibrationDocument, HealthDocument
 from foveacam_server.calibrating.record_files import FileFormat
 from foveacam_server.doors.body_limit import FILE_BYTES
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
@@ -24,34 +23,30 @@ _JSON_FILE = {
 }
 
 
-@router.get(
-    "", summary="All calibrations of this rig, newest first", response_model=list[CalibrationDocument]
-)
+@router.get("", summary="All calibrations of this rig, newest first")
 def every(
     services: ServicesDep,
     removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
-) -> list[Document]:
+) -> list[CalibrationDocument]:
     """Return all calibrations known for this rig, or those that were discarded."""
     found = services.calibration.discarded() if removed == "true" else services.calibration.every()
-    return [services.records.document(calibration) for calibration in found]
+    return [services.records.describe(calibration) for calibration in found]
 
 
-@router.get(
-    "/current", summary="The one in force", response_model=CalibrationDocument, responses=problems(409)
-)
-async def current(services: ServicesDep) -> Document:
+@router.get("/current", summary="The one in force", responses=problems(409))
+async def current(services: ServicesDep) -> CalibrationDocument:
     """Return the calibration in force; 409 while there is none."""
-    return services.records.document(services.calibration.require())
+    return services.records.describe(services.calibration.require())
 
 
 @router.get("/health", summary="Does the one in force still hold?")
 async def health(services: ServicesDep) -> HealthDocument:
     """Return what ordinary fixations say of the calibration in force."""
-    return HealthDocument.model_validate(services.records.health())
+    return services.records.health()
 
 
-@router.get("/compare", summary="Compare two", response_model=ComparisonDocument, responses=problems(404))
-def compare(a: WhichOne, b: WhichOne, services: ServicesDep) -> Document:
+@router.get("/compare", summary="Compare two", responses=problems(404))
+def compare(a: WhichOne, b: WhichOne, services: ServicesDep) -> ComparisonDocument:
     """Return how far b differs from a, in pixels that an operator sees."""
     return services.records.compare(a, b)
 
@@ -71,31 +66,25 @@ def compare_png(a: WhichOne, b: WhichOne, services: ServicesDep) -> Response:
     "/import",
     status_code=201,
     summary="Take a calibration from a file",
-    response_model=CalibrationDocument,
     responses=problems(409, 503),
     max_body_size=FILE_BYTES,
 )
-def take(
+def import_file(
     document: Annotated[dict[str, Any], Body()],  # Any: a file of another program, checked where it is read
     services: ServicesDep,
     distance_m: DistanceQuery = None,
-) -> Document:
+) -> CalibrationDocument:
     """Keep the calibration of a file of this program, or of the authors' device bundle.
 
     A bundle does not say how far away its markers stood: give `distance_m`.
     """
-    return services.records.take(document, distance_m=distance_m)
+    return services.records.import_file(document, distance_m=distance_m)
 
 
-@router.get(
-    "/{calibration_id}",
-    summary="One calibration",
-    response_model=CalibrationDocument,
-    responses=problems(404),
-)
-async def one(calibration_id: CalibrationId, services: ServicesDep) -> Document:
+@router.get("/{calibration_id}", summary="One calibration", responses=problems(404))
+async def one(calibration_id: CalibrationId, services: ServicesDep) -> CalibrationDocument:
     """Return one calibration."""
-    return services.records.document(services.calibration.get(calibration_id))
+    return services.records.describe(services.calibration.get(calibration_id))
 
 
 @router.delete(
@@ -107,26 +96,20 @@ def discard(calibration_id: CalibrationId, services: ServicesDep) -> None:
 
 
 @router.post(
-    "/{calibration_id}/restore",
-    summary="Take a calibration out of the trash",
-    response_model=CalibrationDocument,
-    responses=problems(404),
+    "/{calibration_id}/restore", summary="Take a calibration out of the trash", responses=problems(404)
 )
-def restore(calibration_id: CalibrationId, services: ServicesDep) -> Document:
+def restore(calibration_id: CalibrationId, services: ServicesDep) -> CalibrationDocument:
     """Undo its discarding; what is in force stays so."""
-    return services.records.document(services.calibration.restore(calibration_id))
+    return services.records.describe(services.calibration.restore(calibration_id))
 
 
-@router.post(
-    "/{calibration_id}/activate",
-    summary="Put one in force",
-    response_model=CalibrationDocument,
-    responses=problems(404, 409),
-)
-def activate(calibration_id: CalibrationId, services: ServicesDep, x_lease: LeaseHeader = None) -> Document:
+@router.post("/{calibration_id}/activate", summary="Put one in force", responses=problems(404, 409))
+def activate(
+    calibration_id: CalibrationId, services: ServicesDep, x_lease: LeaseHeader = None
+) -> CalibrationDocument:
     """Put a calibration in force, now and at every start."""
     services.lease.check(x_lease)
-    return services.records.document(services.calibration.activate(calibration_id))
+    return services.records.describe(services.calibration.activate(calibration_id))
 
 
 @router.get(

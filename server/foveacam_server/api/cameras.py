@@ -31,7 +31,6 @@ from foveacam_server.errors import NotFound
 from foveacam_server.runtime.camera_change import FOVEAE, CameraChange, waits_for_pulses
 from foveacam_server.runtime.rig_status import CameraStatus
 from foveacam_server.runtime.services import Services, ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/cameras", tags=["rig"])
 
@@ -67,29 +66,20 @@ async def test_triggers(
     return await job_answer(services, job, prefer=prefer, result=services.trigger_tests.at_url)
 
 
-@router.get(
-    "/self_tests", summary="All trigger tests, newest first", response_model=list[TriggerTestDocument]
-)
-def tests(services: ServicesDep) -> list[Document]:
+@router.get("/self_tests", summary="All trigger tests, newest first")
+def tests(services: ServicesDep) -> list[TriggerTestDocument]:
     """Return what all trigger tests found."""
     return services.trigger_tests.every()
 
 
-@router.get(
-    "/self_tests/newest", summary="What is known of both triggers", response_model=TriggerTestDocument
-)
-def newest_test(services: ServicesDep) -> Document:
+@router.get("/self_tests/newest", summary="What is known of both triggers")
+def newest_test(services: ServicesDep) -> TriggerTestDocument:
     """Return the newest trigger test; before the first both eyes are `untested`."""
     return services.trigger_tests.newest()
 
 
-@router.get(
-    "/self_tests/{test_id}",
-    summary="One trigger test",
-    response_model=TriggerTestDocument,
-    responses=problems(404),
-)
-def one_test(test_id: TestId, services: ServicesDep) -> Document:
+@router.get("/self_tests/{test_id}", summary="One trigger test", responses=problems(404))
+def one_test(test_id: TestId, services: ServicesDep) -> TriggerTestDocument:
     """Return what one trigger test found."""
     return services.trigger_tests.get(test_id)
 

@@ -93,10 +93,10 @@ def every(
     return services.captures.every(text=text, removed=removed == "true")
 
 
-@router.delete("/trash", summary="Empty the trash", response_model=TrashEmptied)
-def empty_trash(services: ServicesDep) -> dict[str, int]:
+@router.delete("/trash", summary="Empty the trash")
+def empty_trash(services: ServicesDep) -> TrashEmptied:
     """Delete for good what was removed."""
-    return {"deleted": services.captures.shelf.empty_trash()}
+    return TrashEmptied(deleted=services.captures.shelf.empty_trash())
 
 
 @router.get("/{capture_id}", summary="One capture", response_model=CaptureDocument, responses=problems(404))
@@ -263,14 +263,9 @@ def picture(
     return Response(content, media_type=media_type(form))
 
 
-@router.post(
-    "/{capture_id}/check",
-    summary="Is all as it was written",
-    response_model=CaptureChecked,
-    responses=problems(404),
-)
-def check_files(capture_id: CaptureId, services: ServicesDep) -> Document:
+@router.post("/{capture_id}/check", summary="Is all as it was written", responses=problems(404))
+def check_files(capture_id: CaptureId, services: ServicesDep) -> CaptureChecked:
     """Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a gigabyte."""
     kept = services.captures.shelf.get(capture_id)
     faults = check(kept.folder)
-    return {"id": kept.id, "sound": not faults, "faults": faults}
+    return CaptureChecked(id=kept.id, sound=not faults, faults=faults)

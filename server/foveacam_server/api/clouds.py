@@ -8,15 +8,14 @@ from fastapi.responses import FileResponse
 from foveacam_server.api.answers import Limit, file_responses, problems
 from foveacam_server.api.models import CloudDocument
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/clouds", tags=["clouds"])
 
 CloudId = Annotated[str, Path(pattern=r"^cld-[0-9a-f]{1,32}$")]
 
 
-@router.get("", summary="Newest clouds, newest first", response_model=list[CloudDocument])
-def newest(services: ServicesDep, limit: Limit = 50) -> list[Document]:
+@router.get("", summary="Newest clouds, newest first")
+def newest(services: ServicesDep, limit: Limit = 50) -> list[CloudDocument]:
     """Return the newest clouds."""
     return services.clouds.newest(limit)
 
@@ -56,8 +55,8 @@ def depth_png(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
     return FileResponse(services.clouds.file(cloud_id, "depth.png"), media_type="image/png")
 
 
-@router.get("/{cloud_id}", summary="One cloud", response_model=CloudDocument, responses=problems(404))
-def one(cloud_id: CloudId, services: ServicesDep) -> Document:
+@router.get("/{cloud_id}", summary="One cloud", responses=problems(404))
+def one(cloud_id: CloudId, services: ServicesDep) -> CloudDocument:
     """Return one cloud."""
     return services.clouds.get(cloud_id)
 
@@ -66,6 +65,6 @@ def one(cloud_id: CloudId, services: ServicesDep) -> Document:
 def remove(cloud_id: CloudId, services: ServicesDep) -> None:
     """Remove a cloud and its files; its fixation and target stay."""
     cloud = services.clouds.remove(cloud_id)
-    services.fixations.cloud_went(cloud["fixation_id"])
+    services.fixations.remove_cloud(cloud.fixation_id)
     if services.viewer is not None:
-        services.viewer.remove_fixation(cloud["fixation_id"])
+        services.viewer.remove_fixation(cloud.fixation_id)

@@ -12,7 +12,6 @@ from foveacam_server.api.answers import Limit
 from foveacam_server.api.models import EventDocument
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/events", tags=["events"])
 
@@ -53,12 +52,12 @@ async def stream(services: ServicesDep, last_event_id: LastEventId = None) -> Ev
     return EventSourceResponse(_sent(services.events, last_event_id), ping=PING_S, sep="\n")
 
 
-@router.get("/recent", summary="The newest events, oldest first", response_model=list[EventDocument])
-async def recent(services: ServicesDep, limit: Limit = 50) -> list[Document]:
+@router.get("/recent", summary="The newest events, oldest first")
+async def recent(services: ServicesDep, limit: Limit = 50) -> list[EventDocument]:
     """Return the newest events."""
-    return [event.document() for event in services.events.recent(limit)]
+    return [event.describe() for event in services.events.recent(limit)]
 
 
 async def _sent(events: EventLog, last_id: int | None) -> AsyncIterator[ServerSentEvent]:
     async for event in events.listen(last_id):
-        yield ServerSentEvent(json.dumps(event.document()), id=str(event.id), event=event.kind)
+        yield ServerSentEvent(json.dumps(event.describe().as_json()), id=str(event.id), event=event.kind)

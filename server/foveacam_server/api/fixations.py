@@ -13,7 +13,6 @@ from foveacam_server.api.answers import (
 )
 from foveacam_server.api.models import FixationDocument, FixationRequest, JobDocument
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/fixations", tags=["fixations"])
 
@@ -42,15 +41,13 @@ async def create(
     return await job_answer(services, job, prefer=prefer, result=services.fixations.at_url)
 
 
-@router.get("", summary="Newest fixations, newest first", response_model=list[FixationDocument])
-def newest(services: ServicesDep, limit: Limit = 50) -> list[Document]:
+@router.get("", summary="Newest fixations, newest first")
+def newest(services: ServicesDep, limit: Limit = 50) -> list[FixationDocument]:
     """Return the newest fixations."""
     return services.fixations.table.newest(limit)
 
 
-@router.get(
-    "/{fixation_id}", summary="One fixation", response_model=FixationDocument, responses=problems(404)
-)
-def one(fixation_id: str, services: ServicesDep) -> Document:
+@router.get("/{fixation_id}", summary="One fixation", responses=problems(404))
+def one(fixation_id: str, services: ServicesDep) -> FixationDocument:
     """Return one fixation with all its steps."""
     return services.fixations.table.get(fixation_id)

@@ -4,7 +4,6 @@ from fastapi import APIRouter
 
 from foveacam_server.api.answers import LeaseHeader, problems
 from foveacam_server.api.models import LeaseDocument, LeaseGrant, LeaseRequest
-from foveacam_server.runtime.lease import GrantedLease
 from foveacam_server.runtime.services import ServicesDep
 
 router = APIRouter(prefix="/lease", tags=["lease"])
@@ -13,27 +12,22 @@ router = APIRouter(prefix="/lease", tags=["lease"])
 @router.get("", summary="Who holds the lease")
 async def holder(services: ServicesDep) -> LeaseDocument:
     """Return who holds the lease; null: nobody, and anybody may move."""
-    lease = services.lease
-    return LeaseDocument(holder=lease.holder, expires_in_s=lease.expires_in_s)
+    return services.lease.describe()
 
 
 @router.post("", summary="Take the lease", responses=problems(409))
 async def take(request: LeaseRequest, services: ServicesDep) -> LeaseGrant:
     """Take the lease, from another holder only with `take_over`; keep it with PUT at least every 15 s."""
-    return _told(services.lease.take(request.holder, take_over=request.take_over))
+    return services.lease.take(request.holder, take_over=request.take_over)
 
 
 @router.put("", summary="Keep the lease", responses=problems(409))
 async def renew(services: ServicesDep, x_lease: LeaseHeader = None) -> LeaseGrant:
     """Extend the lease that the X-Lease header names."""
-    return _told(services.lease.renew(x_lease))
+    return services.lease.renew(x_lease)
 
 
 @router.delete("", status_code=204, summary="Give the lease back", responses=problems(409))
 async def release(services: ServicesDep, x_lease: LeaseHeader = None) -> None:
     """Give the lease back."""
     services.lease.release(x_lease)
-
-
-def _told(grant: GrantedLease) -> LeaseGrant:
-    return LeaseGrant(token=grant.token, holder=grant.holder, expires_in_s=round(grant.expires_in_s, 2))

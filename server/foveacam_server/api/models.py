@@ -23,9 +23,13 @@ class RequestModel(BaseModel):
 
 
 class ResponseModel(BaseModel):
-    """Root of what the server answers."""
+    """Root of what the server answers, and of the data of its events."""
 
     model_config = ConfigDict(extra="forbid")
+
+    def as_json(self) -> dict[str, Any]:  # Any: a JSON object
+        """Return it as a JSON object; fields that were never set are left out."""
+        return self.model_dump(mode="json", exclude_unset=True)
 
 
 class Problem(BaseModel):

@@ -85,10 +85,10 @@ def every(
     return services.recordings.every(text=text, removed=removed == "true")
 
 
-@router.delete("/trash", summary="Empty the trash", response_model=TrashEmptied)
-def empty_trash(services: ServicesDep) -> dict[str, int]:
+@router.delete("/trash", summary="Empty the trash")
+def empty_trash(services: ServicesDep) -> TrashEmptied:
     """Delete for good what was removed, and the films made of it."""
-    return {"deleted": services.recordings.shelf.empty_trash()}
+    return TrashEmptied(deleted=services.recordings.shelf.empty_trash())
 
 
 @router.get(
@@ -227,35 +227,30 @@ def anaglyph(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0
     return _jpeg(encode_jpeg(moments.anaglyph(pair, look), quality=QUALITY))
 
 
-@router.get(
-    "/{recording_id}/depth",
-    summary="Depth of a moment, computed anew",
-    response_model=RecordedDepthDocument,
-    responses=problems(404, 409),
-)
+@router.get("/{recording_id}/depth", summary="Depth of a moment, computed anew", responses=problems(404, 409))
 def depth(
     recording_id: RecordingId,
     services: ServicesDep,
     t_s: Moment = 0.0,
     backend: BackendQuery = "sgbm",
     looks: LooksQuery = 1,
-) -> Document:
+) -> RecordedDepthDocument:
     """Match both foveae by their recorded poses and calibration; refused in words where these are missing."""
     path = _path(services, recording_id)
     found = services.recordings.depth.at(path, t_s=t_s, backend=backend, looks=looks)
     with services.recordings.opened.reading(path) as recording:
         at_s = (found.t_ns - recording.span_ns[0]) / 1e9
-    return {
-        "t_s": round(at_s, 6),
-        "z_m": _rounded(found.z_m),
-        "sigma_m": _rounded(found.sigma_m),
-        "verged_z_m": _rounded(found.verged_z_m),
-        "known": round(found.known, 4),
-        "apart_ms": round(found.apart_ms, 3),
-        "backend": backend,
-        "looks": found.looks,
-        "picture_url": f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}&backend={backend}&looks={looks}",
-    }
+    return RecordedDepthDocument(
+        t_s=round(at_s, 6),
+        z_m=_rounded(found.z_m),
+        sigma_m=_rounded(found.sigma_m),
+        verged_z_m=_rounded(found.verged_z_m),
+        known=round(found.known, 4),
+        apart_ms=round(found.apart_ms, 3),
+        backend=backend,
+        looks=found.looks,
+        picture_url=f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}&backend={backend}&looks={looks}",
+    )
 
 
 @router.get(

@@ -7,7 +7,6 @@ from fastapi import APIRouter
 from foveacam_hardware.contract import Role, TriggerBudget, trigger_budget
 from foveacam_server.api.cameras import camera_document, divergence
 from foveacam_server.api.mirrors import mirrors_document
-from foveacam_server.api.models import CalibrationDocument
 from foveacam_server.api.rig_models import (
     ClockDocument,
     DeviceProblemDocument,
@@ -43,9 +42,7 @@ async def rig(services: ServicesDep) -> RigDocument:
         divergence=divergence(services),
         mirrors=mirrors_document(services),
         trigger=_trigger(services),
-        calibration=None
-        if calibration is None
-        else CalibrationDocument.model_validate(services.records.document(calibration)),
+        calibration=None if calibration is None else services.records.describe(calibration),
         calibration_problem=services.calibration.problem,
         clock=ClockDocument(t_ns=services.clock.now_ns(), utc=utc_now()),
     )

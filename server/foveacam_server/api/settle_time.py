@@ -6,41 +6,32 @@ from foveacam_server.api.answers import LeaseHeader, problems
 from foveacam_server.api.calibration_models import SettleTimeDocument, SettleTimeRequest
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.services import Services, ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/settle_time", tags=["calibrations"])
 
 
-@router.get("", summary="The settle time in use", response_model=SettleTimeDocument, responses=problems(503))
-def state(services: ServicesDep) -> Document:
+@router.get("", summary="The settle time in use", responses=problems(503))
+def state(services: ServicesDep) -> SettleTimeDocument:
     """Return how long the rig waits after every move, and where that comes from."""
-    return services.settling.document(services.hardware)
+    return services.settling.describe(services.hardware)
 
 
-@router.put(
-    "",
-    summary="Put a measured settle time in use",
-    response_model=SettleTimeDocument,
-    responses=problems(404, 409, 502, 503, 504),
-)
-def apply(request: SettleTimeRequest, services: ServicesDep, x_lease: LeaseHeader = None) -> Document:
+@router.put("", summary="Put a measured settle time in use", responses=problems(404, 409, 502, 503, 504))
+def apply(
+    request: SettleTimeRequest, services: ServicesDep, x_lease: LeaseHeader = None
+) -> SettleTimeDocument:
     """Let the rig wait as long as a session has measured, now and at every start."""
     _check(services, x_lease)
     services.settling.apply(services.sessions.settle_time(request.session_id), services.hardware)
-    return services.settling.document(services.hardware)
+    return services.settling.describe(services.hardware)
 
 
-@router.delete(
-    "",
-    summary="Go back to the rig file's settle time",
-    response_model=SettleTimeDocument,
-    responses=problems(409, 502, 503, 504),
-)
-def forget(services: ServicesDep, x_lease: LeaseHeader = None) -> Document:
+@router.delete("", summary="Go back to the rig file's settle time", responses=problems(409, 502, 503, 504))
+def forget(services: ServicesDep, x_lease: LeaseHeader = None) -> SettleTimeDocument:
     """Let the rig wait as long as its file says, now and at every start; what was measured is kept."""
     _check(services, x_lease)
     services.settling.forget(services.hardware)
-    return services.settling.document(services.hardware)
+    return services.settling.describe(services.hardware)
 
 
 def _check(services: Services, x_lease: str | None) -> None:

@@ -75,10 +75,10 @@ def every(
     return services.stills.every(text=text, state=StillState(state))
 
 
-@router.delete("/trash", summary="Empty the trash", response_model=TrashEmptied)
-def empty_trash(services: ServicesDep) -> dict[str, int]:
+@router.delete("/trash", summary="Empty the trash")
+def empty_trash(services: ServicesDep) -> TrashEmptied:
     """Delete for good what was removed or discarded."""
-    return {"deleted": services.stills.shelf.empty_trash()}
+    return TrashEmptied(deleted=services.stills.shelf.empty_trash())
 
 
 @router.get("/{still_id}", summary="One still", response_model=StillDocument, responses=problems(404))
@@ -126,13 +126,11 @@ def restore(still_id: StillId, services: ServicesDep) -> Document:
     return services.stills.restore(still_id)
 
 
-@router.post(
-    "/{still_id}/check", summary="Verify every file", response_model=StillCheck, responses=problems(404)
-)
-def check_files(still_id: StillId, services: ServicesDep) -> Document:
+@router.post("/{still_id}/check", summary="Verify every file", responses=problems(404))
+def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
     """Read every file of the still's dataset again, and say what is not as it was written."""
-    faults = check_dataset(services.stills.shelf.get(still_id).stored.folder)
-    return {"id": still_id, "sound": not faults, "faults": faults}
+    faults = check(services.stills.shelf.get(still_id).kept.folder)
+    return StillCheck(id=still_id, sound=not faults, faults=faults)
 
 
 @router.get(

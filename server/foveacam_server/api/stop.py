@@ -13,7 +13,7 @@ from foveacam_server.api.models import StopAnswer, StopDocument
 from foveacam_server.api.security import AccessRules, put_security_headers
 from foveacam_server.errors import problem_of
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.stop import StopOutcome, StopSwitch
+from foveacam_server.runtime.stop import StopSwitch
 
 router = APIRouter(prefix="/stop", tags=["stop"])
 PATH = "/api/v1/stop"
@@ -22,8 +22,7 @@ PATH = "/api/v1/stop"
 @router.get("", summary="Is the stop engaged?")
 async def state(services: ServicesDep) -> StopDocument:
     """Return whether the stop is engaged, since when and by whom."""
-    found = services.stop.state
-    return StopDocument(engaged=found.engaged, since_utc=found.since_utc, by=found.by)
+    return services.stop.state
 
 
 @router.post("", summary="Stop: park the mirrors now")
@@ -32,21 +31,13 @@ async def engage(request: Request, services: ServicesDep) -> StopAnswer:
 
     Answered when the mirrors' controller has confirmed, or its driver has given up.
     """
-    return stop_answer(
-        await asyncio.wrap_future(services.stopping.submit(services.stop.engage, _who(request)))
-    )
+    return await asyncio.wrap_future(services.stopping.submit(services.stop.engage, _who(request)))
 
 
 @router.delete("", summary="Release the stop")
 async def release(request: Request, services: ServicesDep) -> StopDocument:
     """Allow moves again."""
-    found = services.stop.release(_who(request))
-    return StopDocument(engaged=found.engaged, since_utc=found.since_utc, by=found.by)
-
-
-def stop_answer(outcome: StopOutcome) -> StopAnswer:
-    """Return the answer to a stop, whichever way it came in."""
-    return StopAnswer(engaged=True, parked=outcome.parked, parked_in_ms=outcome.parked_in_ms)
+    return services.stop.release(_who(request))
 
 
 def _who(request: Request) -> str:
@@ -80,7 +71,7 @@ class StopAtDoor:
         if refusal is not None:
             return refusal.problem.response(instance=PATH)
         try:
-            return JSONResponse(stop_answer(self._stop.engage(peer)).model_dump(mode="json"))
+            return JSONResponse(self._stop.engage(peer).as_json())
         except Exception as error:  # noqa: BLE001 - the outermost frame of a request: it is answered
             return problem_of(error).response(instance=PATH)
 

@@ -6,30 +6,27 @@ from fastapi.responses import JSONResponse
 from foveacam_server.api.answers import LeaseHeader, PreferHeader, job_answer, problems
 from foveacam_server.api.models import FixationDocument, JobDocument, TargetDocument, TargetPatch
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/targets", tags=["targets"])
 
 
-@router.get("", summary="All targets, oldest first", response_model=list[TargetDocument])
-def every(services: ServicesDep) -> list[Document]:
+@router.get("", summary="All targets, oldest first")
+def every(services: ServicesDep) -> list[TargetDocument]:
     """Return all targets."""
     return services.fixations.targets.every()
 
 
-@router.get("/{target_id}", summary="One target", response_model=TargetDocument, responses=problems(404))
-def one(target_id: str, services: ServicesDep) -> Document:
+@router.get("/{target_id}", summary="One target", responses=problems(404))
+def one(target_id: str, services: ServicesDep) -> TargetDocument:
     """Return one target."""
     return services.fixations.targets.get(target_id)
 
 
-@router.patch(
-    "/{target_id}", summary="Rename a target", response_model=TargetDocument, responses=problems(404)
-)
-def rename(target_id: str, patch: TargetPatch, services: ServicesDep) -> Document:
+@router.patch("/{target_id}", summary="Rename a target", responses=problems(404))
+def rename(target_id: str, patch: TargetPatch, services: ServicesDep) -> TargetDocument:
     """Give a target another label."""
     target = services.fixations.targets.rename(target_id, patch.label)
-    services.events.emit("target.updated", f"{target_id} is now {patch.label}", data=target)
+    services.events.emit("target.updated", f"{target_id} is now {patch.label}", data=target.as_json())
     return target
 
 
@@ -37,9 +34,9 @@ def rename(target_id: str, patch: TargetPatch, services: ServicesDep) -> Documen
 def remove(target_id: str, services: ServicesDep) -> None:
     """Forget a target; its fixation and its cloud stay."""
     target = services.fixations.targets.remove(target_id)
-    services.events.emit("target.deleted", f"{target['label']} was removed", data={"id": target_id})
+    services.events.emit("target.deleted", f"{target.label} was removed", data={"id": target_id})
     if services.viewer is not None:
-        services.viewer.remove_fixation(target["fixation_id"])
+        services.viewer.remove_fixation(target.fixation_id)
 
 
 @router.post(
@@ -55,7 +52,7 @@ def remove(target_id: str, services: ServicesDep) -> None:
 async def look_again(
     target_id: str, services: ServicesDep, prefer: PreferHeader = None, x_lease: LeaseHeader = None
 ) -> JSONResponse:
-    """Measure a target anew; its label stays."""
+    """Measure a target again; its label stays."""
     services.lease.check(x_lease)
     job = services.fixations.look_again(target_id, source="rest")
     return await job_answer(services, job, prefer=prefer, result=services.fixations.at_url)

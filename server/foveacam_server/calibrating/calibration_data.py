@@ -81,7 +81,7 @@ class CalibrationData:
         """Return a calibration as a REST document."""
         return calibration_document(
             calibration, kept=self._is_kept(calibration), current=self._in_force(calibration)
-        )
+        ).as_json()
 
     def _is_kept(self, calibration: Calibration) -> bool:
         shipped = [known.id for known in self._list_shipped()]

@@ -5,9 +5,9 @@ import threading
 from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthReport, HealthVerdict, report_health
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
+from foveacam_server.api.models import HealthDocument
 from foveacam_server.runtime.documents import rounded
 from foveacam_server.runtime.events import EventLevel, EventLog
-from foveacam_server.runtime.store import Document
 
 
 class CalibrationHealth:
@@ -35,24 +35,24 @@ class CalibrationHealth:
         if health != before:
             self._tell(health)
 
-    def document(self) -> Document:
+    def describe(self) -> HealthDocument:
         """Return the verdict so far."""
         with self._lock:
-            return health_document(report_health(()) if self._checkup is None else self._checkup.health)
+            return _describe(health_of(()) if self._checkup is None else self._checkup.health)
 
     def _tell(self, health: HealthReport) -> None:
         level = EventLevel.WARNING if health.verdict is HealthVerdict.RECALIBRATE else EventLevel.INFO
-        self._events.emit("calibration.health", health.detail, level=level, data=health_document(health))
+        data = _describe(health).as_json()
+        self._events.emit("calibration.health", health.detail, level=level, data=data)
 
 
-def health_document(health: HealthReport) -> Document:
-    """Return a health as REST shows it."""
-    return {
-        "score": rounded(health.score, 3),
-        "verdict": health.verdict.value,
-        "fixations": health.fixations,
-        "vertical_px": rounded(health.vertical_px, 2),
-        "horizontal_px": rounded(health.horizontal_px, 2),
-        "rows_px": rounded(health.rows_px, 2),
-        "detail": health.detail,
-    }
+def _describe(health: HealthReport) -> HealthDocument:
+    return HealthDocument(
+        score=rounded(health.score, 3),
+        verdict=health.verdict.value,
+        fixations=health.fixations,
+        vertical_px=rounded(health.vertical_px, 2),
+        horizontal_px=rounded(health.horizontal_px, 2),
+        rows_px=rounded(health.rows_px, 2),
+        detail=health.detail,
+    )

@@ -4,6 +4,8 @@ from functools import lru_cache
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.api.calibration_models import ComparisonDocument
+from foveacam_server.api.models import CalibrationDocument, HealthDocument
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.calibrating.record_files import FileFormat, ImportFacts, calibration_of, export_bytes
 from foveacam_server.calibrating.sessions import SessionCollection
@@ -13,7 +15,6 @@ from foveacam_server.runtime.calibrations import CalibrationService
 from foveacam_server.runtime.documents import calibration_document
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.rig_status import RigStatus
-from foveacam_server.runtime.store import Document
 
 COMPARE_URL = "/api/v1/calibrations/compare.png"
 
@@ -37,7 +38,7 @@ class CalibrationRecords:
         self._health = health
         self._compared = lru_cache(maxsize=8)(self._compare)
 
-    def document(self, calibration: Calibration) -> Document:
+    def describe(self, calibration: Calibration) -> CalibrationDocument:
         """Return a calibration as REST shows it; the one in force with its health."""
         current = self._service.current is calibration
         return calibration_document(
@@ -47,11 +48,11 @@ class CalibrationRecords:
             health=self.health() if current else None,
         )
 
-    def health(self) -> Document:
+    def health(self) -> HealthDocument:
         """Return what ordinary fixations say of the calibration in force."""
-        return self._health.document()
+        return self._health.describe()
 
-    def compare(self, a: str, b: str) -> Document:
+    def compare(self, a: str, b: str) -> ComparisonDocument:
         """Return how far two calibrations differ."""
         return self._compared(a, b)[0]
 
@@ -63,14 +64,14 @@ class CalibrationRecords:
         """Return a calibration as a file."""
         return export_bytes(self._service.get(calibration_id), file_format, sessions=self._sessions)
 
-    def take(self, document: object, *, distance_m: float | None) -> Document:
+    def import_file(self, document: object, *, distance_m: float | None) -> CalibrationDocument:
         """Keep the calibration of an uploaded file."""
         status = self._hardware.status
         if status.rig_id is None:
             raise refusals.not_open(status.problems)
         calibration = calibration_of(document, _facts(status, distance_m=distance_m))
         self._service.add(calibration)
-        return self.document(calibration)
+        return self.describe(calibration)
 
     def report(self, calibration_id: str) -> str:
         """Return the report of a calibration as one HTML page."""
@@ -78,11 +79,12 @@ class CalibrationRecords:
 
         return report_page(self._service.get(calibration_id), sessions=self._sessions, drift=self._drift)
 
-    def _compare(self, a: str, b: str) -> tuple[Document, bytes]:
-        from foveacam_server.calibrating.reports import compare_calibrations  # figures load for seconds
+    def _compare(self, a: str, b: str) -> tuple[ComparisonDocument, bytes]:
+        from foveacam_server.calibrating.comparisons import compared  # figures load for seconds
 
-        document, picture = compare_calibrations(self._service.get(a), self._service.get(b))
-        return document | {"picture_url": f"{COMPARE_URL}?a={a}&b={b}"}, picture
+        document, picture = compared(self._service.get(a), self._service.get(b))
+        url = f"{COMPARE_URL}?a={a}&b={b}"
+        return ComparisonDocument.model_validate(document | {"picture_url": url}), picture
 
 
 def _facts(status: RigStatus, *, distance_m: float | None) -> ImportFacts:

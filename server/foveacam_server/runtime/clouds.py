@@ -15,11 +15,11 @@ from foveacam_pipeline.measure.look import LookDepth
 from foveacam_pipeline.measure.look_file import save_look
 from foveacam_pipeline.stereo.ply import VERTEX, ply_bytes
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
-from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_server.api.models import CloudDocument
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.depth_patches import KEPT, DepthPatch, DepthPatches, load_patch, save_patch
 from foveacam_server.runtime.names import new_id, utc_now
-from foveacam_server.runtime.store import CloudRow, Document, Store
+from foveacam_server.runtime.store import CloudRow, Store
 from foveacam_web.glb import write_glb
 
 CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png", "depth.npz"]
@@ -46,28 +46,28 @@ class CloudCollection:
         self.patches = DepthPatches()
         for partial in self._folder.glob("*.part"):
             shutil.rmtree(partial, ignore_errors=True)  # a writing that was cut off; nobody was told of it
-        for document in reversed(self.newest(KEPT)):
-            path = self._folder / document["id"] / "patch.npz"
+        for cloud in reversed(self.newest(KEPT)):
+            path = self._folder / cloud.id / "patch.npz"
             if path.exists():
                 self.patches.add(load_patch(path))
 
-    def put(self, shape: FixationShape) -> Document:
-        """Write the files, then the row; return the cloud's document. Without room nothing is left of it."""
+    def put(self, shape: FixationShape) -> CloudDocument:
+        """Write the files, then the row; on an error remove both."""
         cloud_id = new_id("cld")
         has_mesh = len(shape.mesh.faces) > 0
-        document = _document(cloud_id, shape, has_mesh=has_mesh)
+        cloud = _describe(cloud_id, shape, has_mesh=has_mesh)
         try:
             with disk_errors(f"the shape of fixation {shape.fixation_id}", self._folder):
                 self._write(cloud_id, shape, has_mesh=has_mesh)
             with self._store.session() as session:
-                session.add(CloudRow(id=cloud_id, fixation_id=shape.fixation_id, document=document))
+                session.add(CloudRow(id=cloud_id, fixation_id=shape.fixation_id, document=cloud.as_json()))
         except FoveaError:
             shutil.rmtree(self._folder / f"{cloud_id}.part", ignore_errors=True)
             shutil.rmtree(self._folder / cloud_id, ignore_errors=True)
             raise
         if shape.patch is not None:
             self.patches.add(shape.patch)
-        return document
+        return cloud
 
     def _write(self, cloud_id: str, shape: FixationShape, *, has_mesh: bool) -> None:
         partial = self._folder / f"{cloud_id}.part"
@@ -82,30 +82,30 @@ class CloudCollection:
             save_look(shape.look, partial / "depth.npz")
         partial.rename(self._folder / cloud_id)
 
-    def get(self, cloud_id: str) -> Document:
-        """Return one or raise `NotFound`."""
+    def get(self, cloud_id: str) -> CloudDocument:
+        """Return a cloud by its id or raise `NotFound`."""
         with self._store.session() as session:
             row = session.scalars(select(CloudRow).where(CloudRow.id == cloud_id)).one_or_none()
         if row is None:
             raise NotFound(f"there is no cloud {cloud_id}; see /api/v1/clouds", asked=cloud_id)
-        return row.document
+        return CloudDocument.model_validate(row.document)
 
-    def of_fixation(self, fixation_id: str) -> Document | None:
+    def of_fixation(self, fixation_id: str) -> CloudDocument | None:
         """Return the newest cloud of a fixation, None when it has none."""
         query = select(CloudRow).where(CloudRow.fixation_id == fixation_id).order_by(CloudRow.seq.desc())
         with self._store.session() as session:
             row = session.scalars(query.limit(1)).first()
-        return None if row is None else row.document
+        return None if row is None else CloudDocument.model_validate(row.document)
 
-    def newest(self, limit: int) -> list[Document]:
-        """Return the newest, newest first."""
+    def newest(self, limit: int) -> list[CloudDocument]:
+        """Return the newest clouds, newest first."""
         with self._store.session() as session:
             rows = session.scalars(select(CloudRow).order_by(CloudRow.seq.desc()).limit(limit))
-            return [row.document for row in rows]
+            return [CloudDocument.model_validate(row.document) for row in rows]
 
     def file(self, cloud_id: str, name: CloudFile) -> Path:
         """Return one file of a cloud or raise `NotFound`."""
-        path = self._folder / str(self.get(cloud_id)["id"]) / name
+        path = self._folder / self.get(cloud_id).id / name
         if not path.is_file():
             raise NotFound(f"cloud {cloud_id} has no {name}", asked=name, found="no such file")
         return path
@@ -123,33 +123,34 @@ class CloudCollection:
             sigma_m=vertices["sigma"].copy(),
         )
 
-    def remove(self, cloud_id: str) -> Document:
+    def remove(self, cloud_id: str) -> CloudDocument:
         """Remove a cloud and its files; return what it was."""
-        document = self.get(cloud_id)
+        cloud = self.get(cloud_id)
         with self._store.session() as session:
             for row in session.scalars(select(CloudRow).where(CloudRow.id == cloud_id)):
                 session.delete(row)
         shutil.rmtree(self._folder / cloud_id, ignore_errors=True)
-        self.patches.forget(document["fixation_id"])
-        return document
+        self.patches.forget(cloud.fixation_id)
+        return cloud
 
 
-def _document(cloud_id: str, shape: FixationShape, *, has_mesh: bool) -> Document:
+def _describe(cloud_id: str, shape: FixationShape, *, has_mesh: bool) -> CloudDocument:
     points_m = shape.cloud.points_rig_m
+    x_m, y_m, z_m = (round(float(value), 5) for value in np.median(points_m, axis=0))
     url = f"/api/v1/clouds/{cloud_id}"
-    return {
-        "id": cloud_id,
-        "fixation_id": shape.fixation_id,
-        "created_utc": utc_now(),
-        "points": len(shape.cloud),
-        "centre_rig_m": [round(float(value), 5) for value in np.median(points_m, axis=0)],
-        "z_min_m": round(float(points_m[:, 2].min()), 5),
-        "z_max_m": round(float(points_m[:, 2].max()), 5),
-        "sigma_median_m": round(float(np.median(shape.cloud.sigma_m)), 6),
-        "ply_url": f"{url}.ply",
-        "glb_url": f"{url}.glb" if has_mesh else None,
-        "depth_url": f"{url}/depth.png",
-    }
+    return CloudDocument(
+        id=cloud_id,
+        fixation_id=shape.fixation_id,
+        created_utc=utc_now(),
+        points=len(shape.cloud),
+        centre_rig_m=(x_m, y_m, z_m),
+        z_min_m=round(float(points_m[:, 2].min()), 5),
+        z_max_m=round(float(points_m[:, 2].max()), 5),
+        sigma_median_m=round(float(np.median(shape.cloud.sigma_m)), 6),
+        ply_url=f"{url}.ply",
+        glb_url=f"{url}.glb" if has_mesh else None,
+        depth_url=f"{url}/depth.png",
+    )
 
 
 def _png(picture: NDArray[np.uint8]) -> bytes:

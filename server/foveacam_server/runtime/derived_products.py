@@ -78,7 +78,7 @@ class DerivedProductJobs:
         job = self._job_of(capture_id)
         return {
             "job_id": None if job is None else job.id,
-            "progress": None if job is None else job.document()["progress"],
+            "progress": None if job is None else job.describe().progress.as_json(),
         }
 
     def ended_dataset(self, kept: StoredCapture) -> Dataset:

@@ -18,6 +18,7 @@ from sqlalchemy import delete, func, insert, select
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from foveacam_hardware.contract import DeviceFault, StorageFull
+from foveacam_server.api.models import EventDocument
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.store import Document, EventRow, Store
 
@@ -56,16 +57,16 @@ class Event:
     message: str
     data: Document = field(default_factory=dict)
 
-    def document(self) -> Document:
+    def describe(self) -> EventDocument:
         """Return the event as REST shows it."""
-        return {
-            "id": self.id,
-            "kind": self.kind,
-            "level": self.level.value,
-            "t_utc": self.t_utc,
-            "message": self.message,
-            "data": self.data,
-        }
+        return EventDocument(
+            id=self.id,
+            kind=self.kind,
+            level=self.level.value,
+            t_utc=self.t_utc,
+            message=self.message,
+            data=self.data,
+        )
 
 
 @dataclass(slots=True, eq=False)
@@ -229,7 +230,9 @@ class EventLog:
     def _save(self, events: list[Event], *, prune: bool) -> None:
         if not events:
             return
-        rows = [{"id": event.id, "kind": event.kind, "document": event.document()} for event in events]
+        rows = [
+            {"id": event.id, "kind": event.kind, "document": event.describe().as_json()} for event in events
+        ]
         with self._store.session() as session:
             # an attempt that seemed to fail may have written them
             session.execute(insert(EventRow).prefix_with("OR IGNORE"), rows)
@@ -243,12 +246,12 @@ def _call_in_loop(listener: _Listener, event: Event | None) -> None:
 
 
 def _event(row: EventRow) -> Event:
-    document = row.document
+    stored = EventDocument.model_validate(row.document)
     return Event(
         id=row.id,
         kind=row.kind,
-        level=EventLevel(document["level"]),
-        t_utc=document["t_utc"],
-        message=document["message"],
-        data=document["data"],
+        level=EventLevel(stored.level),
+        t_utc=stored.t_utc,
+        message=stored.message,
+        data=stored.data,
     )

@@ -1,38 +1,39 @@
-"""Fixations and targets as rows."""
+"""Reads and writes fixations and targets as rows of the database."""
 
 from sqlalchemy import select, update
 
+from foveacam_server.api.models import FixationDocument, TargetDocument
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.store import Document, FixationRow, Store, TargetRow
+from foveacam_server.runtime.store import FixationRow, Store, TargetRow
 
 
 class FixationTable:
-    """Answered fixations, for good."""
+    """All fixations that ended with an answer; none is deleted."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
 
-    def add(self, document: Document) -> None:
-        """Write one down."""
+    def add(self, fixation: FixationDocument) -> None:
+        """Add a fixation."""
         with self._store.session() as session:
             session.add(
                 FixationRow(
-                    id=document["id"],
-                    job_id=document["job_id"],
-                    target_id=document["target_id"],
-                    cloud_id=document["cloud_id"],
-                    document=document,
+                    id=fixation.id,
+                    job_id=fixation.job_id,
+                    target_id=fixation.target_id,
+                    cloud_id=fixation.cloud_id,
+                    document=fixation.as_json(),
                 )
             )
 
     def set_cloud(self, fixation_id: str, cloud_id: str | None) -> None:
-        """Write down which cloud belongs to a fixation."""
+        """Set the cloud of a fixation."""
         with self._store.session() as session:
             query = update(FixationRow).where(FixationRow.id == fixation_id)
             session.execute(query.values(cloud_id=cloud_id))
 
-    def choose(self, fixation_id: str, alternative: int) -> Document:
-        """Write down which alternative was chosen; return the fixation, or raise `NotFound`."""
+    def choose(self, fixation_id: str, alternative: int) -> FixationDocument:
+        """Set which alternative was chosen; return the fixation, or raise `NotFound`."""
         with self._store.session() as session:
             row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
             if row is None:
@@ -40,45 +41,45 @@ class FixationTable:
             row.document = {**row.document, "chosen_alternative": alternative}
             return _fixation(row)
 
-    def get(self, fixation_id: str) -> Document:
-        """Return one or raise `NotFound`."""
+    def get(self, fixation_id: str) -> FixationDocument:
+        """Return a fixation by its id or raise `NotFound`."""
         with self._store.session() as session:
             row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
         if row is None:
             raise _no_fixation(fixation_id)
         return _fixation(row)
 
-    def newest(self, limit: int) -> list[Document]:
-        """Return the newest, newest first."""
+    def newest(self, limit: int) -> list[FixationDocument]:
+        """Return the newest fixations, newest first."""
         with self._store.session() as session:
             rows = session.scalars(select(FixationRow).order_by(FixationRow.seq.desc()).limit(limit))
             return [_fixation(row) for row in rows]
 
 
 class TargetTable:
-    """Points that were looked at and kept until somebody removes them."""
+    """Points that were looked at, until somebody removes them."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
 
-    def put(self, document: Document) -> bool:
-        """Write a target down; tell whether it is a new one. The label of a known one stays."""
+    def put(self, target: TargetDocument) -> bool:
+        """Add or replace a target; return whether it is new. A known one keeps its label."""
         with self._store.session() as session:
-            row = session.scalars(select(TargetRow).where(TargetRow.id == document["id"])).one_or_none()
+            row = session.scalars(select(TargetRow).where(TargetRow.id == target.id)).one_or_none()
             if row is not None:
-                row.document = {**document, "created_utc": row.document["created_utc"]}
+                row.document = {**target.as_json(), "created_utc": row.document["created_utc"]}
                 return False
-            session.add(TargetRow(id=document["id"], label=document["label"], document=document))
+            session.add(TargetRow(id=target.id, label=target.label, document=target.as_json()))
             return True
 
     def next_label(self) -> str:
-        """Return the label for a target that got none: the number after the newest's."""
+        """Return the label of a target that was given none: the number after the newest's."""
         with self._store.session() as session:
             newest = session.scalars(select(TargetRow.seq).order_by(TargetRow.seq.desc()).limit(1)).first()
         return f"Target {(newest or 0) + 1}"
 
-    def set_cloud(self, fixation_id: str, cloud_id: str | None) -> Document | None:
-        """Write the cloud of a fixation down at the target that came of it; return that target."""
+    def set_cloud(self, fixation_id: str, cloud_id: str | None) -> TargetDocument | None:
+        """Set the cloud of the target that a fixation produced; return that target."""
         with self._store.session() as session:
             for row in session.scalars(select(TargetRow)):
                 if row.document["fixation_id"] == fixation_id:
@@ -86,7 +87,7 @@ class TargetTable:
                     return _target(row)
         return None
 
-    def rename(self, target_id: str, label: str) -> Document:
+    def rename(self, target_id: str, label: str) -> TargetDocument:
         """Give a target another label."""
         with self._store.session() as session:
             row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
@@ -95,8 +96,8 @@ class TargetTable:
             row.label = label
             return _target(row)
 
-    def remove(self, target_id: str) -> Document:
-        """Forget a target; return what it was."""
+    def remove(self, target_id: str) -> TargetDocument:
+        """Delete a target; return what it was."""
         with self._store.session() as session:
             row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
             if row is None:
@@ -104,33 +105,34 @@ class TargetTable:
             session.delete(row)
             return _target(row)
 
-    def get(self, target_id: str) -> Document:
-        """Return one or raise `NotFound`."""
+    def get(self, target_id: str) -> TargetDocument:
+        """Return a target by its id or raise `NotFound`."""
         with self._store.session() as session:
             row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
         if row is None:
             raise _no_target(target_id)
         return _target(row)
 
-    def find(self, target_id: str) -> Document | None:
-        """Return one; None when it was removed or never was."""
+    def find(self, target_id: str) -> TargetDocument | None:
+        """Return a target by its id; None when there is none."""
         try:
             return self.get(target_id)
         except NotFound:
             return None
 
-    def every(self) -> list[Document]:
+    def every(self) -> list[TargetDocument]:
         """Return all targets, oldest first."""
         with self._store.session() as session:
             return [_target(row) for row in session.scalars(select(TargetRow).order_by(TargetRow.seq))]
 
 
-def _fixation(row: FixationRow) -> Document:
-    return {**row.document, "target_id": row.target_id, "cloud_id": row.cloud_id}
+def _fixation(row: FixationRow) -> FixationDocument:
+    ids = {"target_id": row.target_id, "cloud_id": row.cloud_id}
+    return FixationDocument.model_validate({**row.document, **ids})
 
 
-def _target(row: TargetRow) -> Document:
-    return {**row.document, "label": row.label}
+def _target(row: TargetRow) -> TargetDocument:
+    return TargetDocument.model_validate({**row.document, "label": row.label})
 
 
 def _no_fixation(fixation_id: str) -> NotFound:

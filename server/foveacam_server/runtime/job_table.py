@@ -6,6 +6,7 @@ from enum import StrEnum
 from sqlalchemy import select, update
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_server.api.models import JobDocument, JobProgress, Problem
 from foveacam_server.errors import INTERRUPTED, NotFound, ProblemDetails
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.store import Document, JobRow, Store
@@ -43,22 +44,22 @@ class Job:
     eta_s: float | None = None
     note: str = ""
     result_url: str | None = None
-    problem: Document | None = None
+    problem: Problem | None = None
     idempotency_key: str | None = None
 
-    def document(self) -> Document:
+    def describe(self) -> JobDocument:
         """Return the job as REST shows it."""
-        return {
-            "id": self.id,
-            "kind": self.kind,
-            "state": self.state.value,
-            "created_utc": self.created_utc,
-            "started_utc": self.started_utc,
-            "ended_utc": self.ended_utc,
-            "progress": {"done": self.done, "total": self.total, "eta_s": self.eta_s, "note": self.note},
-            "result_url": self.result_url,
-            "problem": self.problem,
-        }
+        return JobDocument(
+            id=self.id,
+            kind=self.kind,
+            state=self.state.value,
+            created_utc=self.created_utc,
+            started_utc=self.started_utc,
+            ended_utc=self.ended_utc,
+            progress=JobProgress(done=self.done, total=self.total, eta_s=self.eta_s, note=self.note),
+            result_url=self.result_url,
+            problem=self.problem,
+        )
 
 
 class JobTable:
@@ -117,7 +118,7 @@ class JobTable:
             "total": job.total,
             "note": job.note,
             "result_url": job.result_url,
-            "problem": job.problem,
+            "problem": None if job.problem is None else job.problem.model_dump(exclude_unset=True),
         }
         with self._store.session() as session:
             session.execute(update(JobRow).where(JobRow.id == job.id).values(**values))
@@ -162,6 +163,6 @@ def _job(row: JobRow) -> Job:
         total=row.total,
         note=row.note,
         result_url=row.result_url,
-        problem=row.problem,
+        problem=None if row.problem is None else Problem.model_validate(row.problem),
         idempotency_key=row.idempotency_key,
     )

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 
 from foveacam_hardware.contract import Busy, Cancelled, Clock, FoveaError, InvalidInput, Stopped
+from foveacam_server.api.models import Problem
 from foveacam_server.errors import problem_of
 from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.job_table import Job, JobState, JobTable
@@ -286,11 +287,11 @@ class JobRunner:
 
     def _ended_early(self, job: Job, otherwise: str) -> None:
         reason = self._cancelled.get(job.id, otherwise)
-        job.problem = problem_of(Cancelled(f"The job was cancelled: {reason}.")).document()
+        job.problem = _problem(Cancelled(f"The job was cancelled: {reason}."))
         job.state = JobState.CANCELLED  # last: whoever sees that it has ended finds why
 
     def _failed(self, job: Job, error: Exception) -> None:
-        job.problem = problem_of(error).document()
+        job.problem = _problem(error)
         job.state = JobState.FAILED
 
     def _forget(self, job: Job) -> None:
@@ -302,9 +303,12 @@ class JobRunner:
             ending.set_result(job)
 
     def _tell(self, job: Job) -> None:
-        document = job.document()
-        problem = job.problem or {}
-        told = f"{job.kind} {job.id}: {job.state.value}"
-        message = f"{told}: {problem['detail']}" if "detail" in problem else told
+        message = f"{job.kind} {job.id}: {job.state.value}"
+        if job.problem is not None:
+            message = f"{message}: {job.problem.detail}"
         level = EventLevel.ERROR if job.state is JobState.FAILED else EventLevel.INFO
-        self._events.emit("job.updated", message, level=level, data=document)
+        self._events.emit("job.updated", message, level=level, data=job.describe().as_json())
+
+
+def _problem(error: Exception) -> Problem:
+    return Problem.model_validate(problem_of(error).document())

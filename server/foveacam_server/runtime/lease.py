@@ -5,19 +5,11 @@ import threading
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Busy, Clock
+from foveacam_server.api.models import LeaseDocument, LeaseGrant
 from foveacam_server.runtime.events import EventLevel, EventLog
 
 LIFETIME_S = 15.0
 """How long a lease lasts after it was last heard of."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GrantedLease:
-    """What the holder of the lease knows."""
-
-    token: str
-    holder: str
-    expires_in_s: float
 
 
 @dataclass(slots=True, kw_only=True)
@@ -36,21 +28,15 @@ class Lease:
         self._lock = threading.Lock()
         self._held: _Held | None = None
 
-    @property
-    def holder(self) -> str | None:
-        """Name of the present holder."""
+    def describe(self) -> LeaseDocument:
+        """Return who holds the lease now, and how long it lasts unless it is renewed."""
         with self._lock:
             held = self._current()
-            return held.holder if held else None
+            return LeaseDocument(
+                holder=held.holder if held else None, expires_in_s=self._left_s(held) if held else None
+            )
 
-    @property
-    def expires_in_s(self) -> float | None:
-        """Time until the present lease ends unless it is heard of."""
-        with self._lock:
-            held = self._current()
-            return (held.expires_ns - self._clock.now_ns()) / 1e9 if held else None
-
-    def take(self, holder: str, *, take_over: bool) -> GrantedLease:
+    def take(self, holder: str, *, take_over: bool) -> LeaseGrant:
         """Give the lease to `holder`; from another holder only with `take_over`, which is written down."""
         with self._lock:
             before = self._current()
@@ -74,7 +60,7 @@ class Lease:
         )
         return granted
 
-    def renew(self, token: str | None) -> GrantedLease:
+    def renew(self, token: str | None) -> LeaseGrant:
         """Extend the lease that `token` belongs to."""
         with self._lock:
             held = self._require(token, "keep the lease")
@@ -117,9 +103,11 @@ class Lease:
             raise _held_by(held.holder, asked)
         return held
 
-    def _grant(self, held: _Held) -> GrantedLease:
-        left_s = (held.expires_ns - self._clock.now_ns()) / 1e9
-        return GrantedLease(token=held.token, holder=held.holder, expires_in_s=left_s)
+    def _grant(self, held: _Held) -> LeaseGrant:
+        return LeaseGrant(token=held.token, holder=held.holder, expires_in_s=round(self._left_s(held), 2))
+
+    def _left_s(self, held: _Held) -> float:
+        return (held.expires_ns - self._clock.now_ns()) / 1e9
 
 
 def _same(token: str | None, expected: str) -> bool:

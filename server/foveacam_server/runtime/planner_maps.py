@@ -1,4 +1,4 @@
-"""The planner's maps and the regions on them as plain documents, with limits on what a request may hold."""
+"""Reads the planner's maps, within limits of size, and computes where on them one can stand."""
 
 import base64
 import binascii
@@ -20,22 +20,29 @@ from foveacam_pipeline.study.map_files import geojson_of, map_from_geojson, map_
 from foveacam_pipeline.study.maps import FieldMap, Place, RandomMap
 from foveacam_pipeline.study.regions import annulus, areas, feasible_regions
 from foveacam_pipeline.study.standoff import StandoffRing
-from foveacam_server.runtime.planner import RingSpec, ring_document
-from foveacam_server.runtime.store import Document
+from foveacam_server.api.planner_models import (
+    AreasDocument,
+    MapDocument,
+    RegionDocument,
+    RegionsDocument,
+    RegionsRequest,
+    SightDocument,
+)
+from foveacam_server.runtime.planner import describe_ring, standoff_ring
 
 MOST_VERTICES = 10_000
 MOST_PIXELS = 4_000_000
 MOST_SIGHTS = 100_000
-"""Corners times targets: some ten seconds of work."""
+"""Limit of corners times targets: some ten seconds of work."""
 FARTHEST_M = 1e7
 EDGE_M, GAP_M = 10.0, 4.0
-"""Of random maps: between targets and the map's edge, between targets; less on small maps."""
+"""Distances of random maps: targets to the map's edge, between targets; less on small maps."""
 UNREADABLE = (GEOSException, ArithmeticError, AttributeError, TypeError, ValueError)
-"""What outlines that are none make of the way to a map."""
+"""Errors that malformed outlines raise while a map is read."""
 
 
-def map_by_lot(settings: RandomMap) -> RandomMap:
-    """Return the settings with the distances that fit the map's size."""
+def fit_to_size(settings: RandomMap) -> RandomMap:
+    """Return the settings of a random map with distances that fit its size."""
     side_m = min(settings.size_m)
     edge_m, gap_m = min(EDGE_M, side_m / 5.0), min(GAP_M, side_m / 15.0)
     return RandomMap(
@@ -50,7 +57,7 @@ def map_by_lot(settings: RandomMap) -> RandomMap:
 
 
 def open_map(size_m: float) -> FieldMap:
-    """Return a square of open ground with a target in its middle."""
+    """Return a square map without obstacles and with a target in its middle."""
     return FieldMap(bounds_m=(0.0, 0.0, size_m, size_m), targets_m=((size_m / 2.0, size_m / 2.0),))
 
 
@@ -97,57 +104,61 @@ def field_of_picture(content_base64: str, *, m_per_px: float | None) -> FieldMap
     return _checked(map_from_picture(np.asarray(image, np.uint8), m_per_px=m_per_px))
 
 
-def map_document(field: FieldMap) -> Document:
+def describe_map(field: FieldMap) -> MapDocument:
     """Return a map as REST shows it."""
     union = shapely.union_all(list(field.obstacles))
-    return {
-        "map": geojson_of(field),
-        "bounds_m": list(field.bounds_m),
-        "targets_m": [list(place) for place in field.targets_m],
-        "obstacles": len(field.obstacles),
-        "obstacle_m2": float(union.area),
-        "vertices": _corners(field),
-    }
+    return MapDocument(
+        map=geojson_of(field),
+        bounds_m=list(field.bounds_m),
+        targets_m=[list(place) for place in field.targets_m],
+        obstacles=len(field.obstacles),
+        obstacle_m2=float(union.area),
+        vertices=_corners(field),
+    )
 
 
-def regions_document(
-    field: FieldMap, wish: RingSpec, *, agent_radius_m: float, points_m: Sequence[PlanPoint]
-) -> Document:
+def describe_regions(request: RegionsRequest) -> RegionsDocument:
     """Return where one can stand on a map: regions, areas, and targets in sight at some points."""
     began_s = time.perf_counter()
+    targets_m = None if request.targets_m is None else [(x, y) for x, y in request.targets_m]
+    field = field_of(request.map, targets_m=targets_m)
     _check_sights(field)
-    ring = wish.ring()
-    reach_m = 1.01 * math.hypot(*field.size_m)  # beyond it there is no ground
+    ring = standoff_ring(request.ring)
+    reach_m = 1.01 * math.hypot(*field.size_m)  # the map has no point farther away
     within = StandoffRing(inner_m=ring.inner_m, outer_m=min(ring.outer_m, reach_m))
     try:
-        regions = feasible_regions(field, within, agent_radius_m=agent_radius_m)
+        regions = feasible_regions(field, within, agent_radius_m=request.agent_radius_m)
         union = shapely.union_all(list(regions))
         found = region_areas(regions, union=union)
     except GEOSException as error:
         raise InvalidInput(f"the map's outlines cannot be combined ({error}); simplify them") from error
-    told = ring_document(wish)
-    return {
-        "ring": told,
-        "areas": {
-            "multi_m2": found.multi_m2,
-            "single_m2": found.single_m2,
-            "weighted_m2": found.weighted_m2,
-        },
-        "regions": [
-            {
-                "target": index,
-                "x_m": place[0],
-                "y_m": place[1],
-                "area_m2": float(region.area),
-                "ring_share": None if ring.empty else float(region.area) / ring.area_m2,
-            }
-            for index, (place, region) in enumerate(zip(field.targets_m, regions, strict=True))
-        ],
-        "empty_because": told["empty_because"] or (_nothing_left() if union.is_empty else None),
-        "points": [_in_sight(place, regions) for place in points_m],
-        "geojson": _drawn(field, ring, regions, union),
-        "duration_ms": 1e3 * (time.perf_counter() - began_s),
-    }
+    described = describe_ring(request.ring)
+    return RegionsDocument(
+        ring=described,
+        areas=AreasDocument(
+            multi_m2=found.multi_m2, single_m2=found.single_m2, weighted_m2=found.weighted_m2
+        ),
+        regions=_describe_each(field, ring, regions),
+        empty_because=described.empty_because or (_nothing_left() if union.is_empty else None),
+        points=[_in_sight((x, y), regions) for x, y in request.points_m],
+        geojson=_drawn(field, ring, regions, union),
+        duration_ms=1e3 * (time.perf_counter() - began_s),
+    )
+
+
+def _describe_each(
+    field: FieldMap, ring: StandoffRing, regions: Sequence[BaseGeometry]
+) -> list[RegionDocument]:
+    return [
+        RegionDocument(
+            target=index,
+            x_m=place[0],
+            y_m=place[1],
+            area_m2=float(region.area),
+            ring_share=None if ring.empty else float(region.area) / ring.area_m2,
+        )
+        for index, (place, region) in enumerate(zip(field.targets_m, regions, strict=True))
+    ]
 
 
 def _nothing_left() -> str:
@@ -157,14 +168,14 @@ def _nothing_left() -> str:
     )
 
 
-def _in_sight(place: PlanPoint, regions: Sequence[BaseGeometry]) -> Document:
+def _in_sight(place: Place, regions: Sequence[BaseGeometry]) -> SightDocument:
     seen = [n for n, region in enumerate(regions) if shapely.intersects_xy(region, *place)]
-    return {"x_m": place[0], "y_m": place[1], "targets": seen}
+    return SightDocument(x_m=place[0], y_m=place[1], targets=seen)
 
 
 def _drawn(
     field: FieldMap, ring: StandoffRing, regions: Sequence[BaseGeometry], union: BaseGeometry
-) -> Document:
+) -> dict[str, Any]:  # Any: GeoJSON
     document = geojson_of(field, regions=regions)
     rings = [annulus(place, ring) for place in field.targets_m]
     document["features"] += [

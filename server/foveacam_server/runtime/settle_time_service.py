@@ -1,6 +1,7 @@
 """The settle time in use: the rig file's, or what was measured and put in use; survives a restart."""
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated
+from foveacam_server.api.calibration_models import SettleTimeDocument
 from foveacam_server.calibrating.settle_times import (
     RIG_FILE,
     SettleTime,
@@ -12,7 +13,6 @@ from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.hardware_commands import answer_of
 from foveacam_server.runtime.ports import AssembledRig
-from foveacam_server.runtime.store import Document
 
 
 class SettleTimeService:
@@ -34,11 +34,12 @@ class SettleTimeService:
         """What was measured and put in use; None: the rig file's counts."""
         return self._in_use
 
-    def document(self, hardware: HardwareThread) -> Document:
+    def describe(self, hardware: HardwareThread) -> SettleTimeDocument:
         """Return how long the rig waits, and why; raise `NotConnected` until it was opened."""
         if self._rig_file_us is None:
             raise refusals.not_open(hardware.status.problems)
-        return settle_time_document(self._in_use, rig_file_us=self._rig_file_us)
+        found = settle_time_document(self._in_use, rig_file_us=self._rig_file_us)
+        return SettleTimeDocument.model_validate(found)
 
     def restore(self, rig: AssembledRig) -> None:
         """Give a rig that was just opened the settle time that was measured on it.
@@ -79,7 +80,7 @@ class SettleTimeService:
 
     def forget(self, hardware: HardwareThread) -> None:
         """Let the rig file's settle time count again, now and at every start."""
-        rig_file_us = int(self.document(hardware)["rig_file_us"])
+        rig_file_us = self.describe(hardware).rig_file_us
         self._times.forget(answer_of(hardware.submit(lambda rig: rig.rig_id), asked="the rig's name"))
         if self._in_use is None:
             return

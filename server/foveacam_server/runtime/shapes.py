@@ -20,13 +20,13 @@ from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, differenc
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import Cloud, DepthMap, DepthMesh, RectifiedPair
 from foveacam_pipeline.verge.values import Basis
+from foveacam_server.api.models import BoundDocument, CloudDocument, TargetDocument
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.clouds import CloudCollection, FixationShape
 from foveacam_server.runtime.depth_patches import project_patch
 from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.ports import PictureSink, SceneViewer
-from foveacam_server.runtime.store import Document
 
 _log = logging.getLogger(__name__)
 
@@ -40,8 +40,8 @@ SCALE = 0.5
 """Scale of the rectified windows."""
 
 
-OnCloud = Callable[[str, Document], None]
-"""Takes the fixation's id and the new cloud's document."""
+OnCloud = Callable[[str, CloudDocument], None]
+"""Takes the fixation's id and the new cloud."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +85,7 @@ class ShapeWorker:
         self._sink = sink
         self._viewer = viewer
         self._events = events
-        self._earlier: tuple[Document, ...] = ()
+        self._earlier: tuple[TargetDocument, ...] = ()
         self._waiting: queue.Queue[VergedLook | BoundedLook | None] = queue.Queue()
         self.dropped = 0
         self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
@@ -94,7 +94,7 @@ class ShapeWorker:
         """Begin to work; first of all, put back what stood in the 3D pane."""
         self._thread.start()
 
-    def put_back(self, targets: Sequence[Document]) -> None:
+    def put_back(self, targets: Sequence[TargetDocument]) -> None:
         """Show targets of an earlier run, with their clouds; before `start`."""
         self._earlier = tuple(targets[-PUT_BACK:])
 
@@ -152,10 +152,10 @@ class ShapeWorker:
         self._sink.publish_picture("difference", difference(pair), t_ns=pair.t_ns)
         depth = depth_map(pair, match(pair))
         shape = self._shape(seen, pair, depth)
-        document = self._shelf.put(shape)  # first: what is shown can be measured in
+        cloud = self._shelf.put(shape)  # first: what is shown can be measured in
         self._sink.publish_picture("depth", shape.depth_picture, t_ns=pair.t_ns)
         self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
-        seen.on_cloud(seen.fixation_id, document)
+        seen.on_cloud(seen.fixation_id, cloud)
 
     def _show(self, seen: VergedLook, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
         if self._viewer is None:
@@ -182,24 +182,26 @@ class ShapeWorker:
             farthest_m=seen.farthest_m,
         )
 
-    def _show_again(self, target: Document) -> None:
+    def _show_again(self, target: TargetDocument) -> None:
         if self._viewer is None:
             return
-        if target["distance_m"] is None:
-            self._show_limits(_limits_of(target))
+        distance_m, sigma_m, point = target.distance_m, target.distance_sigma_m, target.point_rig_m
+        if distance_m is None or sigma_m is None or point is None:
+            if target.bound is not None:
+                self._show_limits(_limits_of(target, target.bound))
             return
         try:
-            cloud = None if target["cloud_id"] is None else self._shelf.points(target["cloud_id"])
+            cloud = None if target.cloud_id is None else self._shelf.points(target.cloud_id)
         except (FoveaError, OSError, ValueError) as error:
-            _log.warning("%s: its cloud cannot be read: %s", target["label"], error)
+            _log.warning("%s: its cloud cannot be read: %s", target.label, error)
             cloud = None
         self._viewer.show_fixation(
-            target["fixation_id"],
-            label=target["label"],
-            point_rig_m=tuple(target["point_rig_m"]),
-            distance_m=target["distance_m"],
-            distance_sigma_m=target["distance_sigma_m"],
-            basis=Basis(target.get("basis", "both_foveae")),
+            target.fixation_id,
+            label=target.label,
+            point_rig_m=point,
+            distance_m=distance_m,
+            distance_sigma_m=sigma_m,
+            basis=Basis(target.basis),
             cloud=cloud,
             mesh=None,
         )
@@ -231,11 +233,11 @@ class ShapeWorker:
         )
 
 
-def _limits_of(target: Document) -> BoundedLook:
+def _limits_of(target: TargetDocument, bound: BoundDocument) -> BoundedLook:
     return BoundedLook(
-        fixation_id=target["fixation_id"],
-        label=target["label"],
-        direction_deg=(target["ax_deg"], target["ay_deg"]),
-        nearest_m=target["bound"]["nearest_m"],
-        farthest_m=target["bound"]["farthest_m"],
+        fixation_id=target.fixation_id,
+        label=target.label,
+        direction_deg=(target.ax_deg, target.ay_deg),
+        nearest_m=bound.nearest_m,
+        farthest_m=bound.farthest_m,
     )

@@ -4,11 +4,11 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Protocol
 
 from foveacam_hardware.contract import FoveaError
+from foveacam_server.api.models import StopAnswer, StopDocument
 from foveacam_server.runtime.events import EventLevel, EventLog
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.ports import AssembledRig
@@ -50,24 +50,7 @@ class Haltable(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StopState:
-    """Whether the stop is engaged, since when and by whom."""
-
-    engaged: bool
-    since_utc: str | None = None
-    by: str | None = None
-
-
-RELEASED = StopState(engaged=False)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StopOutcome:
-    """What came of a stop: whether the mirrors' controller confirmed, and how long all devices took."""
-
-    parked: bool
-    parked_in_ms: float
+RELEASED = StopDocument(engaged=False, since_utc=None, by=None)
 
 
 class StopSwitch:
@@ -81,32 +64,32 @@ class StopSwitch:
         self._state = RELEASED
 
     @property
-    def state(self) -> StopState:
+    def state(self) -> StopDocument:
         """Whether it is engaged."""
         return self._state
 
-    def engage(self, by: str) -> StopOutcome:
+    def engage(self, by: str) -> StopAnswer:
         """Park now and cancel what moves; return what the mirrors' controller confirmed."""
         with self._lock:
             if not self._state.engaged:
-                self._state = StopState(engaged=True, since_utc=utc_now(), by=by)
+                self._state = StopDocument(engaged=True, since_utc=utc_now(), by=by)
             state = self._state
         began_s = time.perf_counter()
         parked = self._hardware.halt()
-        outcome = StopOutcome(parked=parked, parked_in_ms=round(1e3 * (time.perf_counter() - began_s), 3))
+        elapsed_ms = round(1e3 * (time.perf_counter() - began_s), 3)
         self._cancel_jobs("the stop was engaged")
         message = "stop: mirrors parked" if parked else "stop: engaged, but the mirrors did not confirm"
-        data = {"by": by, "parked": parked, "stop": asdict(state)}
+        data = {"by": by, "parked": parked, "stop": state.as_json()}
         self._events.emit("stop.engaged", message, level=EventLevel.WARNING, data=data)
-        return outcome
+        return StopAnswer(engaged=True, parked=parked, parked_in_ms=elapsed_ms)
 
-    def release(self, by: str) -> StopState:
+    def release(self, by: str) -> StopDocument:
         """Allow moves again; harmless when it is not engaged."""
         with self._lock:
             was_engaged = self._state.engaged
             self._state = RELEASED
             self._hardware.resume()
         if was_engaged:
-            data = {"by": by, "stop": asdict(RELEASED)}
+            data = {"by": by, "stop": RELEASED.as_json()}
             self._events.emit("stop.released", "the stop was released", data=data)
         return self._state

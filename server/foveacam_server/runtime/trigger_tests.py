@@ -1,11 +1,11 @@
 """Trigger tests as jobs: the rig to itself, step by step through its thread, what ran is restored."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
 from foveacam_hardware.contract import Camera, Role
+from foveacam_server.api.camera_models import EyeTestDocument, TriggerTestDocument
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime import trigger_test as test
 from foveacam_server.runtime.camera_settings_service import CameraSettingsService
@@ -17,7 +17,6 @@ from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.names import new_id, utc_now
 from foveacam_server.runtime.ports import AssembledRig
-from foveacam_server.runtime.store import Document
 from foveacam_server.whole_file import write_document
 
 KIND = "camera.self_test"
@@ -53,40 +52,40 @@ class TriggerTests:
         """Queue a test of both eyes."""
         return self._jobs.submit(KIND, {}, idempotency_key=idempotency_key)
 
-    def get(self, test_id: str) -> Document:
+    def get(self, test_id: str) -> TriggerTestDocument:
         """Return what one test found or raise `NotFound`."""
-        for document in self.every():
-            if document["id"] == test_id:
-                return document
+        for known in self.every():
+            if known.id == test_id:
+                return known
         raise NotFound(f"there is no trigger test {test_id}; see {URL}", asked=test_id)
 
-    def at_url(self, url: str) -> Document:
+    def at_url(self, url: str) -> TriggerTestDocument:
         """Return the test that a job's result URL names."""
         return self.get(url.rsplit("/", 1)[1])
 
-    def every(self) -> list[Document]:
+    def every(self) -> list[TriggerTestDocument]:
         """Return all tests, newest first."""
         paths = sorted(self._folder.glob("*.json"), reverse=True)
-        return [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+        return [TriggerTestDocument.model_validate_json(path.read_bytes()) for path in paths]
 
-    def newest(self) -> Document:
-        """Return what is known of both eyes now: the newest test, or that there was none."""
-        for document in self.every()[:1]:
-            return document
+    def newest(self) -> TriggerTestDocument:
+        """Return the newest test; before the first, one that finds both eyes untested."""
+        for known in self.every()[:1]:
+            return known
         untested = [
             test.EyeTestResult(role=role, verdict=test.TriggerVerdict.UNTESTED, detail="not tested yet")
             for role in EYES
         ]
-        return _document("", "", untested)
+        return _describe("", "", untested)
 
     def _work(self, context: JobContext) -> str:
         with self._hardware.session(f"trigger test {context.job.id}", cancelled=context.cancelled):
             found = self._test(context)
-        document = _document(new_id("trg"), utc_now(), found)
-        self._keep(document)
+        result = _describe(new_id("trg"), utc_now(), found)
+        self._write(result)
         verdicts = ", ".join(f"{eye.role.value}: {eye.verdict.value}" for eye in found)
-        self._events.emit("camera.self_test", f"trigger test: {verdicts}", data=document)
-        return f"{URL}/{document['id']}"
+        self._events.emit("camera.self_test", f"trigger test: {verdicts}", data=result.as_json())
+        return f"{URL}/{result.id}"
 
     def _test(self, context: JobContext) -> list[test.EyeTestResult]:
         before = self._do(lambda rig: {eye.role: eye.settings for eye in _eyes(rig)}, "the cameras' settings")
@@ -117,9 +116,9 @@ class TriggerTests:
     def _do(self, work: Callable[[AssembledRig], T], asked: str) -> T:
         return answer_of(self._hardware.submit(work), asked=asked, within_s=LONGEST_STEP_S)
 
-    def _keep(self, document: Document) -> None:
-        path = self._folder / f"{document['created_utc'].replace(':', '')}-{document['id']}.json"
-        write_document(path, document, what="the trigger test")
+    def _write(self, result: TriggerTestDocument) -> None:
+        path = self._folder / f"{result.created_utc.replace(':', '')}-{result.id}.json"
+        write_document(path, result.as_json(), what="the trigger test")
 
 
 def _eyes(rig: AssembledRig) -> tuple[Camera, Camera]:
@@ -133,18 +132,18 @@ def _by_software(role: Role) -> Callable[[AssembledRig], test.TriggerProbe]:
     return probe
 
 
-def _document(test_id: str, created_utc: str, eyes: list[test.EyeTestResult]) -> Document:
-    return {
-        "id": test_id,
-        "created_utc": created_utc,
-        "eyes": [
-            {
-                "eye": eye.role.value,
-                "verdict": eye.verdict.value,
-                "detail": eye.detail,
-                "software_ms": rounded(eye.software_ms, 2),
-                "hardware_ms": rounded(eye.hardware_ms, 2),
-            }
+def _describe(test_id: str, created_utc: str, eyes: list[test.EyeTestResult]) -> TriggerTestDocument:
+    return TriggerTestDocument(
+        id=test_id,
+        created_utc=created_utc,
+        eyes=[
+            EyeTestDocument(
+                eye="left" if eye.role is Role.LEFT else "right",
+                verdict=eye.verdict.value,
+                detail=eye.detail,
+                software_ms=rounded(eye.software_ms, 2),
+                hardware_ms=rounded(eye.hardware_ms, 2),
+            )
             for eye in eyes
         ],
-    }
+    )

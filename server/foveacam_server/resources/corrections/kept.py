@@ -2,6 +2,7 @@
 
 from typing import Literal, TypeAlias
 
+from foveacam_server.api.models import CorrectionDocument, FixationDocument, TargetDocument
 from foveacam_server.runtime.store import Document
 
 Kind: TypeAlias = Literal["choice", "nearer", "farther", "rectangle", "click"]
@@ -19,24 +20,23 @@ def kind_of(request: Document) -> Kind | None:
     return "click" if request.get("rectangle") is None else "rectangle"
 
 
-def entry(kind: Kind, *, fixation_id: str, created_utc: str, alternative: int | None = None) -> Document:
-    """Return one correction as it is kept."""
-    return {
-        "kind": kind,
-        "created_utc": created_utc,
-        "fixation_id": fixation_id,
-        "alternative": alternative,
-    }
+def with_correction(target: TargetDocument, correction: CorrectionDocument) -> TargetDocument:
+    """Return the target with one more correction."""
+    return target.model_copy(update={"corrections": [*target.corrections, correction]})
 
 
-def with_correction(target: Document, correction: Document) -> Document:
-    """Return the target's document with one more correction."""
-    return {**target, "corrections": [*target.get("corrections", []), correction]}
-
-
-def with_alternative(target: Document, fixation: Document, alternative: int) -> Document:
-    """Return the target's document with one of the fixation's alternatives as its distance."""
-    chosen = fixation["alternatives"][alternative]
-    measured = {key: chosen[key] for key in ("basis", "distance_m", "distance_sigma_m", "point_rig_m")}
-    kept = {"alternatives": fixation["alternatives"], "bound": None, "fixation_id": fixation["id"]}
-    return {**target, **measured, **kept, "cloud_id": fixation["cloud_id"]}
+def with_alternative(target: TargetDocument, fixation: FixationDocument, alternative: int) -> TargetDocument:
+    """Return the target with one of the fixation's alternatives as its distance."""
+    chosen = fixation.alternatives[alternative]
+    return target.model_copy(
+        update={
+            "basis": chosen.basis,
+            "distance_m": chosen.distance_m,
+            "distance_sigma_m": chosen.distance_sigma_m,
+            "point_rig_m": chosen.point_rig_m,
+            "alternatives": fixation.alternatives,
+            "bound": None,
+            "fixation_id": fixation.id,
+            "cloud_id": fixation.cloud_id,
+        }
+    )

@@ -5,6 +5,7 @@ from typing import Literal, TypeAlias
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.verge.values import DistanceRange
+from foveacam_server.api.models import FixationDocument
 from foveacam_server.runtime.fixation_request import depth_range_of
 from foveacam_server.runtime.store import Document
 
@@ -16,13 +17,13 @@ LEAST_SHARE = 0.01
 """At least this share of the present distance is excluded: else its neighbour on the same surface answers."""
 
 
-def remaining_range(fixation: Document, direction: Direction) -> DistanceRange:
-    """Return the distances nearer or farther than the answer of a fixation's document.
+def remaining_range(fixation: FixationDocument, direction: Direction) -> DistanceRange:
+    """Return the distances nearer or farther than the answer of a fixation.
 
     The range of its own request is kept. Raise `InvalidInput` when there is no answer, or nothing remains.
     """
     nearest_m, farthest_m = _excluded(fixation)
-    before = depth_range_of(fixation["request"]) or DistanceRange(nearest_m=0.0, farthest_m=math.inf)
+    before = depth_range_of(fixation.request) or DistanceRange(nearest_m=0.0, farthest_m=math.inf)
     if direction == "nearer":
         left = DistanceRange(nearest_m=before.nearest_m, farthest_m=min(before.farthest_m, nearest_m))
     else:
@@ -47,14 +48,14 @@ def range_document(depth_range: DistanceRange) -> Document:
     }
 
 
-def _excluded(fixation: Document) -> tuple[float, float]:
+def _excluded(fixation: FixationDocument) -> tuple[float, float]:
     """Return the nearest and the farthest distance, m, that the present answer takes up."""
-    chosen = fixation.get("chosen_alternative")
-    answer = fixation if chosen is None else fixation["alternatives"][chosen]
-    if answer["distance_m"] is not None:
-        margin_m = max(SIGMAS * answer["distance_sigma_m"], LEAST_SHARE * answer["distance_m"])
-        return answer["distance_m"] - margin_m, answer["distance_m"] + margin_m
-    bound = fixation.get("bound")
+    chosen = fixation.chosen_alternative
+    answer = fixation if chosen is None else fixation.alternatives[chosen]
+    if answer.distance_m is not None and answer.distance_sigma_m is not None:
+        margin_m = max(SIGMAS * answer.distance_sigma_m, LEAST_SHARE * answer.distance_m)
+        return answer.distance_m - margin_m, answer.distance_m + margin_m
+    bound = fixation.bound
     if bound is None:
         raise InvalidInput(
             "this fixation has neither a distance nor limits, so nothing is nearer or farther; click again",
@@ -62,7 +63,7 @@ def _excluded(fixation: Document) -> tuple[float, float]:
             found="no distance",
             remedy="click on the target again",
         )
-    middle_m = _middle_m(bound["nearest_m"], bound["farthest_m"])
+    middle_m = _middle_m(bound.nearest_m, bound.farthest_m)
     return middle_m, middle_m
 
 

@@ -8,18 +8,12 @@ from foveacam_server.api.models import FixationDocument, JobDocument
 from foveacam_server.resources.corrections.schema import ChoiceRequest, CorrectionRequest
 from foveacam_server.resources.corrections.service import choose, look_beside, show_choice
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/fixations", tags=["corrections"])
 
 
-@router.post(
-    "/{fixation_id}/choice",
-    summary="Choose one of the alternatives",
-    response_model=FixationDocument,
-    responses=problems(404),
-)
-def choice(fixation_id: str, request: ChoiceRequest, services: ServicesDep) -> Document:
+@router.post("/{fixation_id}/choice", summary="Choose one of the alternatives", responses=problems(404))
+def choice(fixation_id: str, request: ChoiceRequest, services: ServicesDep) -> FixationDocument:
     """Make one alternative the answer of the fixation's target; nothing moves."""
     fixation = choose(services.fixations, fixation_id, request.alternative, events=services.events)
     if services.viewer is not None:

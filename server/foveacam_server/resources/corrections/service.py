@@ -2,23 +2,25 @@
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.verge.values import Basis
-from foveacam_server.resources.corrections.kept import entry, with_alternative, with_correction
+from foveacam_server.api.models import CorrectionDocument, FixationDocument
+from foveacam_server.resources.corrections.kept import with_alternative, with_correction
 from foveacam_server.resources.corrections.ranges import Direction, range_document, remaining_range
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.fixations import FixationService
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.names import utc_now
 from foveacam_server.runtime.ports import SceneViewer
-from foveacam_server.runtime.store import Document
 
 ASKED = ("pixel", "rectangle", "direction", "label", "depth")
 """What a look nearer or farther takes over from the request that it corrects."""
 
 
-def choose(fixations: FixationService, fixation_id: str, alternative: int, *, events: EventLog) -> Document:
-    """Make one alternative the answer of a fixation and of its target; return the fixation's document."""
+def choose(
+    fixations: FixationService, fixation_id: str, alternative: int, *, events: EventLog
+) -> FixationDocument:
+    """Make one alternative the answer of a fixation and of its target; return the fixation."""
     found = fixations.table.get(fixation_id)
-    count = len(found.get("alternatives", []))
+    count = len(found.alternatives)
     if alternative >= count:
         has = (
             f"{count} alternatives, counted from 0"
@@ -32,26 +34,32 @@ def choose(fixations: FixationService, fixation_id: str, alternative: int, *, ev
             remedy="choose one that it lists",
         )
     fixation = fixations.table.choose(fixation_id, alternative)
-    events.emit("fixation.updated", f"alternative {alternative + 1} of {count} was chosen", data=fixation)
-    target = fixations.targets.find(fixation["target_id"]) if fixation["target_id"] else None
+    events.emit(
+        "fixation.updated", f"alternative {alternative + 1} of {count} was chosen", data=fixation.as_json()
+    )
+    target = fixations.targets.find(fixation.target_id) if fixation.target_id else None
     if target is not None:
-        said = entry("choice", fixation_id=fixation_id, created_utc=utc_now(), alternative=alternative)
-        fixations.keep_target(with_correction(with_alternative(target, fixation, alternative), said))
+        correction = CorrectionDocument(
+            kind="choice", created_utc=utc_now(), fixation_id=fixation_id, alternative=alternative
+        )
+        fixations.put_target(with_correction(with_alternative(target, fixation, alternative), correction))
     return fixation
 
 
-def show_choice(viewer: SceneViewer, fixation: Document) -> None:
+def show_choice(viewer: SceneViewer, fixation: FixationDocument) -> None:
     """Move the fixation in the 3D pane to its chosen alternative; its shape was that of another distance."""
-    chosen = fixation["alternatives"][fixation["chosen_alternative"]]
-    if chosen["point_rig_m"] == fixation["point_rig_m"]:
+    if fixation.chosen_alternative is None:
+        return
+    chosen = fixation.alternatives[fixation.chosen_alternative]
+    if chosen.point_rig_m == fixation.point_rig_m:
         return
     viewer.show_fixation(
-        fixation["id"],
-        label=fixation["request"].get("label") or "chosen",
-        point_rig_m=tuple(chosen["point_rig_m"]),
-        distance_m=chosen["distance_m"],
-        distance_sigma_m=chosen["distance_sigma_m"],
-        basis=Basis(chosen["basis"]),
+        fixation.id,
+        label=fixation.request.get("label") or "chosen",
+        point_rig_m=chosen.point_rig_m,
+        distance_m=chosen.distance_m,
+        distance_sigma_m=chosen.distance_sigma_m,
+        basis=Basis(chosen.basis),
         cloud=None,
         mesh=None,
     )
@@ -61,7 +69,7 @@ def look_beside(fixations: FixationService, fixation_id: str, direction: Directi
     """Queue a look at the same target, restricted to distances nearer or farther than the present answer."""
     corrected = fixations.table.get(fixation_id)
     remaining = remaining_range(corrected, direction)
-    request = {key: corrected["request"][key] for key in ASKED if corrected["request"].get(key) is not None}
+    request = {key: corrected.request[key] for key in ASKED if corrected.request.get(key) is not None}
     order = {
         **request,
         "within": range_document(remaining),

@@ -30,7 +30,7 @@ class LookReader:
                 found="no look with depth",
                 remedy="fixate something first: POST /api/v1/fixations",
             )
-        return str(newest[0]["fixation_id"])
+        return newest[0].fixation_id
 
     def get(self, fixation_id: str) -> LookDepth:
         """Return the depth of a fixation's look or raise NotFound."""
@@ -42,7 +42,7 @@ class LookReader:
                 found="no depth was kept of it",
                 remedy="look at its target again",
             )
-        cloud_id = str(cloud["id"])
+        cloud_id = cloud.id
         with self._lock:
             look = self._kept.get(cloud_id)
         if look is None:
