@@ -58,7 +58,7 @@ class _Greeting(WatchedServer):
         if self.started:
             services = self._services()
             services.streams.end()
-            services.events.hang_up()
+            services.events.end_listeners()
         await super().shutdown(sockets)
 
     def _open_doors(self, listeners: list[socket.socket]) -> None:

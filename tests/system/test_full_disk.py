@@ -280,7 +280,9 @@ def test_cameras_are_put_back_when_a_record_does_not_get_its_name(
 def cameras(server: Running) -> list[tuple[CameraSettings, bool]]:
     """Return what each camera runs with, and whether anything is kept for it."""
     rig, desk = server.rig, server.services.cameras
-    return [(camera.settings, desk.kept(camera.info.serial)) for camera in (rig.wide, rig.left, rig.right)]
+    return [
+        (camera.settings, desk.has_record(camera.info.serial)) for camera in (rig.wide, rig.left, rig.right)
+    ]
 
 
 def test_what_needs_more_than_a_full_disk_has_is_the_disks_fault_too(

@@ -173,7 +173,7 @@ def test_without_a_3d_scene_it_says_so(server: Running, plane: str) -> None:
 def test_a_capture_in_the_trash_keeps_its_mosaic_until_the_trash_is_emptied(
     server: Running, plane: str
 ) -> None:
-    home = server.services.mosaics.shelf.home(plane)
+    home = server.services.mosaics.collection.home(plane)
     server.http.delete(f"{API}/captures/{plane}")
     assert server.get(url(plane)).status_code == 404
     server.post(f"/captures/{plane}/restore")

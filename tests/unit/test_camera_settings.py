@@ -63,35 +63,35 @@ def differing(**change: object) -> list[str]:
 
 def test_what_is_kept_is_read_by_another_server(tmp_path: Path) -> None:
     kept = CameraRecord(serial=SERIAL, gain_db=3.0, pixel_format=PixelFormat.MONO12)
-    CameraRecords(tmp_path).keep(kept)
+    CameraRecords(tmp_path).write(kept)
 
-    assert CameraRecords(tmp_path).of(SERIAL) == kept
-    assert CameraRecords(tmp_path).of("another") is None
+    assert CameraRecords(tmp_path).get(SERIAL) == kept
+    assert CameraRecords(tmp_path).get("another") is None
     assert [path.parent for path in tmp_path.rglob("*.json")] == [tmp_path]  # a serial is no path
 
 
 def test_what_is_forgotten_is_gone(tmp_path: Path) -> None:
     records = CameraRecords(tmp_path)
-    records.keep(CameraRecord(serial=SERIAL, gain_db=3.0))
-    records.forget(SERIAL)
-    records.forget(SERIAL)
+    records.write(CameraRecord(serial=SERIAL, gain_db=3.0))
+    records.delete(SERIAL)
+    records.delete(SERIAL)
 
-    assert records.of(SERIAL) is None
-    assert CameraRecords(tmp_path).of(SERIAL) is None
+    assert records.get(SERIAL) is None
+    assert CameraRecords(tmp_path).get(SERIAL) is None
 
 
 @pytest.mark.parametrize("content", ["", "[]", '{"format": "foveacam-camera-settings", "version": 9}', "{}"])
 def test_a_damaged_record_is_passed_over(tmp_path: Path, content: str) -> None:
-    CameraRecords(tmp_path).keep(CameraRecord(serial="1", gain_db=3.0))
+    CameraRecords(tmp_path).write(CameraRecord(serial="1", gain_db=3.0))
     next(tmp_path.glob("*.json")).write_text(content, encoding="utf-8")
 
-    assert CameraRecords(tmp_path).of("1") is None
+    assert CameraRecords(tmp_path).get("1") is None
 
 
 def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "cameras").write_text("a file", encoding="utf-8")
     with pytest.raises(StorageFull, match=r"settings of camera 1 in .*cameras: the disk cannot be written"):
-        CameraRecords(tmp_path / "cameras").keep(CameraRecord(serial="1", gain_db=3.0))
+        CameraRecords(tmp_path / "cameras").write(CameraRecord(serial="1", gain_db=3.0))
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,7 @@ def test_a_camera_that_was_lost_gets_what_it_is_owed_once_it_is_back(rig: Rig, t
         rig.left.configure(replace(rig.left.settings, triggered=False))
         unplugged.add(Role.LEFT)
         owed = put_back((rig.left, rig.right), before)
-        cameras.owe(owed)
+        cameras.restore_when_back(owed)
         cameras.restore(rig)
         assert not rig.left.settings.triggered
         unplugged.clear()

@@ -34,22 +34,22 @@ def ignore(_message: Document) -> None: ...
 
 def test_each_line_is_handed_on() -> None:
     told: list[Document] = []
-    run_child("child_that_talks", [], told=told.append, cancelled=lambda: False)
+    run_child("child_that_talks", [], on_message=told.append, cancelled=lambda: False)
     assert told == [{"done": 0}, {"done": 1}, {"done": 2}]
 
 
 def test_its_error_is_raised_here_in_its_own_words() -> None:
     with pytest.raises(InvalidInput, match="no frame") as refused:
-        run_child("child_that_refuses", [], told=ignore, cancelled=lambda: False)
+        run_child("child_that_refuses", [], on_message=ignore, cancelled=lambda: False)
     assert (refused.value.asked, refused.value.found, refused.value.remedy) == ("a", "b", "c")
 
 
 def test_an_end_that_nobody_foresaw_is_an_error() -> None:
     with pytest.raises(RuntimeError, match="status 3"):
-        run_child("child_that_breaks", [], told=ignore, cancelled=lambda: False)
+        run_child("child_that_breaks", [], on_message=ignore, cancelled=lambda: False)
 
 
 def test_it_is_ended_when_its_work_is_no_longer_wanted() -> None:
     told: list[Document] = []
     with pytest.raises(Cancelled):
-        run_child("child_that_stays", [], told=told.append, cancelled=lambda: len(told) == 3)
+        run_child("child_that_stays", [], on_message=told.append, cancelled=lambda: len(told) == 3)

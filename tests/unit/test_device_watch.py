@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import VirtualClock
-from foveacam_server.runtime.device_reconnector import MIRRORS, RETRIED, DeviceReconnector
+from foveacam_server.runtime.device_reconnector import GENERAL_REMEDY, MIRRORS, DeviceReconnector
 from foveacam_server.runtime.events import EventLog
 from foveacam_server.runtime.refusals import missing
 from foveacam_server.runtime.rig_status import DeviceProblem
@@ -25,14 +25,14 @@ def watch(tmp_path: Path) -> Iterator[DeviceReconnector]:
     [
         ("firmware 9.0 is newer than this driver; update the software", None, "update the software"),
         ("the port is held; by a terminal; close that program", None, "close that program"),
-        ("the controller does not answer", None, RETRIED),
+        ("the controller does not answer", None, GENERAL_REMEDY),
         ("the port is held; close that program", "wait a while", "wait a while"),
     ],
 )
 def test_a_remedy_is_what_is_known_or_what_the_sentence_says_or_what_is_always_worth_a_try(
     watch: DeviceReconnector, detail: str, given: str | None, told: str
 ) -> None:
-    watch.fault(MIRRORS, detail=detail, remedy=given)
+    watch.add_problem(MIRRORS, detail=detail, remedy=given)
 
     assert [(problem.detail, problem.remedy) for problem in watch.problems] == [(detail, told)]
 

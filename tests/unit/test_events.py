@@ -104,7 +104,7 @@ def test_listener_that_is_too_slow_is_cut_off_and_nobody_waits_for_it(
 def test_hanging_up_ends_every_listener(log: EventLog) -> None:
     async def listen() -> list[Event]:
         stream = log.listen()
-        asyncio.get_running_loop().call_later(0.0, log.hang_up)
+        asyncio.get_running_loop().call_later(0.0, log.end_listeners)
         async with asyncio.timeout(PATIENCE_S):
             return [event async for event in stream]
 

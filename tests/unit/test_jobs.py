@@ -245,7 +245,7 @@ def test_a_job_beside_waits_for_no_other_and_the_stop_lets_it_go_on(bench: Bench
         context.check()
         return "/results/seen"
 
-    bench.jobs.handle("observe", observe, beside=True)
+    bench.jobs.handle("observe", observe, parallel=True)
     first = bench.jobs.submit("wait", {})
     assert bench.running.wait(PATIENCE_S)
     beside = bench.jobs.submit("observe", {})
@@ -269,7 +269,7 @@ def test_the_end_of_the_server_cancels_a_job_beside_and_waits_for_it(store: Stor
         context.check()
         return ""
 
-    jobs.handle("observe", observe, beside=True)
+    jobs.handle("observe", observe, parallel=True)
     jobs.start()
     job = jobs.submit("observe", {})
     assert began.wait(PATIENCE_S)

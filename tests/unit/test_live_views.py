@@ -52,7 +52,7 @@ def test_what_wants_all_frames_has_those_that_waited_too(recording: set[str], sh
     sink, rig = Pictures(recording=recording), FakeRig(VirtualClock())
     rig.wide.waiting = 3
     views = LiveViews(sink=sink, clock=rig.clock, limits=LiveRates(), overlay=lambda _: None)
-    newest = views.take_wide(rig, gaze=PARKED)
+    newest = views.show_wide(rig, gaze=PARKED)
 
     assert (sink.counts, newest.seq) == ({"wide": shown}, shown)
 
@@ -96,8 +96,8 @@ def due_after_s(
         limits=LiveRates(wide_hz=limit_hz, fovea_hz=limit_hz),
         overlay=lambda _: None,
     )
-    views.wide_begins(in_session=in_session)
-    views.look_begins()
+    views.start_wide_period(in_session=in_session)
+    views.start_look_period()
     while not (views.wide_due() if wide else views.look_due()):
         clock.sleep_until_ns(clock.now_ns() + 1_000_000)
     return 1e-9 * clock.now_ns()

@@ -27,7 +27,7 @@ class Setup:
         self.rig.mirrors.connect()
         self.rig.mirrors.enable()
         self.pings = 0
-        self.care = MirrorLinkMonitor(clock=self.clock, watch=self.watch)
+        self.care = MirrorLinkMonitor(clock=self.clock, reconnector=self.watch)
         self.rig.mirrors.ping = self._ping  # type: ignore[method-assign]  # counted
 
     def _ping(self) -> float:
@@ -40,7 +40,7 @@ class Setup:
     def keep_for(self, duration_ns: int) -> None:
         end_ns = self.clock.now_ns() + duration_ns
         while self.clock.now_ns() < end_ns:
-            self.care.keep(self.rig)
+            self.care.ping_if_due(self.rig)
             self.clock.sleep_until_ns(self.clock.now_ns() + 10_000_000)
 
 
@@ -60,7 +60,7 @@ def test_a_controller_that_is_gone_is_told_at_the_next_ping_and_then_left_to_the
     setup.rig.mirrors.lost = True
     setup.keep_for(600_000_000)
 
-    problem = setup.watch.lacking(MIRRORS)
+    problem = setup.watch.problem_of(MIRRORS)
     assert problem is not None
     assert "plug it in" in problem.detail
     assert setup.pings == 1

@@ -61,7 +61,9 @@ def test_both_eyes_are_brought_to_grey_from_anywhere(exposure_ms: float) -> None
     assert found.exposure_ns == pytest.approx(10 * MS, rel=0.08)  # half of full scale at 0.05 in a ms
     assert found.good
     assert found.looks <= 6
-    assert found.told == f"both foveae expose {found.exposure_ns / MS:.3g} ms, found in {found.looks} looks"
+    assert (
+        found.summary == f"both foveae expose {found.exposure_ns / MS:.3g} ms, found in {found.looks} looks"
+    )
 
 
 def test_the_brighter_eye_decides() -> None:
@@ -88,14 +90,14 @@ def test_the_dark_ends_at_the_longest_exposure_and_says_what_to_do() -> None:
 
     assert found.exposure_ns == LONGEST_NS
     assert not found.good
-    assert found.told.endswith("stops too dark: raise the gain")
+    assert found.summary.endswith("stops too dark: raise the gain")
 
 
 def test_a_lamp_ends_at_the_shortest_exposure_and_says_what_to_do() -> None:
     found = find_exposure(FakeHead(left_per_ms=1e4), before(1.0), gaze=PARKED)
 
     assert found.exposure_ns == SPAN.low
-    assert found.told.endswith("stops too bright: lower the gain")
+    assert found.summary.endswith("stops too bright: lower the gain")
 
 
 def test_a_look_that_fails_leaves_both_as_they_were() -> None:

@@ -41,7 +41,7 @@ class Watched:
         """Look so often; return all that was told so far."""
         for _ in range(times):
             self.clock.sleep_until_ns(self.clock.now_ns() + LOOK_NS)
-            self.watch.seen(self.rig, RigStatus(rail=rail_state(self.rail)))
+            self.watch.update(self.rig, RigStatus(rail=rail_state(self.rail)))
         return self.events.recent(100)
 
     def homed(self) -> "Watched":
@@ -130,7 +130,7 @@ def test_a_rail_that_is_lost_after_an_alarm_is_told_twice(watched: Watched) -> N
 
 def test_a_rail_that_was_never_there_is_told_once(watched: Watched) -> None:
     watched.board.unplug()
-    watched.watch.fault(RAIL, detail="rail: no such port; plug it in")
+    watched.watch.add_problem(RAIL, detail="rail: no such port; plug it in")
 
     assert kinds(watched.look(times=3)) == ["device.fault"]
 

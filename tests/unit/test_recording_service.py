@@ -11,7 +11,8 @@ from foveacam_hardware.contract import Busy, Frame, InvalidInput, MonotonicClock
 from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, EndCause, RecordingBounds
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import RigDescription
-from foveacam_pipeline.storage.free_space import RESERVE_BYTES
+from foveacam_pipeline.capture.reserve import RESERVE_BYTES
+from foveacam_server.api.recording_models import RecordingRequest
 from foveacam_server.errors import NotFound
 from foveacam_server.recordings.begin import check_room
 from foveacam_server.recordings.frame_tap import FrameTap
@@ -76,21 +77,13 @@ class Bench:
         self.store.close()
 
     def begin(self, name: str = "one", **more: object) -> tuple[Job, str]:
-        request = {
-            "name": name,
-            "roles": ["wide", "left", "right"],
-            "duration_s": None,
-            "rate": "full",
-            "label": "",
-            **more,
-        }
-        job = self.recordings.start(request)
+        job = self.recordings.start(RecordingRequest.model_validate({"name": name, **more}))
         return job, job.id.replace("job-", "rec-")
 
     def until(self, recording_id: str, enough: Callable[[Document], bool]) -> Document:
         waiting = threading.Event()
         for _ in range(round(PATIENCE_S / 0.01)):
-            document = self.recordings.document(recording_id)
+            document = self.recordings.get(recording_id).model_dump()
             if enough(document):
                 return document
             waiting.wait(0.01)
@@ -135,7 +128,7 @@ def test_it_records_while_another_job_has_the_worker_and_after_the_stop(bench: B
     with pytest.raises(Busy):
         bench.recordings.remove(recording_id)
 
-    found = bench.recordings.stop(recording_id)
+    found = bench.recordings.stop(recording_id).model_dump()
 
     assert (found["state"], found["ended"], found["why"]) == ("complete", EndCause.STOPPED, "")
     assert bench.ended(job).state is JobState.SUCCEEDED
@@ -153,7 +146,7 @@ def test_a_disk_that_takes_no_more_ends_it_with_a_problem_and_what_it_took_is_re
     monkeypatch.setattr("foveacam_pipeline.capture.recording.recorder.new_recording_file", small)
     job, recording_id = bench.begin()
     ended = bench.ended(job)
-    found = bench.recordings.document(recording_id)
+    found = bench.recordings.get(recording_id).model_dump()
 
     assert ended.state is JobState.FAILED
     assert ended.problem is not None
@@ -165,7 +158,7 @@ def test_a_disk_that_takes_no_more_ends_it_with_a_problem_and_what_it_took_is_re
         assert stream["published"] == stream["written"] + stream["dropped"]
         assert stream["written"] == stream["frames"]
         assert stream["losses"].keys() <= {"disk", "queue"}  # what waits is bounded
-    with Recording(bench.recordings.shelf.folder / "one.fcap") as recording:
+    with Recording(bench.recordings.collection.folder / "one.fcap") as recording:
         assert len(list(recording.frames())) == sum(stream["frames"] for stream in found["streams"])
 
 
@@ -179,19 +172,19 @@ def test_a_disk_without_room_for_its_beginning_leaves_nothing(
     job, recording_id = bench.begin()
 
     assert bench.ended(job).state is JobState.FAILED
-    assert list(bench.recordings.shelf.folder.iterdir()) == []
+    assert list(bench.recordings.collection.folder.iterdir()) == []
     with pytest.raises(NotFound):
-        bench.recordings.document(recording_id)
+        bench.recordings.get(recording_id)
 
 
 def test_a_cancelled_job_keeps_what_was_recorded_and_says_that_it_was_cancelled(bench: Bench) -> None:
     job, recording_id = bench.begin(roles=["left"])
-    bench.recordings.describe(recording_id, label="half")
+    bench.recordings.edit(recording_id, label="half")
     bench.until(recording_id, some)
     bench.jobs.cancel(job.id)
 
     assert bench.ended(job).state is JobState.CANCELLED
-    found = bench.recordings.document(recording_id)
+    found = bench.recordings.get(recording_id).model_dump()
     assert (found["state"], found["why"], found["label"]) == ("partial", "the job was cancelled", "half")
     assert found["ended"] is EndCause.CANCELLED
 
@@ -202,10 +195,10 @@ def test_a_disk_that_comes_to_its_reserve_ends_it_soundly_and_says_so(bench: Ben
     bench.free_bytes = RESERVE_BYTES - 1
 
     assert bench.ended(job).state is JobState.SUCCEEDED
-    found = bench.recordings.document(recording_id)
+    found = bench.recordings.get(recording_id).model_dump()
     assert (found["state"], found["ended"]) == ("complete", EndCause.DISK_RESERVE)
     assert "down to the 537 MB that are kept free" in found["why"]
-    with Recording(bench.recordings.shelf.folder / "one.fcap") as recording:
+    with Recording(bench.recordings.collection.folder / "one.fcap") as recording:
         assert recording.finalized
         assert len(list(recording.frames())) == sum(stream["frames"] for stream in found["streams"])
 
@@ -215,7 +208,7 @@ def test_a_start_with_less_than_the_reserve_is_refused_with_both_figures(bench: 
     with pytest.raises(OutOfRange, match=r"537 MB that are kept free .* 536 MB are free") as refused:
         bench.begin()
     assert refused.value.found == "535870912 bytes"
-    assert list(bench.recordings.shelf.folder.iterdir()) == []
+    assert list(bench.recordings.collection.folder.iterdir()) == []
 
 
 def test_a_recording_for_which_nobody_gave_a_time_says_when_it_ends(bench: Bench) -> None:
@@ -245,16 +238,16 @@ def test_a_film_that_a_killed_server_left_unfinished_is_cleared_at_the_next_star
 def test_a_recording_ends_at_the_time_that_was_asked_for(bench: Bench) -> None:
     job, recording_id = bench.begin(duration_s=0.2)
     bench.ended(job)
-    found = bench.recordings.document(recording_id)
+    found = bench.recordings.get(recording_id).model_dump()
     assert (found["state"], found["ended"], found["why"]) == ("complete", EndCause.DURATION, "")
 
 
 def test_a_recording_that_is_being_made_is_not_played(bench: Bench) -> None:
     _, recording_id = bench.begin()
     with pytest.raises(Busy, match="still being made"):
-        bench.recordings.kept(recording_id)
+        bench.recordings.readable(recording_id)
     bench.recordings.stop(recording_id)
-    assert bench.recordings.kept(recording_id).name == "one"
+    assert bench.recordings.readable(recording_id).name == "one"
 
 
 def frame(seq: int, *, t_ns: int) -> Frame:
@@ -321,7 +314,7 @@ def test_full_rate_is_the_rigs_own_whatever_limits_the_live_views(tmp_path: Path
     try:
         _, shown_id = bench.begin("shown", rate="live")
         bench.until(shown_id, lambda found: found["duration_s"] > 0.5)
-        shown = bench.recordings.stop(shown_id)
+        shown = bench.recordings.stop(shown_id).model_dump()
         _, whole_id = bench.begin("whole")
         whole = bench.until(whole_id, lambda found: all(one["frames"] >= 20 for one in found["streams"]))
         bench.recordings.stop(whole_id)

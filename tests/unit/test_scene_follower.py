@@ -46,12 +46,12 @@ def test_the_rig_is_drawn_with_its_own_fields_of_view(certificate: Calibration) 
 def test_the_eyes_turn_with_the_mirrors_and_nothing_is_told_twice(certificate: Calibration) -> None:
     scene, volts = Recorder(), [PARKED]
     follower = SceneFollower(
-        scene, sight=lambda: RigGaze(calibration=certificate, volts=volts[-1], distance_m=math.inf)
+        scene, gaze=lambda: RigGaze(calibration=certificate, volts=volts[-1], distance_m=math.inf)
     )
-    follower.tell()
-    follower.tell()
+    follower.update()
+    follower.update()
     volts.append(StereoVolts(left=MirrorVolts(x_v=60.0, y_v=0.0), right=PARKED.right))
-    follower.tell()
+    follower.update()
     assert len(scene.shapes) == 1
     (parked_left, parked_right, distance_m), (turned_left, turned_right, _) = scene.gazes
     assert distance_m is None
@@ -65,7 +65,7 @@ def test_the_eyes_turn_with_the_mirrors_and_nothing_is_told_twice(certificate: C
 def test_eyes_whose_mirrors_nobody_knows_are_hidden(certificate: Calibration) -> None:
     scene = Recorder()
     unknown = RigGaze(calibration=certificate, volts=None, distance_m=2.0)
-    SceneFollower(scene, sight=lambda: unknown).tell()
+    SceneFollower(scene, gaze=lambda: unknown).update()
     assert scene.gazes == [(None, None, 2.0)]
 
 
@@ -78,13 +78,13 @@ def test_no_footprint_is_drawn_while_nobody_knows_where_the_mirrors_stand(certif
 
 def test_nothing_is_drawn_while_the_rig_is_not_calibrated() -> None:
     scene = Recorder()
-    SceneFollower(scene, sight=lambda: None).tell()
+    SceneFollower(scene, gaze=lambda: None).update()
     assert scene.shapes == []
     assert scene.gazes == []
 
 
 def test_closing_ends_the_thread(certificate: Calibration) -> None:
-    follower = SceneFollower(Recorder(), sight=lambda: None)
+    follower = SceneFollower(Recorder(), gaze=lambda: None)
     follower.start()
     follower.close()
     assert not follower._thread.is_alive()

@@ -73,7 +73,7 @@ class Setup:
         self.shelf = CloudCollection(self.store)
         self.pictures = Pictures()
         self.pane = Pane()
-        self.worker = ShapeWorker(shelf=self.shelf, sink=self.pictures, viewer=self.pane, events=self.events)
+        self.worker = ShapeWorker(clouds=self.shelf, sink=self.pictures, viewer=self.pane, events=self.events)
         self.came: dict[str, CloudDocument] = {}
 
     def seen(self, sighting: Sighting, calibration: Calibration, *, fixation_id: str = "fix-1") -> VergedLook:

@@ -1,1 +1,1 @@
-"""One router a resource."""
+"""REST: the schemas and one router a resource."""

@@ -1,4 +1,4 @@
-"""What several routes share: who may move, how a job is answered, which problems a route may have."""
+"""What routes share: header parameters, the answer with a job, the problems documented in OpenAPI."""
 
 import asyncio
 import re
@@ -68,7 +68,7 @@ def file_responses(media_type: str) -> dict[int | str, dict[str, Any]]:  # Any: 
 
 
 def wait_s(prefer: str | None) -> float:
-    """Return how long a `Prefer` header asks to wait, seconds; 0 without one (RFC 7240)."""
+    """Return the wait of a `Prefer` header, seconds; 0 without one (RFC 7240)."""
     found = _WAIT.search(prefer or "")
     return min(LONGEST_WAIT_S, float(found[1])) if found else 0.0
 
@@ -76,9 +76,9 @@ def wait_s(prefer: str | None) -> float:
 async def job_answer(
     services: Services, job: Job, *, prefer: str | None, result: Callable[[str], ResponseModel | Document]
 ) -> JSONResponse:
-    """Answer with the job (202); when it ends in the time given, with its result (200) or its problem.
+    """Answer with the job (202); when it ends within the wait, with its result (200) or its problem.
 
-    `result`: what gives the result's document from its URL.
+    `result`: returns the result from its URL.
     """
     wanted_s = wait_s(prefer)
     if wanted_s > 0.0:

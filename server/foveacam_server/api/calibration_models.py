@@ -1,4 +1,4 @@
-"""The shapes of calibration sessions, their steps' results and comparisons."""
+"""Schemas of calibration sessions, of their steps' results, of comparisons and of the settle time."""
 
 from typing import Annotated, Any, Literal
 
@@ -16,14 +16,14 @@ class SessionRequest(RequestModel):
 
 
 class CombineRequest(RequestModel):
-    """Sessions of one rig whose sweeps are to be fitted together. `label`: None says how many poses."""
+    """Sessions of one rig whose sweeps are to be fitted together. `label`: None: the number of poses."""
 
     sessions: Annotated[list[str], Field(min_length=2, max_length=50)]
     label: Label | None = None
 
 
 class BoardDocument(ResponseModel):
-    """The board that stage 1 looks at: inner corners, sides in mm."""
+    """The calibration board of stage 1: inner corners, sides in mm."""
 
     kind: Literal["charuco", "checkerboard"]
     columns: int
@@ -69,11 +69,11 @@ class WideStageDocument(ResponseModel):
     fit: WideFitDocument | None
     other_model: WideFitDocument | None
     reason: str
-    """Why this model was taken, or why there is no fit."""
+    """Why this model was chosen, or why there is no fit."""
 
 
 class SweepPoseDocument(ResponseModel):
-    """One pose of a sweep, and what became of either eye."""
+    """One pose of a sweep, and the state of either eye."""
 
     index: int
     ax_deg: float
@@ -95,7 +95,7 @@ class SweepDocument(ResponseModel):
 
 
 class ModelScoreDocument(ResponseModel):
-    """How a mirror model does on poses that were left out of its fit."""
+    """Leave-one-out error of a mirror model."""
 
     name: str
     order: int | None
@@ -105,7 +105,7 @@ class ModelScoreDocument(ResponseModel):
 
 
 class FieldScoreDocument(ResponseModel):
-    """How a rectification does on poses that were left out of its fit."""
+    """Leave-one-out error of a rectification."""
 
     name: str
     order: int
@@ -119,19 +119,19 @@ class MountDriftDocument(ResponseModel):
 
     px_per_minute: float
     moved_px: float
-    """How far the gaze was from where it stood at the end, at most."""
+    """Largest distance of the gaze from its last position."""
     sigma_px: float
     minutes: float
     pieces: int
-    """Of straight lines, of which the drift is made."""
+    """Number of line segments of the drift."""
     visits: int
     """Measurements that repeat a node."""
     knocks_px: tuple[float, ...] = ()
-    """How far the gaze jumped each time the mount was knocked amid a sweep; taken out."""
+    """Jumps of the gaze when the mount was knocked during a sweep; they were corrected."""
 
 
 class FitDocument(ResponseModel):
-    """What was fitted last, and the models that were compared."""
+    """The last fit, and the models that were compared."""
 
     calibration_id: str
     models: list[ModelScoreDocument]
@@ -141,7 +141,7 @@ class FitDocument(ResponseModel):
     paper: dict[str, Any] | None  # Any: the figures of the comparator, by name
     parallax: dict[str, Any] | None  # Any: the report of Eq. 1, by name
     drift: dict[str, MountDriftDocument] | None = None
-    """Of each eye's mount, taken out of the sweeps; null when no nodes were visited again."""
+    """Drift of each eye's mount, which was corrected; null when no nodes were visited again."""
 
 
 class SettleAxisDocument(ResponseModel):
@@ -162,7 +162,7 @@ class SettleAxisDocument(ResponseModel):
 class SettleDocument(ResponseModel):
     """The settle characterisation.
 
-    `settle_us`: after which the largest move is over on every axis. `applied`: whether the rig waits so long.
+    `settle_us`: the time that the largest move takes on every axis. `applied`: whether it is in use.
     """
 
     axes: list[SettleAxisDocument]
@@ -171,13 +171,13 @@ class SettleDocument(ResponseModel):
 
 
 class SettleTimeRequest(RequestModel):
-    """Which session has measured it."""
+    """The session whose settle time is to be used."""
 
     session_id: str = Field(max_length=64)
 
 
 class MeasuredSettleTime(ResponseModel):
-    """A settle time that was measured; `low_pass_hz`: of the drive filter meanwhile."""
+    """A measured settle time; `low_pass_hz`: cut-off of the drive filter during the measurement."""
 
     settle_us: int
     measured_utc: str
@@ -188,8 +188,8 @@ class MeasuredSettleTime(ResponseModel):
 class SettleTimeDocument(ResponseModel):
     """How long the rig waits after every move.
 
-    `source`: `rig file`, or `measured` and the date. `rig_file_us`: what the rig's file says. `measured`:
-    what is in use; null: the rig file's.
+    `source`: `rig file`, or `measured` and the date. `rig_file_us`: the rig file's value. `measured`: the
+    measured one in use; null: the rig file's is.
     """
 
     settle_us: int
@@ -199,13 +199,13 @@ class SettleTimeDocument(ResponseModel):
 
 
 class CheckDocument(ResponseModel):
-    """How well the fitted calibration holds at poses that no sweep visited."""
+    """Errors of the fitted calibration at poses that no sweep visited."""
 
     calibration_id: str
     epipolar_rms_px: float | None
     epipolar_p95_px: float | None
     pointing_rms_px: float | None
-    """The measurement's own error included: `pointing_sigma_px`."""
+    """Includes the measurement's own error, `pointing_sigma_px`."""
     pointing_sigma_px: float | None
     poses: int
 
@@ -221,9 +221,9 @@ class ClosingEyeDocument(ResponseModel):
 
 
 class ClosingDocument(ResponseModel):
-    """The drift since the sweep, by nodes visited again, and whether it was taken out before the check.
+    """The drift since the sweep, by nodes visited again, and whether it was corrected before the check.
 
-    `rows_px`: by how much the eyes' rows had come apart.
+    `rows_px`: vertical difference between the eyes that the drift caused.
     """
 
     calibration_id: str
@@ -235,7 +235,7 @@ class ClosingDocument(ResponseModel):
 
 
 class PictureDocument(ResponseModel):
-    """A picture of the session's state."""
+    """A picture of a step's result."""
 
     name: str
     title: str
@@ -243,7 +243,7 @@ class PictureDocument(ResponseModel):
 
 
 class SessionDocument(ResponseModel):
-    """Everything measured for one calibration, and what came of it."""
+    """The measurements of one calibration, and their results."""
 
     id: str
     label: str
@@ -272,7 +272,7 @@ class SpreadDocument(ResponseModel):
 
 
 class ComparisonDocument(ResponseModel):
-    """How far two calibrations differ, in pixels an operator sees: fovea px, wide px for the wide camera."""
+    """Differences of two calibrations: fovea px, and wide px for the wide camera."""
 
     a: str
     b: str
@@ -282,5 +282,5 @@ class ComparisonDocument(ResponseModel):
     disparity_difference_px: SpreadDocument
     wide_px: SpreadDocument
     baseline_m: float
-    """Of b minus that of a."""
+    """Baseline of b minus that of a."""
     picture_url: str

@@ -1,4 +1,4 @@
-"""Calibration sessions: everything measured for one calibration, and the steps that measure and fit it."""
+"""Routes of calibration sessions: the measurements of a calibration, and the steps that take and fit them."""
 
 from typing import Annotated
 
@@ -17,7 +17,6 @@ from foveacam_server.api.calibration_models import CombineRequest, SessionDocume
 from foveacam_server.api.models import JobDocument
 from foveacam_server.calibrating.options import Run
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/calibration_sessions", tags=["calibrations"])
 
@@ -30,10 +29,9 @@ PictureName = Annotated[str, Path(max_length=64)]
     "",
     status_code=201,
     summary="Begin a session",
-    response_model=SessionDocument,
     responses=problems(503),
 )
-def create(request: SessionRequest, services: ServicesDep) -> Document:
+def create(request: SessionRequest, services: ServicesDep) -> SessionDocument:
     """Begin an empty session of this rig."""
     return services.sessions.create(request.label)
 
@@ -42,24 +40,23 @@ def create(request: SessionRequest, services: ServicesDep) -> Document:
     "/combined",
     status_code=201,
     summary="Put sessions together",
-    response_model=SessionDocument,
     responses=problems(404, 409),
 )
-def combine(request: CombineRequest, services: ServicesDep) -> Document:
+def combine(request: CombineRequest, services: ServicesDep) -> SessionDocument:
     """Begin a session with the sweeps of several and the newest lens; the step `fit` fits them together."""
     return services.sessions.combine(request.sessions, label=request.label)
 
 
-@router.get("", summary="All sessions, newest first", response_model=list[SessionDocument])
-def every(services: ServicesDep) -> list[Document]:
+@router.get("", summary="All sessions, newest first")
+def every(services: ServicesDep) -> list[SessionDocument]:
     """Return all sessions with all that was measured in them."""
     return services.sessions.every()
 
 
-@router.get("/{session_id}", summary="One session", response_model=SessionDocument, responses=problems(404))
-def one(session_id: SessionId, services: ServicesDep) -> Document:
+@router.get("/{session_id}", summary="One session", responses=problems(404))
+def one(session_id: SessionId, services: ServicesDep) -> SessionDocument:
     """Return one session."""
-    return services.sessions.document(session_id)
+    return services.sessions.get(session_id)
 
 
 @router.delete(
@@ -91,16 +88,15 @@ async def run(
     """Queue a step as a job; run again, it adds to what was measured, or goes on where it was interrupted."""
     services.lease.check(x_lease)
     job = services.sessions.submit(session_id, request, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.sessions.at_url)
+    return await job_answer(services, job, prefer=prefer, result=services.sessions.get_by_url)
 
 
 @router.delete(
     "/{session_id}/wide_samples/{sample_id}",
     summary="Take a view of the board out of the fit",
-    response_model=SessionDocument,
     responses=problems(404, 409),
 )
-def remove_sample(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> Document:
+def remove_sample(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> SessionDocument:
     """Remove one view and fit the lens to the others."""
     return services.sessions.remove_sample(session_id, sample_id)
 

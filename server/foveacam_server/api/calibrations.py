@@ -1,4 +1,4 @@
-"""Calibrations: which one is in force, how far to trust it, and how they come and go."""
+"""Routes of calibrations: list, put in force, health, compare, import and export, trash, report."""
 
 from typing import Annotated, Any, Literal
 
@@ -91,7 +91,7 @@ async def one(calibration_id: CalibrationId, services: ServicesDep) -> Calibrati
     "/{calibration_id}", status_code=204, summary="Discard a calibration", responses=problems(404, 409)
 )
 def discard(calibration_id: CalibrationId, services: ServicesDep) -> None:
-    """Put it in the trash, whence it can be restored; neither the one in force nor one that ships."""
+    """Put it in the trash, from which it can be restored; neither the one in force nor one that ships."""
     services.calibration.discard(calibration_id)
 
 

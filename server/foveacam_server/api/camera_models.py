@@ -1,4 +1,4 @@
-"""Cameras as asked for and as answered: settings, ranges, link, counters, trigger tests."""
+"""Schemas of cameras: settings, ranges, link, counters, trigger tests."""
 
 from typing import Literal
 
@@ -11,30 +11,30 @@ Verdict = Literal["untested", "ok", "ok_software_only", "camera", "wiring", "no_
 
 
 class SpanDocument(ResponseModel):
-    """What a camera accepts, both ends included; `low` = `high`: it cannot be set."""
+    """Accepted values, both ends included; `low` = `high`: it cannot be set."""
 
     low: float
     high: float
 
 
 class CameraRangesDocument(ResponseModel):
-    """What a camera accepts; no formats before it was opened."""
+    """Accepted values of a camera's settings; no formats before it was opened."""
 
     exposure_ms: SpanDocument
     exposure_auto: list[ExposureAutoName]
-    """What may be asked; a fovea that waits for pulses has `once`, linked: one exposure for both."""
+    """Accepted modes; a hardware-triggered fovea has `once` with `linked`: one exposure for both."""
     gain_db: SpanDocument
     black_level: SpanDocument
     frame_rate_hz: SpanDocument
     frame_rate_auto: bool
-    """Whether it can choose its rate itself."""
+    """Whether it has an automatic frame rate."""
     pixel_formats: list[PixelFormatName]
 
 
 class CameraSettingsDocument(ResponseModel):
-    """What a camera took; `frame_rate_hz` is nominal. `kept`: asked again at every start.
+    """The settings that a camera accepted; `frame_rate_hz` is nominal. `kept`: restored at every start.
 
-    While it sets exposure or rate itself, they are those in force, read back once a second.
+    Automatic exposure and rate are read back once a second.
     """
 
     exposure_ms: float
@@ -49,36 +49,36 @@ class CameraSettingsDocument(ResponseModel):
 
 
 class CameraLinkDocument(ResponseModel):
-    """Whether a camera delivers and if not, why; `epoch` counts its openings."""
+    """State of a camera's link, and why it does not deliver; `epoch` counts its openings."""
 
     phase: Literal["closed", "opening", "ready", "streaming", "degraded", "lost", "backoff"]
     reason: str
     since_s: float | None
-    """How long it has been so; null when nobody knows."""
+    """Time in this state; null when unknown."""
     epoch: int
 
 
 class CameraDocument(ResponseModel):
-    """One camera as last seen."""
+    """Last status of a camera."""
 
     role: str
     vendor: str
     model: str
     serial: str
     version: str
-    """Its firmware; empty where it does not say."""
+    """Firmware; empty when unknown."""
     connected: bool
     width: int | None
     height: int | None
     exposure_ms: float
     frame_rate_hz: float
-    """Measured."""
+    """Measured rate."""
     frame_age_ms: float | None
     delivered: int
     skipped: int
-    """Came whole, and newer ones were read in their place."""
+    """Complete frames that were not read because newer ones were there."""
     dropped: int
-    """Never came: their numbers are missing."""
+    """Frames that never came: their numbers are missing."""
     incomplete: int
     late: int
     underrun: int
@@ -96,9 +96,9 @@ class DifferenceDocument(ResponseModel):
 
 
 class CameraPatch(RequestModel):
-    """What shall change; what is left out stays. `linked`: both foveae at once.
+    """Settings to change; those left out stay. `linked`: both foveae at once.
 
-    An exposure or a rate by itself is one by hand: it switches the automatic off.
+    An exposure or a rate without its mode switches the automatic off.
     """
 
     exposure_ms: ExposureMs | None = None
@@ -112,14 +112,14 @@ class CameraPatch(RequestModel):
 
 
 class CamerasChangedDocument(ResponseModel):
-    """The cameras that changed, with what they took, and in what the foveae differ now."""
+    """The changed cameras, and the settings in which the foveae differ now."""
 
     cameras: list[CameraDocument]
     divergence: list[DifferenceDocument]
 
 
 class EyeTestDocument(ResponseModel):
-    """What the trigger test found of one eye; times from trigger to frame."""
+    """Result of the trigger test of one eye; times from trigger to frame."""
 
     eye: Literal["left", "right"]
     verdict: Verdict

@@ -1,4 +1,4 @@
-"""The cameras: who they are, how they deliver, what they are set to, and whether their triggers work."""
+"""Routes of the cameras: status, settings, trigger tests."""
 
 import asyncio
 from dataclasses import replace
@@ -40,7 +40,7 @@ TestId = Annotated[str, Path(max_length=64)]
 
 @router.get("", summary="All cameras")
 async def every(services: ServicesDep) -> list[CameraDocument]:
-    """Return all cameras as last seen."""
+    """Return the last status of all cameras."""
     return [camera_document(camera, services) for camera in services.hardware.status.cameras]
 
 
@@ -60,15 +60,15 @@ async def test_triggers(
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
-    """Queue a test of both eyes: a command to each, then one pulse to both; what ran is restored."""
+    """Queue a test of both eyes: a command to each, then one pulse to both; settings are restored."""
     services.lease.check(x_lease)
     job = services.trigger_tests.submit(idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.trigger_tests.at_url)
+    return await job_answer(services, job, prefer=prefer, result=services.trigger_tests.get_by_url)
 
 
 @router.get("/self_tests", summary="All trigger tests, newest first")
 def tests(services: ServicesDep) -> list[TriggerTestDocument]:
-    """Return what all trigger tests found."""
+    """Return the results of all trigger tests."""
     return services.trigger_tests.every()
 
 
@@ -80,13 +80,13 @@ def newest_test(services: ServicesDep) -> TriggerTestDocument:
 
 @router.get("/self_tests/{test_id}", summary="One trigger test", responses=problems(404))
 def one_test(test_id: TestId, services: ServicesDep) -> TriggerTestDocument:
-    """Return what one trigger test found."""
+    """Return the result of one trigger test."""
     return services.trigger_tests.get(test_id)
 
 
 @router.get("/{role}", summary="One camera", responses=problems(404))
 async def one(role: RoleName, services: ServicesDep) -> CameraDocument:
-    """Return one camera as last seen."""
+    """Return the last status of one camera."""
     return camera_document(_status(role, services), services)
 
 
@@ -94,22 +94,22 @@ async def one(role: RoleName, services: ServicesDep) -> CameraDocument:
 async def change(
     role: RoleName, request: CameraPatch, services: ServicesDep, x_lease: LeaseHeader = None
 ) -> CamerasChangedDocument:
-    """Change settings now and at every start; answer what the camera took, or refuse with its range.
+    """Change settings now and at every start; answer what the camera accepted, or refuse with its range.
 
-    `linked` changes both foveae, or neither. Foveae that wait for pulses never expose by themselves; `once`,
-    linked, looks a few times where the mirrors stand, and sets one exposure for both.
+    `linked` changes both foveae, or neither. Hardware-triggered foveae have no automatic exposure; `once`
+    with `linked` looks a few times where the mirrors stand, and sets one exposure for both.
     """
     services.lease.check(x_lease)
     _status(role, services)
     roles = _roles(Role(role), linked=request.linked)
-    wish = _wish(request)
-    looks = request.linked and wish.exposure_auto is AutoMode.ONCE and _wait_for_pulses(roles, services)
+    change = _change(request)
+    looks = request.linked and change.exposure_auto is AutoMode.ONCE and _wait_for_pulses(roles, services)
     if looks:
-        wish = replace(wish, exposure_auto=None)
-    if wish.changes or not looks:
-        await asyncio.wrap_future(services.cameras.change(services.hardware, roles, wish))
+        change = replace(change, exposure_auto=None)
+    if change.changes or not looks:
+        await asyncio.wrap_future(services.cameras.change(services.hardware, roles, change))
     if looks:
-        await asyncio.to_thread(services.cameras.seek, services.hardware)
+        await asyncio.to_thread(services.cameras.find_pair_exposure, services.hardware)
     return _changed(roles, services)
 
 
@@ -117,7 +117,7 @@ async def change(
     "/{role}/settings", summary="Forget a camera's settings", responses=problems(404, 409, 502, 503, 504)
 )
 async def reset(role: RoleName, services: ServicesDep, x_lease: LeaseHeader = None) -> CamerasChangedDocument:
-    """Run a camera as the rig file says, now and at every start."""
+    """Apply the rig file's settings, now and at every start."""
     services.lease.check(x_lease)
     _status(role, services)
     await asyncio.wrap_future(services.cameras.reset(services.hardware, Role(role)))
@@ -146,14 +146,14 @@ def camera_document(camera: CameraStatus, services: Services) -> CameraDocument:
         incomplete=camera.counters.incomplete,
         late=camera.counters.late,
         underrun=camera.counters.underrun,
-        settings=_settings(camera, kept=services.cameras.kept(camera.info.serial)),
+        settings=_settings(camera, kept=services.cameras.has_record(camera.info.serial)),
         ranges=_ranges(camera),
         link=_link(camera, now_ns=now_ns),
     )
 
 
 def divergence(services: Services) -> list[DifferenceDocument]:
-    """Return in what the foveae differ."""
+    """Return the settings in which the foveae differ."""
     return [
         DifferenceDocument(setting=found.setting, left=found.left, right=found.right)
         for found in services.cameras.divergence(services.hardware.status)
@@ -193,7 +193,7 @@ def _wait_for_pulses(roles: tuple[Role, ...], services: Services) -> bool:
     return any(waits_for_pulses(camera.role, camera.settings) for camera in cameras)
 
 
-def _wish(request: CameraPatch) -> CameraChange:
+def _change(request: CameraPatch) -> CameraChange:
     return CameraChange(
         exposure_ns=None if request.exposure_ms is None else round(request.exposure_ms * 1e6),
         exposure_auto=None if request.exposure_auto is None else AutoMode(request.exposure_auto),

@@ -1,4 +1,4 @@
-"""The shapes of requests and answers about captures."""
+"""Schemas of captures: requests, descriptions, estimates, points."""
 
 from typing import Annotated, Any, Literal
 
@@ -14,7 +14,7 @@ CodecName = Literal["tiff", "png"]
 
 
 class CaptureRequest(RequestModel):
-    """What is to be captured, and under which name; an empty plan is the whole field of the rig."""
+    """A plan to capture, and its name; an empty plan is the whole field of the rig."""
 
     name: Annotated[str, Field(max_length=1000)]
     """Becomes a folder: up to 100 letters, digits, spaces, dots, dashes and underscores."""
@@ -22,11 +22,11 @@ class CaptureRequest(RequestModel):
     label: Text = ""
     licence: Text = "all rights reserved"
     codec: CodecName = "tiff"
-    """TIFF keeps up with the rig's full pace; PNG takes half the room."""
+    """TIFF keeps up with the rig's full rate; PNG takes half the space."""
 
 
 class EstimateRequest(RequestModel):
-    """A plan to be estimated; `distance_m` stands in for an average that is still to be measured."""
+    """A plan to estimate; `distance_m` is used where the plan measures the distance at its start."""
 
     plan: RasterPlan = RasterPlan()
     codec: CodecName = "tiff"
@@ -34,14 +34,14 @@ class EstimateRequest(RequestModel):
 
 
 class CapturePatch(RequestModel):
-    """What may be changed of a capture."""
+    """Fields of a capture to change."""
 
     label: Text | None = None
     licence: Text | None = None
 
 
 class CapturePoints(ResponseModel):
-    """The points of a capture: planned, on the disk, passed over."""
+    """Counts of a capture's points: planned, captured, skipped."""
 
     planned: int
     taken: int
@@ -51,7 +51,7 @@ class CapturePoints(ResponseModel):
 
 
 class CaptureProgress(ResponseModel):
-    """How far a running capture is; bytes and rate are of this run."""
+    """Progress of a running capture; bytes and rate are of this run."""
 
     phase: Literal["survey", "rail", "points", "paused", "closing"]
     done: int
@@ -64,12 +64,12 @@ class CaptureProgress(ResponseModel):
 
 
 class CaptureDocument(ResponseModel):
-    """One capture. `why`: what ended a partial one, or what somebody is asked to do before it goes on."""
+    """One capture. `why`: what ended a partial one, or what the operator is asked to do before it goes on."""
 
     id: str
     name: str
     folder: str
-    """Where it lies on the server's disk."""
+    """Path on the server's disk."""
     label: str
     licence: str
     state: Literal["starting", "running", "paused", "complete", "partial", "damaged"]
@@ -90,7 +90,7 @@ class CaptureDocument(ResponseModel):
 
 
 class PointDocument(ResponseModel):
-    """A point that was taken. `sheet_row`, `sheet_column`: its place on the contact sheet, from 0."""
+    """A captured point. `sheet_row`, `sheet_column`: its position on the contact sheet, from 0."""
 
     index: int
     scan: int
@@ -105,7 +105,7 @@ class PointDocument(ResponseModel):
 
 
 class SkippedPoint(ResponseModel):
-    """A point that was passed over."""
+    """A skipped point."""
 
     index: int
     why: str
@@ -121,7 +121,7 @@ class PointsDocument(ResponseModel):
 
 
 class CaptureChecked(ResponseModel):
-    """What reading every file again has found; `faults`: a sentence each."""
+    """Result of reading every file again; `faults`: a sentence each."""
 
     id: str
     sound: bool
@@ -145,7 +145,7 @@ class Footprints(ResponseModel):
 
 
 class CoverageDocument(ResponseModel):
-    """How the views of one scan lie in the wide image; shares and overlaps from 0 to 1."""
+    """Positions of the views of one scan in the wide image; shares and overlaps from 0 to 1."""
 
     footprints: list[Footprints]
     seen_either: float
@@ -156,11 +156,11 @@ class CoverageDocument(ResponseModel):
 
 
 class EstimateDocument(ResponseModel):
-    """What a plan takes. `total_s` is the least that physics allows: `limit_s`, verging and moves."""
+    """Time and space of a plan. `total_s` is the least that physics allows: `limit_s`, verging and moves."""
 
     plan: dict[str, Any]  # Any: the raster plan, filled in
     distance_assumed: bool
-    """Whether the distance is measured before the start, and is a guess here."""
+    """Whether the distance will be measured at the start, and is assumed here."""
     points: int
     shots: int
     total_s: float
@@ -178,6 +178,6 @@ class EstimateDocument(ResponseModel):
 
 
 class TrashEmptied(ResponseModel):
-    """How many captures were deleted for good."""
+    """Number of items that were deleted from the trash."""
 
     deleted: int

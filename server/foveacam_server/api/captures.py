@@ -1,4 +1,4 @@
-"""Captures: raster datasets from plan to download."""
+"""Routes of captures (raster datasets): estimate, start, pause, list, points, drawings, download."""
 
 import asyncio
 from typing import Annotated, Literal
@@ -7,7 +7,7 @@ from fastapi import APIRouter, Path, Query, Response
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.dataset import ImageCodec, check
+from foveacam_pipeline.capture.dataset import check
 from foveacam_server.api.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -32,7 +32,6 @@ from foveacam_server.capturing.drawings import anaglyph_drawing, drawing
 from foveacam_server.capturing.points import point_of, point_picture, points_document, readable
 from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/captures", tags=["captures"])
 
@@ -63,64 +62,57 @@ async def create(
 ) -> JSONResponse:
     """Queue a capture as a job; a name, a plan or a disk that will not do is refused before it starts."""
     services.lease.check(x_lease)
-    asked = request.model_dump(mode="json")
-    job = await asyncio.to_thread(services.captures.start, asked, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.captures.at_url)
+    job = await asyncio.to_thread(services.captures.start, request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.captures.get_by_url)
 
 
 @router.post(
     "/estimates",
     summary="What a plan takes",
-    response_model=EstimateDocument,
     responses=problems(409, 503, 504),
 )
-async def estimate(request: EstimateRequest, services: ServicesDep) -> Document:
+async def estimate(request: EstimateRequest, services: ServicesDep) -> EstimateDocument:
     """Return time, size and room on the disk, warnings, and where every view lies in the wide image."""
-    return await services.computing.run(
-        lambda: services.captures.estimate(
-            request.plan, codec=ImageCodec(request.codec), distance_m=request.distance_m
-        )
-    )
+    return await services.computing.run(lambda: services.captures.estimate(request))
 
 
-@router.get("", summary="Captures, newest first", response_model=list[CaptureDocument])
+@router.get("", summary="Captures, newest first")
 def every(
     services: ServicesDep,
     text: Annotated[str, Query(max_length=200, description="words of name, label, id or state")] = "",
     removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
-) -> list[Document]:
+) -> list[CaptureDocument]:
     """Return all captures, or those that hold every word of `text`."""
-    return services.captures.every(text=text, removed=removed == "true")
+    return services.captures.search(text=text, removed=removed == "true")
 
 
 @router.delete("/trash", summary="Empty the trash")
 def empty_trash(services: ServicesDep) -> TrashEmptied:
     """Delete for good what was removed."""
-    return TrashEmptied(deleted=services.captures.shelf.empty_trash())
+    return TrashEmptied(deleted=services.captures.collection.empty_trash())
 
 
-@router.get("/{capture_id}", summary="One capture", response_model=CaptureDocument, responses=problems(404))
-def one(capture_id: CaptureId, services: ServicesDep) -> Document:
+@router.get("/{capture_id}", summary="One capture", responses=problems(404))
+def one(capture_id: CaptureId, services: ServicesDep) -> CaptureDocument:
     """Return one capture; while it runs, with its progress."""
-    return services.captures.document(capture_id)
+    return services.captures.get(capture_id)
 
 
 @router.patch(
     "/{capture_id}",
     summary="Describe a capture",
-    response_model=CaptureDocument,
     responses=problems(404, 409),
 )
-def patch(capture_id: CaptureId, change: CapturePatch, services: ServicesDep) -> Document:
+def patch(capture_id: CaptureId, change: CapturePatch, services: ServicesDep) -> CaptureDocument:
     """Change its label or its licence."""
-    return services.captures.describe(capture_id, label=change.label, licence=change.licence)
+    return services.captures.edit(capture_id, label=change.label, licence=change.licence)
 
 
 @router.delete(
     "/{capture_id}", status_code=204, summary="Put a capture in the trash", responses=problems(404, 409)
 )
 def remove(capture_id: CaptureId, services: ServicesDep) -> None:
-    """Move it to the trash, whence it can be restored."""
+    """Move it to the trash, from which it can be restored."""
     for made in (services.mosaics, services.references):
         made.check_idle(capture_id, "remove its capture")
     services.captures.remove(capture_id)
@@ -129,10 +121,9 @@ def remove(capture_id: CaptureId, services: ServicesDep) -> None:
 @router.post(
     "/{capture_id}/restore",
     summary="Take a capture out of the trash",
-    response_model=CaptureDocument,
     responses=problems(404),
 )
-def restore(capture_id: CaptureId, services: ServicesDep) -> Document:
+def restore(capture_id: CaptureId, services: ServicesDep) -> CaptureDocument:
     """Undo its removal."""
     return services.captures.restore(capture_id)
 
@@ -157,17 +148,16 @@ async def resume(
     """Queue the rest of a capture, from the exact next point, with its own plan and calibration."""
     services.lease.check(x_lease)
     job = await asyncio.to_thread(services.captures.resume, capture_id, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.captures.at_url)
+    return await job_answer(services, job, prefer=prefer, result=services.captures.get_by_url)
 
 
 @router.post(
     "/{capture_id}/pause",
     summary="Let a running capture wait",
-    response_model=CaptureDocument,
     responses=problems(404, 409),
 )
-def pause(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = None) -> Document:
-    """Wait after the point under way; the rig stays with the capture."""
+def pause(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = None) -> CaptureDocument:
+    """Wait after the present point; the rig stays reserved for the capture."""
     services.lease.check(x_lease)
     return services.captures.pause(capture_id)
 
@@ -175,11 +165,10 @@ def pause(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = N
 @router.post(
     "/{capture_id}/continue",
     summary="Let a paused capture go on",
-    response_model=CaptureDocument,
     responses=problems(404, 409),
 )
-def go_on(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = None) -> Document:
-    """Go on; also says that what was asked for by hand is done."""
+def go_on(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = None) -> CaptureDocument:
+    """Continue; also confirms that what was asked for by hand is done."""
     services.lease.check(x_lease)
     return services.captures.go_on(capture_id)
 
@@ -192,8 +181,8 @@ def go_on(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = N
 )
 def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
-    kept = services.captures.shelf.get(capture_id)
-    readable_dataset(kept)
+    kept = services.captures.collection.get(capture_id)
+    readable(kept)
     headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
     return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
 
@@ -205,9 +194,9 @@ def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
     responses=_IMAGES,
 )
 def picture_of(capture_id: CaptureId, picture: Picture, form: Form, services: ServicesDep) -> FileResponse:
-    """Draw the capture as far as it is."""
+    """Draw the capture as far as it has come."""
     captures = services.captures
-    path = capture_picture(captures.shelf, captures.shelf.get(capture_id), picture, form=form)
+    path = drawing(captures.collection, captures.collection.get(capture_id), picture, form=form)
     return FileResponse(path, media_type=media_type(form))
 
 
@@ -225,8 +214,10 @@ def anaglyph(
     bracket: Bracket = "0",
 ) -> FileResponse:
     """Return both foveae of a point, rectified: left in red, right in green and blue."""
-    shelf = services.captures.shelf
-    path = anaglyph_picture(shelf, shelf.get(capture_id), index=index, bracket=int(bracket), form=form)
+    collection = services.captures.collection
+    path = anaglyph_drawing(
+        collection, collection.get(capture_id), index=index, bracket=int(bracket), form=form
+    )
     return FileResponse(path, media_type=media_type(form))
 
 
@@ -235,12 +226,11 @@ def media_type(form: Form) -> str:
     return "image/png" if form == "png" else "image/jpeg"
 
 
-@router.get(
-    "/{capture_id}/points", summary="Its points", response_model=PointsDocument, responses=problems(404)
-)
-def points(capture_id: CaptureId, services: ServicesDep) -> Document:
+@router.get("/{capture_id}/points", summary="Its points", responses=problems(404))
+def points(capture_id: CaptureId, services: ServicesDep) -> PointsDocument:
     """Return the points that were taken, with their places on the contact sheet, and those passed over."""
-    return points_document(readable(services.captures.shelf.get(capture_id)))
+    found = points_document(readable(services.captures.collection.get(capture_id)))
+    return PointsDocument.model_validate(found)
 
 
 @router.get(
@@ -258,7 +248,7 @@ def picture(
     bracket: Bracket = "0",
 ) -> Response:
     """Return one picture at full size, 8 bits; of a stack its mean."""
-    point = point_of(services.captures.shelf.get(capture_id), index)
+    point = point_of(services.captures.collection.get(capture_id), index)
     content = point_picture(point, Role(role), bracket=int(bracket), form=form)
     return Response(content, media_type=media_type(form))
 
@@ -266,6 +256,6 @@ def picture(
 @router.post("/{capture_id}/check", summary="Is all as it was written", responses=problems(404))
 def check_files(capture_id: CaptureId, services: ServicesDep) -> CaptureChecked:
     """Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a gigabyte."""
-    kept = services.captures.shelf.get(capture_id)
+    kept = services.captures.collection.get(capture_id)
     faults = check(kept.folder)
     return CaptureChecked(id=kept.id, sound=not faults, faults=faults)

@@ -1,4 +1,4 @@
-"""Clouds: the shape around each fixation, as PLY, GLB and a picture."""
+"""Routes of clouds: the point cloud of each fixation, as PLY, GLB and a picture."""
 
 from typing import Annotated
 
@@ -51,7 +51,7 @@ def glb(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
     responses=file_responses("image/png"),
 )
 def depth_png(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
-    """Return the depth heat map with its scale."""
+    """Return depth as colours with a scale."""
     return FileResponse(services.clouds.file(cloud_id, "depth.png"), media_type="image/png")
 
 

@@ -1,4 +1,4 @@
-"""Depth at a wide pixel, from the newest depth map that covers it."""
+"""Route of the depth at a wide pixel, from the newest depth map that covers it."""
 
 from typing import Annotated
 

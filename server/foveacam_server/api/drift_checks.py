@@ -1,4 +1,4 @@
-"""Drift checks: one shot into the scene tells how far the eyes have moved since they were calibrated."""
+"""Routes of drift checks: looks into the scene that measure how far the eyes moved since the calibration."""
 
 from typing import Annotated
 
@@ -16,7 +16,6 @@ from foveacam_server.api.answers import (
 from foveacam_server.api.drift_models import DriftCheckDocument, DriftRequest
 from foveacam_server.api.models import JobDocument
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/drift_checks", tags=["calibrations"])
 
@@ -42,14 +41,14 @@ async def create(
 ) -> JSONResponse:
     """Queue a check; with `apply`, a drift that is surely there is corrected and the result put in force."""
     services.lease.check(x_lease)
-    job = services.drift.submit(request.model_dump(), idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.drift.at_url)
+    job = services.drift.submit(request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.drift.get_by_url)
 
 
-@router.get("", summary="All drift checks, newest first", response_model=list[DriftCheckDocument])
-def every(services: ServicesDep) -> list[Document]:
+@router.get("", summary="All drift checks, newest first")
+def every(services: ServicesDep) -> list[DriftCheckDocument]:
     """Return what all checks found."""
-    return services.drift.records.every()
+    return services.drift.every()
 
 
 @router.get(
@@ -63,7 +62,7 @@ def trend(services: ServicesDep) -> Response:
     return Response(services.drift.records.trend_picture(), media_type="image/png")
 
 
-@router.get("/{check_id}", summary="One check", response_model=DriftCheckDocument, responses=problems(404))
-def one(check_id: CheckId, services: ServicesDep) -> Document:
+@router.get("/{check_id}", summary="One check", responses=problems(404))
+def one(check_id: CheckId, services: ServicesDep) -> DriftCheckDocument:
     """Return what one check found."""
-    return services.drift.records.get(check_id)
+    return services.drift.get(check_id)

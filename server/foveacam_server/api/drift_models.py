@@ -1,4 +1,4 @@
-"""The shapes of requests and answers about drift checks."""
+"""Schemas of drift checks."""
 
 from typing import Annotated, Literal
 
@@ -8,7 +8,7 @@ from foveacam_server.api.models import RequestModel, ResponseModel
 
 
 class DriftRequest(RequestModel):
-    """One look at how far the rig has drifted; `distance_m`: of what stands ahead, when known."""
+    """A drift check; `distance_m`: of the scene ahead, when known."""
 
     distance_m: Annotated[float, Field(gt=0.5, le=1000.0)] | None = None
     apply: bool = False
@@ -23,12 +23,12 @@ class DriftEyeDocument(ResponseModel):
     rotation_deg: float
     scale: float
     sigma_deg: float | None
-    """Of the shift; null when nothing was seen."""
+    """Standard error of the shift; null when nothing could be matched."""
     significant: bool
 
 
 class DriftCheckDocument(ResponseModel):
-    """What one look found, and what was made of it."""
+    """Result of a drift check, and whether it was applied."""
 
     id: str
     created_utc: str
@@ -38,9 +38,9 @@ class DriftCheckDocument(ResponseModel):
     new_calibration_id: str | None
     eyes: list[DriftEyeDocument]
     vergence_known: bool
-    """Whether the angle between the eyes could be told from depth."""
+    """Whether the angle between the eyes could be separated from depth."""
     locked: bool
-    """Whether enough places agree."""
+    """Whether enough patches agree."""
     residual_px: float | None
     duration_s: float
     detail: str

@@ -1,4 +1,4 @@
-"""Events: a live stream (SSE) that continues where a client left off, and the recent past as JSON."""
+"""Routes of events: a live stream (SSE) that continues after a client's last id, and the newest as JSON."""
 
 import json
 from collections.abc import AsyncIterator
@@ -48,7 +48,7 @@ _SENT = {
     },
 )
 async def stream(services: ServicesDep, last_event_id: LastEventId = None) -> EventSourceResponse:
-    """Stream events as they come; with `Last-Event-ID`, first those that followed it."""
+    """Stream events as they come; with `Last-Event-ID`, first those after it."""
     return EventSourceResponse(_sent(services.events, last_event_id), ping=PING_S, sep="\n")
 
 

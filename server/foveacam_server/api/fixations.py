@@ -1,4 +1,4 @@
-"""Fixations: point somewhere, both foveae verge on it."""
+"""Routes of fixations: point at a target, both foveae verge on it."""
 
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse
@@ -36,9 +36,9 @@ async def create(
 ) -> JSONResponse:
     """Queue a fixation as a job; `Prefer: wait=10` answers with the fixation itself when it ends in time."""
     services.lease.check(x_lease)
-    asked = request.model_dump(exclude_none=True)
-    job = services.fixations.foveate(asked, source="rest", idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.fixations.at_url)
+    stored = request.model_dump(exclude_none=True)
+    job = services.fixations.foveate(stored, source="rest", idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)
 
 
 @router.get("", summary="Newest fixations, newest first")

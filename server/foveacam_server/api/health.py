@@ -1,4 +1,4 @@
-"""For machines that watch the server: alive, ready, and counters."""
+"""Routes for monitoring: liveness, readiness, and counters for Prometheus."""
 
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse, Response
@@ -21,14 +21,14 @@ class Liveness(ResponseModel):
 
 
 class ReadyProblem(ResponseModel):
-    """What is missing."""
+    """A device or service that is missing."""
 
     device: str
     detail: str
 
 
 class Readiness(ResponseModel):
-    """Whether fixations can be had now."""
+    """Whether a fixation could start now."""
 
     ready: bool
     problems: list[ReadyProblem]
@@ -36,7 +36,7 @@ class Readiness(ResponseModel):
 
 @router.get("/healthz", summary="Is the process alive?")
 async def healthz() -> Liveness:
-    """Answer whatever the rig is doing."""
+    """Answer in any state of the rig."""
     return Liveness(status="ok")
 
 
@@ -52,7 +52,7 @@ async def readyz(services: ServicesDep) -> JSONResponse:
     missing = [
         ReadyProblem(device=problem.device, detail=problem.detail)
         for problem in status.problems
-        if problem.device not in BASE  # nobody needs them to foveate
+        if problem.device not in BASE  # not needed to foveate
     ]
     if status.state is RigState.OPENING:
         missing.append(ReadyProblem(device="rig", detail="the rig is still opening"))
@@ -71,18 +71,18 @@ async def metrics(services: ServicesDep) -> Response:
 
 
 def registry_of(services: Services) -> CollectorRegistry:
-    """Return a registry that reads `services` once."""
+    """Return a registry that reads the counters of `services` once."""
     registry = CollectorRegistry(auto_describe=False)
-    registry.register(_Reading(services))
+    registry.register(_ServiceCounters(services))
     return registry
 
 
-class _Reading(Collector):
+class _ServiceCounters(Collector):
     def __init__(self, services: Services) -> None:
         self._services = services
 
     def collect(self) -> list[Metric]:
-        """Return all metrics as they stand now."""
+        """Return the present values of all metrics."""
         return [*self._rig(), *self._views(), *self._work()]
 
     def _rig(self) -> list[Metric]:

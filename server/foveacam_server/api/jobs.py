@@ -1,4 +1,4 @@
-"""Jobs: long work, its progress, its end, and how to cancel it."""
+"""Routes of jobs: list, progress, cancel."""
 
 from fastapi import APIRouter
 
@@ -17,11 +17,11 @@ def newest(services: ServicesDep, limit: Limit = 50) -> list[JobDocument]:
 
 @router.get("/{job_id}", summary="One job", responses=problems(404))
 def one(job_id: str, services: ServicesDep) -> JobDocument:
-    """Return one job as it stands now."""
+    """Return one job in its present state."""
     return services.jobs.get(job_id).describe()
 
 
 @router.post("/{job_id}/cancel", summary="Cancel a job", responses=problems(404))
 def cancel(job_id: str, services: ServicesDep) -> JobDocument:
-    """Ask a job to end at its next step; harmless when it has ended."""
+    """Cancel a job at its next step, unless it has ended."""
     return services.jobs.cancel(job_id).describe()

@@ -1,4 +1,4 @@
-"""The control lease: while somebody holds it, only they move the rig."""
+"""Routes of the control lease: while a client holds it, only that client may move the rig."""
 
 from fastapi import APIRouter
 
@@ -23,7 +23,7 @@ async def take(request: LeaseRequest, services: ServicesDep) -> LeaseGrant:
 
 @router.put("", summary="Keep the lease", responses=problems(409))
 async def renew(services: ServicesDep, x_lease: LeaseHeader = None) -> LeaseGrant:
-    """Extend the lease that the X-Lease header names."""
+    """Renew the lease that the X-Lease header names."""
     return services.lease.renew(x_lease)
 
 

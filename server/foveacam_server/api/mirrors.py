@@ -1,4 +1,4 @@
-"""The mirrors: where they point, how their controller is doing, and steering them open loop."""
+"""Routes of the mirrors: their directions and controller, steering, switching their supply rail."""
 
 import asyncio
 import math
@@ -23,12 +23,12 @@ from foveacam_server.runtime.services import Services, ServicesDep
 
 router = APIRouter(prefix="/mirrors", tags=["rig"])
 
-NOWHERE = EyeDocument(x_v=None, y_v=None, ax_deg=None, ay_deg=None)
+UNKNOWN_EYE = EyeDocument(x_v=None, y_v=None, ax_deg=None, ay_deg=None)
 
 
 @router.get("", summary="Both mirrors")
 async def mirrors(services: ServicesDep) -> MirrorsDocument:
-    """Return both mirrors as last seen."""
+    """Return the last status of both mirrors."""
     return mirrors_document(services)
 
 
@@ -53,19 +53,19 @@ async def steer(request: SteerRequest, services: ServicesDep, x_lease: LeaseHead
 
 @router.post("/enable", summary="Switch the mirrors on", responses=problems(409, 502, 503, 504))
 async def enable(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
-    """Switch the mirrors' rail on, both at rest; harmless when it is on."""
+    """Switch the mirrors' supply rail on, both at rest, if it is off."""
     return await _switched(services, x_lease, on=True)
 
 
 @router.post("/disable", summary="Switch the mirrors off", responses=problems(409, 502, 503, 504))
 async def disable(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
-    """Park both mirrors and switch their rail off, until it is switched on again; harmless when it is off."""
+    """Park both mirrors and switch their supply rail off, until it is switched on again."""
     return await _switched(services, x_lease, on=False)
 
 
 @router.post("/recover", summary="Start the mirrors' DACs anew", responses=problems(409, 502, 503, 504))
 async def recover(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
-    """Bring a frozen mirror back without switching the rail: both DACs start anew, then the targets stand."""
+    """Recover a frozen mirror without switching the rail: restart both DACs, then restore the targets."""
     services.lease.check(x_lease)
     services.hardware.mirrors.check()
     await asyncio.wrap_future(services.hardware.submit(lambda rig: rig.mirrors.recover()))
@@ -109,7 +109,7 @@ def mirrors_document(services: Services) -> MirrorsDocument:
 
 def _eye(services: Services, role: Role, pose: StereoVolts | None) -> EyeDocument:
     if pose is None:
-        return NOWHERE
+        return UNKNOWN_EYE
     volts = eye_volts(pose, role)
     calibration = services.calibration.current
     angles_rad = None if calibration is None else calibration.eye(role).mirror.angles_rad(volts)
@@ -122,7 +122,7 @@ def _eye(services: Services, role: Role, pose: StereoVolts | None) -> EyeDocumen
 
 
 def controller_document(info: DeviceInfo | None) -> ControllerDocument | None:
-    """Return who the controller is; None before the rig is open."""
+    """Return the controller's identification; None before the rig is open."""
     if info is None:
         return None
     return ControllerDocument(
@@ -131,7 +131,7 @@ def controller_document(info: DeviceInfo | None) -> ControllerDocument | None:
 
 
 def link_document(telemetry: LinkTelemetry) -> ControllerLinkDocument:
-    """Return traffic, round trips, governor and clock."""
+    """Return traffic, round trips, update limit and clock of the controller's link."""
     drift_ppm = telemetry.clock_drift_ppm
     return ControllerLinkDocument(
         tx_bytes=telemetry.tx_bytes,

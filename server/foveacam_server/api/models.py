@@ -1,6 +1,6 @@
-"""The shapes of requests and answers.
+"""Schemas that several routes and services share.
 
-Requests are strict: a string is no number, NaN is none, unknown keys are refused.
+Requests are strict: a string is no number, NaN is refused, unknown keys are refused.
 """
 
 from typing import Annotated, Any, Literal
@@ -17,13 +17,13 @@ FrameSeq = Annotated[int, Field(ge=0, le=0xFFFF_FFFF)]
 
 
 class RequestModel(BaseModel):
-    """Root of what is sent to the server."""
+    """Base class of requests."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
 
 class ResponseModel(BaseModel):
-    """Root of what the server answers, and of the data of its events."""
+    """Base class of answers and of the data of events."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -69,7 +69,7 @@ class Direction(RequestModel):
 
 
 class DistanceLimits(RequestModel):
-    """Distances from the rig's origin that an answer may have; no `farthest_m`: any beyond the nearest."""
+    """Limits of an answer's distance from the rig's origin; no `farthest_m`: no upper limit."""
 
     nearest_m: Metres
     farthest_m: DistanceM | None = None
@@ -83,38 +83,35 @@ class FixationRequest(RequestModel):
     direction: Direction | None = None
     label: Label | None = None
     depth: bool = True
-    """Whether depth, cloud and mesh are worked out afterwards."""
+    """Whether depth, cloud and mesh are computed afterwards."""
     within: DistanceLimits | None = None
-    """Which distances the answer may have."""
+    """Limits of the answer's distance."""
     corrects: Annotated[str, Field(min_length=1, max_length=64)] | None = None
-    """Id of a fixation whose answer this one corrects: its target takes the new answer."""
-    frame_seq: FrameSeq | None = None
-    """Number of the wide picture on which the target was chosen, as the views' WebSocket gives it: a target
-    that moves is followed from there. Pictures of the last 0.6 s are known; an older number has no effect."""
+    """Id of a fixation whose answer this one corrects: its target gets the new answer."""
 
 
 class SteerRequest(RequestModel):
-    """Where both eyes shall look; without a distance they look parallel."""
+    """Direction in which both eyes shall look; without a distance they look parallel."""
 
     direction: Direction
     distance_m: DistanceM | None = None
 
 
 class LeaseRequest(RequestModel):
-    """Who asks for the lease."""
+    """Name of the client that asks for the lease."""
 
     holder: Label
     take_over: bool = False
 
 
 class TargetPatch(RequestModel):
-    """What may be changed of a target."""
+    """Fields of a target to change."""
 
     label: Label
 
 
 class JobProgress(ResponseModel):
-    """How far a job is: `done` of `total`."""
+    """Progress of a job: `done` of `total`."""
 
     done: int
     total: int
@@ -123,7 +120,7 @@ class JobProgress(ResponseModel):
 
 
 class JobDocument(ResponseModel):
-    """One piece of long work."""
+    """A job: long work that a request started."""
 
     id: str
     kind: str
@@ -137,7 +134,7 @@ class JobDocument(ResponseModel):
 
 
 class TargetPlace(ResponseModel):
-    """Where a fixation was aimed: direction and wide pixel."""
+    """Direction and wide pixel of a fixation's target."""
 
     ax_deg: float
     ay_deg: float
@@ -183,16 +180,16 @@ class AlternativeDocument(ResponseModel):
 
 
 class EyeViewDocument(ResponseModel):
-    """What one fovea shows at the end of a fixation; `reason` says why it does not see the target."""
+    """Whether a fovea sees the target at the end of a fixation; `reason`: why it does not."""
 
     sees_target: bool
     reason: str
 
 
 class FixationDocument(ResponseModel):
-    """The answer to one target.
+    """The result of a fixation.
 
-    `state` is how the closed loop of both foveae ended, `basis` how the distance is known, which may be by
+    `state`: how the vergence loop of both foveae ended; `basis`: how the distance is known, which may be by
     other means. Distance and point are null where `basis` is `bound` or null.
     """
 
@@ -223,9 +220,9 @@ class FixationDocument(ResponseModel):
 
 
 class CorrectionDocument(ResponseModel):
-    """What the operator corrected of an answer, and when.
+    """A correction of an answer by the operator.
 
-    `fixation_id`: the fixation that was ordered by it; of a choice, the one whose alternative was chosen.
+    `fixation_id`: the fixation that it ordered; of a choice, the one whose alternative was chosen.
     """
 
     kind: Literal["choice", "nearer", "farther", "rectangle", "click"]
@@ -236,7 +233,7 @@ class CorrectionDocument(ResponseModel):
 
 
 class TargetDocument(ResponseModel):
-    """A point that was looked at and kept; distance and point are null where only limits are known."""
+    """A stored point that was fixated; distance and point are null where only limits are known."""
 
     id: str
     label: str
@@ -260,7 +257,7 @@ class TargetDocument(ResponseModel):
 
 
 class CloudDocument(ResponseModel):
-    """The shape around one fixation; the files' axes are in server/README.md."""
+    """The point cloud of a fixation; the files' axes are in server/README.md."""
 
     id: str
     fixation_id: str
@@ -300,7 +297,7 @@ class WideLensDocument(ResponseModel):
 
 
 class HealthDocument(ResponseModel):
-    """What ordinary fixations say of the calibration in force; medians over the recent ones."""
+    """Errors of the calibration in force, as medians over recent ordinary fixations."""
 
     score: float | None
     verdict: Literal["good", "recalibrate", "unknown"]
@@ -308,12 +305,12 @@ class HealthDocument(ResponseModel):
     vertical_px: float | None
     horizontal_px: float | None
     rows_px: float | None
-    """How far apart in height the two eyes look."""
+    """Vertical difference between the directions of the two eyes."""
     detail: str
 
 
 class CalibrationDocument(ResponseModel):
-    """A calibration, and how far to trust it."""
+    """A calibration and its standard errors."""
 
     id: str
     label: str
@@ -328,17 +325,17 @@ class CalibrationDocument(ResponseModel):
     current: bool
     """Whether it is in force."""
     kept: bool
-    """Whether it is one of one's own: what ships with the program cannot be discarded."""
+    """Whether it is the user's own: those that ship with the program cannot be discarded."""
     parent_id: str | None
-    """What it was corrected from."""
+    """Id of the calibration that it corrects."""
     session_id: str | None
-    """The session that measured it."""
+    """Id of the session that measured it."""
     health: HealthDocument | None
-    """Known of the one in force alone."""
+    """Only of the one in force."""
 
 
 class EventDocument(ResponseModel):
-    """One line of the event log."""
+    """An event."""
 
     id: int
     kind: str
@@ -349,7 +346,7 @@ class EventDocument(ResponseModel):
 
 
 class LeaseGrant(ResponseModel):
-    """What the holder of the lease gets; the token goes into the X-Lease header."""
+    """The granted lease; its token goes into the X-Lease header."""
 
     token: str
     holder: str
@@ -357,7 +354,7 @@ class LeaseGrant(ResponseModel):
 
 
 class LeaseDocument(ResponseModel):
-    """Who holds the control lease; null: nobody, and anybody may move."""
+    """The holder of the control lease; null: nobody, and anybody may move."""
 
     holder: str | None
     expires_in_s: float | None

@@ -1,4 +1,4 @@
-"""The shapes of requests and answers about mosaics."""
+"""Schemas of mosaics."""
 
 from typing import Literal
 
@@ -10,7 +10,7 @@ State = Literal["none", "unfinished", "building", "complete"]
 
 
 class MosaicRequest(RequestModel):
-    """Whose picture, of which scan and exposure of the dataset."""
+    """The eye, the scan and the exposure of the dataset to use."""
 
     eye: Eye = "left"
     scan: Index = 0
@@ -18,7 +18,7 @@ class MosaicRequest(RequestModel):
 
 
 class MosaicNeedsDocument(ResponseModel):
-    """What a mosaic takes: foveae, px, room on the disk while it is made."""
+    """What computing a mosaic takes: views, px, space on the disk."""
 
     views: int
     width: int
@@ -28,7 +28,7 @@ class MosaicNeedsDocument(ResponseModel):
 
 
 class MosaicLayer(ResponseModel):
-    """One layer as Deep Zoom: level 0 is one pixel, the last one the whole."""
+    """One layer as Deep Zoom: level 0 is one pixel, the last level the full size."""
 
     name: Literal["picture", "depth"]
     width: int
@@ -40,7 +40,7 @@ class MosaicLayer(ResponseModel):
 
 
 class MosaicSeams(ResponseModel):
-    """How far corresponding points of overlapping views lie apart, fovea px."""
+    """Distances of corresponding points of overlapping views, fovea px."""
 
     links: int
     rejected: int
@@ -63,7 +63,7 @@ class MosaicDepth(ResponseModel):
 
 
 class MadeMosaic(ResponseModel):
-    """A mosaic that is whole.
+    """A finished mosaic.
 
     Pixel (x, y) is the direction ((x + u0_px) / f_px, (y + v0_px) / f_px, 1) from the eye at `eye_rig_m`.
     A pixel of the depth layer is `cell_px` of the picture; red * 65536 + green * 256 + blue of it, times
@@ -97,9 +97,9 @@ class MadeMosaic(ResponseModel):
 
 
 class MosaicDocument(ResponseModel):
-    """What there is of a capture's mosaic, and what one would take or why there can be none.
+    """The state of a capture's mosaic, and what computing one would take or why there can be none.
 
-    `outdated`: the capture has grown since. `in_scene`: its surface is in the 3D scene.
+    `outdated`: points were added to the capture since. `in_scene`: its surface is in the 3D scene.
     """
 
     capture_id: str

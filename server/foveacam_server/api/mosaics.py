@@ -1,4 +1,4 @@
-"""The mosaic of a capture: made as a job, its tiles, its files, its surface in the 3D scene."""
+"""Routes of a capture's mosaic: compute it, its tiles and files, its surface in the 3D scene."""
 
 import asyncio
 from pathlib import Path
@@ -17,7 +17,6 @@ from foveacam_server.capturing.mosaic_process import MosaicSpec
 from foveacam_server.errors import NotFound
 from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import Services, ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/captures/{capture_id}/mosaic", tags=["mosaics"])
 
@@ -28,7 +27,7 @@ Made = Annotated[str | None, Query(max_length=40, description="version of the mo
 IfNoneMatch = Annotated[str | None, Header(max_length=400, description="what the caller has kept")]
 _MEDIA = {"jpg": "image/jpeg", "png": "image/png"}
 _FOR_GOOD = "private, max-age=31536000, immutable"
-"""An address with a mosaic's version never gets another content."""
+"""The content of a URL with a mosaic's version never changes."""
 _ASK_AGAIN = "no-cache"
 _TILE = file_responses("image/jpeg") | {304: {"description": "the caller has it"}}
 
@@ -50,49 +49,47 @@ async def make(
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
-    """Queue it, or the rest of one that was begun, as a job beside the rig; refuse at once what cannot be.
+    """Queue it, or the rest of an unfinished one, as a job that leaves the rig free; refuse what cannot be.
 
-    An older mosaic of the capture stays until the new one is whole.
+    An older mosaic of the capture stays until the new one is finished.
     """
-    wish = MosaicSpec(**(request or MosaicRequest()).model_dump(mode="json"))
-    job = await asyncio.to_thread(services.mosaics.start, capture_id, wish, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.mosaics.at_url)
+    spec = MosaicSpec(**(request or MosaicRequest()).model_dump(mode="json"))
+    job = await asyncio.to_thread(services.mosaics.start, capture_id, spec, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.mosaics.get_by_url)
 
 
-@router.get("", summary="A capture's mosaic", response_model=MosaicDocument, responses=problems(404))
-def one(capture_id: CaptureId, services: ServicesDep) -> Document:
-    """Return what there is of it, how its making goes, and what it would take, or why there can be none."""
-    return services.mosaics.document(capture_id)
+@router.get("", summary="A capture's mosaic", responses=problems(404))
+def one(capture_id: CaptureId, services: ServicesDep) -> MosaicDocument:
+    """Return its state, the progress of its job, and what it would take, or why there can be none."""
+    return services.mosaics.get(capture_id)
 
 
 @router.delete("", status_code=204, summary="Remove a capture's mosaic", responses=problems(404, 409))
 def remove(capture_id: CaptureId, services: ServicesDep) -> None:
-    """Remove its files, half made ones too; the capture stays."""
+    """Remove its files, those of an unfinished one too; the capture stays."""
     services.mosaics.remove(capture_id)
 
 
 @router.put(
     "/in_scene",
     summary="Show the mosaic in 3D",
-    response_model=MosaicDocument,
     responses=problems(404, 409, 503),
 )
-def show(capture_id: CaptureId, services: ServicesDep) -> Document:
-    """Put its surface into the 3D scene, in the place of another's."""
+def show(capture_id: CaptureId, services: ServicesDep) -> MosaicDocument:
+    """Show its surface in the 3D scene, instead of another's."""
     services.mosaics.show(capture_id)
-    return services.mosaics.document(capture_id)
+    return services.mosaics.get(capture_id)
 
 
 @router.delete(
     "/in_scene",
     summary="Take the mosaic out of the 3D scene",
-    response_model=MosaicDocument,
     responses=problems(404),
 )
-def hide(capture_id: CaptureId, services: ServicesDep) -> Document:
-    """Take its surface away; harmless when it is not there."""
+def hide(capture_id: CaptureId, services: ServicesDep) -> MosaicDocument:
+    """Remove its surface from the 3D scene, if it is there."""
     services.mosaics.hide(capture_id)
-    return services.mosaics.document(capture_id)
+    return services.mosaics.get(capture_id)
 
 
 @router.get(
@@ -102,8 +99,8 @@ def hide(capture_id: CaptureId, services: ServicesDep) -> Document:
     responses=file_responses("application/xml"),
 )
 def descriptor(capture_id: CaptureId, layer: Layer, services: ServicesDep) -> FileResponse:
-    """Return the Deep Zoom descriptor; its tiles lie beside it, as Deep Zoom wants them."""
-    path = services.mosaics.shelf.file(capture_id, f"{FILES[layer]}.dzi")
+    """Return the Deep Zoom descriptor; its tiles are beside it, as Deep Zoom requires."""
+    path = services.mosaics.collection.file(capture_id, f"{FILES[layer]}.dzi")
     return FileResponse(path, media_type="application/xml", headers={"Cache-Control": _ASK_AGAIN})
 
 
@@ -127,7 +124,7 @@ def tile(
     """Return one tile: JPEG of the picture, PNG of the depth."""
     if form != FORMS[layer]:
         raise NotFound(f"tiles of the {layer} are {FORMS[layer]} files", asked=f"a {form} file")
-    path = services.mosaics.shelf.tile(capture_id, layer, level=level, column=x, row=y)
+    path = services.mosaics.collection.tile(capture_id, layer, level=level, column=x, row=y)
     return _sent(path, services, capture_id, made=made, kept=if_none_match)
 
 
@@ -145,7 +142,7 @@ def picture_of(
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Return the whole picture at 2048 px at most, or the heat map of depth with its scale."""
-    path = services.mosaics.shelf.file(capture_id, f"{picture}.png")
+    path = services.mosaics.collection.file(capture_id, f"{picture}.png")
     return _sent(path, services, capture_id, made=made, kept=if_none_match)
 
 
@@ -157,7 +154,7 @@ def picture_of(
 )
 def glb(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> FileResponse:
     """Return the textured surface of the whole field, in metres, +y up."""
-    path = services.mosaics.shelf.file(capture_id, "mesh.glb")
+    path = services.mosaics.collection.file(capture_id, "mesh.glb")
     return FileResponse(path, media_type="model/gltf-binary", filename=f"{capture_id}-mosaic.glb")
 
 
@@ -169,19 +166,19 @@ def glb(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> File
 )
 def ply(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> FileResponse:
     """Return x, y, z (m, rig frame), colour and sigma of every point."""
-    path = services.mosaics.shelf.file(capture_id, "cloud.ply")
+    path = services.mosaics.collection.file(capture_id, "cloud.ply")
     return FileResponse(path, media_type="application/octet-stream", filename=f"{capture_id}-mosaic.ply")
 
 
 def _sent(path: Path, services: Services, capture_id: str, *, made: str | None, kept: str | None) -> Response:
-    """Send a file; where the address names this very mosaic, it need never be asked for again."""
-    version = services.mosaics.shelf.require(capture_id).version
+    """Send a file; a URL with the mosaic's version may be cached for good."""
+    version = services.mosaics.collection.require(capture_id).version
     tag = f'"{version}"'
     headers = {"ETag": tag, "Cache-Control": _FOR_GOOD if made == version else _ASK_AGAIN}
     if kept is not None and tag in kept:
         return Response(status_code=304, headers=headers)
     try:
-        content = path.read_bytes()  # whole: it may be removed at any moment
+        content = path.read_bytes()  # read at once: the file may be removed at any moment
     except FileNotFoundError:
         raise NotFound(f"{path.name} went with its mosaic", asked=path.name) from None
     return Response(content, media_type=_MEDIA[path.suffix[1:]], headers=headers)

@@ -1,4 +1,4 @@
-"""What the OpenAPI document says of every operation: who may ask, and what the way in answers itself."""
+"""Completes the OpenAPI document: the security schemes, and the answers of the middleware for every route."""
 
 from typing import Any
 
@@ -28,7 +28,7 @@ _AT_THE_DOOR = (400, 401, 403, 429)
 
 
 def install(app: FastAPI, *, token_needed: bool) -> None:
-    """Complete the document that `app` serves; it is made once, when it is first asked for."""
+    """Complete the document that `app` serves; it is built once, at the first request."""
     routes_alone = app.openapi
 
     def whole() -> dict[str, Any]:  # Any: a JSON document

@@ -1,4 +1,4 @@
-"""What our pages may load and run (Content-Security-Policy)."""
+"""The Content-Security-Policy of our pages: what they may load and run."""
 
 _OWN = {
     "default-src": "'self'",
@@ -28,5 +28,5 @@ def content_policy(path: str) -> str:
 
 
 def bare_viser_policy() -> str:
-    """Return the policy of the 3D pane inside the console: it shows no second copy of the views."""
+    """Return the policy of the 3D pane inside the console, where it shows no copy of the views."""
     return "; ".join(f"{name} {value}" for name, value in (_VISER | {"frame-src": "'none'"}).items())

@@ -1,4 +1,4 @@
-"""The console's own files: its page, the video pane alone, the page about REST, and what they load."""
+"""Serves the console's files: its page, the video pane alone, the page about REST, and what they load."""
 
 import hashlib
 import time
@@ -26,9 +26,9 @@ FOR_GOOD = {"Cache-Control": "public, max-age=31536000, immutable"}
 
 
 def version(folder: Path = STATIC) -> str:
-    """Return a word that changes with any of the files: it stands in the addresses of all that a page loads.
+    """Return a version that changes with any of the files and is part of the URLs of all that a page loads.
 
-    A module of yesterday never meets one of today, and none is asked for twice.
+    So modules of two versions never mix, and browsers can cache each file for good.
     """
     known = hashlib.sha256()
     for path in sorted(folder.rglob("*")):
@@ -38,12 +38,12 @@ def version(folder: Path = STATIC) -> str:
 
 
 @lru_cache(maxsize=1)
-def _version_in(second: int) -> str:  # what is remembered is forgotten with the second
+def _version_in(second: int) -> str:  # cached for one second
     return version()
 
 
 class _VersionedFiles(StaticFiles):
-    """Files that a browser keeps for good below the version they are of, and asks for again elsewhere."""
+    """Files that a browser caches for good under their version's URL, and revalidates under others."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         first, _, rest = path.partition("/")
@@ -75,13 +75,13 @@ def interface() -> HTMLResponse:
 
 @router.get("/redoc")
 def other_interface() -> RedirectResponse:
-    """Send whoever is used to this address to the one page about the interface."""
+    """Redirect to the page about the interface."""
     return RedirectResponse("/docs", status_code=308)
 
 
 @router.get("/favicon.ico")
 async def icon() -> FileResponse:
-    """Return the icon that browsers ask for by themselves."""
+    """Return the icon that browsers request by themselves."""
     return FileResponse(STATIC / "icon.svg", media_type="image/svg+xml", headers=NO_STALE_PAGES)
 
 
@@ -91,7 +91,7 @@ def _page(name: str) -> HTMLResponse:
 
 
 def install(app: FastAPI) -> None:
-    """Serve the page, and the files that it loads; before all else, for they are asked for most."""
+    """Serve the pages and the files that they load; first, as they are requested most."""
     app.mount("/docs/parts", StaticFiles(directory=SWAGGER), name="swagger")
     app.mount("/static", _VersionedFiles(directory=STATIC, check_dir=False), name="static")
     app.include_router(router)

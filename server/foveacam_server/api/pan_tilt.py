@@ -1,4 +1,4 @@
-"""The pan-tilt: where the whole rig points, turning it, and stopping that."""
+"""Routes of the pan-tilt, which turns the whole rig: status, moves, hold, homing."""
 
 import asyncio
 import math
@@ -33,7 +33,7 @@ async def pan_tilt(services: ServicesDep) -> PanTiltDocument:
 
 @router.post("/moves", summary="Turn the rig", responses=problems(409, 502, 503, 504))
 async def move(request: PanTiltMove, services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDocument:
-    """Begin to turn the rig to a station or a bearing; answer while it moves."""
+    """Start to turn the rig to a station or a bearing; answer while it moves."""
     services.lease.check(x_lease)
     pose = _pose(request, services.pan_tilt)
     await asyncio.wrap_future(services.pan_tilt.move(pose))
@@ -52,7 +52,7 @@ async def hold(services: ServicesDep) -> PanTiltDocument:
 
 @router.post("/homings", summary="Find the reference switches", responses=problems(409, 502, 503, 504))
 async def home(services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDocument:
-    """Begin to look for the reference switches; it clears an alarm."""
+    """Start homing: search the reference switches; it clears an alarm."""
     services.lease.check(x_lease)
     await asyncio.wrap_future(services.pan_tilt.home())
     return await _now(services.pan_tilt)
@@ -62,9 +62,9 @@ async def home(services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDoc
     "/zero_confirmations", summary="Say that it stands at its zero", responses=problems(409, 502, 503, 504)
 )
 async def confirm_zero(services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDocument:
-    """Take the operator's word that the pan-tilt stands at its zero; for one without reference switches.
+    """Take the present pose as the zero, as the operator confirms; for one without reference switches.
 
-    It ends the fault of a board that has restarted; on a shared board it is said of every axis.
+    It clears the fault of a board that has restarted; on a shared board it applies to every axis.
     """
     services.lease.check(x_lease)
     await asyncio.wrap_future(services.pan_tilt.confirm_zero())
@@ -72,9 +72,9 @@ async def confirm_zero(services: ServicesDep, x_lease: LeaseHeader = None) -> Pa
     return await _now(services.pan_tilt)
 
 
-def pan_tilt_document(desk: PanTiltService, state: PanTiltState | None = None) -> PanTiltDocument:
-    """Return the pan-tilt as REST shows it; `state`: fresher than the last seen."""
-    status = desk.status
+def pan_tilt_document(service: PanTiltService, state: PanTiltState | None = None) -> PanTiltDocument:
+    """Return the pan-tilt as REST shows it; `state`: newer than the last status."""
+    status = service.status
     seen = state or (ABSENT if status is None else status.state)
     info = None if status is None else status.info
     return PanTiltDocument(
@@ -95,19 +95,19 @@ def pan_tilt_document(desk: PanTiltService, state: PanTiltState | None = None) -
         fault=seen.fault,
         awaits_zero=seen.awaits_zero,
         limits=None if status is None else _limits(status.limits),
-        stations=[_station(station) for station in desk.stations],
+        stations=[_station(station) for station in service.stations],
     )
 
 
-async def _now(desk: PanTiltService) -> PanTiltDocument:
-    state = await asyncio.wrap_future(desk.seen_now())
-    return pan_tilt_document(desk, state)
+async def _now(service: PanTiltService) -> PanTiltDocument:
+    state = await asyncio.wrap_future(service.read_state())
+    return pan_tilt_document(service, state)
 
 
-def _pose(request: PanTiltMove, desk: PanTiltService) -> PanTiltPose:
+def _pose(request: PanTiltMove, service: PanTiltService) -> PanTiltPose:
     match request.station, request.pan_deg, request.tilt_deg:
         case str(name), None, None:
-            return desk.station(name).pose
+            return service.station(name).pose
         case None, float(pan_deg), float(tilt_deg):
             return PanTiltPose(pan_rad=math.radians(pan_deg), tilt_rad=math.radians(tilt_deg))
     raise InvalidInput(

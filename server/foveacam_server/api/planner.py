@@ -1,4 +1,4 @@
-"""The planner: where to stand, how likely it is to see unnoticed, and where on a map. Needs no rig."""
+"""Routes of the planner: where to stand, the probability of seeing a target unnoticed, maps. Needs no rig."""
 
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse
@@ -43,7 +43,7 @@ def standoff(request: StandoffRequest) -> StandoffDocument:
     max_body_size=PICTURE_BYTES,
 )
 async def make_map(request: MapAsked, services: ServicesDep) -> JSONResponse:
-    """Return a map in metres: drawn by lot, open ground, or what was sent, checked."""
+    """Return a map in metres: random, without obstacles, or the one that was sent, checked."""
     return JSONResponse(await services.computing.run(lambda: describe_map(_field(request)).as_json()))
 
 
@@ -51,7 +51,7 @@ async def make_map(request: MapAsked, services: ServicesDep) -> JSONResponse:
     "/regions", summary="Where to stand on a map", response_model=RegionsDocument, max_body_size=FILE_BYTES
 )
 async def regions(request: RegionsRequest, services: ServicesDep) -> JSONResponse:
-    """Return the ground from which each target is seen unnoticed: in its ring, in sight, free to stand on."""
+    """Return from where each target is seen unnoticed: in its ring, in sight, free to stand on."""
     return JSONResponse(await services.computing.run(lambda: describe_regions(request).as_json()))
 
 

@@ -1,4 +1,4 @@
-"""What the planner is asked, and what it answers: metres, and GeoJSON in a plane."""
+"""Schemas of the planner: metres, and GeoJSON in a plane."""
 
 from typing import Annotated, Any, Literal
 
@@ -20,7 +20,7 @@ MOST_BASE64 = 24_000_000
 
 
 class RingRequest(RequestModel):
-    """What is looked at and how, and how near is too near (Eqs. 6-9)."""
+    """The feature to resolve, the resolution, and the nearest allowed distance (Eqs. 6-9)."""
 
     feature_mm: Annotated[float, Field(ge=1e-3, le=1e6)] = 20.0
     """Size of the feature that shall be resolved."""
@@ -35,7 +35,7 @@ class RingRequest(RequestModel):
     near_error_m: Metres = 0.0
     """The observer's own depth error at D_min."""
     bound: Literal["inflated", "plain", "as_printed"] = "inflated"
-    """What that error does to D_min: added, nothing, or subtracted as Eq. 9 is printed."""
+    """How that error changes D_min: added, not at all, or subtracted as Eq. 9 is printed."""
 
 
 class ClutterRequest(RequestModel):
@@ -52,7 +52,7 @@ class StandoffRequest(RequestModel):
     ring: RingRequest = RingRequest()
     clutter: ClutterRequest = ClutterRequest()
     domain_m2: Annotated[float, Field(gt=0.0, le=1e30)] | None = None
-    """The area that the observer is anywhere in; without it, the disc twice as wide as the ring."""
+    """The area in which the observer may be anywhere; without it, the disc twice as wide as the ring."""
 
 
 class RingDocument(ResponseModel):
@@ -75,11 +75,11 @@ class CurveDocument(ResponseModel):
     d_max_m: list[float]
     success: list[float]
     clear: list[float]
-    """That nothing stands in a line of sight of this length."""
+    """Probability that a line of sight of this length is clear."""
 
 
 class StandoffDocument(ResponseModel):
-    """The ring, and how likely an observer anywhere in the domain sees the target unnoticed."""
+    """The ring, and the probability that an observer anywhere in the domain sees the target unnoticed."""
 
     ring: RingDocument
     domain_m2: float
@@ -87,18 +87,18 @@ class StandoffDocument(ResponseModel):
     """Area in which an obstacle's centre blocks a line of sight of length D_max (Eq. 10)."""
     clear_at_inner: float
     clear_at_outer: float
-    """That nothing stands in the line of sight (Eq. 11)."""
+    """Probability that the line of sight is clear (Eq. 11)."""
     success: float
     """Eq. 12."""
     success_slope_per_m: float
-    """What a metre of D_max adds (Eq. 13); 0 where the ring is empty."""
+    """Change of the probability with a metre of D_max (Eq. 13); 0 where the ring is empty."""
     expected_area_m2: float
     """The part of the ring from which the target is seen, on average: success times domain."""
     curve: CurveDocument
 
 
 class RandomMapRequest(RequestModel):
-    """A map by lot: the same seed and settings give the same map."""
+    """A random map: the same seed and settings give the same map."""
 
     kind: Literal["random"]
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 1
@@ -111,7 +111,7 @@ class RandomMapRequest(RequestModel):
 
 
 class GeojsonMapRequest(RequestModel):
-    """A map of one's own: polygons are obstacles, points whose property `kind` is "target" are targets."""
+    """A map as GeoJSON: polygons are obstacles, points whose property `kind` is "target" are targets."""
 
     kind: Literal["geojson"]
     document: dict[str, Any]  # Any: GeoJSON, checked where it is read
@@ -120,7 +120,7 @@ class GeojsonMapRequest(RequestModel):
 
 
 class PictureMapRequest(RequestModel):
-    """A picture seen from above, dark where something stands: PNG or JPEG."""
+    """A picture of the map from above, dark at obstacles: PNG or JPEG."""
 
     kind: Literal["picture"]
     picture_base64: Annotated[str, Field(max_length=MOST_BASE64)]
@@ -129,7 +129,7 @@ class PictureMapRequest(RequestModel):
 
 
 class OpenMapRequest(RequestModel):
-    """A square of open ground with one target in its middle."""
+    """A square without obstacles and with one target in its middle."""
 
     kind: Literal["open"]
     size_m: Annotated[float, Field(ge=1.0, le=1e6)] = 60.0
@@ -141,7 +141,7 @@ MapAsked = Annotated[
 
 
 class MapDocument(ResponseModel):
-    """A map as GeoJSON in metres; what `regions` takes."""
+    """A map as GeoJSON in metres, as `regions` takes it."""
 
     map: dict[str, Any]  # Any: GeoJSON
     bounds_m: list[float]
@@ -158,11 +158,11 @@ class RegionsRequest(RequestModel):
 
     map: dict[str, Any]  # Any: GeoJSON, checked where it is read
     targets_m: Annotated[list[Place], Field(max_length=MOST_TARGETS)] | None = None
-    """In place of the map's own targets."""
+    """Used instead of the map's own targets."""
     ring: RingRequest = RingRequest()
     agent_radius_m: AgentRadius = 0.3
     points_m: list[Place] = Field(default_factory=list, max_length=MOST_POINTS)
-    """Places at which to count the targets in sight."""
+    """Points at which to list the targets in sight."""
 
 
 class RegionDocument(ResponseModel):
@@ -173,20 +173,20 @@ class RegionDocument(ResponseModel):
     y_m: float
     area_m2: float
     ring_share: float | None
-    """Part of the ring's own area that is left; null where the ring is empty."""
+    """Share of the ring's own area; null where the ring is empty."""
 
 
 class AreasDocument(ResponseModel):
-    """How much room there is. `multi`: union over targets; `single`: mean of the targets' own regions."""
+    """Areas of the regions. `multi`: union over targets; `single`: mean of the targets' own regions."""
 
     multi_m2: float
     single_m2: float
     weighted_m2: float
-    """By the number of targets in sight."""
+    """Weighted by the number of targets in sight."""
 
 
 class SightDocument(ResponseModel):
-    """A place, and the targets that are seen from it unnoticed."""
+    """A point, and the targets that are seen from it unnoticed."""
 
     x_m: float
     y_m: float
@@ -194,7 +194,7 @@ class SightDocument(ResponseModel):
 
 
 class RegionsDocument(ResponseModel):
-    """The regions, and all of it as one GeoJSON document: map, rings, regions, union."""
+    """The regions, and map, rings, regions and union as one GeoJSON document."""
 
     ring: RingDocument
     areas: AreasDocument

@@ -1,4 +1,4 @@
-"""The rail: where the whole rig stands, moving it sideways, and stopping that."""
+"""Routes of the rail, which moves the whole rig sideways: status, moves, hold, homing."""
 
 import asyncio
 
@@ -13,7 +13,7 @@ from foveacam_server.runtime.services import ServicesDep
 
 router = APIRouter(prefix="/rail", tags=["rig"])
 
-MM_A_M = 1e3
+MM_PER_M = 1e3
 
 
 @router.get("", summary="Where the rig stands on its rail")
@@ -27,7 +27,7 @@ async def rail(services: ServicesDep) -> RailDocument:
 
 @router.post("/moves", summary="Move the rig sideways", responses=problems(409, 502, 503, 504))
 async def move(request: RailMove, services: ServicesDep, x_lease: LeaseHeader = None) -> RailDocument:
-    """Begin to move the rig to a place or a position; answer while it moves."""
+    """Start to move the rig to a named place or a position; answer while it moves."""
     services.lease.check(x_lease)
     position_mm = await _begin(request, services.rail)
     services.events.emit("rail.moved", f"moving the rig to {position_mm:.1f} mm")
@@ -43,7 +43,7 @@ async def hold(services: ServicesDep) -> RailDocument:
 
 @router.post("/homings", summary="Find the reference switch", responses=problems(409, 502, 503, 504))
 async def home(services: ServicesDep, x_lease: LeaseHeader = None) -> RailDocument:
-    """Begin to look for the reference switch; on a shared board the pan-tilt looks for its own, too."""
+    """Start homing: search the reference switch; on a shared board the pan-tilt homes, too."""
     services.lease.check(x_lease)
     await asyncio.wrap_future(services.rail.home())
     return await _now(services.rail)
@@ -53,9 +53,9 @@ async def home(services: ServicesDep, x_lease: LeaseHeader = None) -> RailDocume
     "/zero_confirmations", summary="Say that it stands at its zero", responses=problems(409, 502, 503, 504)
 )
 async def confirm_zero(services: ServicesDep, x_lease: LeaseHeader = None) -> RailDocument:
-    """Take the operator's word that the rail stands at its zero; for one without reference switches.
+    """Take the present position as the zero, as the operator confirms; for one without reference switches.
 
-    It ends the fault of a board that has restarted; on a shared board it is said of every axis.
+    It clears the fault of a board that has restarted; on a shared board it applies to every axis.
     """
     services.lease.check(x_lease)
     await asyncio.wrap_future(services.rail.confirm_zero())
@@ -84,26 +84,27 @@ def rail_document(seen: RailStatus | None) -> RailDocument:
         awaits_zero=state.awaits_zero,
         limits=None
         if seen is None
-        else RailLimitsDocument(min_mm=MM_A_M * seen.limits.min_m, max_mm=MM_A_M * seen.limits.max_m),
+        else RailLimitsDocument(min_mm=MM_PER_M * seen.limits.min_m, max_mm=MM_PER_M * seen.limits.max_m),
         places=[]
         if seen is None
         else [
-            RailPlaceDocument(name=place.name, position_mm=MM_A_M * place.position_m) for place in seen.places
+            RailPlaceDocument(name=place.name, position_mm=MM_PER_M * place.position_m)
+            for place in seen.places
         ],
     )
 
 
-async def _now(desk: RailService) -> RailDocument:
-    return rail_document(await asyncio.wrap_future(desk.seen_now()))
+async def _now(service: RailService) -> RailDocument:
+    return rail_document(await asyncio.wrap_future(service.read_status()))
 
 
-async def _begin(request: RailMove, desk: RailService) -> float:
-    """Begin the move that was asked for; return where to, mm."""
+async def _begin(request: RailMove, service: RailService) -> float:
+    """Start the requested move; return its destination, mm."""
     match request.place, request.position_mm:
         case str(name), None:
-            return MM_A_M * await asyncio.wrap_future(desk.move_to_place(name))
+            return MM_PER_M * await asyncio.wrap_future(service.move_to_place(name))
         case None, float(position_mm):
-            await asyncio.wrap_future(desk.move(position_mm / MM_A_M))
+            await asyncio.wrap_future(service.move(position_mm / MM_PER_M))
             return position_mm
     raise InvalidInput(
         "a move of the rail needs a place or position_mm, and not both; send one of them",
@@ -113,4 +114,4 @@ async def _begin(request: RailMove, desk: RailService) -> float:
 
 
 def _mm(position_m: float | None) -> float | None:
-    return None if position_m is None else round(MM_A_M * position_m, 3)
+    return None if position_m is None else round(MM_PER_M * position_m, 3)

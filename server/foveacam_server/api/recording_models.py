@@ -1,4 +1,4 @@
-"""The shapes of requests and answers about recordings."""
+"""Schemas of recordings, of their frames, depth and films."""
 
 from typing import Annotated, Literal
 
@@ -16,7 +16,7 @@ Show = Literal["wide", "left", "right", "side-by-side", "anaglyph"]
 
 
 class RecordingRequest(RequestModel):
-    """What is to be recorded, and under which name."""
+    """The cameras to record, for how long, and the name."""
 
     name: Annotated[str, Field(max_length=1000)]
     """Becomes a file: up to 100 letters, digits, spaces, dots, dashes and underscores."""
@@ -28,21 +28,21 @@ class RecordingRequest(RequestModel):
         Field(description=f"It ends by itself after so long, at the latest; null: after {DEFAULT_S:g} s."),
     ] = None
     rate: Rate = "full"
-    """Look after look with the wide camera's frames between them, or what live views show."""
+    """`full`: look after look, with the wide camera's frames between them; `live`: what live views show."""
     label: Text = ""
 
 
 class RecordingPatch(RequestModel):
-    """What may be changed of a recording."""
+    """Fields of a recording to change."""
 
     label: Text
 
 
 class RecordedStreamDocument(ResponseModel):
-    """One camera of a recording. `published` = `written` + `dropped` + `waiting`; None where nobody counted.
+    """One camera of a recording. `published` = `written` + `dropped` + `waiting`; None where not counted.
 
-    `frames`: those on the file. `losses`: dropped frames by reason. `bytes`: of its frames and their poses.
-    `missing`: numbers between the published frames that nobody read or that never came, beside `published`.
+    `frames`: those in the file. `losses`: dropped frames by reason. `bytes`: of its frames and their poses.
+    `missing`: frames between the published ones that were not read or never came, not part of `published`.
     """
 
     name: str
@@ -63,7 +63,7 @@ class RecordedStreamDocument(ResponseModel):
 
 
 class TruncationDocument(ResponseModel):
-    """A recording that was cut off: how much was lost after its last whole record, and why."""
+    """A recording that was cut off: how much was lost after its last complete record, and why."""
 
     at_byte: int
     lost_bytes: int
@@ -72,13 +72,13 @@ class TruncationDocument(ResponseModel):
 
 
 class RecordingDocument(ResponseModel):
-    """One recording. `why`: what ended one before its time. `playable`: whether it has frames to show.
+    """One recording. `why`: what ended it early. `playable`: whether it has frames to show.
 
-    `ended`: what ended it; null while it is made, and where nobody wrote it down. While it is made, `left_s`:
-    until it ends by itself; `room_bytes`: what the disk has for it beyond what is kept free, `room_s`: how
-    long that lasts at its rate.
+    `ended`: the cause of its end; null while it is made, and when unknown. While it is made, `left_s`: time
+    until it ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that
+    lasts at its rate.
 
-    `truncated`: what was cut off; the rest is found by reading the file through, and is as good as any.
+    `truncated`: what was cut off; the rest is found by reading the file through and is complete.
     """
 
     id: str
@@ -107,7 +107,7 @@ class RecordingDocument(ResponseModel):
 
 
 class TimelineStream(ResponseModel):
-    """When one camera was exposed, seconds from the recording's begin, ascending."""
+    """Times of one camera's exposures, seconds from the recording's begin, ascending."""
 
     role: RoleName
     name: str
@@ -118,7 +118,7 @@ class TimelineStream(ResponseModel):
 
 
 class TimelineDocument(ResponseModel):
-    """When every frame of a recording was exposed. `calibrated`: whether its poses can become depth."""
+    """Times of all exposures of a recording. `calibrated`: whether depth can be computed from its poses."""
 
     duration_s: float
     calibrated: bool
@@ -126,7 +126,7 @@ class TimelineDocument(ResponseModel):
 
 
 class RecordedFrameDocument(ResponseModel):
-    """One frame and the pose of its exposure; None where the recording does not tell.
+    """One frame and the pose of its exposure; None where the recording has none.
 
     `footprint_px`: the corners of a fovea in the wide picture, clockwise from the top left of its image.
     """
@@ -145,7 +145,7 @@ class RecordedFrameDocument(ResponseModel):
 
 
 class MomentDocument(ResponseModel):
-    """The frames of all cameras nearest to a moment. `meeting_m`: how far away the gazes meet, if they do."""
+    """The frames of all cameras nearest to a time. `meeting_m`: distance at which the gazes cross, if any."""
 
     t_s: float
     frames: dict[RoleName, RecordedFrameDocument]
@@ -155,8 +155,8 @@ class MomentDocument(ResponseModel):
 class RecordedDepthDocument(ResponseModel):
     """Depth along the rig's z at the centre of the left fovea; None where too little could be matched.
 
-    `verged_z_m`: where the gazes cross. `known`: share of pixels with depth. `apart_ms`: between the eyes'
-    exposures. `backend`: what estimated it. `looks`: how many were fused.
+    `verged_z_m`: depth at which the gazes cross. `known`: share of pixels with depth. `apart_ms`: time
+    between the eyes' exposures. `backend`: the estimator. `looks`: number of fused looks.
     """
 
     t_s: float
@@ -171,7 +171,7 @@ class RecordedDepthDocument(ResponseModel):
 
 
 class FilmRequest(RequestModel):
-    """A film (MP4) of one camera, of both foveae side by side or as an anaglyph, or of a part of it."""
+    """A film (MP4) of one camera, of both foveae side by side or as an anaglyph; or of a part of it."""
 
     show: Show = "wide"
     fps: Annotated[float, Field(ge=0.1, le=240.0)] | None = None
@@ -180,7 +180,7 @@ class FilmRequest(RequestModel):
 
 
 class FilmDocument(ResponseModel):
-    """A film that was made."""
+    """A finished film."""
 
     name: str
     recording_id: str

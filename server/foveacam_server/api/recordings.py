@@ -1,4 +1,4 @@
-"""Recordings: made beside other work, shown frame by frame, measured anew, sent as a file or as a film."""
+"""Routes of recordings: make, list, frames and depth of a moment, download, films."""
 
 import asyncio
 from pathlib import Path as FilePath
@@ -35,7 +35,6 @@ from foveacam_server.recordings.documents import URL
 from foveacam_server.recordings.films import film_file
 from foveacam_server.runtime.encoder import encode_jpeg
 from foveacam_server.runtime.services import Services, ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])
 
@@ -50,7 +49,7 @@ LooksQuery = Annotated[
 ]
 QUALITY = 85
 _LASTING = {"Cache-Control": "private, max-age=3600"}
-"""A recording never changes; what a page has shown it need not fetch again."""
+"""A recording never changes, so a page need not fetch its pictures again."""
 
 
 @router.post(
@@ -70,44 +69,40 @@ async def create(
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
     """Begin a recording as a job. It moves nothing and holds nothing: other work goes on, and is recorded."""
-    asked = request.model_dump(mode="json")
-    job = await asyncio.to_thread(services.recordings.start, asked, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.recordings.at_url)
+    job = await asyncio.to_thread(services.recordings.start, request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.recordings.get_by_url)
 
 
-@router.get("", summary="Recordings, newest first", response_model=list[RecordingDocument])
+@router.get("", summary="Recordings, newest first")
 def every(
     services: ServicesDep,
     text: Annotated[str, Query(max_length=200, description="words of name, label, id or state")] = "",
     removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
-) -> list[Document]:
+) -> list[RecordingDocument]:
     """Return all recordings, or those that hold every word of `text`."""
-    return services.recordings.every(text=text, removed=removed == "true")
+    return services.recordings.search(text=text, removed=removed == "true")
 
 
 @router.delete("/trash", summary="Empty the trash")
 def empty_trash(services: ServicesDep) -> TrashEmptied:
     """Delete for good what was removed, and the films made of it."""
-    return TrashEmptied(deleted=services.recordings.shelf.empty_trash())
+    return TrashEmptied(deleted=services.recordings.collection.empty_trash())
 
 
-@router.get(
-    "/{recording_id}", summary="One recording", response_model=RecordingDocument, responses=problems(404)
-)
-def one(recording_id: RecordingId, services: ServicesDep) -> Document:
+@router.get("/{recording_id}", summary="One recording", responses=problems(404))
+def one(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
     """Return one recording; while it is being made, with its counts so far."""
-    return services.recordings.document(recording_id)
+    return services.recordings.get(recording_id)
 
 
 @router.patch(
     "/{recording_id}",
     summary="Describe a recording",
-    response_model=RecordingDocument,
     responses=problems(404, 502),
 )
-def patch(recording_id: RecordingId, change: RecordingPatch, services: ServicesDep) -> Document:
+def patch(recording_id: RecordingId, change: RecordingPatch, services: ServicesDep) -> RecordingDocument:
     """Change its label."""
-    return services.recordings.describe(recording_id, label=change.label)
+    return services.recordings.edit(recording_id, label=change.label)
 
 
 @router.delete(
@@ -117,17 +112,16 @@ def patch(recording_id: RecordingId, change: RecordingPatch, services: ServicesD
     responses=problems(404, 409, 502),
 )
 def remove(recording_id: RecordingId, services: ServicesDep) -> None:
-    """Move it to the trash, whence it can be restored."""
+    """Move it to the trash, from which it can be restored."""
     services.recordings.remove(recording_id)
 
 
 @router.post(
     "/{recording_id}/restore",
     summary="Take a recording out of the trash",
-    response_model=RecordingDocument,
     responses=problems(404, 502),
 )
-def restore(recording_id: RecordingId, services: ServicesDep) -> Document:
+def restore(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
     """Undo its removal."""
     return services.recordings.restore(recording_id)
 
@@ -135,11 +129,10 @@ def restore(recording_id: RecordingId, services: ServicesDep) -> Document:
 @router.post(
     "/{recording_id}/stop",
     summary="End a recording",
-    response_model=RecordingDocument,
     responses=problems(404),
 )
-def stop(recording_id: RecordingId, services: ServicesDep) -> Document:
-    """End it as meant, and answer when its file is whole; harmless when it has ended."""
+def stop(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
+    """End it, and answer when its file is complete; one that has ended stays as it is."""
     return services.recordings.stop(recording_id)
 
 
@@ -151,26 +144,24 @@ def stop(recording_id: RecordingId, services: ServicesDep) -> Document:
 )
 def download(recording_id: RecordingId, services: ServicesDep) -> FileResponse:
     """Send the file as it is, or the part that a Range header asks for."""
-    path = services.recordings.kept(recording_id).path
+    path = services.recordings.readable(recording_id).path
     return FileResponse(path, media_type="application/octet-stream", filename=path.name)
 
 
 @router.get(
     "/{recording_id}/timeline",
     summary="When every frame was exposed",
-    response_model=TimelineDocument,
     responses=problems(404, 409),
 )
-def timeline(recording_id: RecordingId, services: ServicesDep) -> Document:
+def timeline(recording_id: RecordingId, services: ServicesDep) -> TimelineDocument:
     """Return the moments of all frames, by camera."""
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
-        return moments.timeline_document(recording)
+        return TimelineDocument.model_validate(moments.timeline(recording))
 
 
 @router.get(
     "/{recording_id}/frames",
     summary="The frames of a moment, with their poses",
-    response_model=MomentDocument,
     responses=problems(404, 409),
 )
 def frames(
@@ -181,14 +172,14 @@ def frames(
     index: Annotated[
         str | None, Query(pattern=r"^-?\d{1,9}$", description="number of a frame; -1 is the last")
     ] = None,
-) -> Document:
+) -> MomentDocument:
     """Return what all cameras saw nearest to a moment, or to a frame of one of them: poses and outlines."""
     if (role is None) != (index is None):
         raise InvalidInput("frames: role and index go together; give both, or t_s alone")
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
         if role is not None and index is not None:
-            t_s = moments.frame_time_s(recording, Role(role), int(index))
-        return moments.moment_document(recording, recording_id, t_s=t_s)
+            t_s = moments.moment_of_frame(recording, Role(role), int(index))
+        return MomentDocument.model_validate(moments.moment(recording, recording_id, t_s=t_s))
 
 
 @router.get(
@@ -235,7 +226,7 @@ def depth(
     backend: BackendQuery = "sgbm",
     looks: LooksQuery = 1,
 ) -> RecordedDepthDocument:
-    """Match both foveae by their recorded poses and calibration; refused in words where these are missing."""
+    """Match both foveae by their recorded poses and calibration; refused where these are missing."""
     path = _path(services, recording_id)
     found = services.recordings.depth.at(path, t_s=t_s, backend=backend, looks=looks)
     with services.recordings.opened.reading(path) as recording:
@@ -290,12 +281,11 @@ async def make_film(
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
     """Queue a film as a job; the same one is not made twice."""
-    asked = request.model_dump(mode="json")
     recordings = services.recordings
     job = await asyncio.to_thread(
-        recordings.films.start, recording_id, asked, idempotency_key=idempotency_key
+        recordings.films.start, recording_id, request, idempotency_key=idempotency_key
     )
-    return await job_answer(services, job, prefer=prefer, result=recordings.films.at_url)
+    return await job_answer(services, job, prefer=prefer, result=recordings.films.get_by_url)
 
 
 @router.get(
@@ -309,13 +299,13 @@ def film(
 ) -> FileResponse:
     """Send a film."""
     recordings = services.recordings
-    kept = recordings.kept(recording_id)
-    path = film_file(recordings.shelf, kept, name)
+    kept = recordings.readable(recording_id)
+    path = film_file(recordings.collection, kept, name)
     return FileResponse(path, media_type="video/mp4", filename=f"{kept.name} {name}")
 
 
 def _path(services: Services, recording_id: str) -> FilePath:
-    return services.recordings.kept(recording_id).path
+    return services.recordings.readable(recording_id).path
 
 
 def _jpeg(content: bytes) -> Response:

@@ -1,4 +1,4 @@
-"""The shapes of requests and answers about references over a rail's long baselines."""
+"""Schemas of references over a rail's long baselines."""
 
 from typing import Annotated, Literal
 
@@ -11,10 +11,10 @@ Place = tuple[float, float, float]
 
 
 class ReferenceRequest(RequestModel):
-    """What to measure. `scan`: whose depth is judged; null: of the scan nearest to the middle.
+    """What to measure. `scan`: whose depth is compared; null: the scan nearest to the middle.
 
     `bracket`: which exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard error of
-    a place on the rail; 0: exact.
+    a position on the rail; 0: exact.
     """
 
     scan: Index | None = None
@@ -24,17 +24,17 @@ class ReferenceRequest(RequestModel):
 
 
 class ReferenceStop(ResponseModel):
-    """A scan whose place on the rail is known."""
+    """A scan whose position on the rail is known."""
 
     scan: int
     rail_m: float
 
 
 class FoundStop(ResponseModel):
-    """A stop of the rail: what the rail said and what was found, relative to the judged scan's stop.
+    """A stop of the rail: its reading and its estimated pose, relative to the compared scan's stop.
 
-    `place_m`: (x, y, z), rig frame; its standard errors. `turn_rad`: about x, y, z. `shift_px`: what the
-    gazes were off by, (u, v) of the left and of the right eye, fovea px.
+    `place_m`: (x, y, z), rig frame; its standard errors. `turn_rad`: about x, y, z. `shift_px`: error of the
+    gazes, (u, v) of the left and of the right eye, fovea px.
     """
 
     scan: int
@@ -49,7 +49,7 @@ class FoundStop(ResponseModel):
 class ReferenceDepthRange(ResponseModel):
     """Samples of a range of depths, the rig's own baseline against the reference.
 
-    `expected_*`: what an error of the disparity as large over all depths makes of either baseline's depth.
+    `expected_*`: error of either baseline's depth if the disparity's error is equal over all depths.
     """
 
     from_m: float
@@ -68,7 +68,7 @@ class ReferenceDepthRange(ResponseModel):
 class ReferenceComparison(ResponseModel):
     """The rig's own baseline against the reference; `wrong`: share of samples apart by more than 5 % of Z.
 
-    Those are left out of the rest. `stated_sigma_rel`: the reference's own standard error, median.
+    Those are excluded from the rest. `stated_sigma_rel`: the reference's own standard error, median.
     """
 
     samples: int
@@ -83,7 +83,7 @@ class ReferenceComparison(ResponseModel):
 
 
 class MadeReference(ResponseModel):
-    """A reference that is whole: what was asked for, its figures, its files.
+    """A finished reference: its request, its figures, its files.
 
     `samples`: with depth by the rig's own baseline; `referenced`: of those, with a reference. `outliers`:
     share of matches that contradicted the rest. `baseline_m`: median of the longest baselines.
@@ -111,9 +111,9 @@ class MadeReference(ResponseModel):
 
 
 class ReferenceDocument(ResponseModel):
-    """What there is of a capture's reference, or why there can be none. `stops`: known places on the rail.
+    """The state of a capture's reference, or why there can be none. `stops`: known positions on the rail.
 
-    `outdated`: the capture has grown since it was made.
+    `outdated`: points were added to the capture since.
     """
 
     capture_id: str

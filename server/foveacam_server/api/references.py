@@ -1,11 +1,10 @@
-"""The reference of a capture, depth over the rail's long baselines: made as a job, its figures, its files."""
+"""Routes of a capture's reference, its depth over the rail's long baselines: compute it, figures, files."""
 
 import asyncio
 from typing import Literal
 
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse, Response
-from pydantic import ValidationError
 
 from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE_PICTURE, REFERENCE_SAMPLES
 from foveacam_server.api.answers import IdempotencyHeader, PreferHeader, file_responses, job_answer, problems
@@ -38,26 +37,21 @@ async def make(
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
-    """Queue it as a job beside the rig; refuse at once what the capture's index tells cannot be made.
+    """Queue it as a job that leaves the rig free; refuse at once what the capture's index rules out.
 
-    An older reference of the capture stays until the new one is whole.
+    An older reference of the capture stays until the new one is finished.
     """
-    wish = ReferenceSpec(**(request or ReferenceRequest()).model_dump(mode="json"))
+    spec = ReferenceSpec(**(request or ReferenceRequest()).model_dump(mode="json"))
     job = await asyncio.to_thread(
-        services.references.start, capture_id, wish, idempotency_key=idempotency_key
+        services.references.start, capture_id, spec, idempotency_key=idempotency_key
     )
-    return await job_answer(services, job, prefer=prefer, result=services.references.at_url)
+    return await job_answer(services, job, prefer=prefer, result=services.references.get_by_url)
 
 
 @router.get("", summary="A capture's reference", response_model=ReferenceDocument, responses=problems(404))
 def one(capture_id: CaptureId, services: ServicesDep) -> ReferenceDocument:
-    """Return its figures and files, how its making goes, or why there can be none."""
-    document = services.references.document(capture_id)
-    try:
-        return ReferenceDocument.model_validate(document)
-    except ValidationError:  # its file was edited by hand: there is none that can be shown
-        state = "none" if document["job_id"] is None else "building"
-        return ReferenceDocument.model_validate({**document, "made": None, "state": state})
+    """Return its figures and files, the progress of its job, or why there can be none."""
+    return services.references.get(capture_id)
 
 
 @router.delete("", status_code=204, summary="Remove a capture's reference", responses=problems(404, 409, 502))
@@ -73,7 +67,7 @@ def remove(capture_id: CaptureId, services: ServicesDep) -> None:
     responses=file_responses("image/svg+xml"),
 )
 def picture(capture_id: CaptureId, form: Literal["svg", "png"], services: ServicesDep) -> Response:
-    """Return how far the rig's own depth is off the reference, over depth."""
+    """Return the error of the rig's own depth against the reference, over depth."""
     return _sent(services, capture_id, f"{REFERENCE_PICTURE}.{form}")
 
 
@@ -84,12 +78,12 @@ def picture(capture_id: CaptureId, form: Literal["svg", "png"], services: Servic
     responses=file_responses("text/csv"),
 )
 def samples(capture_id: CaptureId, services: ServicesDep) -> Response:
-    """Return one row a sample: where it lies, its depth by the rig and by the reference, their errors."""
+    """Return one row a sample: its position, its depth by the rig and by the reference, their errors."""
     return _sent(services, capture_id, REFERENCE_SAMPLES)
 
 
 def _sent(services: Services, capture_id: str, name: str) -> Response:
-    content = reference_file(services.captures.shelf.get(capture_id), name)
+    content = reference_file(services.captures.collection.get(capture_id), name)
     return Response(
         content, media_type=_MEDIA[name.rpartition(".")[2]], headers={"Cache-Control": "no-cache"}
     )

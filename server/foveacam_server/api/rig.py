@@ -1,4 +1,4 @@
-"""The rig: everything that a status panel shows, in one document."""
+"""Route of the whole rig's status in one document."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The rig as answered: cameras, mirrors, pan-tilt, calibration, clock."""
+"""Schemas of the rig's status: mirrors and controller, pan-tilt, trigger, clock."""
 
 from typing import Literal
 
@@ -8,7 +8,7 @@ from foveacam_server.quantities import Degrees
 
 
 class DeviceProblemDocument(ResponseModel):
-    """What is wrong with one device."""
+    """A problem of a device."""
 
     device: str
     detail: str
@@ -16,9 +16,9 @@ class DeviceProblemDocument(ResponseModel):
 
 
 class EyeDocument(ResponseModel):
-    """One mirror's drive, and the direction that the calibration gives it; null while nobody knows.
+    """One mirror's drive, and its direction by the calibration; null while unknown.
 
-    Nobody does while the mirrors' controller is not connected: it may have stopped, or lost its supply.
+    They are unknown while the mirrors' controller is not connected: it may have stopped, or lost its supply.
     """
 
     x_v: float | None
@@ -28,7 +28,7 @@ class EyeDocument(ResponseModel):
 
 
 class PositionStreamDocument(ResponseModel):
-    """One of the controller's streams of positions."""
+    """One of the controller's position streams."""
 
     stream: int
     updates_per_s: float
@@ -47,38 +47,38 @@ class ControllerLinkDocument(ResponseModel):
     rx_packets: int
     bad_packets: int
     crc: bool
-    """Whether packets carry a CRC: where the firmware has one, and the rig file does not forbid it."""
+    """Whether packets carry a CRC: if the firmware supports it, and the rig file does not forbid it."""
     crc_errors: int
-    """Of the bad packets, those that only the CRC has found out."""
+    """Bad packets that only the CRC detected."""
     lost_answers: int
-    """Requests whose answer was lost: the mirrors were parked, and whoever asked was told."""
+    """Requests whose answer was lost: the mirrors were parked, and the request failed."""
     tx_bytes_per_s: float
     rx_bytes_per_s: float
     tx_packets_per_s: float
     rx_packets_per_s: float
     queued_bytes: int
-    """Taken by the system, not yet by the controller."""
+    """Bytes accepted by the system and not yet by the controller."""
     rtt_p50_ms: float
     rtt_p95_ms: float
     rtt_p99_ms: float
     rtt_max_ms: float
     update_limit_hz: float
-    """How many position updates a second the link is given now."""
+    """Present limit of position updates a second on the link."""
     clock_offset_ms: float
     clock_drift_ppm: float | None
-    """How much faster the controller's clock runs than the host's."""
+    """By how much the controller's clock runs faster than the host's."""
     streams: list[PositionStreamDocument]
 
 
 class ControllerDocument(ResponseModel):
-    """Who the mirrors' controller is."""
+    """Identification of the mirrors' controller."""
 
     vendor: str
     model: str
     serial: str
     version: str
     port: str
-    """Where it is attached; empty before it was."""
+    """Port that it is attached to; empty before it was."""
 
 
 class MirrorsDocument(ResponseModel):
@@ -86,7 +86,7 @@ class MirrorsDocument(ResponseModel):
 
     connected: bool
     enabled: bool | None
-    """Whether the mirrors' rail is on; null while nobody knows."""
+    """Whether the mirrors' supply rail is on; null while unknown."""
     left: EyeDocument
     right: EyeDocument
     fault: str | None
@@ -105,7 +105,7 @@ class MirrorsDocument(ResponseModel):
 
 
 class SteeringDocument(ResponseModel):
-    """The box of directions that the calibration covers."""
+    """The range of directions that the calibration covers."""
 
     ax_min_deg: float
     ax_max_deg: float
@@ -114,10 +114,10 @@ class SteeringDocument(ResponseModel):
 
 
 class TriggerDocument(ResponseModel):
-    """How often both foveae can look: settle, then the slower camera, then a margin.
+    """How often both foveae can look: settle time, the slower camera, and a margin.
 
-    `settle_source`: `rig file`, or `measured` and the date. `interval_ms`, `rate_hz`: null until both
-    cameras say how fast they can be.
+    `settle_source`: `rig file`, or `measured` and the date. `interval_ms`, `rate_hz`: null until the highest
+    rates of both cameras are known.
     """
 
     settle_us: int
@@ -127,7 +127,7 @@ class TriggerDocument(ResponseModel):
 
 
 class ClockDocument(ResponseModel):
-    """The rig's clock and the wall's at one moment."""
+    """The rig's clock and the wall clock at one moment."""
 
     t_ns: int
     utc: str
@@ -146,7 +146,7 @@ class RigDocument(ResponseModel):
     steering: SteeringDocument | None
     cameras: list[CameraDocument]
     divergence: list[DifferenceDocument]
-    """In what the foveae differ: one pulse exposes both."""
+    """Settings in which the foveae differ, though one pulse exposes both."""
     mirrors: MirrorsDocument
     trigger: TriggerDocument | None
     calibration: CalibrationDocument | None
@@ -155,7 +155,7 @@ class RigDocument(ResponseModel):
 
 
 class DeviceInfoDocument(ResponseModel):
-    """Who a device is."""
+    """Identification of a device."""
 
     vendor: str
     model: str
@@ -164,7 +164,7 @@ class DeviceInfoDocument(ResponseModel):
 
 
 class PanTiltLimitsDocument(ResponseModel):
-    """How far the pan-tilt turns."""
+    """Limits of the pan-tilt."""
 
     pan_min_deg: float
     pan_max_deg: float
@@ -173,7 +173,7 @@ class PanTiltLimitsDocument(ResponseModel):
 
 
 class StationDocument(ResponseModel):
-    """A place to look at while calibrating; `distance_m`: by tape, null when nobody measured."""
+    """A pan-tilt pose for calibration; `distance_m`: measured by tape, null when not measured."""
 
     name: str
     target: Literal["board", "markers"]
@@ -183,7 +183,7 @@ class StationDocument(ResponseModel):
 
 
 class PanTiltDocument(ResponseModel):
-    """What turns the whole rig: +pan to the right, +tilt down."""
+    """The pan-tilt, which turns the whole rig: +pan to the right, +tilt down."""
 
     present: bool
     info: DeviceInfoDocument | None
@@ -191,7 +191,7 @@ class PanTiltDocument(ResponseModel):
     """False when the operator turns the rig by hand."""
     wanted_pan_deg: float | None
     wanted_tilt_deg: float | None
-    """Where the operator is to turn it; null when nothing is wanted, or when it moves itself."""
+    """Pose to which the operator is asked to turn it; null when none, or when it moves itself."""
     connected: bool
     homed: bool
     moving: bool
@@ -199,13 +199,13 @@ class PanTiltDocument(ResponseModel):
     tilt_deg: float | None
     fault: str | None
     awaits_zero: bool
-    """Whether it wants to be told that it stands at its zero: `zero_confirmations`."""
+    """Whether it awaits the confirmation that it stands at its zero: `zero_confirmations`."""
     limits: PanTiltLimitsDocument | None
     stations: list[StationDocument]
 
 
 class PanTiltMove(RequestModel):
-    """Where to turn the rig: a station by its name, or a bearing."""
+    """Destination of a turn: a station by its name, or a bearing."""
 
     station: str | None = None
     pan_deg: Degrees | None = None

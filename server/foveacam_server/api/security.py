@@ -1,7 +1,7 @@
-"""Who may ask: origin, host and token of every request and WebSocket, and the headers that keep pages apart.
+"""Checks origin, host and token of every request and WebSocket, and adds the security headers.
 
 One ASGI middleware around everything, because CORS checks neither WebSockets nor body-less POSTs.
-What a request may do once it is in is the routes' business.
+What an admitted request may do is left to the routes.
 """
 
 import hashlib
@@ -34,7 +34,7 @@ _PAGE_SCHEMES = {"ws": "http", "wss": "https"}
 
 @dataclass(frozen=True, slots=True)
 class _Refusal:
-    """A request that goes no further; `ask` when a token would help."""
+    """A refused request; `ask`: a token would admit it."""
 
     problem: ProblemDetails
     ask: bool = False
@@ -42,7 +42,7 @@ class _Refusal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AccessRules:
-    """The rules of one server: which token, which foreign origins, whether only this machine may name it."""
+    """The rules of one server: its token, the allowed foreign origins, whether it serves loopback only."""
 
     token: str | None
     origins: frozenset[str]
@@ -51,7 +51,7 @@ class AccessRules:
     attempts: TokenAttempts = field(default_factory=TokenAttempts)
 
     def check(self, scope: Scope) -> _Refusal | None:
-        """Return why a request or WebSocket is refused; None when it may pass."""
+        """Return why a request or WebSocket is refused; None when it is admitted."""
         headers = Headers(scope=scope)
         unsafe = scope["type"] == "websocket" or scope["method"] not in _SAFE_METHODS
         if self.loopback and not self._host_allowed(headers):
@@ -73,7 +73,7 @@ class AccessRules:
         return _Refusal(_no_token(), ask=True)
 
     def admits(self, token: str, *, address: str) -> bool:
-        """Tell whether `token` is the server's; after too many wrong ones none is admitted."""
+        """Return whether `token` is the server's; after too many wrong ones none is admitted."""
         if self.token is None or self.attempts.wait_s(address) > 0.0:
             return False
         right = _equal(token, self.token)
@@ -83,11 +83,11 @@ class AccessRules:
 
     @property
     def cookie(self) -> str:
-        """What the browser keeps instead of the token: made from it, not turning back into it."""
+        """The cookie's value: derived from the token, which cannot be derived from it."""
         return hmac.digest((self.token or "").encode(), b"foveacam browser session", hashlib.sha256).hex()
 
     def _host_allowed(self, headers: Headers) -> bool:
-        """Check the name that the client used: another site's page may make its own name point here."""
+        """Check the host name of the request: another site may let its own name resolve to this server."""
         name = _host_name(headers.get("host", ""))
         return name in ("localhost", self.host) or _loopback_address(name)
 
@@ -97,7 +97,7 @@ class AccessRules:
 
 
 class SecurityMiddleware:
-    """Refuse what the gate refuses, and put the security headers on every answer."""
+    """Applies the access rules, and adds the security headers to every answer."""
 
     def __init__(self, app: ASGIApp, *, gate: AccessRules) -> None:
         self._app = app
@@ -124,7 +124,7 @@ class SecurityMiddleware:
             await _answer(refusal, scope)(scope, receive, guarded)
 
     def _sign_in(self, scope: Scope) -> Response | None:
-        """Return the answer to `/?token=…`: the cookie, and the page's address without the token."""
+        """Return the answer to `/?token=…`: the cookie and a redirect to the URL without the token."""
         if scope["type"] != "http" or scope["method"] != "GET" or b"token=" not in scope["query_string"]:
             return None
         query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
@@ -189,7 +189,7 @@ def _with_headers(send: Send, *, path: str) -> Send:
 
 
 def put_security_headers(headers: MutableHeaders, *, path: str) -> None:
-    """Add what keeps pages apart to the headers of an answer."""
+    """Add the security headers to an answer."""
     headers.setdefault("X-Content-Type-Options", "nosniff")
     headers.setdefault("Referrer-Policy", "no-referrer")
     headers.setdefault("Cross-Origin-Opener-Policy", "same-origin")
@@ -270,7 +270,7 @@ def _address(scope: Scope) -> str:
 
 
 def _token(headers: Headers) -> str | None:
-    """Return the token that a request shows; None without one."""
+    """Return the token of a request; None without one."""
     scheme, _, credentials = headers.get("authorization", "").partition(" ")
     return credentials.strip() if scheme.lower() == "bearer" else headers.get("x-api-token")
 
@@ -279,7 +279,7 @@ def _host_name(host: str) -> str:
     """Return the name in a Host header, without port and brackets, lower case."""
     try:
         return (urlsplit(f"//{host}").hostname or "").lower()
-    except ValueError:  # a malformed IPv6 address: no name that we answer to
+    except ValueError:  # a malformed IPv6 address is no valid host name
         return ""
 
 

@@ -1,4 +1,4 @@
-"""How long the rig waits after every move: as measured, or as its file says."""
+"""Routes of the settle time: measured and put in use, or the rig file's."""
 
 from fastapi import APIRouter
 
@@ -12,7 +12,7 @@ router = APIRouter(prefix="/settle_time", tags=["calibrations"])
 
 @router.get("", summary="The settle time in use", responses=problems(503))
 def state(services: ServicesDep) -> SettleTimeDocument:
-    """Return how long the rig waits after every move, and where that comes from."""
+    """Return how long the rig waits after every move, and the source of that time."""
     return services.settling.describe(services.hardware)
 
 
@@ -20,7 +20,7 @@ def state(services: ServicesDep) -> SettleTimeDocument:
 def apply(
     request: SettleTimeRequest, services: ServicesDep, x_lease: LeaseHeader = None
 ) -> SettleTimeDocument:
-    """Let the rig wait as long as a session has measured, now and at every start."""
+    """Put a session's measured settle time in use, now and at every start."""
     _check(services, x_lease)
     services.settling.apply(services.sessions.settle_time(request.session_id), services.hardware)
     return services.settling.describe(services.hardware)
@@ -28,7 +28,7 @@ def apply(
 
 @router.delete("", summary="Go back to the rig file's settle time", responses=problems(409, 502, 503, 504))
 def forget(services: ServicesDep, x_lease: LeaseHeader = None) -> SettleTimeDocument:
-    """Let the rig wait as long as its file says, now and at every start; what was measured is kept."""
+    """Put the rig file's settle time in use, now and at every start; the session's measurement stays."""
     _check(services, x_lease)
     services.settling.forget(services.hardware)
     return services.settling.describe(services.hardware)

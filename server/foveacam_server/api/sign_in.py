@@ -1,4 +1,4 @@
-"""The page that asks for the token, and what its form sends: the token in a body, never in an address."""
+"""The sign-in page and its form, which sends the token in a body and never in a URL."""
 
 from html import escape
 from urllib.parse import parse_qs
@@ -33,7 +33,7 @@ __PROBLEM__<button>Open the console</button>
 
 
 def sign_in_page(problem: str = "") -> str:
-    """Return the page that asks for the token; `problem`: why the last one was not taken."""
+    """Return the sign-in page; `problem`: why the last token was refused."""
     alert = f'<p role="alert">{escape(problem)}</p>\n' if problem else ""
     return _PAGE.replace("__PROBLEM__", alert)
 

@@ -1,4 +1,4 @@
-"""What is broken on purpose in a simulated rig, to see what the product makes of it."""
+"""Routes that inject faults into a simulated rig, to test how the product handles them."""
 
 import asyncio
 
@@ -15,22 +15,22 @@ router = APIRouter(prefix="/simulation", tags=["rig"])
 
 @router.get("/faults", summary="What is broken on purpose", responses=problems(404, 503))
 async def faults(services: ServicesDep) -> SimulatedFaults:
-    """Return what is broken in the simulated rig now; a rig of metal has none of this (404)."""
-    return await asyncio.wrap_future(services.hardware.submit(lambda rig: _breakable(rig).in_force))
+    """Return the faults injected now; a real rig has none (404)."""
+    return await asyncio.wrap_future(services.hardware.submit(lambda rig: _breakable(rig).told))
 
 
 @router.put("/faults", summary="Break something on purpose", responses=problems(404, 409, 503))
 async def break_it(
     wanted: SimulatedFaults, services: ServicesDep, x_lease: LeaseHeader = None
 ) -> SimulatedFaults:
-    """Break this in the simulated rig, and mend everything else; in force at once, whatever runs."""
+    """Inject these faults into the simulated rig and remove all others, at once, whatever runs."""
     services.lease.check(x_lease)
     return await _put(services, wanted)
 
 
 @router.delete("/faults", summary="Mend everything", responses=problems(404, 409, 503))
 async def mend(services: ServicesDep, x_lease: LeaseHeader = None) -> SimulatedFaults:
-    """Make the simulated rig whole again, its mounts where they were built."""
+    """Remove all faults, with the mounts back in their built positions."""
     services.lease.check(x_lease)
     return await _put(services, SimulatedFaults())
 

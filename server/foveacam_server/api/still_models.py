@@ -1,4 +1,4 @@
-"""The shapes of requests and answers about stills."""
+"""Schemas of stills."""
 
 from typing import Annotated, Literal
 
@@ -15,23 +15,23 @@ StateName = Literal["held", "kept", "removed"]
 
 
 class StillRequest(RequestModel):
-    """What one press takes; the mirrors stay where they stand."""
+    """A still to take; the mirrors do not move."""
 
     stack_frames: Annotated[int, Field(ge=1, le=MOST_FRAMES)] = 5
     stack_keep: Literal["mean", "all"] = "mean"
-    """The mean in 16 bits, or every frame as the camera gave it; one alone is kept as it came."""
+    """The mean in 16 bits, or every frame as the camera gave it; a single frame is stored as it is."""
     cameras: Annotated[tuple[CameraName, ...], Field(min_length=1, max_length=3, strict=False)] = (
         "wide",
         "left",
         "right",
     )
     name: Name | None = None
-    """None: named by the moment."""
+    """None: named by the time."""
     label: Text = ""
     licence: Text = "all rights reserved"
     codec: CodecName = "png"
     save: bool = False
-    """Keep it at once; else it is held until somebody keeps or discards it."""
+    """Keep it at once; else it is held until it is kept or discarded."""
 
     @model_validator(mode="after")
     def _once_each(self) -> "StillRequest":
@@ -41,23 +41,23 @@ class StillRequest(RequestModel):
 
 
 class StillKeepRequest(RequestModel):
-    """How a still that is held shall be called from now on; what is left out stays."""
+    """Name and label of a held still that is kept; those left out stay."""
 
     name: Name | None = None
     label: Text | None = None
 
 
 class StillPatch(RequestModel):
-    """What may be changed of a still."""
+    """Fields of a still to change."""
 
     label: Text | None = None
     licence: Text | None = None
 
 
 class StillCamera(ResponseModel):
-    """What came of one camera: `came` of `asked` frames, kept as `files`; `detail`: why no more came.
+    """The frames of one camera: `came` of `asked`, stored as `files`; `detail`: why no more came.
 
-    Exposure, volts and angles are of the stack's middle; `gain_db` and the times of its frames.
+    Exposure, volts and angles are of the stack's middle; `gain_db` and the times are of its frames.
     """
 
     camera: CameraName
@@ -81,7 +81,7 @@ class StillCamera(ResponseModel):
 
 
 class StillDocument(ResponseModel):
-    """One still. `trouble`: why it cannot be read; `distance_m`: where the gazes cross, None: nowhere."""
+    """One still. `trouble`: why it cannot be read; `distance_m`: where the gazes cross, None: they do not."""
 
     id: str
     name: str

@@ -1,4 +1,4 @@
-"""Stills: a stack of every camera where the mirrors stand; looked at, kept or discarded."""
+"""Routes of stills (a stack of frames of every camera): take, list, keep, discard, pictures, download."""
 
 import asyncio
 from typing import Annotated, Literal
@@ -32,7 +32,6 @@ from foveacam_server.capturing.drawings import anaglyph_picture, capture_picture
 from foveacam_server.capturing.points import readable_dataset
 from foveacam_server.capturing.still_collection import StillState
 from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(prefix="/stills", tags=["stills"])
 
@@ -60,49 +59,45 @@ async def create(
 ) -> JSONResponse:
     """Queue a still as a job. Where a camera stalls the job fails and names it; what came is held."""
     services.lease.check(x_lease)
-    asked = request.model_dump(mode="json")
-    job = await asyncio.to_thread(services.stills.start, asked, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.stills.at_url)
+    job = await asyncio.to_thread(services.stills.start, request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.stills.get_by_url)
 
 
-@router.get("", summary="Stills, newest first", response_model=list[StillDocument])
+@router.get("", summary="Stills, newest first")
 def every(
     services: ServicesDep,
     text: Annotated[str, Query(max_length=200, description="words of name, label or id")] = "",
     state: Annotated[StateName, Query(description="held: neither kept nor discarded")] = "kept",
-) -> list[Document]:
+) -> list[StillDocument]:
     """Return all stills of one state, or those that hold every word of `text`."""
-    return services.stills.every(text=text, state=StillState(state))
+    return services.stills.search(text=text, state=StillState(state))
 
 
 @router.delete("/trash", summary="Empty the trash")
 def empty_trash(services: ServicesDep) -> TrashEmptied:
     """Delete for good what was removed or discarded."""
-    return TrashEmptied(deleted=services.stills.shelf.empty_trash())
+    return TrashEmptied(deleted=services.stills.collection.empty_trash())
 
 
-@router.get("/{still_id}", summary="One still", response_model=StillDocument, responses=problems(404))
-def one(still_id: StillId, services: ServicesDep) -> Document:
+@router.get("/{still_id}", summary="One still", responses=problems(404))
+def one(still_id: StillId, services: ServicesDep) -> StillDocument:
     """Return one still, held or kept."""
-    return services.stills.document(still_id)
+    return services.stills.get(still_id)
 
 
-@router.patch(
-    "/{still_id}", summary="Describe a still", response_model=StillDocument, responses=problems(404, 409)
-)
-def patch(still_id: StillId, change: StillPatch, services: ServicesDep) -> Document:
+@router.patch("/{still_id}", summary="Describe a still", responses=problems(404, 409))
+def patch(still_id: StillId, change: StillPatch, services: ServicesDep) -> StillDocument:
     """Change its label or its licence."""
-    return services.stills.describe(still_id, label=change.label, licence=change.licence)
+    return services.stills.edit(still_id, label=change.label, licence=change.licence)
 
 
 @router.post(
     "/{still_id}/keep",
     summary="Keep a still that is held",
-    response_model=StillDocument,
     responses=problems(404, 409, 502),
 )
-def keep(still_id: StillId, services: ServicesDep, change: StillKeepRequest | None = None) -> Document:
-    """Put it with those kept, under another name if one is given."""
+def keep(still_id: StillId, services: ServicesDep, change: StillKeepRequest | None = None) -> StillDocument:
+    """Keep it, under another name if one is given."""
     wanted = change or StillKeepRequest()
     return services.stills.keep(still_id, name=wanted.name, label=wanted.label)
 
@@ -111,25 +106,24 @@ def keep(still_id: StillId, services: ServicesDep, change: StillKeepRequest | No
     "/{still_id}", status_code=204, summary="Discard or remove a still", responses=problems(404, 409)
 )
 def remove(still_id: StillId, services: ServicesDep) -> None:
-    """Move it to the trash, whence it can be restored."""
+    """Move it to the trash, from which it can be restored."""
     services.stills.remove(still_id)
 
 
 @router.post(
     "/{still_id}/restore",
     summary="Take a still out of the trash",
-    response_model=StillDocument,
     responses=problems(404),
 )
-def restore(still_id: StillId, services: ServicesDep) -> Document:
-    """Undo its removal; one that was discarded is kept then."""
+def restore(still_id: StillId, services: ServicesDep) -> StillDocument:
+    """Undo its removal; a discarded one is kept afterwards."""
     return services.stills.restore(still_id)
 
 
 @router.post("/{still_id}/check", summary="Verify every file", responses=problems(404))
 def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
-    """Read every file of the still's dataset again, and say what is not as it was written."""
-    faults = check(services.stills.shelf.get(still_id).kept.folder)
+    """Read every file of the still's dataset again, and list what is not as it was written."""
+    faults = check(services.stills.collection.get(still_id).kept.folder)
     return StillCheck(id=still_id, sound=not faults, faults=faults)
 
 
@@ -141,8 +135,8 @@ def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
 )
 def download(still_id: StillId, services: ServicesDep) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
-    kept = services.stills.shelf.get(still_id).stored
-    readable_dataset(kept)
+    kept = services.stills.collection.get(still_id).kept
+    readable(kept)
     headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
     return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
 
@@ -164,11 +158,11 @@ def picture(
     ] = None,
 ) -> FileResponse:
     """Send a preview of 8 bits (jpg), or the picture of full depth (png, tiff)."""
-    shelf = services.stills.shelf
+    collection = services.stills.collection
     number = None if frame is None else int(frame)
-    found = shelf.get(still_id)
-    path = still_picture(shelf, found, Role(camera), form=form, frame=number)
-    name = f"{found.stored.id}-{camera}.{form}"
+    found = collection.get(still_id)
+    path = still_picture(collection, found, Role(camera), form=form, frame=number)
+    name = f"{found.kept.id}-{camera}.{form}"
     return FileResponse(path, media_type=_MEDIA[form], filename=name, content_disposition_type="inline")
 
 
@@ -185,10 +179,10 @@ def drawing_of(
     services: ServicesDep,
 ) -> FileResponse:
     """Draw a small wide view with both outlines, a large one, or the rectified pair."""
-    shelf = services.stills.shelf
-    kept = shelf.get(still_id).stored
+    collection = services.stills.collection
+    kept = collection.get(still_id).kept
     if drawn == "anaglyph":
-        path = anaglyph_picture(shelf.drawn, kept, index=0, bracket=0, form=form)
+        path = anaglyph_drawing(collection.drawn, kept, index=0, bracket=0, form=form)
     else:
-        path = capture_picture(shelf.drawn, kept, drawn, form=form)
+        path = drawing(collection.drawn, kept, drawn, form=form)
     return FileResponse(path, media_type=_MEDIA[form])

@@ -1,4 +1,4 @@
-"""The stop: parks the mirrors at once. It asks nobody: no lease, no queue, no database."""
+"""The stop as routes, and as HTTP without the event loop; it needs no lease, no queue and no database."""
 
 import asyncio
 from http import HTTPStatus
@@ -45,14 +45,14 @@ def _who(request: Request) -> str:
 
 
 class StopAtDoor:
-    """Answers `POST /api/v1/stop` like the route: the same guard, the same document, the same headers."""
+    """Answers `POST /api/v1/stop` like the route, with the same access rules, on a thread for stops."""
 
     def __init__(self, stop: StopSwitch, *, gate: AccessRules) -> None:
         self._stop = stop
         self._gate = gate
 
     def __call__(self, request: bytes, peer: str) -> bytes:
-        """Park and return the HTTP response to a whole request; `peer`: address of who asks."""
+        """Engage the stop and return the HTTP response to a complete request; `peer`: client's address."""
         connection = h11.Connection(h11.SERVER)
         connection.receive_data(request)
         try:

@@ -1,4 +1,4 @@
-"""Targets: points that were verged on and kept."""
+"""Routes of targets: stored points that were fixated."""
 
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse
@@ -32,7 +32,7 @@ def rename(target_id: str, patch: TargetPatch, services: ServicesDep) -> TargetD
 
 @router.delete("/{target_id}", status_code=204, summary="Forget a target", responses=problems(404))
 def remove(target_id: str, services: ServicesDep) -> None:
-    """Forget a target; its fixation and its cloud stay."""
+    """Delete a target; its fixation and its cloud stay."""
     target = services.fixations.targets.remove(target_id)
     services.events.emit("target.deleted", f"{target.label} was removed", data={"id": target_id})
     if services.viewer is not None:
@@ -55,4 +55,4 @@ async def look_again(
     """Measure a target again; its label stays."""
     services.lease.check(x_lease)
     job = services.fixations.look_again(target_id, source="rest")
-    return await job_answer(services, job, prefer=prefer, result=services.fixations.at_url)
+    return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)

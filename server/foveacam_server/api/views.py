@@ -1,4 +1,4 @@
-"""Views: the list, a snapshot, MJPEG for programs that know nothing better, and the WebSocket of the page."""
+"""Routes of views: the list, a snapshot, MJPEG for programs such as VLC, and the WebSocket of the page."""
 
 from collections.abc import AsyncIterator
 from contextlib import aclosing
@@ -23,7 +23,7 @@ _TRY_AGAIN_LATER = 1013
 
 
 class _MjpegResponse(StreamingResponse):
-    """Parts without end; its seat is held from the first byte to the last, however it ends."""
+    """An endless multipart answer; its MJPEG seat is held from the first byte to the last."""
 
     def __init__(self, streams: LiveStreams, *, view: str, scale: Scale, address: str) -> None:
         super().__init__(
@@ -58,7 +58,7 @@ class ViewDocument(BaseModel):
 
 
 async def streams(connection: HTTPConnection) -> LiveStreams:
-    """Fetch the streams that the lifespan built; works for requests and for WebSockets."""
+    """Return the streams that the lifespan opened; for requests and for WebSockets."""
     found: LiveStreams = connection.app.state.services.streams
     return found
 
@@ -143,7 +143,7 @@ async def views_socket(websocket: WebSocket) -> None:
     except Busy as error:
         await websocket.close(_TRY_AGAIN_LATER, str(error))
     except WebSocketDisconnect:
-        return  # the ordinary end
+        return  # the client has left
 
 
 def _known(streams: LiveStreams, name: str) -> str:

@@ -1,6 +1,6 @@
-"""The 3D pane at our own origin: viser's page, and a relay of its WebSocket to a socket that is ours alone.
+"""Serves the 3D pane at our own origin: viser's page, and a relay of its WebSocket to viser's Unix socket.
 
-viser itself asks nobody who they are; the guard at the door does, before anything comes here.
+viser has no access control; the security middleware checks each request before it comes here.
 """
 
 import asyncio
@@ -23,14 +23,14 @@ router = APIRouter(include_in_schema=False)
 _log = logging.getLogger(__name__)
 
 _MAX_QUEUE = 2
-"""Messages held on the way: so few that a slow browser's backpressure reaches viser, which then merges."""
+"""Queued messages: so few that a slow browser's backpressure reaches viser, which then merges updates."""
 _OPEN_TIMEOUT_S = 5.0
 _GOING_AWAY, _TRY_AGAIN_LATER, _PROTOCOL_ERROR = 1001, 1013, 1002
 _CLOSE_REASON_LENGTH = 120
 
 
 async def viewer(connection: HTTPConnection) -> SceneViewer | None:
-    """Fetch the 3D pane that the lifespan opened; None where there is none."""
+    """Return the 3D pane that the lifespan opened; None where there is none."""
     found: SceneViewer | None = connection.app.state.services.viewer
     return found
 
@@ -41,13 +41,13 @@ EmbeddedQuery = Annotated[Literal["0", "1"], Query(description="1: without the d
 
 @router.get("/viser")
 async def redirect_to_page() -> RedirectResponse:
-    """Send the browser to the page's own folder, from which it derives the WebSocket's address."""
+    """Redirect to the page's own folder, from which the page derives the WebSocket's URL."""
     return RedirectResponse("/viser/", status_code=308)
 
 
 @router.get("/viser/")
 async def page(viewer: ViewerDep, embedded: EmbeddedQuery = "0") -> Response:
-    """Return viser's page; never from a cache, because page and server must be of one version."""
+    """Return viser's page; not cached, because page and server must be of one version."""
     if viewer is None:
         raise NotConnected(
             "the 3D pane is switched off or could not be started; the console works without it",
@@ -64,7 +64,7 @@ async def page(viewer: ViewerDep, embedded: EmbeddedQuery = "0") -> Response:
 @router.websocket("/viser")
 @router.websocket("/viser/")
 async def relay(websocket: WebSocket) -> None:
-    """Relay one viewer to viser and back until either side closes."""
+    """Relay messages between one viewer and viser until either side closes."""
     found = await viewer(websocket)
     wanted = viser_subprotocol()
     if wanted not in websocket.scope.get("subprotocols", []):
@@ -92,7 +92,7 @@ async def relay(websocket: WebSocket) -> None:
 
 
 async def _pump(websocket: WebSocket, upstream: ClientConnection) -> None:
-    """Carry messages both ways; return when one side has closed, the other closed too."""
+    """Pass messages in both directions; when one side closes, close the other and return."""
     tasks = [
         asyncio.create_task(_to_viser(websocket, upstream)),
         asyncio.create_task(_to_browser(websocket, upstream)),
@@ -117,7 +117,7 @@ async def _to_viser(websocket: WebSocket, upstream: ClientConnection) -> None:
     while True:
         message = await websocket.receive()
         data = message.get("bytes")
-        if data is None:  # gone, or a text, which viser's client never sends
+        if data is None:  # closed, or a text, which viser's client never sends
             raise WebSocketDisconnect(message.get("code", _PROTOCOL_ERROR))
         await upstream.send(data)
 
@@ -135,4 +135,4 @@ async def _close(websocket: WebSocket, code: int, reason: str) -> None:
     try:
         await websocket.close(code, reason[:_CLOSE_REASON_LENGTH])
     except (RuntimeError, WebSocketDisconnect):
-        return  # the browser was faster
+        return  # the browser has closed it already

@@ -1,1 +1,1 @@
-"""Hardware thread, frame hub, jobs, lease, events: the state behind the routes."""
+"""Services of the running server: the hardware thread, frame hub, jobs, lease, events and collections."""

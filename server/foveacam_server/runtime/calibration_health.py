@@ -1,4 +1,4 @@
-"""Whether the calibration in force still holds, from what ordinary fixations leave: told all the time."""
+"""Monitors whether the calibration in force still fits, from the residuals of ordinary fixations."""
 
 import threading
 
@@ -11,36 +11,36 @@ from foveacam_server.runtime.events import EventLevel, EventLog
 
 
 class CalibrationHealth:
-    """Collects fixations; starts anew when another calibration comes into force."""
+    """Collects fixations; starts again when another calibration comes into force."""
 
     def __init__(self, events: EventLog) -> None:
         self._events = events
         self._lock = threading.Lock()
-        self._checkup: HealthMonitor | None = None
+        self._monitor: HealthMonitor | None = None
 
     def begin(self, calibration: Calibration) -> None:
-        """Forget what was known: `calibration` is in force from now on."""
+        """Reset: `calibration` is in force from now on."""
         with self._lock:
-            self._checkup = HealthMonitor(calibration)
-        self._tell(report_health(()))
+            self._monitor = HealthMonitor(calibration)
+        self._emit(health_of(()))
 
     def add(self, fixation: Fixation, calibration: Calibration) -> None:
-        """Take a fixation; one made with a calibration that is no longer in force says nothing."""
+        """Add a fixation; one made with a calibration that is no longer in force is ignored."""
         with self._lock:
-            if self._checkup is None or self._checkup.calibration_id != calibration.id:
+            if self._monitor is None or self._monitor.calibration_id != calibration.id:
                 return
-            before = self._checkup.health
-            self._checkup.add(fixation)
-            health = self._checkup.health
+            before = self._monitor.health
+            self._monitor.add(fixation)
+            health = self._monitor.health
         if health != before:
-            self._tell(health)
+            self._emit(health)
 
     def describe(self) -> HealthDocument:
-        """Return the verdict so far."""
+        """Return the present verdict."""
         with self._lock:
-            return _describe(health_of(()) if self._checkup is None else self._checkup.health)
+            return _describe(health_of(()) if self._monitor is None else self._monitor.health)
 
-    def _tell(self, health: HealthReport) -> None:
+    def _emit(self, health: HealthReport) -> None:
         level = EventLevel.WARNING if health.verdict is HealthVerdict.RECALIBRATE else EventLevel.INFO
         data = _describe(health).as_json()
         self._events.emit("calibration.health", health.detail, level=level, data=data)

@@ -1,4 +1,4 @@
-"""Who watches a calibration step on behalf of the page: progress and results as events, pictures as views."""
+"""Reports the progress of a calibration step: progress and results as events, pictures as views."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from foveacam_server.runtime.jobs import JobContext
 from foveacam_server.runtime.ports import PictureSink
 
 PERIOD_NS = 200_000_000
-"""Progress is told at most so often, but for the end of a stage."""
+"""Shortest time between two progress events, but for the end of a stage."""
 
 
 class CalibrationJobWatcher:
@@ -34,26 +34,26 @@ class CalibrationJobWatcher:
         self._due_ns = 0
 
     def stage(self, name: str) -> None:
-        """Take note that another step begins."""
+        """Start another step."""
         self._stage = name
         self._due_ns = 0
         self._context.stage()
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Tell how far it is, not too often."""
+        """Report `done` of `total`, at most once a `PERIOD_NS`."""
         now_ns = self._clock.now_ns()
         if now_ns < self._due_ns and done < total:
             return
         self._due_ns = now_ns + PERIOD_NS
         self._context.progress(done, total=total, note=note)
-        self._tell(
+        self._emit(
             "calibration.progress",
             f"{self._stage}: {done} of {total}" + (f", {note}" if note else ""),
             {"step": self._stage, "done": done, "total": total, "note": note},
         )
 
     def cancelled(self) -> bool:
-        """Tell whether the job shall end."""
+        """Return whether the job was cancelled."""
         return self._context.cancelled()
 
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
@@ -61,24 +61,24 @@ class CalibrationJobWatcher:
         self._sink.publish_picture(f"calibration_{name}", image, t_ns=self._clock.now_ns())
 
     def sample(self, sample_id: str) -> None:
-        """Tell of a new view of the board."""
-        self._tell("calibration.sample", f"view {sample_id} of the board was taken", {"id": sample_id})
+        """Report a new view of the board."""
+        self._emit("calibration.sample", f"view {sample_id} of the board was taken", {"id": sample_id})
 
     def pose(self, station: str, *, index: int, left: str, right: str) -> None:
-        """Tell of a pose that was measured."""
-        self._tell(
+        """Report a pose that was measured."""
+        self._emit(
             "calibration.pose",
             f"{station}, pose {index}: left {left}, right {right}",
             {"station": station, "index": index, "left": left, "right": right},
         )
 
     def fitted(self, calibration: Calibration) -> None:
-        """Tell of a new calibration."""
-        self._tell(
+        """Report a new calibration."""
+        self._emit(
             "calibration.fitted",
             f"calibration {calibration.id} ({calibration.label}) was fitted",
             {"calibration_id": calibration.id},
         )
 
-    def _tell(self, kind: str, message: str, data: dict[str, object]) -> None:
+    def _emit(self, kind: str, message: str, data: dict[str, object]) -> None:
         self._events.emit(kind, message, data={"session_id": self._session_id, **data})

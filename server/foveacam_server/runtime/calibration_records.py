@@ -1,4 +1,4 @@
-"""The rig's calibrations as the server offers them: documents, comparison, files, report, health."""
+"""Serves the rig's calibrations: description, comparison, import and export, report, health."""
 
 from functools import lru_cache
 
@@ -20,7 +20,7 @@ COMPARE_URL = "/api/v1/calibrations/compare.png"
 
 
 class CalibrationRecords:
-    """One door to the calibrations of this rig."""
+    """All that REST offers of the calibrations of this rig."""
 
     def __init__(
         self,
@@ -57,15 +57,15 @@ class CalibrationRecords:
         return self._compared(a, b)[0]
 
     def compare_picture(self, a: str, b: str) -> bytes:
-        """Return the same as a PNG."""
+        """Return how far two calibrations differ as a PNG."""
         return self._compared(a, b)[1]
 
     def file(self, calibration_id: str, file_format: FileFormat) -> bytes:
-        """Return a calibration as a file."""
-        return export_bytes(self._service.get(calibration_id), file_format, sessions=self._sessions)
+        """Return the content of a calibration's file."""
+        return exported(self._service.get(calibration_id), file_format, sessions=self._sessions)
 
     def import_file(self, document: object, *, distance_m: float | None) -> CalibrationDocument:
-        """Keep the calibration of an uploaded file."""
+        """Store the calibration of an uploaded file."""
         status = self._hardware.status
         if status.rig_id is None:
             raise refusals.not_open(status.problems)

@@ -1,4 +1,4 @@
-"""Calibration steps as jobs: one session's folder, the rig through the hardware thread, the page watching."""
+"""Runs calibration steps as jobs: in one session's folder, with the rig through the hardware thread."""
 
 import json
 from collections.abc import Iterator
@@ -44,7 +44,7 @@ _RUN: TypeAdapter[BaseModel] = TypeAdapter(Run)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationJobTools:
-    """What the steps' jobs work with."""
+    """Services that the jobs of calibration steps need."""
 
     hardware: HardwareThread
     calibration: CalibrationService
@@ -56,21 +56,21 @@ class CalibrationJobTools:
 
 
 class CalibrationRuns:
-    """Queues steps, runs them, knows which session is being worked in."""
+    """Queues and runs steps; knows which session a job works in."""
 
-    def __init__(self, shelf: SessionCollection, equipment: CalibrationJobTools) -> None:
-        self._shelf = shelf
-        self._with = equipment
+    def __init__(self, sessions: SessionCollection, tools: CalibrationJobTools) -> None:
+        self._sessions = sessions
+        self._tools = tools
         self._jobs: dict[str, list[str]] = {}
         for step in STEPS:
-            equipment.jobs.handle(f"calibration.{step}", self._work)
+            tools.jobs.handle(f"calibration.{step}", self._work)
 
     def submit(self, session_id: str, run: BaseModel, *, idempotency_key: str | None = None) -> Job:
-        """Queue a step; refuse at once what could not be done now."""
-        session = self._shelf.get(session_id)
+        """Queue a step; raise at once what it could not do now."""
+        session = self._sessions.get(session_id)
         self._check(session, run)
         document = run.model_dump(mode="json")
-        job = self._with.jobs.submit(
+        job = self._tools.jobs.submit(
             f"calibration.{document['step']}",
             {"session_id": session_id, "run": document},
             idempotency_key=idempotency_key,
@@ -79,7 +79,7 @@ class CalibrationRuns:
         return job
 
     def running(self, session_id: str) -> str | None:
-        """Return the job that works in a session, or waits to; None when there is none."""
+        """Return the id of the job that works in a session or waits to; None when there is none."""
         open_jobs = [known for known in self._jobs.get(session_id, []) if not self._ended(known)]
         return open_jobs[0] if open_jobs else None
 
@@ -95,10 +95,10 @@ class CalibrationRuns:
             )
 
     def _ended(self, job_id: str) -> bool:
-        return self._with.jobs.get(job_id).state.ended
+        return self._tools.jobs.get(job_id).state.ended
 
     def _check(self, session: CalibrationSession, run: BaseModel) -> None:
-        status = self._with.hardware.status
+        status = self._tools.hardware.status
         if status.rig_id is None:
             raise refusals.not_open(status.problems)
         if session.head.rig_id != status.rig_id:
@@ -110,16 +110,16 @@ class CalibrationRuns:
                 remedy="begin a session of this rig",
             )
         if isinstance(run, FitRun):
-            return  # a fit needs what was measured, and no rig
-        if self._with.hardware.halted:
+            return  # a fit needs measurements and no rig
+        if self._tools.hardware.halted:
             raise refusals.stopped()
         if not isinstance(run, WideRun):
-            self._with.hardware.check_may_move()
+            self._tools.hardware.check_may_move()
         if isinstance(run, MirrorsRun | AllRun):
             self._check_sweep(run.options if isinstance(run, MirrorsRun) else run.options.mirrors, status)
 
     def _check_sweep(self, options: MirrorsOptions, status: RigStatus) -> None:
-        self._environment_of(status).sweep_stations(options.stations)
+        self._environment(status).sweep_stations(options.stations)
         if status.pan_tilt is None:
             raise no_pan_tilt("sweep the mirrors")
 
@@ -127,64 +127,64 @@ class CalibrationRuns:
         from foveacam_server.calibrating.steps import run_step  # fits and pictures load for seconds
 
         request = context.job.request
-        session = self._shelf.get(request["session_id"])
+        session = self._sessions.get(request["session_id"])
         run = _RUN.validate_json(json.dumps(request["run"]))
         watch = CalibrationJobWatcher(
             context,
             session_id=session.id,
-            sink=self._with.sink,
-            events=self._with.events,
-            clock=self._with.clock,
+            sink=self._tools.sink,
+            events=self._tools.events,
+            clock=self._tools.clock,
         )
-        before = self._bearing()
-        environment = self._environment_of(self._with.hardware.status, context)
+        before = self._present_pose()
+        environment = self._environment(self._tools.hardware.status, context)
         try:
-            run_step(session, run, environment=environment, registry=self._with.calibration, watch=watch)
+            run_step(session, run, workplace=environment, registry=self._tools.calibration, watch=watch)
         except OSError as error:
             if not is_disk_exhausted(error):
                 raise
             what = f"a step of calibration session {session.id}"
             raise disk_fault(error, what=what, folder=session.folder, again="then run it again") from error
         finally:
-            self._ask_no_more()
+            self._release_by_hand()
         self._turn_back(before, environment)
         return f"{SESSIONS_URL}/{session.id}"
 
-    def _environment_of(self, status: RigStatus, context: JobContext | None = None) -> StepEnvironment:
+    def _environment(self, status: RigStatus, context: JobContext | None = None) -> StepEnvironment:
         @contextmanager
         def use(what: str) -> Iterator[ExclusiveRig]:
             cancelled = context.cancelled if context is not None else _never
-            with self._with.hardware.session(what, cancelled=cancelled) as head:
+            with self._tools.hardware.session(what, cancelled=cancelled) as head:
                 yield ExclusiveRig(
-                    head=head, pan_tilt=exclusive_pan_tilt(self._with.hardware, cancelled=cancelled)
+                    head=head, pan_tilt=exclusive_pan_tilt(self._tools.hardware, cancelled=cancelled)
                 )
 
         return StepEnvironment(
             rig_id=status.rig_id or "",
             baseline_m=status.baseline_m or 0.0,
             stations=status.stations,
-            clock=self._with.clock,
+            clock=self._tools.clock,
             serials={camera.role: camera.info.serial for camera in status.cameras},
             fovea_settings=next((c.settings for c in status.cameras if c.role is Role.LEFT), None),
             max_v=status.max_v,
             markers=status.markers,
             use=use,
-            wait_after_moves=lambda time: self._with.settling.apply(time, self._with.hardware),
+            wait_after_moves=lambda time: self._tools.settling.apply(time, self._tools.hardware),
         )
 
-    def _bearing(self) -> PanTiltPose | None:
-        status = self._with.hardware.status.pan_tilt
+    def _present_pose(self) -> PanTiltPose | None:
+        status = self._tools.hardware.status.pan_tilt
         return status.state.pose if status is not None and status.moves_itself else None
 
-    def _ask_no_more(self) -> None:
-        """Let whoever turns the rig by hand let go: nothing is wanted any more."""
-        status = self._with.hardware.status.pan_tilt
+    def _release_by_hand(self) -> None:
+        """Clear the pose that a pan-tilt turned by hand is asked for."""
+        status = self._tools.hardware.status.pan_tilt
         if status is not None and not status.moves_itself and status.state.connected:
-            self._with.hardware.hold_pan_tilt()
+            self._tools.hardware.hold_pan_tilt()
 
     def _turn_back(self, before: PanTiltPose | None, environment: StepEnvironment) -> None:
-        """Turn the rig back to where it stood before the job."""
-        status = self._with.hardware.status.pan_tilt
+        """Turn the rig back to its pose before the job."""
+        status = self._tools.hardware.status.pan_tilt
         if before is None or status is None or status.state.pose == before:
             return
         with environment.use("turning back") as rig:

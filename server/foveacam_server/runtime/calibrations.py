@@ -1,6 +1,6 @@
-"""Which calibration is in force: chosen on the command line, else put in force, else the rig's newest own.
+"""Determines which calibration is in force: the command line's, else the pinned one, else the rig's newest.
 
-It may change while the server runs: nobody keeps a copy for long.
+It may change while the server runs: ask `require` each time instead of keeping a copy.
 """
 
 import logging
@@ -28,7 +28,7 @@ Reach = tuple[float, float, float, float]
 
 
 class CalibrationService:
-    """Loads calibrations once the rig is known; `require` is how everybody else gets the present one."""
+    """Loads the calibrations of a rig once it is known; `require` returns the one in force."""
 
     def __init__(
         self, *, chosen: Path | None, folder: Path, events: EventLog | None, shipped: Path = SHIPPED
@@ -55,12 +55,12 @@ class CalibrationService:
 
     @property
     def problem(self) -> str | None:
-        """Why there is none in force."""
+        """Why no calibration is in force; None when one is."""
         return None if self._current is not None else self._problem
 
     @property
     def reach_rad(self) -> Reach | None:
-        """Directions that the calibration in force covers; worked out once, for it takes a while."""
+        """Directions that the calibration in force covers; computed once, as it takes a while."""
         return self._reach_rad
 
     def require(self) -> Calibration:
@@ -78,7 +78,7 @@ class CalibrationService:
         return sorted(known, key=lambda calibration: calibration.created, reverse=True)
 
     def get(self, calibration_id: str) -> Calibration:
-        """Return one by its id or raise `NotFound`."""
+        """Return a calibration by its id or raise `NotFound`."""
         known = self._known.get(calibration_id)
         if known is None:
             raise NotFound(
@@ -86,23 +86,23 @@ class CalibrationService:
             )
         return known
 
-    def on_change(self, tell: Callable[[Calibration], None]) -> None:
-        """Call `tell` whenever another calibration comes into force."""
-        self._on_change.append(tell)
+    def on_change(self, callback: Callable[[Calibration], None]) -> None:
+        """Call `callback` whenever another calibration comes into force."""
+        self._on_change.append(callback)
 
     def choose_for(self, rig_id: str, *, brought: Calibration | None = None) -> None:
-        """Load what there is for the rig `rig_id`; one that does not fit leaves the rig uncalibrated.
+        """Load the calibrations of the rig `rig_id`; a chosen one of another rig leaves it uncalibrated.
 
-        `brought`: came with the rig itself, as with a recording; it goes before all but a chosen file.
+        `brought`: one that comes with the rig itself, as with a recording; only a chosen file goes before it.
         """
         self._rig_id = rig_id
         self._brought = brought
-        self._learn(self._shipped / f"{rig_id}.json", rig_id)
+        self._load(self._shipped / f"{rig_id}.json", rig_id)
         self._shipped_ids = frozenset(self._known)
         for path in sorted(self._folder.glob("*.json")):
-            self._learn(path, rig_id)
+            self._load(path, rig_id)
         try:
-            current = self._pick(rig_id)
+            current = self._choose(rig_id)
         except FoveaError as error:
             self._problem = str(error)
             self._emit(f"not calibrated: {error}", level=EventLevel.ERROR, data={"detail": str(error)})
@@ -110,8 +110,8 @@ class CalibrationService:
         self._put_in_force(current)
 
     def add(self, calibration: Calibration) -> None:
-        """Keep a calibration of this rig; what is in force stays so, also after a restart."""
-        self._prepare_new(calibration)
+        """Store a calibration of this rig; the one in force stays so, also after a restart."""
+        self._check_new(calibration)
         self.records.add(calibration)
         with self._lock:
             self._known[calibration.id] = calibration
@@ -130,22 +130,22 @@ class CalibrationService:
             del self._known[calibration.id]
 
     def is_kept(self, calibration_id: str) -> bool:
-        """Tell whether a calibration is one of one's own, a file of the data directory."""
+        """Return whether a calibration is the user's own, a file of the data directory."""
         return calibration_id not in self._shipped_ids and self.records.path_of(calibration_id).is_file()
 
     def discarded(self) -> list[Calibration]:
-        """Return what lies in the trash, newest first."""
+        """Return the calibrations in the trash, newest first."""
         return list(CalibrationStore(self.records.trash).every(rig_id=self._rig_id).calibrations)
 
     def restore(self, calibration_id: str) -> Calibration:
-        """Take a calibration out of the trash; what is in force stays so. Raise `NotFound` without it."""
+        """Take a calibration out of the trash, or raise `NotFound`; the one in force stays so."""
         if calibration_id not in [known.id for known in self.discarded()]:
             raise NotFound(
                 f"there is no calibration {calibration_id} in the trash; see "
                 "/api/v1/calibrations?removed=true",
                 asked=calibration_id,
             )
-        self._prepare_new(CalibrationStore(self.records.trash).get(calibration_id))
+        self._check_new(CalibrationStore(self.records.trash).get(calibration_id))
         restored = self.records.restore(calibration_id)
         with self._lock:
             self._known[restored.id] = restored
@@ -159,8 +159,8 @@ class CalibrationService:
             self._put_in_force(calibration)
         return calibration
 
-    def _prepare_new(self, calibration: Calibration) -> None:
-        """Check that it is this rig's, and pin the one in force before a newer one could take its place."""
+    def _check_new(self, calibration: Calibration) -> None:
+        """Check that it is this rig's; pin the one in force, which a newer one could replace otherwise."""
         if self._rig_id is not None:
             calibration.check_rig(self._rig_id)
         current = self._current
@@ -172,19 +172,16 @@ class CalibrationService:
         with self._lock:
             self._reach_rad = reach_rad
             self._current = calibration
-        for tell in self._on_change:
-            tell(calibration)
-        self._emit(
+        for callback in self._on_change:
+            callback(calibration)
+        self._events.emit(
+            "rig.calibration",
             f"calibration {calibration.id} ({calibration.label}) is in force",
             level=EventLevel.INFO,
             data={"id": calibration.id, "label": calibration.label, "origin": calibration.origin},
         )
 
-    def _emit(self, message: str, *, level: EventLevel, data: Document) -> None:
-        if self._events is not None:  # None in a command that runs beside a server
-            self._events.emit("rig.calibration", message, level=level, data=data)
-
-    def _pick(self, rig_id: str) -> Calibration:
+    def _choose(self, rig_id: str) -> Calibration:
         if self._chosen is not None:
             chosen = load_calibration(self._chosen)
             chosen.check_rig(rig_id)
@@ -205,7 +202,7 @@ class CalibrationService:
             )
         return known[0]
 
-    def _learn(self, path: Path, rig_id: str) -> None:
+    def _load(self, path: Path, rig_id: str) -> None:
         try:
             known = load_calibration(path)
             known.check_rig(rig_id)

@@ -1,4 +1,4 @@
-"""What an operator wants changed of a camera, and what a fovea that waits for pulses may not be asked."""
+"""Changes of a camera's settings, and the exposure modes that hardware-triggered foveae refuse."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from foveacam_hardware.contract import (
 )
 
 FOVEAE = (Role.LEFT, Role.RIGHT)
-WISHED = (
+SETTING_NAMES = (
     "exposure_ns",
     "exposure_auto",
     "gain_db",
@@ -23,13 +23,13 @@ WISHED = (
     "frame_rate_auto",
     "pixel_format",
 )
-SENT = tuple("exposure_ms" if name == "exposure_ns" else name for name in WISHED)
-"""The settings by the names that REST has."""
+REST_NAMES = tuple("exposure_ms" if name == "exposure_ns" else name for name in SETTING_NAMES)
+"""The settings by their names in REST."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraChange:
-    """What shall change; None stays as it is. A number by itself is one by hand."""
+    """The settings to change; None stays. An exposure or rate without a mode switches its automatic off."""
 
     exposure_ns: int | None = None
     exposure_auto: AutoMode | None = None
@@ -41,8 +41,8 @@ class CameraChange:
 
     @property
     def changes(self) -> Mapping[str, object]:
-        """What is wished, by the names of the settings."""
-        every = {name: getattr(self, name) for name in WISHED}
+        """The changed settings by name, with the modes that follow from them."""
+        every = {name: getattr(self, name) for name in SETTING_NAMES}
         if self.exposure_auto is None and self.exposure_ns is not None:
             every["exposure_auto"] = AutoMode.OFF
         if self.frame_rate_auto is None and self.frame_rate_hz is not None:
@@ -51,24 +51,24 @@ class CameraChange:
 
     @property
     def lasting(self) -> Mapping[str, object]:
-        """What of it is asked again at every start: what is done once is not done again."""
+        """The settings to restore at every start: an exposure found once is not searched again."""
         changes = dict(self.changes)
         if self.exposure_auto is AutoMode.ONCE:
             changes["exposure_auto"] = AutoMode.OFF
         return changes
 
     def applied_to(self, settings: CameraSettings) -> CameraSettings:
-        """Return settings with what is wished."""
+        """Return `settings` with the changes."""
         return replace(settings, **self.changes)  # type: ignore[arg-type]  # each is of its field's type
 
 
 def waits_for_pulses(role: Role, settings: CameraSettings) -> bool:
-    """Tell whether it is an eye of the pair that one pulse exposes."""
+    """Return whether the camera is a fovea that the controller's pulse exposes."""
     return role in FOVEAE and settings.triggered and settings.trigger_source is TriggerSource.HARDWARE
 
 
 def refuse_own_exposure(camera: Camera, asked: CameraSettings) -> None:
-    """Raise `OutOfRange` when a fovea that one pulse exposes with the other shall set its exposure itself."""
+    """Raise `OutOfRange` for automatic exposure of a fovea that one pulse exposes with the other."""
     if asked.exposure_auto is AutoMode.OFF or not waits_for_pulses(camera.role, asked):
         return
     raise OutOfRange(

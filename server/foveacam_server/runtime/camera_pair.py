@@ -1,4 +1,4 @@
-"""Whether both foveae run alike: one pulse exposes both, and their pictures are compared. Pure."""
+"""Compares the settings of both foveae: one pulse exposes both, and their pictures are matched. Pure."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 from foveacam_hardware.contract import AutoMode, CameraRanges, CameraSettings, ValueRange, same_exposure
 
 TOLERANCE = 0.005
-"""Of a setting's range; further apart, somebody must say which side counts."""
+"""Share of a setting's range; foveae further apart count as different."""
 
 
 Setting: TypeAlias = Literal[
@@ -26,7 +26,7 @@ SETTINGS: tuple[Setting, ...] = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairDifference:
-    """One setting in which the foveae differ, in its unit, as the operator reads it."""
+    """One setting in which the foveae differ, with both values in its unit."""
 
     setting: Setting
     left: float | str
@@ -36,23 +36,23 @@ class PairDifference:
 def differences(
     left: CameraSettings, right: CameraSettings, *, ranges: CameraRanges
 ) -> tuple[PairDifference, ...]:
-    """Return in what the foveae differ; the frame rate does not count, as the trigger sets it.
+    """Return the settings in which the foveae differ, but for the frame rate, which the trigger sets.
 
-    An exposure is compared on the logarithmic scale that its control has, and may be no further apart than
-    one pulse can expose. Where both set theirs themselves, each has its own.
+    Exposures are compared on a logarithmic scale, as their control has, and must be so close that one pulse
+    can expose both. They are not compared where both cameras set theirs themselves.
     """
     by_hand = AutoMode.OFF in (left.exposure_auto, right.exposure_auto)
     apart = not same_exposure(left.exposure_ns, right.exposure_ns)
     far = {
         "exposure_ms": by_hand
-        and (apart or _far_in_log(left.exposure_ns, right.exposure_ns, ranges.exposure_ns)),
+        and (apart or _differ_in_log(left.exposure_ns, right.exposure_ns, ranges.exposure_ns)),
         "exposure_auto": left.exposure_auto is not right.exposure_auto,
-        "gain_db": _far(left.gain_db, right.gain_db, ranges.gain_db),
-        "black_level": _far(left.black_level, right.black_level, ranges.black_level),
+        "gain_db": _differ(left.gain_db, right.gain_db, ranges.gain_db),
+        "black_level": _differ(left.black_level, right.black_level, ranges.black_level),
         "pixel_format": left.pixel_format is not right.pixel_format,
-        "trigger": _mode(left) != _mode(right),
+        "trigger": _trigger_mode(left) != _trigger_mode(right),
     }
-    on_left, on_right = _shown(left), _shown(right)
+    on_left, on_right = _display_values(left), _display_values(right)
     return tuple(
         PairDifference(setting=name, left=on_left[name], right=on_right[name])
         for name in SETTINGS
@@ -60,26 +60,26 @@ def differences(
     )
 
 
-def _shown(settings: CameraSettings) -> dict[Setting, float | str]:
+def _display_values(settings: CameraSettings) -> dict[Setting, float | str]:
     return {
         "exposure_ms": settings.exposure_ns / 1e6,
         "exposure_auto": settings.exposure_auto.value,
         "gain_db": settings.gain_db,
         "black_level": settings.black_level,
         "pixel_format": settings.pixel_format.value,
-        "trigger": _mode(settings),
+        "trigger": _trigger_mode(settings),
     }
 
 
-def _far(left: float, right: float, span: ValueRange) -> bool:
+def _differ(left: float, right: float, span: ValueRange) -> bool:
     return abs(left - right) > TOLERANCE * (span.high - span.low)
 
 
-def _far_in_log(left: float, right: float, span: ValueRange) -> bool:
+def _differ_in_log(left: float, right: float, span: ValueRange) -> bool:
     if min(left, right, span.low) <= 0.0 or span.high <= span.low:
         return left != right
     return abs(math.log(left / right)) > TOLERANCE * math.log(span.high / span.low)
 
 
-def _mode(settings: CameraSettings) -> str:
+def _trigger_mode(settings: CameraSettings) -> str:
     return settings.trigger_source.value if settings.triggered else "none"

@@ -1,4 +1,4 @@
-"""What the operator has set each camera to, by its serial number: one small file a camera."""
+"""Stores the operator's settings of each camera by its serial number, in one small file a camera."""
 
 import hashlib
 import logging
@@ -25,7 +25,7 @@ VERSION = 1
 
 
 class CameraRecord(BaseModel):
-    """What was asked of one camera and is asked again at every start; None was never asked."""
+    """The settings of one camera that are restored at every start; None was never set."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -46,8 +46,8 @@ class CameraRecords:
         self._folder = folder
         self._known: dict[str, CameraRecord | None] = {}
 
-    def of(self, serial: str) -> CameraRecord | None:
-        """Return a camera's record; None when there is none, or when its file is damaged."""
+    def get(self, serial: str) -> CameraRecord | None:
+        """Return a camera's record; None when there is none or its file is damaged."""
         if serial not in self._known:
             self._known[serial] = self._read(serial)
         return self._known[serial]
@@ -63,16 +63,16 @@ class CameraRecords:
             return None
         return found if found.serial == serial else None
 
-    def keep(self, record: CameraRecord) -> None:
+    def write(self, record: CameraRecord) -> None:
         """Write a record; raise `StorageFull`, `DeviceFault`."""
-        with self.keeping([record]):
+        with self.writing([record]):
             pass
 
     @contextmanager
-    def keeping(self, records: Sequence[CameraRecord]) -> Iterator[None]:
-        """Write records on entry, and let them count, all of them, once the block has ended well.
+    def writing(self, records: Sequence[CameraRecord]) -> Iterator[None]:
+        """Write temporary files on entry; rename all of them when the block ends without an error.
 
-        Raise `StorageFull` or `DeviceFault`, before the block unless the very renaming is refused.
+        Raise `StorageFull` or `DeviceFault` before the block, or after it when the renaming fails.
         """
         what = f"settings of camera {' and '.join(record.serial for record in records)}"
         paths = [self._path(record.serial) for record in records]
@@ -92,14 +92,14 @@ class CameraRecords:
                     part_path(path).unlink(missing_ok=True)
         self._known.update({record.serial: record for record in records})
 
-    def forget(self, serial: str) -> None:
-        """Take a camera's record away; harmless when there is none. Raise `StorageFull`, `DeviceFault`."""
+    def delete(self, serial: str) -> None:
+        """Delete a camera's record if there is one; raise `StorageFull`, `DeviceFault`."""
         with disk_errors(f"removing the settings of camera {serial}", self._folder):
             self._path(serial).unlink(missing_ok=True)
         self._known[serial] = None
 
     def _path(self, serial: str) -> Path:
-        """Return a file for any serial number, also for one that is an address or a path."""
+        """Return the file of any serial number, also of one that is an address or a path."""
         plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in serial)[:40]
         return self._folder / f"{plain}-{hashlib.sha256(serial.encode()).hexdigest()[:8]}.json"
 

@@ -1,4 +1,4 @@
-"""Settings of cameras as the operator wants them: changed, kept by serial number, asked again at a start."""
+"""Changes camera settings, stores them by serial number and restores them at every start."""
 
 import logging
 from collections.abc import Mapping, Sequence
@@ -19,8 +19,8 @@ from foveacam_hardware.contract import (
 from foveacam_server.runtime import refusals
 from foveacam_server.runtime.camera_change import (
     FOVEAE,
-    SENT,
-    WISHED,
+    REST_NAMES,
+    SETTING_NAMES,
     CameraChange,
     refuse_own_exposure,
 )
@@ -39,71 +39,76 @@ OPEN = (CameraPhase.READY, CameraPhase.STREAMING, CameraPhase.DEGRADED)
 
 
 class CameraSettingsService:
-    """Changes settings through the hardware thread, one camera or both foveae at once."""
+    """Changes settings through the hardware thread, of one camera or of both foveae at once."""
 
     def __init__(self, records: CameraRecords, *, events: EventLog) -> None:
         self._records = records
         self._events = events
         self._before: dict[str, CameraSettings] = {}
-        self._owed: dict[Role, CameraSettings] = {}
+        self._pending: dict[Role, CameraSettings] = {}
         self._seeking: set[Role] = set()
-        """Cameras that set their exposure once, and have not ended; the hardware thread's."""
+        """Cameras that are still searching their exposure once; used in the hardware thread alone."""
 
-    def owe(self, settings: Mapping[Role, CameraSettings]) -> None:
-        """Give cameras that were lost in the middle of a change these settings once they are back."""
-        self._owed.update(settings)
+    def restore_when_back(self, settings: Mapping[Role, CameraSettings]) -> None:
+        """Give cameras that were lost during a change these settings once they are connected again."""
+        self._pending.update(settings)
 
     def restore(self, rig: AssembledRig) -> None:
-        """Give each camera that was opened for the first time what was kept for it; hardware thread only."""
+        """Apply its record to each camera that was opened for the first time; hardware thread only."""
         for camera in (rig.wide, rig.left, rig.right):
             if camera.link.phase not in OPEN:
                 continue
             serial = camera.info.serial
-            if camera.role in self._owed:
-                camera.configure(self._owed.pop(camera.role))
+            if camera.role in self._pending:
+                camera.configure(self._pending.pop(camera.role))
             if serial in self._before:
                 continue
             self._before[serial] = camera.settings
-            record = self._records.of(serial)
+            record = self._records.get(serial)
             if record is not None:
-                self._ask_again(camera, record)
+                self._restore_record(camera, record)
 
     def notice(self, rig: AssembledRig) -> None:
-        """Keep the exposure of each camera that has found one; hardware thread only."""
+        """Store the exposure of each camera that has found one; hardware thread only."""
         for camera in (rig.wide, rig.left, rig.right):
             if camera.role in self._seeking and camera.settings.exposure_auto is AutoMode.OFF:
                 self._seeking.discard(camera.role)
                 found_ms = camera.settings.exposure_ns / 1e6
                 message = f"camera {camera.role.value} found an exposure of {found_ms:.3g} ms"
                 try:
-                    self._records.keep(self._with_exposure(camera))
-                except (StorageFull, DeviceFault) as error:  # nobody waits for it: it counts until the end
-                    self._tell(f"{message}, which is not kept: {error}", [camera], level=EventLevel.WARNING)
+                    self._records.write(self._with_exposure(camera))
+                except (
+                    StorageFull,
+                    DeviceFault,
+                ) as error:  # no request waits for it
+                    self._emit(f"{message}, which is not kept: {error}", [camera], level=EventLevel.WARNING)
                 else:
-                    self._tell(message, [camera])
+                    self._emit(message, [camera])
 
-    def change(self, hardware: HardwareThread, roles: tuple[Role, ...], wish: CameraChange) -> "Future[None]":
-        """Change cameras, all or none; raise `Busy` and `InvalidInput` at once, others by the future."""
-        if not wish.changes:
+    def change(
+        self, hardware: HardwareThread, roles: tuple[Role, ...], change: CameraChange
+    ) -> "Future[None]":
+        """Change all cameras or none; raise `Busy` and `InvalidInput` at once, other errors by the future."""
+        if not change.changes:
             raise InvalidInput(
                 "asked to change a camera, and no setting is named; send at least one",
                 asked="a change of a camera",
                 found="no setting",
-                remedy=f"send one of {', '.join(SENT)}",
+                remedy=f"send one of {', '.join(REST_NAMES)}",
             )
         _check_free(hardware)
 
         def work(rig: AssembledRig) -> None:
             cameras = [_camera(rig, role) for role in roles]
-            self._change_all(cameras, wish)
+            self._change_all(cameras, change)
             hardware.refresh(rig)
 
         return hardware.submit(work)
 
-    def seek(self, hardware: HardwareThread) -> PairExposure:
-        """Find one exposure for both foveae by looking, and keep it; takes looks, so call it off the loop.
+    def find_pair_exposure(self, hardware: HardwareThread) -> PairExposure:
+        """Find one exposure for both foveae by several looks and store it; call it off the event loop.
 
-        Raise what looks raise, and `Busy`; the foveae are then as they were.
+        Raise `Busy` or what looks raise; the foveae then have their earlier settings.
         """
         _check_free(hardware)
         self._check_alike(hardware.status)
@@ -114,13 +119,13 @@ class CameraSettingsService:
         def work(rig: AssembledRig) -> None:
             cameras = [rig.left, rig.right]
             try:
-                with self._records.keeping([self._with_exposure(camera) for camera in cameras]):
+                with self._records.writing([self._with_exposure(camera) for camera in cameras]):
                     pass
             except FoveaError:
                 _put_back([(camera, before[camera.role]) for camera in cameras])
                 raise
             level = EventLevel.INFO if found.good else EventLevel.WARNING
-            self._tell(found.told, cameras, level=level)
+            self._emit(found.summary, cameras, level=level)
             hardware.refresh(rig)
 
         answer_of(hardware.submit(work), asked="the exposure that was found")
@@ -138,7 +143,7 @@ class CameraSettingsService:
             )
 
     def reset(self, hardware: HardwareThread, role: Role) -> "Future[None]":
-        """Forget what was kept for a camera, and run it as the rig file says."""
+        """Delete a camera's record and apply the rig file's settings."""
         _check_free(hardware)
 
         def work(rig: AssembledRig) -> None:
@@ -147,64 +152,64 @@ class CameraSettingsService:
             if before is not None:
                 camera.configure(before)
             try:
-                self._records.forget(camera.info.serial)
+                self._records.delete(camera.info.serial)
             except FoveaError:
                 _put_back([(camera, found)])
                 raise
             self._seeking.discard(role)
-            self._tell(f"camera {role.value} runs as the rig file says", [camera], reset=True)
+            self._emit(f"camera {role.value} runs as the rig file says", [camera], reset=True)
             hardware.refresh(rig)
 
         return hardware.submit(work)
 
-    def kept(self, serial: str) -> bool:
-        """Tell whether anything is kept for a camera."""
-        return self._records.of(serial) is not None
+    def has_record(self, serial: str) -> bool:
+        """Return whether settings of a camera are stored."""
+        return self._records.get(serial) is not None
 
     def divergence(self, status: RigStatus) -> tuple[PairDifference, ...]:
-        """Return in what the foveae differ; nothing while one of them is missing."""
+        """Return the settings in which the foveae differ; none while one of them is missing."""
         pair = {camera.role: camera for camera in status.cameras if camera.role in FOVEAE}
         if len(pair) < len(FOVEAE) or any(not camera.ranges.pixel_formats for camera in pair.values()):
             return ()
         left, right = pair[Role.LEFT], pair[Role.RIGHT]
         return differences(left.settings, right.settings, ranges=left.ranges)
 
-    def _change_all(self, cameras: list[Camera], wish: CameraChange) -> None:
+    def _change_all(self, cameras: list[Camera], change: CameraChange) -> None:
         done: list[tuple[Camera, CameraSettings]] = []
         try:
-            with self._records.keeping([self._record(camera, wish.lasting) for camera in cameras]):
+            with self._records.writing([self._record(camera, change.lasting) for camera in cameras]):
                 for camera in cameras:
                     before = camera.settings
-                    self._configure(camera, wish)
+                    self._configure(camera, change)
                     done.append((camera, before))
         except FoveaError:
             _put_back(done)  # all or none
             raise
         for camera in cameras:
-            if "exposure_auto" in wish.changes:
+            if "exposure_auto" in change.changes:
                 self._seeking.discard(camera.role)
-            if wish.exposure_auto is AutoMode.ONCE:
+            if change.exposure_auto is AutoMode.ONCE:
                 self._seeking.add(camera.role)
-        self._tell(f"camera {' and '.join(camera.role.value for camera in cameras)} changed", cameras)
+        self._emit(f"camera {' and '.join(camera.role.value for camera in cameras)} changed", cameras)
 
-    def _configure(self, camera: Camera, wish: CameraChange) -> None:
-        asked = wish.applied_to(camera.settings)
+    def _configure(self, camera: Camera, change: CameraChange) -> None:
+        asked = change.applied_to(camera.settings)
         refuse_own_exposure(camera, asked)
         camera.configure(asked)
 
     def _record(self, camera: Camera, changes: Mapping[str, object]) -> CameraRecord:
         serial = camera.info.serial
-        before = self._records.of(serial) or CameraRecord(serial=serial)
+        before = self._records.get(serial) or CameraRecord(serial=serial)
         return before.model_copy(update=dict(changes))
 
     def _with_exposure(self, camera: Camera) -> CameraRecord:
         by_hand = {"exposure_ns": camera.settings.exposure_ns, "exposure_auto": AutoMode.OFF}
         return self._record(camera, by_hand)
 
-    def _ask_again(self, camera: Camera, record: CameraRecord) -> None:
-        wish = CameraChange(**{name: getattr(record, name) for name in WISHED})
+    def _restore_record(self, camera: Camera, record: CameraRecord) -> None:
+        change = CameraChange(**{name: getattr(record, name) for name in SETTING_NAMES})
         try:
-            self._configure(camera, wish)
+            self._configure(camera, change)
         except FoveaError as error:
             _log.warning("camera %s does not take what was kept for it: %s", camera.role, error)
             self._events.emit(
@@ -215,7 +220,7 @@ class CameraSettingsService:
                 data={"roles": [camera.role.value], "reset": True},
             )
 
-    def _tell(
+    def _emit(
         self, message: str, cameras: list[Camera], *, reset: bool = False, level: EventLevel = EventLevel.INFO
     ) -> None:
         roles = [camera.role.value for camera in cameras]
@@ -237,7 +242,7 @@ def _camera(rig: AssembledRig, role: Role) -> Camera:
 
 
 def _pair(status: RigStatus) -> PairSettings:
-    """Return what both foveae run with, which is the same."""
+    """Return the settings of both foveae, which are equal."""
     left, right = (next(camera for camera in status.cameras if camera.role is role) for role in FOVEAE)
     spans_ns = (left.ranges.exposure_ns, right.ranges.exposure_ns)
     both_ns = ValueRange(low=max(span.low for span in spans_ns), high=min(span.high for span in spans_ns))

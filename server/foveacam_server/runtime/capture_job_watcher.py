@@ -1,4 +1,4 @@
-"""Who watches a capture on behalf of the page: progress as events, frames as views, pause and cancel."""
+"""Reports a running capture (progress as events, frames as views) and passes on pause and cancel."""
 
 import threading
 from dataclasses import dataclass, field
@@ -12,24 +12,24 @@ from foveacam_server.runtime.live_views import OverlayOf
 from foveacam_server.runtime.ports import PictureSink
 
 PERIOD_NS = 200_000_000
-"""Progress is told at most so often, but for another phase and the end."""
+"""Shortest time between two progress events, but for another phase and the end."""
 
 
 @dataclass(slots=True, kw_only=True)
 class LiveCapture:
-    """A capture that waits, runs or is paused; the job writes, whoever asks reads."""
+    """A capture that waits, runs or is paused; written by its job, read by requests."""
 
     id: str
     name: str
     job_id: str
     report: CaptureReport | None = None
-    wish: str = ""
-    """What somebody is asked to do by hand before it goes on."""
+    manual_action: str = ""
+    """What the operator is asked to do by hand before it goes on."""
     pausing: threading.Event = field(default_factory=threading.Event)
 
     @property
     def state(self) -> str:
-        """How it stands, for people."""
+        """The state that REST shows."""
         if self.report is None:
             return "starting"
         return "paused" if self.report.phase is CapturePhase.PAUSED else "running"
@@ -59,7 +59,7 @@ class CaptureJobWatcher:
         self._gaze: StereoVolts | None = None
 
     def progress(self, report: CaptureReport) -> None:
-        """Tell how far it is, not too often."""
+        """Report the progress, at most once a `PERIOD_NS`."""
         now_ns = self._clock.now_ns()
         turned = report.phase is not self._phase
         self._live.report = report
@@ -68,7 +68,7 @@ class CaptureJobWatcher:
         if turned:
             self._context.stage()
         self._phase, self._due_ns = report.phase, now_ns + PERIOD_NS
-        note = self._live.wish or report.note or _said(report)
+        note = self._live.manual_action or report.note or _progress_words(report)
         self._context.progress(report.done, total=report.total, note=note, left_s=report.left_s)
         self._events.emit(
             "capture.progress",
@@ -78,28 +78,28 @@ class CaptureJobWatcher:
                 "job_id": self._live.job_id,
                 "state": self._live.state,
                 **report_document(report),
-                "wish": self._live.wish,
+                "wish": self._live.manual_action,
             },
         )
 
     def cancelled(self) -> bool:
-        """Tell whether the job shall end."""
+        """Return whether the job was cancelled."""
         return self._context.cancelled()
 
     def paused(self) -> bool:
-        """Tell whether it shall wait."""
+        """Return whether the capture shall wait."""
         if not self._live.pausing.is_set():
-            self._live.wish = ""
+            self._live.manual_action = ""
             return False
         return True
 
-    def ask_operator(self, request: str) -> None:
-        """Wait until somebody has done something and lets it go on."""
-        self._live.wish = request
+    def ask(self, wish: str) -> None:
+        """Pause until the operator has done `wish` by hand and continues the capture."""
+        self._live.manual_action = wish
         self._live.pausing.set()
 
-    def show_frames(self, frames: tuple[Frame, ...]) -> None:
-        """Show what was just taken in the live views."""
+    def saw(self, frames: tuple[Frame, ...]) -> None:
+        """Show captured frames in the live views."""
         volts = {frame.role: frame.volts for frame in frames if frame.volts is not None}
         if Role.LEFT in volts and Role.RIGHT in volts:
             self._gaze = StereoVolts(left=volts[Role.LEFT], right=volts[Role.RIGHT])
@@ -109,7 +109,7 @@ class CaptureJobWatcher:
             self._sink.publish_frame(frame, meta=meta)
 
 
-def _said(report: CaptureReport) -> str:
+def _progress_words(report: CaptureReport) -> str:
     words = [report.phase.value]
     if report.written_bytes:
         words.append(f"{report.written_bytes / 1e6:.0f} MB at {report.bytes_per_s / 1e6:.1f} MB/s")

@@ -1,4 +1,4 @@
-"""Captures as jobs: begun, paused, gone on with; one at a time, as each has the rig to itself."""
+"""Runs captures as jobs: start, pause, continue, resume; one at a time, as each has the rig exclusively."""
 
 import threading
 from collections.abc import Callable
@@ -7,17 +7,17 @@ from pathlib import Path
 
 from foveacam_hardware.contract import Busy, Clock
 from foveacam_pipeline.capture.dataset import ImageCodec
-from foveacam_pipeline.capture.dataset.labels import change_labels
-from foveacam_pipeline.capture.plan import RasterPlan, plan_from
+from foveacam_pipeline.capture.dataset.description import describe
+from foveacam_pipeline.capture.plan import plan_from
 from foveacam_pipeline.capture.run import run_capture
-from foveacam_server.capturing.begin import (
-    CaptureSpec,
-    begin_dataset,
-    check_remaining_room,
-    check_resumable,
-    check_room,
-    resume_dataset,
+from foveacam_server.api.capture_models import (
+    CaptureDocument,
+    CaptureProgress,
+    CaptureRequest,
+    EstimateDocument,
+    EstimateRequest,
 )
+from foveacam_server.capturing.begin import CaptureSpec, begin, check_rest, check_resumable, check_room, go_on
 from foveacam_server.capturing.capture_collection import CaptureCollection, StoredCapture
 from foveacam_server.capturing.documents import URL, capture_document, report_document
 from foveacam_server.capturing.rig_facts import RigFacts, check_possible, estimate_plan, rig_facts
@@ -40,7 +40,7 @@ ID_PREFIX = "cap-"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaptureTools:
-    """What captures work with. `distance_m`: of what was verged on last, infinite while nothing was."""
+    """Services that captures need. `distance_m`: of the last fixation, infinite before the first."""
 
     hardware: HardwareThread
     calibration: CalibrationService
@@ -53,42 +53,43 @@ class CaptureTools:
 
 
 class CaptureService:
-    """One door to the captures of this data directory."""
+    """All that REST offers of the captures of this data directory."""
 
     def __init__(self, folder: Path, tools: CaptureTools) -> None:
-        self.shelf = CaptureCollection(folder)
+        self.collection = CaptureCollection(folder)
         self._tools = tools
         self._lock = threading.Lock()
         self._live: LiveCapture | None = None
         tools.jobs.handle(KIND, self._work)
 
-    # What the rig does ------------------------------------------------------------------------------------
+    # Capturing ---------------------------------------------------------------------------------------------
 
-    def start(self, request: Document, *, idempotency_key: str | None = None) -> Job:
-        """Queue a capture; refuse at once what could not be done now."""
-        if self._tools.jobs.keyed(idempotency_key):
-            return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
+    def start(self, request: CaptureRequest, *, idempotency_key: str | None = None) -> Job:
+        """Queue a capture; raise at once what it could not do now."""
+        stored = request.model_dump(mode="json")
+        if self._tools.jobs.has_key(idempotency_key):
+            return self._tools.jobs.submit(KIND, stored, idempotency_key=idempotency_key)
         with self._lock:
             self._check_free("begin a capture")
-            folder = self.shelf.new_folder(request["name"])
-            plan, calibration = plan_from(request["plan"]), self._tools.calibration.require()
+            folder = self.collection.new_folder(request.name)
+            plan, calibration = request.plan, self._tools.calibration.require()
             facts = self._facts()
             self._tools.hardware.check_may_move()
             check_possible(plan, calibration, facts)
-            check_room(plan, facts, calibration, codec=ImageCodec(request["codec"]), folder=folder.parent)
-            job = self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
+            check_room(plan, facts, calibration, codec=ImageCodec(request.codec), folder=folder.parent)
+            job = self._tools.jobs.submit(KIND, stored, idempotency_key=idempotency_key)
             self._live = LiveCapture(id=_capture_id(job), name=folder.name, job_id=job.id)
-        self._tell("capture.created", f"capture {folder.name} was asked for", self._live.id)
+        self._emit("capture.created", f"capture {folder.name} was asked for", self._live.id)
         return job
 
     def resume(self, capture_id: str, *, idempotency_key: str | None = None) -> Job:
         """Queue the rest of a capture that was interrupted or cancelled."""
         request = {"capture_id": capture_id}
-        if self._tools.jobs.keyed(idempotency_key):
+        if self._tools.jobs.has_key(idempotency_key):
             return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
         with self._lock:
             self._check_free("resume a capture")
-            kept = self.shelf.get(capture_id)
+            kept = self.collection.get(capture_id)
             check_resumable(kept)
             self._tools.hardware.check_may_move()
             check_remaining_room(kept.folder, self._facts())
@@ -96,78 +97,81 @@ class CaptureService:
             self._live = LiveCapture(id=capture_id, name=kept.name, job_id=job.id)
         return job
 
-    def pause(self, capture_id: str) -> Document:
-        """Let a running capture wait after its next point; harmless when it waits."""
+    def pause(self, capture_id: str) -> CaptureDocument:
+        """Pause a running capture after its next point, if it is not paused."""
         live = self._running(capture_id, "pause")
         live.pausing.set()
-        return self.document(capture_id)
+        return self.get(capture_id)
 
-    def go_on(self, capture_id: str) -> Document:
-        """Let a paused capture go on; harmless when it runs."""
+    def go_on(self, capture_id: str) -> CaptureDocument:
+        """Continue a paused capture, if it is paused."""
         live = self._running(capture_id, "let go on")
         live.pausing.clear()
-        return self.document(capture_id)
+        return self.get(capture_id)
 
-    def estimate(self, plan: RasterPlan, *, codec: ImageCodec, distance_m: float | None) -> Document:
-        """Return time, size, warnings and footprints of a plan, at a distance where it leaves that open."""
-        return estimate_plan(
-            plan,
+    def estimate(self, request: EstimateRequest) -> EstimateDocument:
+        """Return time, size, warnings and footprints of a plan, at a given distance if the plan has none."""
+        found = estimated(
+            request.plan,
             self._tools.calibration.require(),
             self._facts(),
-            codec=codec,
-            assumed_m=distance_m or self._tools.distance_m(),
-            folder=self.shelf.folder,
+            codec=ImageCodec(request.codec),
+            assumed_m=request.distance_m or self._tools.distance_m(),
+            folder=self.collection.folder,
         )
+        return EstimateDocument.model_validate(found)
 
-    # What lies on the disk --------------------------------------------------------------------------------
+    # Captures on the disk ----------------------------------------------------------------------------------
 
-    def every(self, *, text: str = "", removed: bool = False) -> list[Document]:
-        """Return captures whose name, label or id holds `text`, newest first; or what is in the trash."""
+    def search(self, *, text: str = "", removed: bool = False) -> list[CaptureDocument]:
+        """Return captures whose name, label, id or state contains all words of `text`, newest first.
+
+        `removed`: those in the trash instead.
+        """
         if removed:
-            found = [capture_document(kept) for kept in self.shelf.trash()]
+            found = [_describe(kept) for kept in self.collection.trash()]
         else:
-            found = [self._shown(kept) for kept in self.shelf.every()]
+            found = [self._shown(kept) for kept in self.collection.every()]
             live = self._current()
-            if live is not None and all(document["id"] != live.id for document in found):
+            if live is not None and all(known.id != live.id for known in found):
                 found.insert(0, self._not_begun(live))
         words = text.casefold().split()
-        return [document for document in found if all(word in _searched(document) for word in words)]
+        return [known for known in found if all(word in _searched(known) for word in words)]
 
-    def document(self, capture_id: str) -> Document:
-        """Return one capture or raise NotFound."""
+    def get(self, capture_id: str) -> CaptureDocument:
+        """Return a capture by its id or raise NotFound."""
         live = self._current()
-        begun = any(kept.id == capture_id for kept in self.shelf.every())
+        begun = any(kept.id == capture_id for kept in self.collection.every())
         if live is not None and live.id == capture_id and not begun:
             return self._not_begun(live)
-        return self._shown(self.shelf.get(capture_id))
+        return self._shown(self.collection.get(capture_id))
 
-    def at_url(self, url: str) -> Document:
+    def get_by_url(self, url: str) -> CaptureDocument:
         """Return the capture that a job's result URL names."""
-        return self.document(url.rsplit("/", 1)[1])
+        return self.get(url.rsplit("/", 1)[1])
 
-    def describe(self, capture_id: str, *, label: str | None, licence: str | None) -> Document:
-        """Change label or licence; refused while it is being written."""
-        change_labels(self.shelf.get(capture_id).folder, label=label, licence=licence)
-        self._tell("capture.updated", "a capture was described anew", capture_id)
-        return self.document(capture_id)
+    def edit(self, capture_id: str, *, label: str | None, licence: str | None) -> CaptureDocument:
+        """Change label or licence; raise while the capture is being written."""
+        describe(self.collection.get(capture_id).folder, label=label, licence=licence)
+        self._emit("capture.updated", "a capture was described anew", capture_id)
+        return self.get(capture_id)
 
-    def remove(self, capture_id: str) -> Document:
-        """Move a capture to the trash; refused while it runs."""
+    def remove(self, capture_id: str) -> None:
+        """Move a capture to the trash; raise `Busy` while it runs."""
         live = self._current()
         if live is not None and live.id == capture_id:
             raise refusals.in_use(f"remove capture {live.name}", f"capture {live.name}")
-        kept = self.shelf.remove(capture_id)
+        kept = self.collection.remove(capture_id)
         data = {"capture_id": capture_id, "name": kept.name}
         self._tools.events.emit("capture.removed", f"capture {kept.name} is in the trash", data=data)
-        return data
 
-    def restore(self, capture_id: str) -> Document:
+    def restore(self, capture_id: str) -> CaptureDocument:
         """Take a capture out of the trash."""
-        kept = self.shelf.restore(capture_id)
-        self._tell("capture.updated", f"capture {kept.name} is out of the trash", kept.id)
-        return self.document(kept.id)
+        kept = self.collection.restore(capture_id)
+        self._emit("capture.updated", f"capture {kept.name} is out of the trash", kept.id)
+        return self.get(kept.id)
 
-    # The job ----------------------------------------------------------------------------------------------
+    # The job -----------------------------------------------------------------------------------------------
 
     def _work(self, context: JobContext) -> str:
         tools, request, live = self._tools, context.job.request, self._live_of(context.job)
@@ -178,17 +182,18 @@ class CaptureService:
             with tools.hardware.session(f"capture {live.name}", cancelled=context.cancelled) as head:
                 access = ThreadAccess(tools.hardware, head, clock=tools.clock)
                 if "capture_id" in request:
-                    writer = resume_dataset(access, self.shelf.get(live.id).folder)
+                    writer = go_on(access, self.collection.get(live.id).folder)
                 else:
-                    wish = _wish(request, live.id)
-                    folder = self.shelf.new_folder(request["name"])
-                    writer = begin_dataset(access, folder, wish, tools.calibration.require(), watch=watch)
+                    folder = self.collection.new_folder(request["name"])
+                    writer = begin(
+                        access, folder, _spec_of(request, live.id), tools.calibration.require(), watch=watch
+                    )
                 with writer:
                     run_capture(access, writer, watch=watch)
         finally:
             with self._lock:
                 self._live = None
-            self._tell_end(live)
+            self._emit_end(live)
         return f"{URL}/{live.id}"
 
     def _facts(self) -> RigFacts:
@@ -201,7 +206,7 @@ class CaptureService:
             raise refusals.in_use(asked, holder)
 
     def _current(self) -> LiveCapture | None:
-        """Return the capture that waits or runs; a job that ended before it began leaves none."""
+        """Return the capture that waits or runs; a job that was cancelled before it began leaves none."""
         live = self._live
         if live is None or self._tools.jobs.get(live.job_id).state.ended:
             return None
@@ -217,7 +222,7 @@ class CaptureService:
     def _running(self, capture_id: str, asked: str) -> LiveCapture:
         live = self._current()
         if live is None or live.id != capture_id:
-            kept = self.shelf.get(capture_id)
+            kept = self.collection.get(capture_id)
             raise Busy(
                 f"asked to {asked} capture {kept.name}: it does not run; resume it, if it is partial",
                 asked=f"{asked} capture {kept.name}",
@@ -226,30 +231,28 @@ class CaptureService:
             )
         return live
 
-    def _shown(self, kept: StoredCapture) -> Document:
-        return _with_live(capture_document(kept), self._current())
+    def _shown(self, kept: StoredCapture) -> CaptureDocument:
+        return _with_live(_describe(kept), self._current())
 
-    def _not_begun(self, live: LiveCapture) -> Document:
-        empty = StoredCapture(id=live.id, folder=self.shelf.folder / live.name, dataset=None)
-        return _with_live(capture_document(empty), live)
+    def _not_begun(self, live: LiveCapture) -> CaptureDocument:
+        empty = StoredCapture(id=live.id, folder=self.collection.folder / live.name, dataset=None)
+        return _with_live(_describe(empty), live)
 
-    def _tell(self, kind: str, message: str, capture_id: str) -> None:
+    def _emit(self, kind: str, message: str, capture_id: str) -> None:
         self._tools.events.emit(kind, message, data={"capture_id": capture_id})
 
-    def _tell_end(self, live: LiveCapture) -> None:
-        found = next((kept for kept in self.shelf.every() if kept.id == live.id), None)
+    def _emit_end(self, live: LiveCapture) -> None:
+        found = next((kept for kept in self.collection.every() if kept.id == live.id), None)
         if found is None:
-            self._tell("capture.ended", f"capture {live.name} ended before its first point", live.id)
+            self._emit("capture.ended", f"capture {live.name} ended before its first point", live.id)
             return
-        document = capture_document(found)
-        told = f"capture {live.name} is {document['state']}" + (
-            f": {document['why']}" if document["why"] else ""
-        )
-        data = {"capture_id": live.id, "state": document["state"], "why": document["why"]}
-        self._tools.events.emit("capture.ended", told, data=data)
+        ended = _describe(found)
+        message = f"capture {live.name} is {ended.state}" + (f": {ended.why}" if ended.why else "")
+        data = {"capture_id": live.id, "state": ended.state, "why": ended.why}
+        self._tools.events.emit("capture.ended", message, data=data)
 
 
-def _wish(request: Document, capture_id: str) -> CaptureSpec:
+def _spec_of(request: Document, capture_id: str) -> CaptureSpec:
     return CaptureSpec(
         plan=plan_from(request["plan"]),
         label=request["label"],
@@ -260,22 +263,28 @@ def _wish(request: Document, capture_id: str) -> CaptureSpec:
 
 
 def _capture_id(job: Job) -> str:
-    """Return the id of the capture that a job begins: known before anything lies on the disk."""
+    """Return the id of the capture that a job starts, known before anything is on the disk."""
     return ID_PREFIX + job.id.partition("-")[2]
 
 
-def _with_live(document: Document, live: LiveCapture | None) -> Document:
-    if live is None or document["id"] != live.id:
-        return document
-    progress = None if live.report is None else report_document(live.report)
-    return document | {
-        "state": live.state,
-        "why": live.wish,
-        "job_id": live.job_id,
-        "progress": progress,
-        "resumable": False,
-    }
+def _describe(stored: StoredCapture) -> CaptureDocument:
+    return CaptureDocument.model_validate(capture_document(stored))
 
 
-def _searched(document: Document) -> str:
-    return f"{document['name']} {document['label']} {document['id']} {document['state']}".casefold()
+def _with_live(capture: CaptureDocument, live: LiveCapture | None) -> CaptureDocument:
+    if live is None or capture.id != live.id:
+        return capture
+    progress = None if live.report is None else CaptureProgress.model_validate(report_document(live.report))
+    return capture.model_copy(
+        update={
+            "state": live.state,
+            "why": live.manual_action,
+            "job_id": live.job_id,
+            "progress": progress,
+            "resumable": False,
+        }
+    )
+
+
+def _searched(capture: CaptureDocument) -> str:
+    return f"{capture.name} {capture.label} {capture.id} {capture.state}".casefold()

@@ -1,7 +1,7 @@
-"""Runs one of our own modules in a process beside the server: what it tells, line by line, and how it ends.
+"""Runs one of our own modules in a child process and reads the JSON lines that it prints.
 
-Work that would hold the interpreter for long belongs there: live views and requests go on. The child is told
-by its stdin that the server has ended.
+For work that would hold the interpreter for long, so that live views and requests go on. The end of its stdin
+tells the child that the server has ended.
 """
 
 import json
@@ -16,7 +16,7 @@ from foveacam_server.errors import KINDS
 from foveacam_server.runtime.store import Document
 
 LOOK_S = 0.1
-"""How often it is asked whether the work is still wanted."""
+"""Interval between two checks for cancellation."""
 END_S = 5.0
 
 
@@ -24,23 +24,23 @@ def run_child(
     module: str,
     arguments: Sequence[str],
     *,
-    told: Callable[[Document], None],
+    on_message: Callable[[Document], None],
     cancelled: Callable[[], bool],
 ) -> None:
-    """Run `python -m module` to its end; `told` gets each JSON line of its stdout.
+    """Run `python -m module` to its end; `on_message` gets each JSON line of its stdout.
 
-    Raise Cancelled when it was ended on request, the error that it told, or RuntimeError when it ended
+    Raise Cancelled when it was cancelled, the error that it printed, or RuntimeError when it failed
     otherwise.
     """
     process = subprocess.Popen(  # noqa: S603 - our own module, by our own interpreter
         [sys.executable, "-m", module, *arguments],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        start_new_session=True,  # Ctrl-C is the server's; the child follows it
+        start_new_session=True,  # Ctrl-C goes to the server, which ends the child
     )
     with process:
         try:
-            trouble = _follow(process, told=told, cancelled=cancelled)
+            trouble = _follow(process, on_message=on_message, cancelled=cancelled)
             status = process.wait(END_S)
         finally:
             _end(process)
@@ -51,9 +51,9 @@ def run_child(
 
 
 def _follow(
-    process: subprocess.Popen[bytes], *, told: Callable[[Document], None], cancelled: Callable[[], bool]
+    process: subprocess.Popen[bytes], *, on_message: Callable[[Document], None], cancelled: Callable[[], bool]
 ) -> FoveaError | None:
-    """Hand on what the child tells until it has nothing more; return the error that it told."""
+    """Pass on the child's messages until its output ends; return the error that it printed."""
     if process.stdout is None:
         raise AssertionError("the child was started with a pipe")
     rest, trouble, source = b"", None, process.stdout.fileno()
@@ -71,7 +71,7 @@ def _follow(
             if "error" in message:
                 trouble = _error(message)
             else:
-                told(message)
+                on_message(message)
 
 
 def _error(message: Document) -> FoveaError:

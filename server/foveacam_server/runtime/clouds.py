@@ -1,4 +1,4 @@
-"""The shelf of shapes: one folder a cloud, written whole and then renamed, with its row in the database."""
+"""Stores point clouds: one folder a cloud, written whole and then renamed, with a row in the database."""
 
 import shutil
 from dataclasses import dataclass
@@ -17,7 +17,13 @@ from foveacam_pipeline.stereo.ply import VERTEX, ply_bytes
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_server.api.models import CloudDocument
 from foveacam_server.errors import NotFound
-from foveacam_server.runtime.depth_patches import KEPT, DepthPatch, DepthPatches, load_patch, save_patch
+from foveacam_server.runtime.depth_patches import (
+    MAX_PATCHES,
+    DepthPatch,
+    DepthPatches,
+    load_patch,
+    save_patch,
+)
 from foveacam_server.runtime.names import new_id, utc_now
 from foveacam_server.runtime.store import CloudRow, Store
 from foveacam_web.glb import write_glb
@@ -27,7 +33,7 @@ CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png", "depth.npz"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixationShape:
-    """What one fixation brought besides its distance; `depth_picture`: (h, w, 3) uint8 RGB."""
+    """Cloud, mesh and depth of one fixation; `depth_picture`: (h, w, 3) uint8 RGB."""
 
     fixation_id: str
     cloud: Cloud
@@ -38,15 +44,15 @@ class FixationShape:
 
 
 class CloudCollection:
-    """Keeps, lists and removes clouds; remembers where there is depth."""
+    """Stores, lists and removes clouds; holds the newest depth patches."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
         self._folder = store.subfolder("clouds")
         self.patches = DepthPatches()
         for partial in self._folder.glob("*.part"):
-            shutil.rmtree(partial, ignore_errors=True)  # a writing that was cut off; nobody was told of it
-        for cloud in reversed(self.newest(KEPT)):
+            shutil.rmtree(partial, ignore_errors=True)  # a writing that was cut off, before it got a row
+        for cloud in reversed(self.newest(MAX_PATCHES)):
             path = self._folder / cloud.id / "patch.npz"
             if path.exists():
                 self.patches.add(load_patch(path))
@@ -111,7 +117,7 @@ class CloudCollection:
         return path
 
     def points(self, cloud_id: str) -> Cloud:
-        """Return the points of a cloud as they were written down."""
+        """Return the points of a cloud from its PLY file."""
         content = self.file(cloud_id, "cloud.ply").read_bytes()
         header, _, body = content.partition(b"end_header\n")
         if not header.startswith(b"ply\n"):

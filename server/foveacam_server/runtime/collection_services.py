@@ -1,4 +1,4 @@
-"""Opens what the rig's pictures are collected in: captures with what is made of them, stills, recordings."""
+"""Opens the services of stored pictures: captures with mosaics and references, stills, recordings."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ from foveacam_server.settings import Settings
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CollectionServices:
-    """One door to each kind."""
+    """One service a kind."""
 
     captures: CaptureService
     stills: StillService
@@ -29,7 +29,7 @@ class CollectionServices:
     references: ReferenceService
 
 
-def open_collected(
+def open_collections(
     ground: ServerFoundation,
     lore: RigKnowledge,
     sights: DisplayServices,
@@ -37,7 +37,7 @@ def open_collected(
     hardware: HardwareThread,
     jobs: JobRunner,
 ) -> CollectionServices:
-    """Open all of them; their jobs have handlers then."""
+    """Open all of them and register the handlers of their jobs."""
     tools = _capture_tools(ground, lore, sights, hardware=hardware, jobs=jobs)
     captures = CaptureService(ground.store.subfolder(CAPTURES), tools)
     making = DerivedProductTools(captures=captures, jobs=jobs, events=ground.events, clock=ground.clock)
@@ -51,7 +51,7 @@ def open_collected(
 
 
 def live_rates(settings: Settings) -> LiveRates:
-    """Return how often views are taken while nothing else is asked of the rig."""
+    """Return the rates of the live views."""
     return LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz)
 
 

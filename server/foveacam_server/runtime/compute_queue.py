@@ -1,6 +1,6 @@
-"""Computations that a request waits for, one at a time on a thread of their own.
+"""Runs computations that a request waits for, one at a time on a thread of their own.
 
-Several at once would slow each other, the live views and every other request: they share the interpreter.
+Several at once would slow down each other, the live views and all requests, as they share the interpreter.
 """
 
 import asyncio
@@ -12,19 +12,19 @@ from foveacam_hardware.contract import Busy
 
 T = TypeVar("T")
 
-MOST_WAITING = 16
+MAX_WAITING = 16
 
 
 class ComputeQueue:
-    """Takes turns; used on the event loop alone."""
+    """First come, first served; used on the event loop alone."""
 
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="foveacam-compute")
         self._waiting = 0
 
     async def run(self, work: Callable[[], T]) -> T:
-        """Return what `work` gives when its turn has come; raise `Busy` when too many wait."""
-        if self._waiting >= MOST_WAITING:
+        """Return the result of `work` when its turn has come; raise `Busy` when too many wait."""
+        if self._waiting >= MAX_WAITING:
             raise Busy(
                 f"{self._waiting} computations wait already, each for the one before it; ask again later",
                 asked="one more computation",
@@ -38,5 +38,5 @@ class ComputeQueue:
             self._waiting -= 1
 
     def close(self) -> None:
-        """Let the computation under way end, those that wait be dropped."""
+        """Finish the computation that runs, drop those that wait."""
         self._thread.shutdown(cancel_futures=True)

@@ -1,4 +1,4 @@
-"""Depth as the wide camera sees it: the newest depth maps in wide pixels, asked pixel by pixel."""
+"""Answers what depth a wide pixel has, from the newest depth maps projected into the wide image."""
 
 import math
 import threading
@@ -15,10 +15,10 @@ from foveacam_pipeline.stereo.depth import points_rig_m
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
 from foveacam_server.errors import NotFound
 
-KEPT = 32
-"""Depth maps that are asked; older ones are forgotten."""
+MAX_PATCHES = 32
+"""Number of depth maps that are held; older ones are dropped."""
 REACH_PX = 1.5
-"""A pixel without depth of its own takes that of a neighbour so near (0.03 degrees)."""
+"""A pixel without depth takes that of a neighbour within this distance (0.03 degrees)."""
 STEP_PX = 2
 """Every second pixel of a map at half size: still some 10 points a wide pixel."""
 
@@ -54,7 +54,7 @@ class DepthPatch:
         return float(self.z_m[row, column]), float(self.sigma_m[row, column])
 
     def covers(self, x_px: float, y_px: float) -> bool:
-        """Tell whether the fovea looked there, whether or not it found depth."""
+        """Return whether the fovea looked there, whether or not it found depth."""
         height, width = self.z_m.shape
         return bool(0 <= x_px - self.x0 <= width - 1 and 0 <= y_px - self.y0 <= height - 1)
 
@@ -112,7 +112,7 @@ def point_patch(
     fixation_id: str,
     created_utc: str,
 ) -> DepthPatch:
-    """Return what the verged point alone tells: one wide pixel."""
+    """Return the patch of the verged point alone: one wide pixel."""
     x_px, y_px = wide.pixels(angles_from_rays([point_rig_m]))[0].tolist()
     return DepthPatch(
         fixation_id=fixation_id,
@@ -153,25 +153,25 @@ def load_patch(path: Path) -> DepthPatch:
 
 
 class DepthPatches:
-    """The newest patches, asked newest first."""
+    """The newest patches, searched newest first; safe to use from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._patches: deque[DepthPatch] = deque(maxlen=KEPT)
+        self._patches: deque[DepthPatch] = deque(maxlen=MAX_PATCHES)
 
     def add(self, patch: DepthPatch) -> None:
-        """Take a newer patch."""
+        """Add a patch as the newest."""
         with self._lock:
             self._patches.append(patch)
 
     def forget(self, fixation_id: str) -> None:
-        """Drop what one fixation brought."""
+        """Drop the patches of one fixation."""
         with self._lock:
             kept = [patch for patch in self._patches if patch.fixation_id != fixation_id]
-            self._patches = deque(kept, maxlen=KEPT)
+            self._patches = deque(kept, maxlen=MAX_PATCHES)
 
     def covering(self, x_px: float, y_px: float) -> bool:
-        """Tell whether a fovea has looked there."""
+        """Return whether a fovea has looked there."""
         with self._lock:
             return any(patch.covers(x_px, y_px) for patch in self._patches)
 

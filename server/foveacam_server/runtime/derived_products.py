@@ -1,4 +1,4 @@
-"""What is made of captures beside the rig: one of a kind at a time, as a job, in a process of its own."""
+"""Computes products of captures (mosaic, reference) as jobs in child processes, one of a kind at a time."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import Busy, Clock
 from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_server.api.models import JobDocument
 from foveacam_server.capturing.capture_collection import StoredCapture
 from foveacam_server.capturing.points import readable_dataset
 from foveacam_server.runtime.captures import CaptureService
@@ -16,13 +17,13 @@ from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.store import Document
 
 Run = Callable[[Sequence[str]], None]
-"""Runs the process with these arguments to its end, and passes on how far it is."""
+"""Runs the child process with these arguments to its end and reports its progress."""
 WAIT = "wait for it, or cancel its job"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DerivedProductTools:
-    """What making works with."""
+    """Services that the jobs need."""
 
     captures: CaptureService
     jobs: JobRunner
@@ -32,9 +33,9 @@ class DerivedProductTools:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DerivedProduct:
-    """What is made: its noun, the module that makes it in its process, and what is done around that.
+    """A kind of product: its name, and the module that computes it in a child process.
 
-    `make`: gets the capture, the wish and what runs the process; returns the URL of the result.
+    `make`: takes the capture, the spec and a function that runs the process; returns the URL of the result.
     """
 
     noun: str
@@ -43,48 +44,45 @@ class DerivedProduct:
 
 
 class DerivedProductJobs:
-    """Knows which job makes one kind of thing, of which capture."""
+    """Queues and runs the jobs of one kind of product; knows of which capture one is being computed."""
 
     def __init__(self, kind: DerivedProduct, tools: DerivedProductTools) -> None:
         self._kind, self._tools = kind, tools
         self._lock = threading.Lock()
         self._live: tuple[str, str] | None = None
-        """Id of the capture of which one is being made, and of the job."""
-        tools.jobs.handle(kind.noun, self._work, beside=True)
+        """Id of the capture whose product is being computed, and of the job."""
+        tools.jobs.handle(kind.noun, self._work, parallel=True)
 
     def start(
         self,
         capture_id: str,
-        wish: Document,
+        spec: Document,
         *,
         check: Callable[[StoredCapture], None],
         idempotency_key: str | None,
     ) -> Job:
-        """Queue it; `check` raises what is against it."""
-        jobs, request = self._tools.jobs, {"capture_id": capture_id, **wish}
-        if jobs.keyed(idempotency_key):
+        """Queue a job; `check` raises when the product cannot be computed."""
+        jobs, request = self._tools.jobs, {"capture_id": capture_id, **spec}
+        if jobs.has_key(idempotency_key):
             return jobs.submit(self._kind.noun, request, idempotency_key=idempotency_key)
-        kept = self._tools.captures.shelf.get(capture_id)
+        kept = self._tools.captures.collection.get(capture_id)
         check(kept)
         with self._lock:
             self._check_free()
             job = jobs.submit(self._kind.noun, request, idempotency_key=idempotency_key)
             self._live = capture_id, job.id
-        self.tell("begun", f"a {self._kind.noun} of capture {kept.name} was asked for", capture_id)
+        self.emit("begun", f"a {self._kind.noun} of capture {kept.name} was asked for", capture_id)
         return job
 
-    def document(self, capture_id: str) -> Document:
-        """Return by which job one is being made of a capture, and how far it is."""
+    def running_job(self, capture_id: str) -> JobDocument | None:
+        """Return the job that computes the product of a capture now."""
         job = self._job_of(capture_id)
-        return {
-            "job_id": None if job is None else job.id,
-            "progress": None if job is None else job.describe().progress.as_json(),
-        }
+        return None if job is None else job.describe()
 
     def ended_dataset(self, kept: StoredCapture) -> Dataset:
-        """Return the dataset of a capture; raise InvalidInput for a damaged one, Busy for one that runs."""
-        dataset = readable_dataset(kept)
-        if self._tools.captures.document(kept.id)["job_id"] is not None:
+        """Return the dataset of a capture; raise InvalidInput for a damaged one, Busy for a running one."""
+        dataset = readable(kept)
+        if self._tools.captures.get(kept.id).job_id is not None:
             noun = self._kind.noun
             raise Busy(
                 f"capture {kept.name} is still running; its {noun} can be made when it has ended",
@@ -95,7 +93,7 @@ class DerivedProductJobs:
         return dataset
 
     def check_idle(self, capture_id: str, asked: str) -> None:
-        """Raise Busy while one is being made of this capture."""
+        """Raise Busy while the product of this capture is being computed."""
         if self._job_of(capture_id) is not None:
             noun = self._kind.noun
             raise Busy(
@@ -105,29 +103,29 @@ class DerivedProductJobs:
                 remedy=WAIT,
             )
 
-    def tell(self, what: str, message: str, capture_id: str) -> None:
-        """Tell everybody what became of it."""
+    def emit(self, what: str, message: str, capture_id: str) -> None:
+        """Emit the event `<noun>.<what>`."""
         self._tools.events.emit(f"{self._kind.noun}.{what}", message, data={"capture_id": capture_id})
 
     def _work(self, context: JobContext) -> str:
-        wish = dict(context.job.request)
-        kept = self._tools.captures.shelf.get(str(wish.pop("capture_id")))
+        spec = dict(context.job.request)
+        kept = self._tools.captures.collection.get(str(spec.pop("capture_id")))
         try:
-            return self._kind.make(kept, wish, lambda arguments: self._run(context, arguments))
+            return self._kind.make(kept, spec, lambda arguments: self._run(context, arguments))
         finally:
             with self._lock:
                 self._live = None
-            self.tell("ended", f"the {self._kind.noun} of capture {kept.name} ended", kept.id)
+            self.emit("ended", f"the {self._kind.noun} of capture {kept.name} ended", kept.id)
 
     def _run(self, context: JobContext, arguments: Sequence[str]) -> None:
         began_ns = self._tools.clock.now_ns()
 
-        def told(step: Document) -> None:
+        def on_message(step: Document) -> None:
             spent_s = (self._tools.clock.now_ns() - began_ns) / 1e9
             left_s = spent_s * (1.0 / step["share"] - 1.0) if step["share"] else None
             context.progress(step["done"], total=step["total"], note=step["note"], left_s=left_s)
 
-        run_child(self._kind.process, arguments, told=told, cancelled=context.cancelled)
+        run_child(self._kind.process, arguments, on_message=on_message, cancelled=context.cancelled)
 
     def _check_free(self) -> None:
         live = self._live

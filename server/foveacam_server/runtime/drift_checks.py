@@ -1,63 +1,75 @@
-"""Drift checks as jobs: one shot into the scene, written down, applied when it is sure and asked for."""
+"""Runs drift checks as jobs: a few looks into the scene, the result stored, and applied on request."""
 
 from pathlib import Path
 
-from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_server.api.drift_models import DriftCheckDocument, DriftRequest
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.runtime.calibration_job_watcher import CalibrationJobWatcher
 from foveacam_server.runtime.calibration_runs import CalibrationJobTools
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext
-from foveacam_server.runtime.store import Document
 
 KIND = "drift"
 DRIFT_URL = "/api/v1/drift_checks"
 
 
 class DriftChecks:
-    """Queues checks, runs them, keeps what they found."""
+    """Queues and runs checks and stores their results."""
 
-    def __init__(self, folder: Path, equipment: CalibrationJobTools) -> None:
+    def __init__(self, folder: Path, tools: CalibrationJobTools) -> None:
         self._folder = folder
         self.records = DriftRecords(folder)
-        self._with = equipment
-        equipment.jobs.handle(KIND, self._work)
+        self._tools = tools
+        tools.jobs.handle(KIND, self._work)
 
-    def submit(self, request: Document, *, idempotency_key: str | None = None) -> Job:
-        """Queue a check; refuse at once what could not be done now."""
-        self._with.calibration.require()
-        self._with.hardware.check_may_move()
-        return self._with.jobs.submit(KIND, request, idempotency_key=idempotency_key)
+    def submit(self, request: DriftRequest, *, idempotency_key: str | None = None) -> Job:
+        """Queue a check; raise at once when it could not run now."""
+        self._tools.calibration.require()
+        self._tools.hardware.check_may_move()
+        return self._tools.jobs.submit(KIND, request.model_dump(), idempotency_key=idempotency_key)
 
-    def at_url(self, url: str) -> Document:
+    def every(self) -> list[DriftCheckDocument]:
+        """Return all checks, newest first."""
+        return [DriftCheckDocument.model_validate(found) for found in self.records.every()]
+
+    def get(self, check_id: str) -> DriftCheckDocument:
+        """Return a check by its id or raise `NotFound`."""
+        return DriftCheckDocument.model_validate(self.records.get(check_id))
+
+    def get_by_url(self, url: str) -> DriftCheckDocument:
         """Return the check that a job's result URL names."""
-        return self.records.get(url.rsplit("/", 1)[1])
+        return self.get(url.rsplit("/", 1)[1])
 
     def _work(self, context: JobContext) -> str:
         from foveacam_server.calibrating.drift_step import check_drift, keep_check  # loads for a while
 
-        wished = context.job.request
+        request = DriftRequest.model_validate(context.job.request, strict=False)
         watch = CalibrationJobWatcher(
-            context, session_id=None, sink=self._with.sink, events=self._with.events, clock=self._with.clock
+            context,
+            session_id=None,
+            sink=self._tools.sink,
+            events=self._tools.events,
+            clock=self._tools.clock,
         )
-        calibration = self._with.calibration.require()
+        calibration = self._tools.calibration.require()
         holder = f"drift check {context.job.id}"
-        with self._with.hardware.session(holder, cancelled=context.cancelled) as head:
+        with self._tools.hardware.session(holder, cancelled=context.cancelled) as head:
             found = check_drift(
                 head,
                 calibration,
-                distance_m=wished.get("distance_m"),
-                clock=self._with.clock,
+                distance_m=request.distance_m,
+                clock=self._tools.clock,
                 watch=watch,
             )
         with disk_errors("the drift check", self._folder):
             document = keep_check(
                 found,
                 calibration,
-                apply=bool(wished.get("apply")),
+                apply=request.apply,
                 records=self.records,
-                registry=self._with.calibration,
+                registry=self._tools.calibration,
                 watch=watch,
             )
-        self._with.events.emit("calibration.drift", document["detail"], data=document)
+        self._tools.events.emit("calibration.drift", document["detail"], data=document)
         return f"{DRIFT_URL}/{document['id']}"

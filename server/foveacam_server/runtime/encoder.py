@@ -1,4 +1,4 @@
-"""JPEG of the newest picture of a view: made once per picture and size, when somebody asks, off the loop."""
+"""Encodes the newest picture of a view as JPEG: once a picture and size, on request, off the event loop."""
 
 import asyncio
 from concurrent.futures import Executor
@@ -59,7 +59,7 @@ def encode_jpeg(image: Image, *, scale: Scale = 1, bits: int = 8, quality: int =
 
 
 class JpegStore:
-    """The newest JPEG of each view and size, shared by everybody who asks on this loop."""
+    """The newest JPEG of each view and size, shared by all clients of this event loop."""
 
     def __init__(self, hub: FrameHub, *, executor: Executor) -> None:
         self._hub = hub
@@ -69,7 +69,7 @@ class JpegStore:
 
     @property
     def encodes(self) -> dict[tuple[str, Scale], int]:
-        """How many pictures were encoded, by view and size."""
+        """Number of pictures that were encoded, by view and size."""
         return dict(self._encodes)
 
     async def newest(self, view: str, scale: Scale) -> EncodedPicture | None:
@@ -81,7 +81,7 @@ class JpegStore:
         if held is None or held[0] is not picture:
             held = (picture, self._begin(picture, scale))
             self._newest[(view, scale)] = held
-        # Shielded: a viewer that leaves must not cancel what others wait for
+        # Shielded: a client that leaves must not cancel what others wait for
         return await asyncio.shield(held[1])
 
     def _begin(self, picture: ViewPicture, scale: Scale) -> "asyncio.Future[EncodedPicture]":
@@ -98,6 +98,6 @@ def _encode(picture: ViewPicture, scale: Scale) -> EncodedPicture:
 
 
 def _retrieve(future: "asyncio.Future[EncodedPicture]") -> None:
-    """Mark an error as seen: who asked has it; when all who asked have left, nobody needs it."""
+    """Mark an error as retrieved: clients that wait get it; when all have left, nobody needs it."""
     if not future.cancelled():
         future.exception()

@@ -1,7 +1,7 @@
-"""The event log: told at once to whoever listens, written down behind their back, replayed by id.
+"""The event log: events go to listeners at once, to the database on a thread, and are replayed by id.
 
-`emit` never blocks and needs no database: a stop is told even when the disk hangs. What a full disk does not
-take is kept and tried again until it does.
+`emit` never blocks and needs no database, so that a stop is reported even when the disk hangs. Events that a
+full disk does not take are held and written again until it does.
 """
 
 import asyncio
@@ -25,21 +25,21 @@ from foveacam_server.runtime.store import Document, EventRow, Store
 _log = logging.getLogger(__name__)
 
 RING = 2000
-"""Events kept in memory; older ones are read from the table."""
+"""Number of events in memory; older ones are read from the table."""
 KEPT = 20_000
-"""Events kept in the table."""
+"""Number of events in the table."""
 UNWRITTEN = 5000
-"""Events that wait for a disk that takes none; later ones are told, and never written down."""
+"""Events that may wait for a disk that takes none; later ones go to listeners and are never written."""
 BATCH = 200
-"""Events written down at once."""
+"""Events written at once."""
 RETRY_S = 0.5
-"""Pause between two attempts on a disk that takes none."""
+"""Pause between two attempts to write."""
 BACKLOG = 500
-"""Events that a slow listener may be behind before it is cut off (it reconnects with its last id)."""
+"""Events that may wait for a slow listener before it is disconnected (it reconnects with its last id)."""
 
 
 class EventLevel(StrEnum):
-    """How much an event matters to the operator."""
+    """Severity of an event for the operator."""
 
     INFO = "info"
     WARNING = "warning"
@@ -75,7 +75,7 @@ class _Listener:
     waiting: "asyncio.Queue[Event | None]"
 
     def offer(self, event: Event | None) -> None:
-        """Hand over in the listener's own loop; None, or a full queue, ends it."""
+        """Put an event into the queue, in the listener's loop; None or a full queue ends the listener."""
         if event is not None and not self.waiting.full():
             self.waiting.put_nowait(event)
             return
@@ -85,7 +85,7 @@ class _Listener:
 
 
 class EventLog:
-    """Ring in memory, listeners in their loops, table on disk."""
+    """Holds the newest events in memory, passes events to listeners and writes them to the database."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
@@ -95,9 +95,9 @@ class EventLog:
         self._to_write: queue.Queue[Event | None] = queue.Queue(maxsize=UNWRITTEN)
         self._closing = threading.Event()
         self.unwritten = 0
-        """Events that no disk will ever have."""
+        """Number of events that will never be written."""
         self.fault: str | None = None
-        """Why events wait to be written down, in words; None when none does."""
+        """Why events wait to be written; None when none does."""
         with store.session() as session:
             self._next_id = (session.scalar(select(func.max(EventRow.id))) or 0) + 1
             rows = session.scalars(select(EventRow).order_by(EventRow.id.desc()).limit(RING)).all()
@@ -108,7 +108,7 @@ class EventLog:
     def emit(
         self, kind: str, message: str, *, level: EventLevel = EventLevel.INFO, data: Document | None = None
     ) -> Event:
-        """Tell everybody, from any thread, without waiting for any of them."""
+        """Add an event and pass it to all listeners, from any thread, without waiting for them."""
         with self._lock:
             event = Event(
                 id=self._next_id, kind=kind, level=level, t_utc=utc_now(), message=message, data=data or {}
@@ -129,7 +129,7 @@ class EventLog:
             return list(self._ring)[-limit:]
 
     def after(self, last_id: int) -> list[Event]:
-        """Return the events that followed `last_id`, as far back as they are kept."""
+        """Return the events that followed `last_id`, as far as they are stored."""
         with self._lock:
             ring = list(self._ring)
         oldest = ring[0].id if ring else self._next_id
@@ -143,7 +143,7 @@ class EventLog:
         return older + [event for event in ring if event.id > last_id]
 
     async def listen(self, last_id: int | None = None) -> AsyncIterator[Event]:
-        """Yield what followed `last_id` (None: nothing older), then every event as it comes."""
+        """Yield the events after `last_id` (None: no older ones), then every new event."""
         listener = _Listener(asyncio.get_running_loop(), asyncio.Queue(maxsize=BACKLOG))
         with self._lock:
             self._listeners.add(listener)
@@ -152,7 +152,7 @@ class EventLog:
             for event in [] if last_id is None else await asyncio.to_thread(self.after, last_id):
                 seen = event.id
                 yield event
-                await asyncio.sleep(0)  # in one turn of the loop, all would go to a listener that left, too
+                await asyncio.sleep(0)  # lets the loop end a listener that has left
             while (waited := await listener.waiting.get()) is not None:
                 if waited.id > seen:
                     yield waited
@@ -160,17 +160,17 @@ class EventLog:
             with self._lock:
                 self._listeners.discard(listener)
 
-    def hang_up(self) -> None:
+    def end_listeners(self) -> None:
         """End every listener; the server calls this when it shuts down."""
         with self._lock:
             for listener in self._listeners:
                 _call_in_loop(listener, None)
 
     def close(self) -> None:
-        """Write down what is left and stop."""
-        self.hang_up()
+        """Write the events that wait, and end the thread."""
+        self.end_listeners()
         self._closing.set()
-        with contextlib.suppress(queue.Full):  # then there is something to wake up for
+        with contextlib.suppress(queue.Full):  # a full queue wakes the thread as well
             self._to_write.put_nowait(None)
         self._writer.join(timeout=5.0)
 
@@ -179,32 +179,32 @@ class EventLog:
         while not (self._closing.is_set() and self._to_write.empty()):
             if not batch and (first := self._to_write.get()) is not None:
                 batch.append(first)
-            self._top_up(batch)
+            self._fill_batch(batch)
             prune = written // 1000 != (written + len(batch)) // 1000
-            if self._saved(batch, prune=prune):
+            if self._try_save(batch, prune=prune):
                 written += len(batch)
                 batch.clear()
             elif self._closing.wait(RETRY_S):
                 break
         self.unwritten += len(batch)
 
-    def _top_up(self, batch: list[Event]) -> None:
-        """Take what waits, without waiting for more."""
+    def _fill_batch(self, batch: list[Event]) -> None:
+        """Add the events that wait to `batch`, without waiting for more."""
         with contextlib.suppress(queue.Empty):
             while len(batch) < BATCH:
                 event = self._to_write.get_nowait()
                 if event is not None:
                     batch.append(event)
 
-    def _saved(self, events: list[Event], *, prune: bool) -> bool:
-        """Write them down; tell whether they are off one's hands."""
+    def _try_save(self, events: list[Event], *, prune: bool) -> bool:
+        """Write events; return whether they need not be written again."""
         try:
             self._save(events, prune=prune)
-        except (StorageFull, DeviceFault) as error:  # full, read-only: it may pass
-            self._tell_fault(error.found or str(error))
+        except (StorageFull, DeviceFault) as error:  # full or read-only: it may recover
+            self._emit_fault(error.found or str(error))
             return False
-        except OperationalError as error:  # locked: so may that
-            self._tell_fault(str(error.orig))
+        except OperationalError as error:  # locked: it may recover
+            self._emit_fault(str(error.orig))
             return False
         except SQLAlchemyError:
             self.unwritten += len(events)
@@ -214,8 +214,8 @@ class EventLog:
             self.emit("storage.recovered", "events are written down again")
         return True
 
-    def _tell_fault(self, detail: str) -> None:
-        """Tell once that the disk takes nothing."""
+    def _emit_fault(self, detail: str) -> None:
+        """Emit once that events cannot be written."""
         known, self.fault = self.fault is not None, detail
         if known:
             return
@@ -234,7 +234,7 @@ class EventLog:
             {"id": event.id, "kind": event.kind, "document": event.describe().as_json()} for event in events
         ]
         with self._store.session() as session:
-            # an attempt that seemed to fail may have written them
+            # an attempt that raised may have written them
             session.execute(insert(EventRow).prefix_with("OR IGNORE"), rows)
             if prune:
                 session.execute(delete(EventRow).where(EventRow.id <= events[-1].id - KEPT))

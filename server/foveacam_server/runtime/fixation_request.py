@@ -1,4 +1,4 @@
-"""What a fixation is asked for, as JSON, and its checks against what the rig can do."""
+"""Reads the target and the distance limits of a stored fixation request, and checks them."""
 
 import math
 
@@ -42,7 +42,7 @@ def target_of(request: Document) -> Target:
 
 
 def depth_range_of(request: Document) -> DistanceRange | None:
-    """Return the distances that the answer to a stored request may have; None when every distance may be.
+    """Return the limits of the distance in a stored request; None when it has none.
 
     Raise `InvalidInput` when the range is empty.
     """

@@ -74,7 +74,7 @@ class FixationService:
         request = {"direction": direction, "label": target.label, "depth": True, "target_id": target_id}
         return self.foveate(request, source=source)
 
-    def at_url(self, url: str) -> FixationDocument:
+    def get_by_url(self, url: str) -> FixationDocument:
         """Return the fixation that a job's result URL names."""
         return self.table.get(url.rsplit("/", 1)[1])
 

@@ -1,4 +1,4 @@
-"""What a running server stands on: its store and events, what is known of the rig, what is to be seen."""
+"""Opens the services that all others need: store and events, calibrations and settings, views and 3D pane."""
 
 import asyncio
 import logging
@@ -29,7 +29,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServerFoundation:
-    """What everything stands on; `stack` closes what is opened, last opened first."""
+    """Settings, store and events; `stack` closes what is opened, last opened first."""
 
     settings: Settings
     stack: ExitStack
@@ -40,7 +40,7 @@ class ServerFoundation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigKnowledge:
-    """What is known of the rig; `folder` holds it."""
+    """Stored knowledge of the rig: calibrations (in `folder`), settle time, camera settings."""
 
     folder: Path
     calibration: CalibrationService
@@ -52,19 +52,19 @@ class RigKnowledge:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DisplayServices:
-    """What is to be seen."""
+    """Views, live streams, the overlay of the wide view, and the 3D pane."""
 
     boot_id: str
     hub: FrameHub
     tap: FrameTap
-    """Where frames and pictures are published: they go to the hub, and to who records."""
+    """Where frames and pictures are published: it passes them to the hub and to recordings."""
     streams: LiveStreams
     viewer: SceneViewer | None
     overlay: GazeOverlay
 
 
-def lay_ground(settings: Settings, *, stack: ExitStack) -> ServerFoundation:
-    """Open the store and the log of events."""
+def open_foundation(settings: Settings, *, stack: ExitStack) -> ServerFoundation:
+    """Open the store and the event log."""
     store = stack.enter_context(Store(settings.data))
     events = EventLog(store)
     stack.callback(events.close)
@@ -73,53 +73,55 @@ def lay_ground(settings: Settings, *, stack: ExitStack) -> ServerFoundation:
     )
 
 
-def open_lore(ground: ServerFoundation) -> RigKnowledge:
-    """Open what is known of the rig."""
-    folder = ground.store.subfolder("calibrations")
-    calibration = CalibrationService(chosen=ground.settings.calibration, folder=folder, events=ground.events)
-    health = CalibrationHealth(ground.events)
+def open_rig_knowledge(foundation: ServerFoundation) -> RigKnowledge:
+    """Open calibrations, settle time and camera settings."""
+    folder = foundation.store.subfolder("calibrations")
+    calibration = CalibrationService(
+        chosen=foundation.settings.calibration, folder=folder, events=foundation.events
+    )
+    health = CalibrationHealth(foundation.events)
     calibration.on_change(health.begin)
-    settling = SettleTimeService(SettleTimes(folder / "settle"), events=ground.events)
-    cameras_folder = ground.store.subfolder("cameras")
+    settling = SettleTimeService(SettleTimes(folder / "settle"), events=foundation.events)
+    cameras_folder = foundation.store.subfolder("cameras")
     return RigKnowledge(
         folder=folder,
         calibration=calibration,
         health=health,
         settling=settling,
-        cameras=CameraSettingsService(CameraRecords(cameras_folder), events=ground.events),
+        cameras=CameraSettingsService(CameraRecords(cameras_folder), events=foundation.events),
         cameras_folder=cameras_folder,
     )
 
 
-def open_sights(
-    ground: ServerFoundation, lore: RigKnowledge, *, loop: asyncio.AbstractEventLoop
+def open_displays(
+    foundation: ServerFoundation, knowledge: RigKnowledge, *, loop: asyncio.AbstractEventLoop
 ) -> DisplayServices:
-    """Open what is to be seen, the 3D scene with it."""
+    """Open the views and, unless it is switched off, the 3D pane."""
     boot_id = secrets.token_hex(6)
-    hub = FrameHub(clock=ground.clock)
+    hub = FrameHub(clock=foundation.clock)
     streams = LiveStreams(hub, boot_id=boot_id)
-    ground.stack.callback(streams.close)
+    foundation.stack.callback(streams.close)
     return DisplayServices(
         boot_id=boot_id,
         hub=hub,
         tap=FrameTap(hub),
         streams=streams,
-        viewer=_open_viewer(ground, loop=loop),
-        overlay=GazeOverlay(lambda: lore.calibration.current),
+        viewer=_open_viewer(foundation, loop=loop),
+        overlay=GazeOverlay(lambda: knowledge.calibration.current),
     )
 
 
-def _open_viewer(ground: ServerFoundation, *, loop: asyncio.AbstractEventLoop) -> SceneViewer | None:
-    if not ground.settings.viewer:
+def _open_viewer(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoop) -> SceneViewer | None:
+    if not foundation.settings.viewer:
         return None
-    scene, events = ViewerScene(), ground.events
+    scene, events = ViewerScene(), foundation.events
     try:
         scene.start()
     except (FoveaError, OSError) as error:
         _log.warning("the 3D pane could not be started: %s", error)
         events.emit("viewer.failed", f"the 3D pane could not be started: {error}", level=EventLevel.WARNING)
         return None
-    ground.stack.callback(scene.stop)
+    foundation.stack.callback(scene.stop)
 
     async def on_select(fixation_id: str) -> None:
         events.emit("fixation.selected", f"{fixation_id} was clicked", data={"fixation_id": fixation_id})

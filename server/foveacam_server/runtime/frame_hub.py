@@ -1,7 +1,7 @@
-"""The newest picture of every view: published from any thread, watched from event loops.
+"""Holds the newest picture of every view: published from any thread, subscribed to from event loops.
 
-Latest wins and nothing queues. Encoding is the encoder's, sending the streams', and what an overlay
-means the publisher's.
+Latest wins and nothing queues. Encoding is left to the encoder, sending to the streams, and the meaning of an
+overlay to its publisher.
 """
 
 import asyncio
@@ -19,7 +19,7 @@ from foveacam_server.runtime.view_state import VIEWS, ViewPicture, ViewSpec, Vie
 
 @dataclass(eq=False, slots=True)
 class ViewSubscription:
-    """An event loop's interest in some views; `close` ends it, harmless when ended."""
+    """A subscription of an event loop to some views; `close` ends it, also a second time."""
 
     hub: "FrameHub"
     loop: asyncio.AbstractEventLoop
@@ -27,12 +27,12 @@ class ViewSubscription:
     wake: Callable[[str], None]
 
     def close(self) -> None:
-        """End the interest."""
+        """End the subscription."""
         self.hub.forget(self)
 
 
 class FrameHub:
-    """Named views, the newest picture of each, and who wants to hear of the next."""
+    """Named views, the newest picture of each, and the subscriptions to them."""
 
     def __init__(self, *, clock: Clock, views: Sequence[ViewSpec] = VIEWS) -> None:
         self._clock = clock
@@ -81,7 +81,7 @@ class FrameHub:
                 t_ns=t_ns,
                 meta=meta,
             )
-            news = state.take(picture, now_ns=self._clock.now_ns())
+            news = state.add(picture, now_ns=self._clock.now_ns())
             loops = {watch.loop for watch in self._watches if view in watch.views} if news else set()
             loops = {loop for loop in loops if (loop, view) not in self._waking}
             self._waking |= {(loop, view) for loop in loops}
@@ -107,7 +107,7 @@ class FrameHub:
         return self.names.index(self._state(view).spec.name)
 
     def status(self, view: str) -> ViewStatus:
-        """Return how `view` is doing now."""
+        """Return size, rate and age of `view` now."""
         state = self._state(view)
         with self._lock:
             now_ns = self._clock.now_ns()
@@ -124,13 +124,13 @@ class FrameHub:
             )
 
     def watched(self, view: str) -> bool:
-        """Tell whether anybody wants to hear of `view`, so that idle views need not be made."""
+        """Return whether `view` has a subscriber; pictures of others need not be computed."""
         self._state(view)
         with self._lock:
             return self._states[view].watched_ns is not None
 
     def wants_every(self, view: str) -> bool:
-        """Tell that nobody does: viewers take the newest picture and let others go."""
+        """Return False: viewers take the newest picture and drop others."""
         self._state(view)
         return False
 
@@ -145,7 +145,7 @@ class FrameHub:
         return watch
 
     def forget(self, watch: ViewSubscription) -> None:
-        """End a watch; harmless when it has ended."""
+        """End a subscription, also a second time."""
         with self._lock:
             self._watches.discard(watch)
             self._note_watched()
@@ -167,7 +167,7 @@ class FrameHub:
     def _call(self, loop: asyncio.AbstractEventLoop, view: str) -> None:
         try:
             loop.call_soon_threadsafe(self._wake, loop, view)
-        except RuntimeError:  # the loop closed without ending its watches
+        except RuntimeError:  # the loop closed without ending its subscriptions
             with self._lock:
                 self._waking.discard((loop, view))
                 self._watches = {watch for watch in self._watches if watch.loop is not loop}

@@ -1,4 +1,4 @@
-"""The rig as one job sees it: every look goes through the hardware thread, unless the job was cancelled."""
+"""How other threads use the rig: a bounded queue of commands, waiting for results, one job's head."""
 
 import queue
 from collections.abc import Callable
@@ -17,39 +17,39 @@ LENGTH = 32
 
 @dataclass(frozen=True, slots=True)
 class HardwareCommand(Generic[T]):
-    """One piece of work and where its answer goes."""
+    """Work for the hardware thread, and the future of its result."""
 
     work: Callable[[AssembledRig], T]
     answer: "Future[T]"
 
     def run(self, rig: AssembledRig) -> BaseException | None:
-        """Do the work unless nobody waits for it any more; return what went wrong."""
+        """Run the work unless its future was cancelled; return the error that it raised."""
         if not self.answer.set_running_or_notify_cancel():
             return None
         try:
             result = self.work(rig)
-        except Exception as error:  # noqa: BLE001 - whoever waits gets it, whatever it is; the thread lives on
+        except Exception as error:  # noqa: BLE001 - the future carries it, whatever it is; the thread goes on
             self.refuse(error)
             return error
         self.answer.set_result(result)
         return None
 
     def refuse(self, error: BaseException) -> None:
-        """Answer with an error."""
+        """Set an error as the result."""
         try:
             self.answer.set_exception(error)
         except InvalidStateError:
-            return  # cancelled meanwhile: nobody listens
+            return  # cancelled meanwhile: nobody waits
 
 
 class CommandQueue:
-    """First come, first served; full means busy."""
+    """First come, first served; bounded."""
 
     def __init__(self) -> None:
         self._waiting: queue.Queue[HardwareCommand[object]] = queue.Queue(maxsize=LENGTH)
 
     def put(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
-        """Enqueue `work`; raise `Busy` when too much waits already."""
+        """Enqueue `work`; raise `Busy` when the queue is full."""
         answer: Future[T] = Future()
         command: HardwareCommand[object] = HardwareCommand(work, answer)  # type: ignore[arg-type]  # the queue mixes result types
         try:
@@ -63,14 +63,14 @@ class CommandQueue:
         return answer
 
     def take(self, *, timeout_s: float) -> HardwareCommand[object] | None:
-        """Return the next command, or None when none came in time."""
+        """Remove and return the next command; None when none came in time."""
         try:
             return self._waiting.get(timeout=timeout_s) if timeout_s > 0 else self._waiting.get_nowait()
         except queue.Empty:
             return None
 
     def refuse_all(self, error: FoveaError) -> None:
-        """Answer everything that waits with `error`."""
+        """Set `error` as the result of every command that waits."""
         while (command := self.take(timeout_s=0.0)) is not None:
             command.refuse(error)
 
@@ -80,7 +80,7 @@ DEADLINE_S = 10.0
 
 
 class LookProvider(Protocol):
-    """What a session asks of the hardware thread."""
+    """What one job's head needs of the hardware thread."""
 
     def look(
         self, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
@@ -98,7 +98,7 @@ class LookProvider(Protocol):
 
 
 class ExclusiveHead:
-    """Implements `Head` for one job."""
+    """Implements `Head` for one job: looks go through the hardware thread, until the job is cancelled."""
 
     def __init__(
         self, looker: LookProvider, *, cancelled: Callable[[], bool], one_eyed: bool = False
@@ -108,7 +108,7 @@ class ExclusiveHead:
         self._one_eyed = one_eyed
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        """Steer, settle, expose, and return what all three cameras saw."""
+        """Steer, settle, expose, and return the frames of all three cameras."""
         self._check()
         answer = self._looker.look(volts, settle_us=settle_us, one_eyed=self._one_eyed)
         return answer_of(answer, asked="a look")
@@ -137,7 +137,7 @@ class ExclusiveHead:
 
 
 def answer_of(answer: "Future[T]", *, asked: str, within_s: float = DEADLINE_S) -> T:
-    """Wait for a command's answer, for so long and no longer."""
+    """Return the result of a command; raise `Timeout` when it has none within `within_s`."""
     try:
         return answer.result(within_s)
     except FutureTimeout:

@@ -1,4 +1,4 @@
-"""Jobs as rows: what survives a restart, and what was interrupted by one."""
+"""Reads and writes jobs as rows of the database; ends those that a restart interrupted."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -13,7 +13,7 @@ from foveacam_server.runtime.store import Document, JobRow, Store
 
 
 class JobState(StrEnum):
-    """Where a job stands."""
+    """State of a job."""
 
     QUEUED = "queued"
     RUNNING = "running"
@@ -24,13 +24,13 @@ class JobState(StrEnum):
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more will happen."""
+        """Whether the job has ended."""
         return self in (JobState.CANCELLED, JobState.FAILED, JobState.SUCCEEDED)
 
 
 @dataclass(slots=True, kw_only=True)
 class Job:
-    """One piece of long work; changed by its runner alone."""
+    """Long work that a request started; changed by its runner alone."""
 
     id: str
     kind: str
@@ -69,7 +69,7 @@ class JobTable:
         self._store = store
 
     def end_interrupted(self) -> int:
-        """Fail what a restart interrupted; return how many. Nothing moves that nobody asked for just now."""
+        """Fail the jobs that a restart interrupted, so that nothing moves unasked; return how many."""
         problem = ProblemDetails(
             kind=INTERRUPTED,
             detail="The job was interrupted by a restart of the server.",
@@ -83,7 +83,7 @@ class JobTable:
         return len(found)
 
     def add(self, job: Job) -> Job:
-        """Write a new job down; return the earlier one that has its idempotency key, if there is one."""
+        """Add a job; return the earlier one with its idempotency key instead, if there is one."""
         with self._store.session() as session:
             if job.idempotency_key is not None:
                 query = select(JobRow).where(JobRow.idempotency_key == job.idempotency_key)
@@ -102,14 +102,14 @@ class JobTable:
             )
         return job
 
-    def keyed(self, idempotency_key: str) -> bool:
-        """Tell whether a job has this key."""
+    def has_key(self, idempotency_key: str) -> bool:
+        """Return whether a job has this idempotency key."""
         with self._store.session() as session:
             query = select(JobRow.seq).where(JobRow.idempotency_key == idempotency_key)
             return session.scalars(query).first() is not None
 
     def save(self, job: Job) -> None:
-        """Write down how the job stands."""
+        """Write the job's present state."""
         values = {
             "state": job.state.value,
             "started_utc": job.started_utc,

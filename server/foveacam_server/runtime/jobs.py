@@ -1,6 +1,6 @@
-"""Runs jobs one after the other on one thread: one rig, one worker. Cancel works at every step.
+"""Runs jobs one after the other on one thread, as they share one rig; they can be cancelled at every step.
 
-Jobs that leave the rig alone may run beside these, each on a thread of its own.
+Jobs that do not move the rig may run in parallel, each on a thread of its own.
 """
 
 import asyncio
@@ -21,11 +21,11 @@ from foveacam_server.runtime.store import Document, Store
 _log = logging.getLogger(__name__)
 
 WAITING = 16
-"""Jobs that may wait; more is a mistake of the caller."""
+"""Jobs that may wait; further ones are refused."""
 
 
 class JobContext:
-    """What a running job may do: report, and notice that it was cancelled."""
+    """What a running job gets: it reports progress and asks whether it was cancelled."""
 
     def __init__(self, runner: "JobRunner", job: Job, *, clock: Clock) -> None:
         self._runner = runner
@@ -35,22 +35,22 @@ class JobContext:
         self.job = job
 
     def cancelled(self) -> bool:
-        """Tell whether the job shall end."""
+        """Return whether the job was cancelled."""
         return self._runner.is_cancelled(self.job.id)
 
     def check(self) -> None:
-        """Raise `Cancelled` when the job shall end."""
+        """Raise `Cancelled` when the job was cancelled."""
         if self.cancelled():
             raise Cancelled("the job was cancelled")
 
     def stage(self) -> None:
-        """Begin another part of the work: what its first report calls done was done before."""
+        """Start another part of the work: what its first report counts as done was done before."""
         self._done_before = None
 
     def progress(self, done: int, *, total: int, note: str = "", left_s: float | None = None) -> None:
-        """Report `done` of `total`; the time left follows from the time so far, unless it is known."""
+        """Report `done` of `total`; the time left is extrapolated unless `left_s` is given."""
         job = self.job
-        if self._done_before is None or (job.total and total != job.total):  # another thing is counted now
+        if self._done_before is None or (job.total and total != job.total):  # something else is counted now
             self._began_ns, self._done_before = self._clock.now_ns(), done
         job.done, job.total, job.note = done, total, note
         spent_s = (self._clock.now_ns() - self._began_ns) / 1e9
@@ -58,11 +58,11 @@ class JobContext:
         if left_s is None and here > 0 and total:
             left_s = spent_s / here * (total - done)
         job.eta_s = None if left_s is None else round(left_s, 2)
-        self._runner.told(job)
+        self._runner.report(job)
 
 
 Handler = Callable[[JobContext], str]
-"""Does a job's work and returns the URL of its result."""
+"""Runs a job and returns the URL of its result."""
 
 
 class JobRunner:
@@ -73,43 +73,43 @@ class JobRunner:
         self._events = events
         self._clock = clock
         self._handlers: dict[str, Handler] = {}
-        self._beside: set[str] = set()
-        self._helpers: set[threading.Thread] = set()
+        self._parallel: set[str] = set()
+        self._threads: set[threading.Thread] = set()
         self._waiting: queue.Queue[Job | None] = queue.Queue()
         self._lock = threading.Lock()
         self._open: dict[str, Job] = {}
         self._unsaved: dict[str, Job] = {}
-        """Jobs that ended on a disk that took nothing."""
+        """Jobs that ended and could not be written to the disk."""
         self._cancelled: dict[str, str] = {}
         self._endings: dict[str, Future[Job]] = {}
         self.interrupted = self._table.end_interrupted()
         self._thread = threading.Thread(target=self._run, name="foveacam-jobs", daemon=True)
 
-    def handle(self, kind: str, handler: Handler, *, beside: bool = False) -> None:
-        """Let `handler` do the jobs of `kind`; before `start`.
+    def handle(self, kind: str, handler: Handler, *, parallel: bool = False) -> None:
+        """Register the handler of the jobs of `kind`; before `start`.
 
-        `beside`: they move nothing. They wait for no other job and none waits for them, and the stop lets
-        them go on.
+        `parallel`: they do not move the rig. They wait for no other job, no job waits for them, and the stop
+        does not cancel them.
         """
         self._handlers[kind] = handler
-        if beside:
-            self._beside.add(kind)
+        if parallel:
+            self._parallel.add(kind)
 
     def start(self) -> None:
-        """Begin to work."""
+        """Start the worker thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """Cancel what there is and end the thread."""
+        """Cancel all jobs and end the threads."""
         reason = "the server is shutting down"
         self.cancel_all(reason)
         with self._lock:
-            helpers = list(self._helpers)
-            beside = [job.id for job in self._open.values() if job.kind in self._beside]
-        for job_id in beside:
+            threads = list(self._threads)
+            parallel = [job.id for job in self._open.values() if job.kind in self._parallel]
+        for job_id in parallel:
             self.cancel(job_id, reason)
         self._waiting.put(None)
-        for thread in (self._thread, *helpers):
+        for thread in (self._thread, *threads):
             if thread.is_alive():
                 thread.join(timeout=15.0)
         self._save_ended()
@@ -151,19 +151,19 @@ class JobRunner:
         with self._lock:
             self._open[job.id] = job
             self._endings[job.id] = Future()
-        self._tell(job)
-        if kind in self._beside:
-            self._help(job)
+        self._emit(job)
+        if kind in self._parallel:
+            self._run_in_parallel(job)
         else:
             self._waiting.put(job)
         return job
 
-    def keyed(self, idempotency_key: str | None) -> bool:
-        """Tell whether a job was asked for with this key before: `submit` then asks for nothing new."""
-        return idempotency_key is not None and self._table.keyed(idempotency_key)
+    def has_key(self, idempotency_key: str | None) -> bool:
+        """Return whether an earlier job has this key, so that `submit` would return that one."""
+        return idempotency_key is not None and self._table.has_key(idempotency_key)
 
     def get(self, job_id: str) -> Job:
-        """Return one job, as it stands now."""
+        """Return a job in its present state or raise `NotFound`."""
         with self._lock:
             job = self._open.get(job_id) or self._unsaved.get(job_id)
         return job or self._table.get(job_id)
@@ -176,12 +176,12 @@ class JobRunner:
 
     @property
     def open_jobs(self) -> int:
-        """How many wait or run."""
+        """Number of jobs that wait or run."""
         with self._lock:
             return len(self._open)
 
     async def ended(self, job_id: str, *, timeout_s: float) -> Job:
-        """Wait for a job to end, for so long and no longer; return it as it then stands."""
+        """Wait for a job to end, at most `timeout_s`; return it in its state then."""
         with self._lock:
             ending = self._endings.get(job_id)
         if ending is not None:
@@ -189,7 +189,7 @@ class JobRunner:
         return self.get(job_id)
 
     def cancel(self, job_id: str, reason: str = "it was cancelled on request") -> Job:
-        """Ask a job to end; harmless when it has ended."""
+        """Cancel a job, unless it has ended."""
         job = self.get(job_id)
         with self._lock:
             if job_id not in self._open:
@@ -197,48 +197,48 @@ class JobRunner:
             self._cancelled.setdefault(job_id, reason)
             if job.state is JobState.RUNNING:
                 job.state = JobState.CANCELLING
-        self._tell(job)
+        self._emit(job)
         return job
 
     def cancel_all(self, reason: str) -> None:
-        """Ask every job that may move the rig to end, without a word to the database."""
+        """Cancel every job that may move the rig, without using the database."""
         with self._lock:
             for job in self._open.values():
-                if job.kind in self._beside:
+                if job.kind in self._parallel:
                     continue
                 self._cancelled.setdefault(job.id, reason)
                 if job.state is JobState.RUNNING:
                     job.state = JobState.CANCELLING
 
     def is_cancelled(self, job_id: str) -> bool:
-        """Tell whether a job was asked to end."""
+        """Return whether a job was cancelled."""
         return job_id in self._cancelled
 
-    def told(self, job: Job) -> None:
-        """Pass on a job's progress."""
-        self._tell(job)
+    def report(self, job: Job) -> None:
+        """Emit the job's progress."""
+        self._emit(job)
 
     def _run(self) -> None:
         while (job := self._waiting.get()) is not None:
             self._do(job)
 
-    def _help(self, job: Job) -> None:
-        """Begin a job on a thread of its own."""
+    def _run_in_parallel(self, job: Job) -> None:
+        """Start a job on a thread of its own."""
 
-        def help_() -> None:
+        def run() -> None:
             self._do(job)
             with self._lock:
-                self._helpers.discard(threading.current_thread())
+                self._threads.discard(threading.current_thread())
 
-        thread = threading.Thread(target=help_, name=f"foveacam-{job.kind}", daemon=True)
+        thread = threading.Thread(target=run, name=f"foveacam-{job.kind}", daemon=True)
         with self._lock:
-            self._helpers.add(thread)
+            self._threads.add(thread)
         thread.start()
 
     def _do(self, job: Job) -> None:
         try:
             self._work(job)
-        except Exception:  # noqa: BLE001 - the worker must outlive a database that fails
+        except Exception:  # noqa: BLE001 - the worker goes on when the database fails
             _log.exception("job %s could not be written down", job.id)
         finally:
             self._forget(job)
@@ -252,11 +252,11 @@ class JobRunner:
             job.state = JobState.SUCCEEDED
         except Cancelled as error:
             self._ended_early(job, str(error))
-        except Stopped as error:  # the mirrors refuse before the stop has come round to cancel the job
+        except Stopped as error:  # the mirrors refuse before the stop has cancelled the job
             self._ended_early(job, error.found or str(error))
         except FoveaError as error:
             self._failed(job, error)
-        except Exception as error:  # noqa: BLE001 - a job's outermost frame: the worker lives on
+        except Exception as error:  # noqa: BLE001 - a job's outermost frame: the worker goes on
             _log.exception("job %s (%s) failed unexpectedly", job.id, job.kind)
             self._failed(job, error)
         job.ended_utc = utc_now()
@@ -264,10 +264,10 @@ class JobRunner:
         with self._lock:
             self._unsaved[job.id] = job
         self._save_ended()
-        self._tell(job)
+        self._emit(job)
 
     def _save_ended(self) -> None:
-        """Write down what has ended; what the disk does not take is known here until it does."""
+        """Write the jobs that have ended; those that the disk does not take stay in memory until it does."""
         with self._lock:
             ended = list(self._unsaved.values())
         try:
@@ -283,12 +283,12 @@ class JobRunner:
             job.state = JobState.RUNNING
             job.started_utc = utc_now()
         self._table.save(job)
-        self._tell(job)
+        self._emit(job)
 
     def _ended_early(self, job: Job, otherwise: str) -> None:
         reason = self._cancelled.get(job.id, otherwise)
         job.problem = _problem(Cancelled(f"The job was cancelled: {reason}."))
-        job.state = JobState.CANCELLED  # last: whoever sees that it has ended finds why
+        job.state = JobState.CANCELLED  # last: a reader that sees the end finds the reason
 
     def _failed(self, job: Job, error: Exception) -> None:
         job.problem = _problem(error)
@@ -302,7 +302,7 @@ class JobRunner:
         if ending is not None:
             ending.set_result(job)
 
-    def _tell(self, job: Job) -> None:
+    def _emit(self, job: Job) -> None:
         message = f"{job.kind} {job.id}: {job.state.value}"
         if job.problem is not None:
             message = f"{message}: {job.problem.detail}"

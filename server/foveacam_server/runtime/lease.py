@@ -1,4 +1,4 @@
-"""Who may move the rig: everybody until somebody takes the lease, then they, for as long as heard of."""
+"""The control lease: while a client holds and renews it, only that client may move the rig."""
 
 import secrets
 import threading
@@ -9,7 +9,7 @@ from foveacam_server.api.models import LeaseDocument, LeaseGrant
 from foveacam_server.runtime.events import EventLevel, EventLog
 
 LIFETIME_S = 15.0
-"""How long a lease lasts after it was last heard of."""
+"""How long a lease lasts after it was taken or renewed."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -20,7 +20,7 @@ class _Held:
 
 
 class Lease:
-    """One holder at a time, by heartbeat; in memory, so a restart frees it."""
+    """One holder at a time, who must renew it; in memory, so that a restart frees it."""
 
     def __init__(self, *, clock: Clock, events: EventLog) -> None:
         self._clock = clock
@@ -37,7 +37,7 @@ class Lease:
             )
 
     def take(self, holder: str, *, take_over: bool) -> LeaseGrant:
-        """Give the lease to `holder`; from another holder only with `take_over`, which is written down."""
+        """Give the lease to `holder`; from another holder only with `take_over`; emit an event."""
         with self._lock:
             before = self._current()
             if before is not None and not take_over:
@@ -61,7 +61,7 @@ class Lease:
         return granted
 
     def renew(self, token: str | None) -> LeaseGrant:
-        """Extend the lease that `token` belongs to."""
+        """Renew the lease that `token` belongs to."""
         with self._lock:
             held = self._require(token, "keep the lease")
             held.expires_ns = self._clock.now_ns() + round(LIFETIME_S * 1e9)
@@ -79,7 +79,7 @@ class Lease:
         )
 
     def check(self, token: str | None) -> None:
-        """Let a moving request pass, or raise `Busy` naming the holder."""
+        """Raise `Busy`, naming the holder, when somebody else holds the lease."""
         with self._lock:
             held = self._current()
             if held is not None and not _same(token, held.token):

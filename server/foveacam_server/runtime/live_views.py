@@ -1,4 +1,4 @@
-"""Keeps the views alive while nobody works with the rig: when a wide frame and a look are due."""
+"""Paces the live views: decides when a wide frame and a look are due, and publishes their frames."""
 
 import threading
 from collections import deque
@@ -10,16 +10,16 @@ from foveacam_server.runtime.ports import AssembledRig, PictureSink
 from foveacam_server.runtime.rig_status import FrameRate
 
 SESSION_WIDE_HZ = 4.0
-"""Wide frames while a job works: its own looks bring more."""
+"""Rate of wide frames while a job runs, whose own looks bring more."""
 IDLE_WIDE_HZ = 2.0
 IDLE_FOVEA_HZ = 1.0
-"""Rates while nobody watches: snapshots stay fresh and a lost device is noticed, at little cost."""
+"""Rates without a viewer: snapshots stay fresh and a lost device is noticed, at little cost."""
 EVERY_WIDE_HZ = 120.0
 EVERY_FOVEA_HZ = 1000.0
-"""Limits while somebody records: looks follow each other as fast as they are over, and between them the
-wide camera's frames are read one after the other."""
+"""Limits during a recording: looks follow each other at once, and the wide camera's frames between them are
+all read."""
 LIVE_AGE_MS = 500.0
-"""Older than this, a live wide frame is waited for: the camera has stalled."""
+"""Largest age of a live wide frame; after it a new one is awaited, as the camera may have stalled."""
 LONGEST_WAIT_S = 0.1
 RECENT_FRAMES, RECENT_APART_NS = 12, 50_000_000
 """Wide frames kept for clicks that come late, and how far apart they are at least: 0.6 s and more."""
@@ -27,7 +27,7 @@ WIRE_SEQ_MASK = 0xFFFF_FFFF
 """Frame numbers go to viewers as 32 bits."""
 
 OverlayOf = Callable[[StereoVolts | None], Mapping[str, object] | None]
-"""What is drawn over the wide view under a gaze, or while nobody knows it."""
+"""Returns what is drawn over the wide view for a gaze; None: the gaze is unknown."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +59,7 @@ class RecentFrames:
 
 
 class LiveViews:
-    """Paces the live views and counts what they show. Called by the hardware thread alone."""
+    """Paces the live views and measures their rates. Called by the hardware thread alone."""
 
     def __init__(self, *, sink: PictureSink, clock: Clock, limits: LiveRates, overlay: OverlayOf) -> None:
         self.rates = {role: FrameRate() for role in Role}
@@ -72,11 +72,11 @@ class LiveViews:
         self._look_due_ns = 0
 
     def show_sighting(self, sighting: Sighting, *, in_session: bool) -> None:
-        """Publish what one look saw; its wide frame is as good as a live one.
+        """Publish the frames of one look; its wide frame counts as a live one.
 
-        In a session the next look comes soon: a live frame due before it would only keep it waiting.
+        In a session the next look comes soon, and a live frame before it would only delay it.
         """
-        self.wide_begins(in_session=in_session)
+        self.start_wide_period(in_session=in_session)
         overlay = self._overlay(sighting.volts)
         for frame in sighting.wide_before if self._sink.wants_every(Role.WIDE.value) else ():
             self._show(frame, meta=overlay)
@@ -86,15 +86,15 @@ class LiveViews:
                 self._show(frame)
 
     def wide_due(self) -> bool:
-        """Tell whether a wide frame is due."""
+        """Return whether a wide frame is due."""
         return self._clock.now_ns() >= self._wide_due_ns
 
     def look_due(self) -> bool:
-        """Tell whether a look for the live fovea views is due."""
+        """Return whether a look for the live fovea views is due."""
         return self._clock.now_ns() >= self._look_due_ns
 
-    def wide_begins(self, *, in_session: bool) -> None:
-        """Begin a new period of the wide view."""
+    def start_wide_period(self, *, in_session: bool) -> None:
+        """Start a period of the wide view."""
         rate_hz = self._limits.wide_hz
         if self._sink.wants_every(Role.WIDE.value):
             rate_hz = EVERY_WIDE_HZ
@@ -104,10 +104,10 @@ class LiveViews:
             rate_hz = min(rate_hz, SESSION_WIDE_HZ)
         self._wide_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
 
-    def take_wide(
+    def show_wide(
         self, rig: AssembledRig, *, gaze: StereoVolts | None, max_age_ms: float = LIVE_AGE_MS
     ) -> Frame:
-        """Show and return the newest wide frame, after those that wait where somebody wants all."""
+        """Publish and return the newest wide frame; during a recording also those that wait before it."""
         overlay = self._overlay(gaze)
         for _ in range(rig.wide.waiting if self._sink.wants_every(Role.WIDE.value) else 0):
             self._show(rig.wide.read(), meta=overlay)
@@ -115,8 +115,8 @@ class LiveViews:
         self._show(frame, meta=overlay)
         return frame
 
-    def look_begins(self) -> None:
-        """Begin a new period of the live fovea views."""
+    def start_look_period(self) -> None:
+        """Start a period of the live fovea views."""
         rate_hz = self._limits.fovea_hz
         if self._for_a_fovea(self._sink.wants_every):
             rate_hz = EVERY_FOVEA_HZ
@@ -125,7 +125,7 @@ class LiveViews:
         self._look_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
 
     def wait_s(self, *, wide: bool, looks: bool) -> float:
-        """Return how long nothing is due, of what is wanted."""
+        """Return the time until a wide frame or a look is due, of those that are enabled."""
         now_ns = self._clock.now_ns()
         wanted = [(self._wide_due_ns, wide), (self._look_due_ns, looks)]
         waits_s = [(due_ns - now_ns) / 1e9 for due_ns, is_wanted in wanted if is_wanted]

@@ -1,4 +1,4 @@
-"""Mosaics of captures as jobs beside the rig: made in a process of their own, shown, put into the scene."""
+"""Computes mosaics of captures as jobs in child processes; serves them and shows them in the 3D scene."""
 
 import json
 import threading
@@ -6,6 +6,8 @@ from dataclasses import asdict
 
 from foveacam_hardware.contract import FoveaError, NotConnected
 from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_server.api.models import Problem
+from foveacam_server.api.mosaic_models import MadeMosaic, MosaicDocument, MosaicNeedsDocument, State
 from foveacam_server.capturing.capture_collection import MOSAICS, StoredCapture
 from foveacam_server.capturing.mosaic_collection import MosaicCollection, StoredMosaic, recipe_in
 from foveacam_server.capturing.mosaic_documents import (
@@ -32,63 +34,68 @@ PROCESS = "foveacam_server.capturing.mosaic_process"
 
 
 class MosaicService:
-    """One door to the mosaics of this data directory."""
+    """All that REST offers of the mosaics of this data directory."""
 
     def __init__(self, tools: DerivedProductTools, viewer: SceneViewer | None) -> None:
-        """`viewer`: the 3D scene to show them in, if there is one."""
-        self.shelf = MosaicCollection(tools.captures.shelf.folder / MOSAICS)
+        """Open the collection; `viewer`: the 3D scene, if there is one."""
+        self.collection = MosaicCollection(tools.captures.collection.folder / MOSAICS)
         self._captures, self._viewer = tools.captures, viewer
         self._lock = threading.Lock()
         self._shown: str | None = None
         self._making = DerivedProductJobs(DerivedProduct(noun=NOUN, process=PROCESS, make=self._make), tools)
 
-    def start(self, capture_id: str, wish: MosaicSpec, *, idempotency_key: str | None = None) -> Job:
-        """Queue a mosaic, or the rest of one that was begun; refuse at once what cannot be made."""
+    def start(self, capture_id: str, spec: MosaicSpec, *, idempotency_key: str | None = None) -> Job:
+        """Queue a mosaic, or the rest of an unfinished one; raise at once when it cannot be computed."""
         return self._making.start(
             capture_id,
-            asdict(wish),
-            check=lambda kept: check_room(self._needs(kept, wish)),
+            asdict(spec),
+            check=lambda kept: check_room(self._needs(kept, spec)),
             idempotency_key=idempotency_key,
         )
 
-    def document(self, capture_id: str) -> Document:
-        """Return what there is of a capture's mosaic, and what one would take; raise NotFound."""
-        kept, made = self._captures.shelf.get(capture_id), self.shelf.made(capture_id)
-        making = self._making.document(capture_id)
-        begun = recipe_in(self.shelf.making(capture_id)) is not None
-        return {
-            "capture_id": capture_id,
-            "name": kept.name,
-            "state": _state(made, building=making["job_id"] is not None, begun=begun),
-            "outdated": made is not None and _outdated(kept.dataset, made),
-            **making,
-            **self._prospect(kept),
+    def get(self, capture_id: str) -> MosaicDocument:
+        """Return the state of a capture's mosaic and what computing one would take; raise NotFound."""
+        kept, made = self._captures.collection.get(capture_id), self.collection.made(capture_id)
+        job = self._making.running_job(capture_id)
+        begun = begun_as(self.collection.making(capture_id)) is not None
+        needs, refusal = self._outlook(kept)
+        return MosaicDocument(
+            capture_id=capture_id,
+            name=kept.name,
+            state=_state(made, building=job is not None, begun=begun),
+            outdated=made is not None and _outdated(kept.dataset, made),
+            job_id=None if job is None else job.id,
+            progress=None if job is None else job.progress,
+            needs=needs,
+            refusal=refusal,
             **choices_document(kept.dataset),
-            "in_scene": self._shown == capture_id,
-            "made": None if made is None else made_document(capture_id, made, kept.dataset),
-            "url": mosaic_url(capture_id),
-        }
+            in_scene=self._shown == capture_id,
+            made=None
+            if made is None
+            else MadeMosaic.model_validate(made_document(capture_id, made, kept.dataset)),
+            url=mosaic_url(capture_id),
+        )
 
-    def at_url(self, url: str) -> Document:
-        """Return the document that a job's result URL names."""
-        return self.document(url.split("/")[-2])
+    def get_by_url(self, url: str) -> MosaicDocument:
+        """Return the mosaic that a job's result URL names."""
+        return self.get(url.split("/")[-2])
 
     def remove(self, capture_id: str) -> None:
-        """Remove a capture's mosaic, half made ones too; refused while one is being made."""
-        self._captures.shelf.get(capture_id)
+        """Remove a capture's mosaic and an unfinished one; raise `Busy` while one is being computed."""
+        self._captures.collection.get(capture_id)
         self.check_idle(capture_id, "remove its mosaic")
         self.hide(capture_id)
-        self.shelf.remove(capture_id)
-        self._making.tell("removed", "a mosaic was removed", capture_id)
+        self.collection.remove(capture_id)
+        self._making.emit("removed", "a mosaic was removed", capture_id)
 
     def check_idle(self, capture_id: str, asked: str) -> None:
-        """Raise Busy while a mosaic of this capture is being made."""
+        """Raise Busy while a mosaic of this capture is being computed."""
         self._making.check_idle(capture_id, asked)
 
     def show(self, capture_id: str) -> None:
-        """Put the mosaic's surface into the 3D scene, in the place of another's."""
-        kept, made = self._captures.shelf.get(capture_id), self.shelf.require(capture_id)
-        content = self.shelf.file(capture_id, "mesh.glb").read_bytes()
+        """Show the mosaic's surface in the 3D scene instead of another's."""
+        kept, made = self._captures.collection.get(capture_id), self.collection.require(capture_id)
+        content = self.collection.file(capture_id, "mesh.glb").read_bytes()
         if self._viewer is None:
             raise NotConnected(
                 "there is no 3D scene: it is switched off, or could not be started; open mesh.glb elsewhere",
@@ -100,38 +107,38 @@ class MosaicService:
             stand, middle = viewpoint_of(made)
             self._viewer.show_field(content, from_rig_m=stand, to_rig_m=middle)
             self._shown = capture_id
-        self._making.tell("shown", f"the mosaic of capture {kept.name} is in the 3D scene", capture_id)
+        self._making.emit("shown", f"the mosaic of capture {kept.name} is in the 3D scene", capture_id)
 
     def hide(self, capture_id: str) -> None:
-        """Take it out of the 3D scene; harmless when it is not there."""
+        """Remove the surface from the 3D scene, if it is there."""
         with self._lock:
             if self._shown != capture_id:
                 return
             if self._viewer is not None:
                 self._viewer.remove_field()
             self._shown = None
-        self._making.tell("hidden", "a mosaic is out of the 3D scene", capture_id)
+        self._making.emit("hidden", "a mosaic is out of the 3D scene", capture_id)
 
-    def _make(self, kept: StoredCapture, wish: Document, run: Run) -> str:
-        run([str(kept.folder), str(self.shelf.prepare(kept.id)), json.dumps(wish)])
+    def _make(self, kept: StoredCapture, spec: Document, run: Run) -> str:
+        run([str(kept.folder), str(self.collection.prepare(kept.id)), json.dumps(spec)])
         self.hide(kept.id)
-        self.shelf.finish(kept.id)
+        self.collection.finish(kept.id)
         return mosaic_url(kept.id)
 
-    def _prospect(self, kept: StoredCapture) -> Document:
+    def _outlook(self, kept: StoredCapture) -> tuple[MosaicNeedsDocument | None, Problem | None]:
         """Return what a mosaic of the left eye would take, or why there can be none."""
         try:
             needs = self._needs(kept, MosaicSpec())
             check_room(needs)
         except FoveaError as error:
-            return {"needs": None, "refusal": problem_of(error).document()}
-        return {"needs": asdict(needs), "refusal": None}
+            return None, Problem.model_validate(problem_of(error).document())
+        return MosaicNeedsDocument.model_validate(asdict(needs)), None
 
-    def _needs(self, kept: StoredCapture, wish: MosaicSpec) -> MosaicNeeds:
-        return needs_of(self._making.ended_dataset(kept), wish, self.shelf.folder.parent)
+    def _needs(self, kept: StoredCapture, spec: MosaicSpec) -> MosaicNeeds:
+        return needs_of(self._making.ended_dataset(kept), spec, self.collection.folder.parent)
 
 
-def _state(made: StoredMosaic | None, *, building: bool, begun: bool) -> str:
+def _state(made: StoredMosaic | None, *, building: bool, begun: bool) -> State:
     if building:
         return "building"
     if made is not None:
@@ -140,7 +147,7 @@ def _state(made: StoredMosaic | None, *, building: bool, begun: bool) -> str:
 
 
 def _outdated(dataset: Dataset | None, made: StoredMosaic) -> bool:
-    """Tell whether the capture has grown since: a dataset's points are never changed, only added."""
+    """Return whether points were added to the capture since; points never change."""
     if dataset is None:
         return False
     settings = made.document["recipe"]["settings"]

@@ -1,4 +1,4 @@
-"""Short ids and the moments that documents show."""
+"""Makes short ids and UTC times for stored and displayed records."""
 
 import secrets
 from datetime import UTC, datetime
@@ -10,12 +10,12 @@ def new_id(prefix: str) -> str:
 
 
 def utc_now() -> str:
-    """Return the wall clock, ISO 8601 in UTC. For documents alone; durations use the injected clock."""
+    """Return the wall clock, ISO 8601 in UTC. For display and records; durations use the injected clock."""
     return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 def age_s(utc: str) -> float:
-    """Return how long ago the moment `utc` was by the wall clock, seconds, never negative."""
+    """Return the age of the time `utc` by the wall clock, seconds, never negative."""
     moment = datetime.fromisoformat(utc)
     if moment.tzinfo is None:
         moment = moment.replace(tzinfo=UTC)

@@ -1,4 +1,4 @@
-"""Builds everything of a running server in one order, and registers its closing in the reverse."""
+"""Opens all services of a running server in order, and registers their closing in the reverse order."""
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
@@ -21,7 +21,7 @@ from foveacam_server.runtime.calibration_records import CalibrationRecords
 from foveacam_server.runtime.calibration_runs import CalibrationJobTools
 from foveacam_server.runtime.calibration_session_service import CalibrationSessionService
 from foveacam_server.runtime.clouds import CloudCollection
-from foveacam_server.runtime.collection_services import live_rates, open_collected
+from foveacam_server.runtime.collection_services import live_rates, open_collections
 from foveacam_server.runtime.compute_queue import ComputeQueue
 from foveacam_server.runtime.drift_checks import DriftChecks
 from foveacam_server.runtime.fixations import FixationService, FixationTools
@@ -29,9 +29,9 @@ from foveacam_server.runtime.foundation import (
     DisplayServices,
     RigKnowledge,
     ServerFoundation,
-    lay_ground,
-    open_lore,
-    open_sights,
+    open_displays,
+    open_foundation,
+    open_rig_knowledge,
 )
 from foveacam_server.runtime.hardware import HardwareThread
 from foveacam_server.runtime.jobs import JobRunner
@@ -55,105 +55,113 @@ def rig_config(settings: Settings) -> SimulatedRigConfig | SerialRigConfig:
 
 
 def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.AbstractEventLoop) -> Services:
-    """Open all services; the rig itself opens behind, so that a missing device delays nobody."""
-    ground = lay_ground(settings, stack=stack)
-    lore = open_lore(ground)
-    sights = open_sights(ground, lore, loop=loop)
-    hardware = _hardware(ground, lore, sights)
-    jobs = JobRunner(ground.store, events=ground.events, clock=ground.clock)
-    calibrating = _open_calibrating(ground, lore, sights, hardware=hardware, jobs=jobs)
-    trigger_tests = _trigger_tests(ground, lore, hardware=hardware, jobs=jobs)
-    collected = open_collected(ground, lore, sights, hardware=hardware, jobs=jobs)
-    study = _open_study(ground, lore, sights, hardware=hardware, jobs=jobs)
-    stop, stopping = _stop(ground, hardware, jobs)
+    """Open all services; the rig opens on its own thread, so that a missing device delays nothing."""
+    foundation = open_foundation(settings, stack=stack)
+    knowledge = open_rig_knowledge(foundation)
+    displays = open_displays(foundation, knowledge, loop=loop)
+    hardware = _hardware(foundation, knowledge, displays)
+    jobs = JobRunner(foundation.store, events=foundation.events, clock=foundation.clock)
+    calibration = _open_calibration(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
+    trigger_tests = _trigger_tests(foundation, knowledge, hardware=hardware, jobs=jobs)
+    collected = open_collections(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
+    observation = _open_observation(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
+    stop, stopping = _stop(foundation, hardware, jobs)
     computing = ComputeQueue()
     stack.callback(computing.close)
     hardware.start()
-    _follow(ground, lore, sights, hardware)
+    _start_scene_follower(foundation, knowledge, displays, hardware)
     return Services(
         settings=settings,
-        boot_id=sights.boot_id,
-        clock=ground.clock,
-        store=ground.store,
-        events=ground.events,
-        lease=Lease(clock=ground.clock, events=ground.events),
-        hub=sights.hub,
-        streams=sights.streams,
+        boot_id=displays.boot_id,
+        clock=foundation.clock,
+        store=foundation.store,
+        events=foundation.events,
+        lease=Lease(clock=foundation.clock, events=foundation.events),
+        hub=displays.hub,
+        streams=displays.streams,
         hardware=hardware,
-        cameras=lore.cameras,
+        cameras=knowledge.cameras,
         trigger_tests=trigger_tests,
         pan_tilt=PanTiltService(hardware),
         rail=RailService(hardware),
-        settling=lore.settling,
+        settling=knowledge.settling,
         stop=stop,
         computing=computing,
         stopping=stopping,
-        calibration=lore.calibration,
-        records=calibrating.records,
-        sessions=calibrating.desk,
-        drift=calibrating.drift,
-        overlay=sights.overlay,
+        calibration=knowledge.calibration,
+        records=calibration.records,
+        sessions=calibration.sessions,
+        drift=calibration.drift,
+        overlay=displays.overlay,
         jobs=jobs,
-        clouds=study.clouds,
+        clouds=observation.clouds,
         captures=collected.captures,
         stills=collected.stills,
         recordings=collected.recordings,
         mosaics=collected.mosaics,
         references=collected.references,
-        fixations=study.fixations,
-        wide_depth=study.wide_depth,
-        measurements=study.measurements,
-        suggestions=SuggestionService(sights.hub),
-        viewer=sights.viewer,
+        fixations=observation.fixations,
+        wide_depth=observation.wide_depth,
+        measurements=observation.measurements,
+        suggestions=SuggestionService(displays.hub),
+        viewer=displays.viewer,
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Calibrating:
-    """What measures calibrations, and what keeps them."""
+class _CalibrationServices:
+    """Services that measure and store calibrations."""
 
-    desk: CalibrationSessionService
+    sessions: CalibrationSessionService
     drift: DriftChecks
     records: CalibrationRecords
 
 
-def _open_calibrating(
-    ground: ServerFoundation,
-    lore: RigKnowledge,
-    sights: DisplayServices,
+def _open_calibration(
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
     *,
     hardware: HardwareThread,
     jobs: JobRunner,
-) -> _Calibrating:
-    equipment = CalibrationJobTools(
+) -> _CalibrationServices:
+    tools = CalibrationJobTools(
         hardware=hardware,
-        calibration=lore.calibration,
+        calibration=knowledge.calibration,
         jobs=jobs,
-        sink=sights.tap,
-        events=ground.events,
-        clock=ground.clock,
-        settling=lore.settling,
+        sink=displays.tap,
+        events=foundation.events,
+        clock=foundation.clock,
+        settling=knowledge.settling,
     )
     sessions, drift = (
-        SessionCollection(lore.folder / "sessions"),
-        DriftChecks(lore.folder / "drift", equipment),
+        SessionCollection(knowledge.folder / "sessions"),
+        DriftChecks(knowledge.folder / "drift", tools),
     )
     records = CalibrationRecords(
-        lore.calibration, sessions=sessions, drift=drift.records, hardware=hardware, health=lore.health
+        knowledge.calibration,
+        sessions=sessions,
+        drift=drift.records,
+        hardware=hardware,
+        health=knowledge.health,
     )
-    return _Calibrating(desk=CalibrationSessionService(sessions, equipment), drift=drift, records=records)
+    return _CalibrationServices(
+        sessions=CalibrationSessionService(sessions, tools), drift=drift, records=records
+    )
 
 
 def _trigger_tests(
-    ground: ServerFoundation, lore: RigKnowledge, *, hardware: HardwareThread, jobs: JobRunner
+    foundation: ServerFoundation, knowledge: RigKnowledge, *, hardware: HardwareThread, jobs: JobRunner
 ) -> TriggerTests:
-    folder = lore.cameras_folder / "self_tests"
-    return TriggerTests(folder, cameras=lore.cameras, hardware=hardware, jobs=jobs, events=ground.events)
+    folder = knowledge.cameras_folder / "self_tests"
+    return TriggerTests(
+        folder, cameras=knowledge.cameras, hardware=hardware, jobs=jobs, events=foundation.events
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Study:
-    """What becomes of a look."""
+class _ObservationServices:
+    """Services that turn looks into fixations, clouds, wide depth and measurements."""
 
     clouds: CloudCollection
     fixations: FixationService
@@ -161,151 +169,155 @@ class _Study:
     measurements: MeasurementService
 
 
-def _hardware(ground: ServerFoundation, lore: RigKnowledge, sights: DisplayServices) -> HardwareThread:
-    settings = ground.settings
+def _hardware(
+    foundation: ServerFoundation, knowledge: RigKnowledge, displays: DisplayServices
+) -> HardwareThread:
+    settings = foundation.settings
     hardware = HardwareThread(
-        lambda: _open_rig(ground, lore),
-        sink=sights.tap,
-        events=ground.events,
-        clock=ground.clock,
-        overlay=sights.overlay.of,
+        lambda: _open_rig(foundation, knowledge),
+        sink=displays.tap,
+        events=foundation.events,
+        clock=foundation.clock,
+        overlay=displays.overlay.of,
         limits=live_rates(settings),
-        keeper=lore.cameras,
+        keeper=knowledge.cameras,
     )
-    ground.stack.callback(hardware.close)
+    foundation.stack.callback(hardware.close)
     return hardware
 
 
-def _open_study(
-    ground: ServerFoundation,
-    lore: RigKnowledge,
-    sights: DisplayServices,
+def _open_observation(
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
     *,
     hardware: HardwareThread,
     jobs: JobRunner,
-) -> _Study:
-    """Open what fixations need, and start the threads that work; jobs have their handlers by now."""
-    clouds = CloudCollection(ground.store)
-    wide_depth = _wide_depth(ground, lore, sights, hardware=hardware, jobs=jobs)
+) -> _ObservationServices:
+    """Open them and start their threads and that of the jobs, whose handlers are registered by now."""
+    clouds = CloudCollection(foundation.store)
+    wide_depth = _wide_depth(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
 
     def on_fixation(fixation: Fixation, calibration: Calibration) -> None:
-        lore.health.add(fixation, calibration)
+        knowledge.health.add(fixation, calibration)
         wide_depth.add(fixation, calibration)
 
-    shapes = ShapeWorker(shelf=clouds, sink=sights.hub, viewer=sights.viewer, events=ground.events)
+    shapes = ShapeWorker(clouds=clouds, sink=displays.hub, viewer=displays.viewer, events=foundation.events)
     tools = FixationTools(
         hardware=hardware,
-        calibration=lore.calibration,
+        calibration=knowledge.calibration,
         jobs=jobs,
         shapes=shapes,
         patches=clouds.patches,
-        events=ground.events,
-        clock=ground.clock,
-        on_distance=sights.overlay.look_at_distance,
+        events=foundation.events,
+        clock=foundation.clock,
+        on_distance=displays.overlay.look_at_distance,
         on_fixation=on_fixation,
         context=wide_depth,
     )
-    fixations = FixationService(ground.store, tools)
+    fixations = FixationService(foundation.store, tools)
     shapes.put_back(fixations.targets.every())
     for worker in (shapes, wide_depth, jobs):
         worker.start()
-        ground.stack.callback(worker.close)
-    measurements = _open_measurements(ground, lore, sights, hardware=hardware, clouds=clouds)
-    return _Study(clouds=clouds, fixations=fixations, wide_depth=wide_depth, measurements=measurements)
+        foundation.stack.callback(worker.close)
+    measurements = _open_measurements(foundation, knowledge, displays, hardware=hardware, clouds=clouds)
+    return _ObservationServices(
+        clouds=clouds, fixations=fixations, wide_depth=wide_depth, measurements=measurements
+    )
 
 
 def _wide_depth(
-    ground: ServerFoundation,
-    lore: RigKnowledge,
-    sights: DisplayServices,
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
     *,
     hardware: HardwareThread,
     jobs: JobRunner,
 ) -> WideDepthService:
     keeper = ContextKeeper(
-        ground.store.subfolder("wide_depth"),
-        calibration=lambda: lore.calibration.current,
+        foundation.store.subfolder("wide_depth"),
+        calibration=lambda: knowledge.calibration.current,
         status=lambda: hardware.status,
     )
     tools = WideDepthTools(
         hardware=hardware,
-        calibration=lore.calibration.require,
+        calibration=knowledge.calibration.require,
         jobs=jobs,
-        hub=sights.hub,
-        viewer=sights.viewer,
-        events=ground.events,
-        clock=ground.clock,
+        hub=displays.hub,
+        viewer=displays.viewer,
+        events=foundation.events,
+        clock=foundation.clock,
     )
     return WideDepthService(keeper, tools)
 
 
 def _open_measurements(
-    ground: ServerFoundation,
-    lore: RigKnowledge,
-    sights: DisplayServices,
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
     *,
     hardware: HardwareThread,
     clouds: CloudCollection,
 ) -> MeasurementService:
     def picture_t_ns(view: str) -> int | None:
-        newest = sights.hub.newest(view)
+        newest = displays.hub.newest(view)
         return None if newest is None else newest.t_ns
 
     tools = MeasuringTools(
         shelf=clouds,
-        wide=lambda: lore.calibration.require().wide,
+        wide=lambda: knowledge.calibration.require().wide,
         shown=ShownViews(volts=lambda: hardware.pose, picture_t_ns=picture_t_ns),
-        events=ground.events,
-        viewer=sights.viewer,
+        events=foundation.events,
+        viewer=displays.viewer,
     )
-    measurements = MeasurementService(ground.store, tools)
+    measurements = MeasurementService(foundation.store, tools)
     measurements.put_back()
     return measurements
 
 
 def _stop(
-    ground: ServerFoundation, hardware: HardwareThread, jobs: JobRunner
+    foundation: ServerFoundation, hardware: HardwareThread, jobs: JobRunner
 ) -> tuple[StopSwitch, ThreadPoolExecutor]:
-    stop = StopSwitch(hardware, cancel_jobs=jobs.cancel_all, events=ground.events)
+    stop = StopSwitch(hardware, cancel_jobs=jobs.cancel_all, events=foundation.events)
     stopping = ThreadPoolExecutor(2, thread_name_prefix="foveacam-stop")
-    ground.stack.callback(stopping.shutdown)
+    foundation.stack.callback(stopping.shutdown)
     return stop, stopping
 
 
-def _follow(
-    ground: ServerFoundation, lore: RigKnowledge, sights: DisplayServices, hardware: HardwareThread
+def _start_scene_follower(
+    foundation: ServerFoundation, knowledge: RigKnowledge, displays: DisplayServices, hardware: HardwareThread
 ) -> None:
-    """Let the 3D pane show where the foveae look."""
-    if sights.viewer is None:
+    """Start to show in the 3D pane where the foveae look."""
+    if displays.viewer is None:
         return
 
-    def sight() -> RigGaze | None:
-        current = lore.calibration.current
+    def gaze() -> RigGaze | None:
+        current = knowledge.calibration.current
         if current is None:
             return None
-        return RigGaze(calibration=current, volts=hardware.pose, distance_m=sights.overlay.distance_m)
+        return RigGaze(calibration=current, volts=hardware.pose, distance_m=displays.overlay.distance_m)
 
-    follower = SceneFollower(sights.viewer, sight=sight)
+    follower = SceneFollower(displays.viewer, gaze=gaze)
     follower.start()
-    ground.stack.callback(follower.close)
+    foundation.stack.callback(follower.close)
 
 
-def _open_rig(ground: ServerFoundation, lore: RigKnowledge) -> AssembledRig:
-    replay = ground.settings.replay
+def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge) -> AssembledRig:
+    replay = foundation.settings.replay
     if replay is not None:
-        return _open_replay(ground, lore, replay)
-    rig = open_rig(rig_config(ground.settings), clock=ground.clock, guarded=True)
-    lore.calibration.choose_for(rig.rig_id)
-    lore.settling.restore(rig)
+        return _open_replay(foundation, knowledge, replay)
+    rig = open_rig(rig_config(foundation.settings), clock=foundation.clock, guarded=True)
+    knowledge.calibration.choose_for(rig.rig_id)
+    knowledge.settling.restore(rig)
     return rig
 
 
-def _open_replay(ground: ServerFoundation, lore: RigKnowledge, replay: Path) -> AssembledRig:
+def _open_replay(foundation: ServerFoundation, knowledge: RigKnowledge, replay: Path) -> AssembledRig:
     """Return the rig that plays a recording, with the calibration that was recorded with it."""
     from foveacam_server.runtime.replay import open_recording, playback_of
 
     recorded = open_recording(replay)
-    rig = replay_rig(recorded, playback=playback_of(ground.settings), clock=ground.clock)
-    lore.calibration.choose_for(rig.rig_id, brought=recorded.calibration)
-    lore.settling.restore(rig)
+    rig = replay_rig(recorded, playback=playback_of(foundation.settings), clock=foundation.clock)
+    knowledge.calibration.choose_for(rig.rig_id, brought=recorded.calibration)
+    knowledge.settling.restore(rig)
     return rig

@@ -1,4 +1,4 @@
-"""What is drawn over the wide view: where both foveae look, and the outlines of their fields."""
+"""Computes the overlay of the wide view: the directions of both foveae and the outlines of their fields."""
 
 import math
 from collections.abc import Callable
@@ -8,11 +8,11 @@ from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.models.footprint import fovea_footprint_px
 from foveacam_server.runtime.store import Document
 
-NOWHERE: Document = {"footprints": {"left": None, "right": None}, "gaze": {"left": None, "right": None}}
+UNKNOWN_GAZE: Document = {"footprints": {"left": None, "right": None}, "gaze": {"left": None, "right": None}}
 
 
 class GazeOverlay:
-    """Computes the overlay of a gaze; keeps the last, for the gaze rests most of the time."""
+    """Computes the overlay of a gaze; caches the last, as the gaze rests most of the time."""
 
     def __init__(self, calibration: Callable[[], Calibration | None]) -> None:
         self._calibration = calibration
@@ -21,23 +21,23 @@ class GazeOverlay:
 
     @property
     def distance_m(self) -> float:
-        """The distance of what is looked at, metres; infinite while none is known."""
+        """The distance at which the outlines are drawn, metres; infinite while none is known."""
         return self._distance_m
 
     def look_at_distance(self, distance_m: float) -> None:
-        """Take the outlines at `distance_m` from now on, metres from the rig's origin."""
+        """Draw the outlines at `distance_m` from now on, metres from the rig's origin."""
         self._distance_m = distance_m
 
     def of(self, gaze: StereoVolts | None) -> Document | None:
-        """Return footprints and directions under `gaze`; None while the rig is not calibrated.
+        """Return footprints and directions of `gaze`; None while the rig is not calibrated.
 
-        A gaze that nobody knows has neither: what was drawn goes.
+        An unknown gaze (None) has neither, so that the page removes what it drew.
         """
         calibration = self._calibration()
         if calibration is None:
             return None
         if gaze is None:
-            return NOWHERE
+            return UNKNOWN_GAZE
         distance_m = self._distance_m
         last = self._last
         if last is not None and last[0] is calibration and last[1] == gaze and last[2] == distance_m:

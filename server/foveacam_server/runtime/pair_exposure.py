@@ -1,6 +1,6 @@
-"""One exposure for both foveae, found by looking: the brighter picture decides, both are exposed alike.
+"""Finds one exposure for both foveae by looking; the brighter picture decides.
 
-It works with any camera that takes exposures, and ends by itself; nothing changes afterwards, whoever looks.
+Works with any camera whose exposure can be set; stops by itself, and the exposure stays fixed afterwards.
 """
 
 import math
@@ -12,24 +12,24 @@ import numpy as np
 from foveacam_hardware.contract import FoveaError, Frame, Sighting, StereoVolts, ValueRange
 
 MEAN = 0.5
-"""Of full scale: where the mean of the brighter picture is brought to."""
+"""Target mean of the brighter picture, share of full scale."""
 HIGHLIGHT, HIGHLIGHT_PERCENT = 0.92, 98.0
-"""Unless so many of its values would then be brighter than this: what is clipped cannot be matched."""
+"""This percentile must not exceed this share of full scale: clipped pixels cannot be matched."""
 CLIPPED, CLIPPED_STOPS = 0.995, 0.5
-"""What is at its end may be any amount brighter: at least half a stop down."""
+"""A percentile at full scale may be any amount brighter: go down by at least this many stops."""
 GOOD_STOPS = 0.1
-"""7 %: nearer is good enough."""
+"""Tolerance: 7 %."""
 STEP_STOPS = 2.0
-"""Of one look."""
+"""Largest step after one look."""
 LOOKS = 8
 LONGEST_NS = 33_000_000
-"""It goes no further, as looks would get slow: raise the gain, or set a longer exposure by hand."""
+"""Longest exposure that is tried, as looks would get slow; the operator may set a longer one."""
 STRIDE = 8
-"""Every so many pixels of every so many rows are measured."""
+"""Distance of the measured pixels, along rows and columns."""
 
 
 class PairHead(Protocol):
-    """What it needs of a rig."""
+    """The part of a rig that the search needs."""
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
         """Expose both foveae by one pulse."""
@@ -42,7 +42,7 @@ class PairHead(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairSettings:
-    """What both foveae run with, and the exposures that both can take."""
+    """Exposure and gain of both foveae, and the exposures that both accept."""
 
     exposure_ns: int
     gain_db: float
@@ -51,7 +51,7 @@ class PairSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairExposure:
-    """What was found: `too_bright_stops` is how far the brighter picture is still off, < 0: too dark."""
+    """Result of the search; `too_bright_stops`: residual of the brighter picture, < 0: too dark."""
 
     exposure_ns: int
     looks: int
@@ -59,12 +59,12 @@ class PairExposure:
 
     @property
     def good(self) -> bool:
-        """Whether the pictures are exposed well; if not, no exposure does that here."""
+        """Whether the exposure is within the tolerance; if not, no possible exposure is."""
         return abs(self.too_bright_stops) <= GOOD_STOPS
 
     @property
-    def told(self) -> str:
-        """It in words, with what to do where it is not good."""
+    def summary(self) -> str:
+        """The result in words, with a remedy where it is not good."""
         words = f"both foveae expose {self.exposure_ns / 1e6:.3g} ms, found in {self.looks} looks"
         if self.good:
             return words
@@ -75,7 +75,7 @@ class PairExposure:
 
 
 def find_exposure(head: PairHead, before: PairSettings, *, gaze: StereoVolts) -> PairExposure:
-    """Look, step and look again until both foveae are exposed well; on any error leave them as they were."""
+    """Look and step until both foveae are exposed well; on any error restore the settings of before."""
     try:
         return _find(head, before, gaze)
     except FoveaError:

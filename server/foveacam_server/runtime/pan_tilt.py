@@ -1,4 +1,4 @@
-"""The pan-tilt behind the hardware thread: for REST, and for a job that has the rig to itself."""
+"""The pan-tilt through the hardware thread: for REST, and for a job that has the rig exclusively."""
 
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -22,29 +22,29 @@ from foveacam_server.runtime.rig_status import PanTiltStatus
 
 
 class PanTiltService:
-    """Takes wishes of where the rig shall point; moves are refused while stopped or while a job works."""
+    """Moves the pan-tilt; raises `Stopped` while stopped and `Busy` while a job has the rig."""
 
     def __init__(self, hardware: HardwareThread) -> None:
         self._hardware = hardware
 
     @property
     def status(self) -> PanTiltStatus | None:
-        """The pan-tilt as last seen; None when there is none."""
+        """The pan-tilt's last status; None when there is none."""
         return self._hardware.status.pan_tilt
 
     @property
     def usable(self) -> bool:
-        """Whether the device can be asked."""
+        """Whether the device is present and connected."""
         status = self.status
         return status is not None and status.state.connected
 
     @property
     def stations(self) -> tuple[Station, ...]:
-        """The places that the rig knows to look at."""
+        """The named stations of the rig."""
         return self._hardware.status.stations
 
     def station(self, name: str) -> Station:
-        """Return one by its name or raise `InvalidInput` that lists them."""
+        """Return a station by its name or raise `InvalidInput` that lists them."""
         for station in self.stations:
             if station.name == name:
                 return station
@@ -57,27 +57,27 @@ class PanTiltService:
         )
 
     def move(self, pose: PanTiltPose) -> "Future[None]":
-        """Begin to move; raise `OutOfRange`, `Busy`, `Stopped` or `NotConnected` by the future or at once."""
+        """Start a move; raise `OutOfRange`, `Busy`, `Stopped` or `NotConnected` by the future or at once."""
         self._check_free("turn the rig")
         return self._hardware.submit(lambda rig: begin_move(rig, pose, halted=lambda: self._hardware.halted))
 
     def home(self) -> "Future[None]":
-        """Begin to look for the reference switches."""
+        """Start homing: search the reference switches."""
         self._check_free("home the pan-tilt")
         return self._hardware.submit(lambda rig: begin_homing(rig, halted=lambda: self._hardware.halted))
 
     def confirm_zero(self) -> "Future[None]":
-        """Take the operator's word that it stands at its zero."""
+        """Take the present position as the zero, as the operator confirms."""
         self._check_free("take where the pan-tilt stands for its zero")
-        return self._hardware.submit(lambda rig: _of(rig).confirm_zero())
+        return self._hardware.submit(lambda rig: _pan_tilt_of(rig).confirm_zero())
 
     def hold(self) -> None:
-        """Stop moving now, past the queue."""
+        """Stop moving now, without the queue."""
         self._hardware.hold_pan_tilt()
 
-    def seen_now(self) -> "Future[PanTiltState]":
-        """Ask the device itself."""
-        return self._hardware.submit(lambda rig: _of(rig).state)
+    def read_state(self) -> "Future[PanTiltState]":
+        """Read the state from the device."""
+        return self._hardware.submit(lambda rig: _pan_tilt_of(rig).state)
 
     def _check_free(self, asked: str) -> None:
         if self._hardware.halted:
@@ -87,7 +87,7 @@ class PanTiltService:
 
 
 class ExclusivePanTilt:
-    """Implements `PanTilt` for one job; `connect` and `close` are the hardware thread's affair."""
+    """Implements `PanTilt` for one job; the hardware thread connects and closes the device."""
 
     def __init__(
         self, hardware: HardwareThread, status: PanTiltStatus, *, cancelled: Callable[[], bool]
@@ -100,35 +100,37 @@ class ExclusivePanTilt:
 
     @property
     def state(self) -> PanTiltState:
-        """Connected, moving, where."""
+        """Connection, motion and pose, read from the device."""
         self._check()
-        return answer_of(self._hardware.submit(lambda rig: _of(rig).state), asked="the pan-tilt's place")
+        return answer_of(
+            self._hardware.submit(lambda rig: _pan_tilt_of(rig).state), asked="the pan-tilt's place"
+        )
 
     def connect(self) -> None:
-        """Leave it connected."""
+        """Do nothing: the hardware thread owns the connection."""
 
     def close(self) -> None:
-        """Leave it connected."""
+        """Do nothing: the hardware thread owns the connection."""
 
     def home(self) -> None:
-        """Begin to look for the reference switches."""
+        """Start homing: search the reference switches."""
         self._check()
         begun = self._hardware.submit(lambda rig: begin_homing(rig, halted=lambda: self._hardware.halted))
         answer_of(begun, asked="a homing")
 
     def confirm_zero(self) -> None:
-        """Take the operator's word that it stands at its zero."""
+        """Take the present position as the zero, as the operator confirms."""
         self._check()
-        answer_of(self._hardware.submit(lambda rig: _of(rig).confirm_zero()), asked="a zero")
+        answer_of(self._hardware.submit(lambda rig: _pan_tilt_of(rig).confirm_zero()), asked="a zero")
 
     def move_to(self, pose: PanTiltPose) -> None:
-        """Begin to move."""
+        """Start a move."""
         self._check()
         begun = self._hardware.submit(lambda rig: begin_move(rig, pose, halted=lambda: self._hardware.halted))
         answer_of(begun, asked="a turn of the rig")
 
     def hold(self) -> None:
-        """Stop moving now, past the queue; a cancelled job may still do so."""
+        """Stop moving now, without the queue; a cancelled job may still do so."""
         self._hardware.hold_pan_tilt()
 
     def _check(self) -> None:
@@ -144,17 +146,17 @@ def exclusive_pan_tilt(hardware: HardwareThread, *, cancelled: Callable[[], bool
 
 
 def begin_move(rig: AssembledRig, pose: PanTiltPose, *, halted: Callable[[], bool]) -> None:
-    """Begin a move in the hardware thread; one that a stop overtakes is held again."""
+    """Start a move, in the hardware thread; hold it when the stop came meanwhile."""
     _begin(rig, lambda pan_tilt: pan_tilt.move_to(pose), halted=halted)
 
 
 def begin_homing(rig: AssembledRig, *, halted: Callable[[], bool]) -> None:
-    """Begin a homing in the hardware thread; one that a stop overtakes is held again."""
+    """Start homing, in the hardware thread; hold it when the stop came meanwhile."""
     _begin(rig, lambda pan_tilt: pan_tilt.home(), halted=halted)
 
 
 def _begin(rig: AssembledRig, move: Callable[[PanTilt], None], *, halted: Callable[[], bool]) -> None:
-    pan_tilt = _of(rig)
+    pan_tilt = _pan_tilt_of(rig)
     if halted():
         raise refusals.stopped()
     move(pan_tilt)
@@ -163,7 +165,7 @@ def _begin(rig: AssembledRig, move: Callable[[PanTilt], None], *, halted: Callab
         raise refusals.stopped()
 
 
-def _of(rig: AssembledRig) -> PanTilt:
+def _pan_tilt_of(rig: AssembledRig) -> PanTilt:
     if rig.pan_tilt is None:
         raise no_pan_tilt("turn the rig")
     return rig.pan_tilt

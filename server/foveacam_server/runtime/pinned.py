@@ -1,4 +1,4 @@
-"""Which calibration was put in force for a rig: one small file a rig, so that a restart changes nothing."""
+"""Stores the id of the calibration in force of each rig in a file, so that a restart changes nothing."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ _ID_LENGTHS = range(1, 65)
 
 
 def pinned_id(folder: Path, rig_id: str) -> str | None:
-    """Return the id of the calibration that was put in force; None when nobody has chosen."""
+    """Return the id of the calibration that was put in force; None when none was."""
     try:
         found = _path(folder, rig_id).read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError):
@@ -17,7 +17,7 @@ def pinned_id(folder: Path, rig_id: str) -> str | None:
 
 
 def write_pin(folder: Path, rig_id: str, calibration_id: str) -> None:
-    """Write down which calibration is in force, whole; raise as `write_whole`."""
+    """Store the id of the calibration in force; raise as `write_whole`."""
     what = f"calibration {calibration_id} as the one in force"
     write_whole(_path(folder, rig_id), calibration_id + "\n", what=what)
 

@@ -1,4 +1,4 @@
-"""What the runtime asks of its neighbours, as Protocols: a rig, a place for pictures, a 3D pane."""
+"""Protocols of what the runtime needs from other parts: an assembled rig, a sink of pictures, a 3D pane."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -35,17 +35,17 @@ class RigProblem(Protocol):
 
 
 class AssembledRig(CaptureRig, Protocol):
-    """An assembled rig, with more than a capture needs of it.
+    """An assembled rig, with more than a capture needs.
 
-    One thread calls it, but for `mirrors.park`, `pan_tilt.hold` and `rail.hold`. `settle_us`: how long a look
-    waits between its move and its exposure, unless it is told otherwise.
+    Called by one thread, but for `mirrors.park`, `pan_tilt.hold` and `rail.hold`. `settle_us`: wait of a look
+    between its move and its exposure, unless the look has its own.
     """
 
     settle_us: int
 
     @property
     def replayed(self) -> bool:
-        """Whether it plays a recording, whose mirrors go where they were recorded."""
+        """Whether it plays a recording, so that the mirrors have their recorded positions."""
         ...
 
     @property
@@ -55,27 +55,27 @@ class AssembledRig(CaptureRig, Protocol):
 
     @property
     def stations(self) -> Sequence[Station]:
-        """Where the rig looks to be calibrated."""
+        """Poses of the pan-tilt for calibration."""
         ...
 
     @property
     def markers(self) -> MarkerPrint:
-        """What it is calibrated with."""
+        """The printed markers that it is calibrated with."""
         ...
 
     @property
     def rail_places(self) -> Sequence[RailPlace]:
-        """Places on the rail that have names."""
+        """Named positions of the rail."""
         ...
 
     @property
     def breakable(self) -> FaultInjector | None:
-        """What breaks it on purpose; None when it is not simulated."""
+        """Injects faults into a simulated rig; None for a real one."""
         ...
 
     @property
     def problems(self) -> Sequence[RigProblem]:
-        """What is wrong with which device as of the last `connect`."""
+        """Problems of devices as of the last `connect`."""
         ...
 
     def connect(self) -> object:
@@ -88,34 +88,34 @@ class AssembledRig(CaptureRig, Protocol):
 
 
 class CameraKeeper(Protocol):
-    """What keeps cameras as the operator wants them; called by the hardware thread alone."""
+    """Restores and stores camera settings; called by the hardware thread alone."""
 
     def restore(self, rig: AssembledRig) -> None:
-        """Give each camera that was opened what is kept for it."""
+        """Apply its stored settings to each camera that was opened."""
         ...
 
     def notice(self, rig: AssembledRig) -> None:
-        """See what cameras have set themselves to."""
+        """Store exposures that cameras found by themselves."""
         ...
 
 
 class PictureSink(Protocol):
-    """Where the newest image of each view goes; latest wins, never blocks, callable from any thread."""
+    """Takes the newest image of each view; latest wins, never blocks, callable from any thread."""
 
     def publish_frame(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
-        """Offer a camera frame to the view named by its role; `meta` is its overlay."""
+        """Publish a camera frame in the view named by its role; `meta` is its overlay."""
         ...
 
     def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
-        """Offer a computed picture, (h, w, 3) uint8 RGB, of the moment `t_ns` to the view `name`."""
+        """Publish a computed picture, (h, w, 3) uint8 RGB, of the time `t_ns` in the view `name`."""
         ...
 
     def watched(self, view: str) -> bool:
-        """Tell whether anybody looks at `view`."""
+        """Return whether `view` has a viewer."""
         ...
 
     def wants_every(self, view: str) -> bool:
-        """Tell whether somebody wants `view` as fast as the rig can bring it."""
+        """Return whether `view` is recorded at full rate."""
         ...
 
 
@@ -139,7 +139,7 @@ class SceneViewer(Protocol):
         cloud: Cloud | None,
         mesh: DepthMesh | None,
     ) -> None:
-        """Add or replace what stands for one fixation."""
+        """Add or replace the drawing of a fixation."""
         ...
 
     def show_limits(
@@ -151,47 +151,47 @@ class SceneViewer(Protocol):
         nearest_m: float,
         farthest_m: float | None,
     ) -> None:
-        """Add or replace what stands for a fixation of which only limits of the distance are known."""
+        """Add or replace the drawing of a fixation of which only limits of the distance are known."""
         ...
 
     def show_field(
         self, content: bytes, *, from_rig_m: tuple[float, float, float], to_rig_m: tuple[float, float, float]
     ) -> None:
-        """Show the surface of a whole field (GLB, +y up) in place of another, seen from there to there."""
+        """Show the surface of a whole field (GLB, +y up) in place of another, and set the viewers' camera."""
         ...
 
     def remove_field(self) -> None:
-        """Take it away; harmless when there is none."""
+        """Remove the field's surface, if there is one."""
         ...
 
     def show_surroundings(self, mesh: DepthMesh, *, bring: bool = False) -> None:
-        """Show the coarse surface of the whole wide view; `bring`: let the viewers look at it."""
+        """Show the coarse surface of the whole wide view; `bring`: turn the viewers' cameras to it."""
         ...
 
     def remove_surroundings(self) -> None:
-        """Take it away; harmless when there is none."""
+        """Remove the surface of the wide view, if there is one."""
         ...
 
     def show_rig(self, shape: RigShape) -> None:
-        """Draw the rig itself."""
+        """Draw the rig."""
         ...
 
     def show_gaze(
         self, *, left: EyeGaze | None, right: EyeGaze | None, distance_m: float | None = None
     ) -> None:
-        """Turn the foveae, or hide one whose gaze nobody knows; at most a few times a second."""
+        """Turn the foveae, or hide one whose gaze is unknown; at most a few times a second."""
         ...
 
     def remove_fixation(self, fixation_id: str) -> None:
-        """Take away what stands for one fixation; harmless when there is nothing."""
+        """Remove the drawing of a fixation, if there is one."""
         ...
 
     def show_measurement(self, measurement_id: str, drawing: MeasurementDrawing) -> None:
-        """Add or replace what stands for one measurement."""
+        """Add or replace the drawing of a measurement."""
         ...
 
     def remove_measurement(self, measurement_id: str) -> None:
-        """Take away what stands for one measurement; harmless when there is nothing."""
+        """Remove the drawing of a measurement, if there is one."""
         ...
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The rail behind the hardware thread: where the rig stands, moving it sideways, stopping that."""
+"""The rail through the hardware thread: its status, moves, and holding it."""
 
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -31,54 +31,54 @@ class RailStatus:
 
 
 class RailService:
-    """Takes wishes of where the rig shall stand; moves are refused while stopped or while a job works."""
+    """Moves the rail; raises `Stopped` while stopped and `Busy` while a job has the rig."""
 
     def __init__(self, hardware: HardwareThread) -> None:
         self._hardware = hardware
-        self._known: Rail | None = None  # a hold goes past the queue, to the device itself
+        self._known: Rail | None = None  # a hold bypasses the queue
 
-    def seen_now(self) -> "Future[RailStatus | None]":
-        """Ask the device itself; None when the rig has none."""
-        return self._hardware.submit(self._look)
+    def read_status(self) -> "Future[RailStatus | None]":
+        """Read the status from the device; None when the rig has none."""
+        return self._hardware.submit(self._read_status)
 
     def move(self, position_m: float) -> "Future[None]":
-        """Begin to move; raise `OutOfRange`, `Busy`, `Stopped` or `NotConnected` by the future or at once."""
+        """Start a move; raise `OutOfRange`, `Busy`, `Stopped` or `NotConnected` by the future or at once."""
         return self._begin("move the rig", lambda rail: rail.move_to(position_m))
 
     def move_to_place(self, name: str) -> "Future[float]":
-        """Begin to move to a place by its name, and return where that is, metres."""
+        """Start a move to a named place and return its position, metres."""
         self._check_free("move the rig")
         return self._hardware.submit(lambda rig: self._go_to_place(rig, name))
 
     def home(self) -> "Future[None]":
-        """Begin to look for the reference switch."""
+        """Start homing: search the reference switch."""
         return self._begin("home the rail", lambda rail: rail.home())
 
     def confirm_zero(self) -> "Future[None]":
-        """Take the operator's word that it stands at its zero."""
+        """Take the present position as the zero, as the operator confirms."""
         self._check_free("take where the rail stands for its zero")
-        return self._hardware.submit(lambda rig: self._of(rig).confirm_zero())
+        return self._hardware.submit(lambda rig: self._rail_of(rig).confirm_zero())
 
     def hold(self) -> None:
-        """Stop moving now, past the queue; harmless when there is no rail, or nobody has asked for it yet."""
+        """Stop moving now, without the queue, if there is a rail that was used before."""
         if self._known is not None:
             self._known.hold()
 
     def _begin(self, asked: str, move: Callable[[Rail], None]) -> "Future[None]":
         self._check_free(asked)
-        return self._hardware.submit(lambda rig: self._move(self._of(rig), move))
+        return self._hardware.submit(lambda rig: self._move(self._rail_of(rig), move))
 
     def _move(self, rail: Rail, move: Callable[[Rail], None]) -> None:
         self._check_stop()
         move(rail)
         try:
             self._check_stop()
-        except Stopped:  # it came between the check and the command on the wire
+        except Stopped:  # the stop came between the check and the command on the wire
             rail.hold()
             raise
 
     def _go_to_place(self, rig: AssembledRig, name: str) -> float:
-        rail, places = self._of(rig), rig.rail_places
+        rail, places = self._rail_of(rig), rig.rail_places
         position_m = next((place.position_m for place in places if place.name == name), None)
         if position_m is not None:
             self._move(rail, lambda rail: rail.move_to(position_m))
@@ -92,7 +92,7 @@ class RailService:
             remedy="choose one, or name them in the rig's file ([[rail.places]])",
         )
 
-    def _look(self, rig: AssembledRig) -> RailStatus | None:
+    def _read_status(self, rig: AssembledRig) -> RailStatus | None:
         rail = self._known = rig.rail
         if rail is None:
             return None
@@ -104,7 +104,7 @@ class RailService:
             state=rail.state,
         )
 
-    def _of(self, rig: AssembledRig) -> Rail:
+    def _rail_of(self, rig: AssembledRig) -> Rail:
         self._known = rig.rail
         if rig.rail is None:
             remedy = "name one in the rig's file ([rail], kind grbl or manual)"

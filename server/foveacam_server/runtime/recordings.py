@@ -1,8 +1,8 @@
-"""Recordings as jobs that run beside all others: begun, watched, stopped; and those on the disk."""
+"""Makes recordings as jobs in parallel to all others, and serves those on the disk."""
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +25,8 @@ from foveacam_pipeline.capture.recording.bounds import (
 )
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RecordingSession
-from foveacam_pipeline.storage.free_space import free_bytes
+from foveacam_pipeline.capture.reserve import free_bytes
+from foveacam_server.api.recording_models import RecordingDocument, RecordingRequest
 from foveacam_server.recordings.begin import check_room, full_rates, identity_of
 from foveacam_server.recordings.depth import RecordedDepthService
 from foveacam_server.recordings.documents import URL, live_document, recording_document
@@ -44,22 +45,21 @@ from foveacam_server.runtime.hardware_commands import answer_of
 from foveacam_server.runtime.job_table import Job
 from foveacam_server.runtime.jobs import JobContext, JobRunner
 from foveacam_server.runtime.live_views import LiveRates
-from foveacam_server.runtime.store import Document
 
 _log = logging.getLogger(__name__)
 
 KIND = "recording"
 ID_PREFIX = "rec-"
-LOOK_S = 0.1
-"""How often the job looks whether it shall end, or must: well within 2 s of a disk's failure."""
-TELL_NS = 5_000_000_000
+CHECK_S = 0.1
+"""Interval at which the job checks whether it shall or must end: well within 2 s of a disk's failure."""
+REPORT_PERIOD_NS = 5_000_000_000
 STOP_WAIT_S = 40.0
-"""Longest that `stop` waits for the end of the file; the recorder gives up sooner."""
+"""Longest wait of `stop` for the end of the file; the recorder gives up sooner."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingTools:
-    """What recordings work with."""
+    """Services that recordings need."""
 
     hardware: HardwareThread
     calibration: CalibrationService
@@ -70,46 +70,49 @@ class RecordingTools:
     events: EventLog
     clock: Clock
     free_bytes: Callable[[Path], int] = free_bytes
-    """Free space on the disk of a folder."""
+    """Returns the free space on the disk of a folder."""
 
 
 class RecordingService:
-    """One door to the recordings of this data directory. One is made at a time; the rig stays free."""
+    """All that REST offers of the recordings of this data directory.
+
+    One is made at a time; it does not reserve the rig.
+    """
 
     def __init__(self, folder: Path, tools: RecordingTools) -> None:
-        self.shelf = RecordingCollection(folder)
+        self.collection = RecordingCollection(folder)
         self.opened = OpenRecordings()
         self.depth = RecordedDepthService(self.opened)
         self._tools = tools
         self._lock = threading.Lock()
         self._live: LiveRecording | None = None
-        tools.jobs.handle(KIND, self._work, beside=True)
+        tools.jobs.handle(KIND, self._work, parallel=True)
         self.films = FilmService(self, tools.jobs)
 
     def close(self) -> None:
-        """Let go of the files that are being looked at; jobs have ended by now."""
+        """Close the files that are open for reading; after the jobs have ended."""
         self.opened.close()
 
-    # What is recorded -------------------------------------------------------------------------------------
+    # Recording ---------------------------------------------------------------------------------------------
 
-    def start(self, request: Document, *, idempotency_key: str | None = None) -> Job:
-        """Begin a recording; refuse at once what could not be done now."""
-        jobs = self._tools.jobs
+    def start(self, request: RecordingRequest, *, idempotency_key: str | None = None) -> Job:
+        """Start a recording; raise at once what it could not do now."""
+        jobs, stored = self._tools.jobs, request.model_dump(mode="json")
         with self._lock:
-            if jobs.keyed(idempotency_key):
-                return jobs.submit(KIND, request, idempotency_key=idempotency_key)
+            if jobs.has_key(idempotency_key):
+                return jobs.submit(KIND, stored, idempotency_key=idempotency_key)
             self._check_free()
-            path, roles = self.shelf.new_file(request["name"]), _roles(request["roles"])
-            every, calibration = request["rate"] == "full", self._tools.calibration.current
+            path, roles = self.collection.new_file(request.name), _roles(request.roles)
+            every, calibration = request.rate == "full", self._tools.calibration.current
             rig, full = answer_of(
                 self._tools.hardware.submit(lambda rig: (identity_of(rig, calibration), full_rates(rig))),
                 asked="who it is",
             )
-            self._check_room(roles, request["duration_s"], full if every else self._tools.rates)
-            bounds = self._bounds(request["duration_s"])
+            self._check_room(roles, request.duration_s, full if every else self._tools.rates)
+            bounds = self._bounds(request.duration_s)
             job = jobs.submit(  # its thread waits for the lock
                 KIND,
-                request,
+                stored,
                 idempotency_key=idempotency_key,
                 total=_whole(bounds.longest_s),
                 note=f"ends by itself after {bounds.longest_s:g} s",
@@ -120,44 +123,47 @@ class RecordingService:
                 path=path,
                 roles=roles,
                 rig=rig,
-                label=request["label"],
+                label=request.label,
                 bounds=bounds,
                 every=every,
                 begun_ns=self._tools.clock.now_ns(),
             )
         begun = f"recording {path.stem} has begun; it ends by itself after {bounds.longest_s:g} s"
-        self._tell("recording.created", begun, self._live.id)
+        self._emit("recording.created", begun, self._live.id)
         return job
 
-    def stop(self, recording_id: str) -> Document:
-        """End a recording as meant, and return it when its file is whole; harmless when it has ended."""
+    def stop(self, recording_id: str) -> RecordingDocument:
+        """End a recording and return it when its file is complete; an ended one is returned as it is."""
         live = self._current()
         if live is not None and live.id == recording_id:
             live.stopping.set()
             live.ended.wait(STOP_WAIT_S)
-        return self.document(recording_id)
+        return self.get(recording_id)
 
     # What lies on the disk --------------------------------------------------------------------------------
 
-    def every(self, *, text: str = "", removed: bool = False) -> list[Document]:
-        """Return recordings whose name, label, id or state holds `text`, newest first; or the trash."""
+    def search(self, *, text: str = "", removed: bool = False) -> list[RecordingDocument]:
+        """Return recordings whose name, label, id or state contains all words of `text`, newest first.
+
+        `removed`: those in the trash instead.
+        """
         if removed:
-            found = [recording_document(kept) for kept in self.shelf.trash()]
+            found = [_describe(stored) for stored in self.collection.trash()]
         else:
             live = self._current()
             found = [] if live is None else [self._shown(live)]
-            found += [recording_document(kept) for kept in self._ended()]
+            found += [_describe(stored) for stored in self._ended()]
         words = text.casefold().split()
-        return [document for document in found if all(word in _searched(document) for word in words)]
+        return [known for known in found if all(word in _searched(known) for word in words)]
 
-    def document(self, recording_id: str) -> Document:
-        """Return one recording or raise NotFound."""
+    def get(self, recording_id: str) -> RecordingDocument:
+        """Return a recording by its id or raise NotFound."""
         live = self._current()
         if live is not None and live.id == recording_id:
             return self._shown(live)
-        return recording_document(self.shelf.get(recording_id, but=None if live is None else live.path))
+        return _describe(self.collection.get(recording_id, but=None if live is None else live.path))
 
-    def kept(self, recording_id: str) -> StoredRecording:
+    def readable(self, recording_id: str) -> StoredRecording:
         """Return a recording that has ended and can be read; raise Busy or InvalidInput for another."""
         live = self._current()
         if live is not None and live.id == recording_id:
@@ -167,42 +173,42 @@ class RecordingService:
                 found="it is still being made",
                 remedy=f"stop it: POST {URL}/{live.id}/stop",
             )
-        kept = self.shelf.get(recording_id, but=None if live is None else live.path)
+        kept = self.collection.get(recording_id, but=None if live is None else live.path)
         if kept.contents is None:
             raise InvalidInput(f"recording {kept.name} cannot be read: {kept.trouble}")
         return kept
 
-    def at_url(self, url: str) -> Document:
+    def get_by_url(self, url: str) -> RecordingDocument:
         """Return the recording that a job's result URL names."""
-        return self.document(url.rsplit("/", 1)[1])
+        return self.get(url.rsplit("/", 1)[1])
 
-    def describe(self, recording_id: str, *, label: str) -> Document:
+    def edit(self, recording_id: str, *, label: str) -> RecordingDocument:
         """Change the label, also while it is being made."""
         live = self._current()
         if live is not None and live.id == recording_id:
-            live.label = label  # written down with its end
+            live.label = label  # written when it ends
         else:
-            self.shelf.set_label(self.shelf.get(recording_id), label=label)
-        self._tell("recording.updated", "a recording was described anew", recording_id)
-        return self.document(recording_id)
+            self.collection.describe(self.collection.get(recording_id), label=label)
+        self._emit("recording.updated", "a recording was described anew", recording_id)
+        return self.get(recording_id)
 
     def remove(self, recording_id: str) -> None:
-        """Move a recording to the trash; refused while it is being made."""
+        """Move a recording to the trash; raise `Busy` while it is being made."""
         live = self._current()
         if live is not None and live.id == recording_id:
             raise refusals.in_use(f"remove recording {live.name}", f"recording {live.name}")
-        kept = self.shelf.get(recording_id)
+        kept = self.collection.get(recording_id)
         self.opened.forget(kept.path)
-        self.shelf.remove(kept)
-        self._tell("recording.removed", f"recording {kept.name} is in the trash", recording_id)
+        self.collection.remove(kept)
+        self._emit("recording.removed", f"recording {kept.name} is in the trash", recording_id)
 
-    def restore(self, recording_id: str) -> Document:
+    def restore(self, recording_id: str) -> RecordingDocument:
         """Take a recording out of the trash."""
-        kept = self.shelf.restore(recording_id)
-        self._tell("recording.updated", f"recording {kept.name} is out of the trash", recording_id)
-        return self.document(recording_id)
+        kept = self.collection.restore(recording_id)
+        self._emit("recording.updated", f"recording {kept.name} is out of the trash", recording_id)
+        return self.get(recording_id)
 
-    # The jobs ---------------------------------------------------------------------------------------------
+    # The job -----------------------------------------------------------------------------------------------
 
     def _work(self, context: JobContext) -> str:
         with self._lock:
@@ -222,8 +228,8 @@ class RecordingService:
         return f"{URL}/{live.id}"
 
     def _record(self, context: JobContext, live: LiveRecording) -> EndCause:
-        """Record until it shall end, and return why it did; raise what broke it off."""
-        live.recorder = recorder = _begun(live)
+        """Record until the end and return its cause; raise what made it fail."""
+        live.recorder = recorder = _create_file(live)
         try:
             with self._tools.tap.listening(live.roles, live.record_frame, every=live.every):
                 ended = self._wait(context, live)
@@ -235,15 +241,15 @@ class RecordingService:
         return ended
 
     def _wait(self, context: JobContext, live: LiveRecording) -> EndCause:
-        """Return what ends it, unless it was cancelled or is broken."""
+        """Wait for the end of a recording and return its cause, unless it was cancelled or failed."""
         due_ns = 0
-        while not (context.cancelled() or live.broken or live.stopping.wait(LOOK_S)):
+        while not (context.cancelled() or live.broken or live.stopping.wait(CHECK_S)):
             now_ns = self._tools.clock.now_ns()
             elapsed_s = (now_ns - live.begun_ns) / 1e9
             if (bound := live.bounds.reached(elapsed_s)) is not None:
                 return bound
             if now_ns >= due_ns:
-                due_ns = now_ns + TELL_NS
+                due_ns = now_ns + REPORT_PERIOD_NS
                 longest_s = live.bounds.longest_s
                 context.progress(
                     round(elapsed_s),
@@ -254,7 +260,7 @@ class RecordingService:
         return EndCause.STOPPED
 
     def _end(self, live: LiveRecording, *, ended: EndCause, why: str) -> None:
-        """Write down what became of it, and tell; a disk that took no more may not take that either."""
+        """Write the notes of its end and emit an event; a full disk may not take the notes either."""
         counts = {stream: found.document() for stream, found in live.statistics.items()}
         notes = RecordingNotes(
             id=live.id,
@@ -265,22 +271,22 @@ class RecordingService:
             statistics=counts,
         )
         try:
-            if live.recorder is not None:  # else there is no file that they would belong to
+            if live.recorder is not None:  # else there is no file
                 write_notes(live.path, notes)
         except FoveaError as error:
             _log.warning("recording %s: its notes could not be written: %s", live.name, error)
         with self._lock:
             self._live = None
         live.ended.set()
-        told = f"recording {live.name} has ended: {why or live.summary()}"
+        message = f"recording {live.name} has ended: {why or live.told()}"
         data = {"recording_id": live.id, "name": live.name, "ended": ended, "why": why}
         level = EventLevel.ERROR if why else EventLevel.INFO
-        self._tools.events.emit("recording.ended", told, level=level, data=data)
+        self._tools.events.emit("recording.ended", message, level=level, data=data)
 
-    # Inside -----------------------------------------------------------------------------------------------
+    # Helpers -----------------------------------------------------------------------------------------------
 
     def _current(self) -> LiveRecording | None:
-        """Return the recording that is being made; a job that ended before it began leaves none."""
+        """Return the recording that is being made; a job that was cancelled before it began leaves none."""
         live = self._live
         if live is None or self._tools.jobs.get(live.job_id).state.ended:
             return None
@@ -288,7 +294,7 @@ class RecordingService:
 
     def _ended(self) -> list[StoredRecording]:
         live = self._current()
-        return self.shelf.every(but=None if live is None else live.path)
+        return self.collection.every(but=None if live is None else live.path)
 
     def _check_free(self) -> None:
         live = self._current()
@@ -314,17 +320,18 @@ class RecordingService:
         )
 
     def _free_bytes(self) -> int:
-        return self._tools.free_bytes(self.shelf.folder)
+        return self._tools.free_bytes(self.collection.folder)
 
-    def _shown(self, live: LiveRecording) -> Document:
-        return live_document(live, elapsed_s=(self._tools.clock.now_ns() - live.begun_ns) / 1e9)
+    def _shown(self, live: LiveRecording) -> RecordingDocument:
+        elapsed_s = (self._tools.clock.now_ns() - live.begun_ns) / 1e9
+        return RecordingDocument.model_validate(live_document(live, elapsed_s=elapsed_s))
 
-    def _tell(self, kind: str, message: str, recording_id: str) -> None:
+    def _emit(self, kind: str, message: str, recording_id: str) -> None:
         self._tools.events.emit(kind, message, data={"recording_id": recording_id})
 
 
-def _begun(live: LiveRecording) -> Recorder:
-    """Return the recorder of a new file with its notes; where the disk takes neither, nothing is left."""
+def _create_file(live: LiveRecording) -> Recorder:
+    """Create the file and its notes and return the recorder; on an error remove both."""
     try:
         write_notes(live.path, RecordingNotes(id=live.id, label=live.label, created_utc=live.created_utc))
         return Recorder(live.path, RecordingSession(timestamp=live.created_utc, rig=live.rig))
@@ -339,9 +346,13 @@ def _whole(seconds: float) -> int:
     return max(1, round(seconds))
 
 
-def _roles(asked: list[str]) -> tuple[Role, ...]:
-    return tuple(role for role in Role if role.value in asked)
+def _roles(names: Sequence[str]) -> tuple[Role, ...]:
+    return tuple(role for role in Role if role.value in names)
 
 
-def _searched(document: Document) -> str:
-    return f"{document['name']} {document['label']} {document['id']} {document['state']}".casefold()
+def _describe(stored: StoredRecording) -> RecordingDocument:
+    return RecordingDocument.model_validate(recording_document(stored))
+
+
+def _searched(recording: RecordingDocument) -> str:
+    return f"{recording.name} {recording.label} {recording.id} {recording.state}".casefold()

@@ -1,4 +1,4 @@
-"""Why the rig will not move or look now, each in words that name the remedy."""
+"""The errors that refuse a move or a look, each with its remedy."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ from foveacam_server.runtime.rig_status import DeviceProblem
 
 
 def stopped() -> Stopped:
-    """Return the refusal while the stop is engaged."""
+    """Return the error of a move while the stop is engaged."""
     return Stopped(
         "asked to move: the stop is engaged, the mirrors are parked; DELETE /api/v1/stop releases it",
         asked="move the mirrors",
@@ -17,7 +17,7 @@ def stopped() -> Stopped:
 
 
 def in_use(asked: str, holder: str) -> Busy:
-    """Return the refusal while a job has the rig to itself."""
+    """Return the error while a job has the rig exclusively."""
     return Busy(
         f"asked to {asked}: {holder} is using the rig; wait for it, or cancel its job",
         asked=asked,
@@ -27,13 +27,13 @@ def in_use(asked: str, holder: str) -> Busy:
 
 
 def missing(problem: DeviceProblem) -> NotConnected:
-    """Return the refusal while a device is missing; what it is about may end with the remedy already."""
+    """Return the error while a device is missing; the problem's detail may already end with its remedy."""
     found = f"{problem.device}: {problem.detail.removesuffix(f'; {problem.remedy}')}"
     return NotConnected(f"{found}; {problem.remedy}", asked="use the rig", found=found, remedy=problem.remedy)
 
 
 def not_open(problems: Sequence[DeviceProblem]) -> NotConnected:
-    """Return the refusal while there is no rig: it could not be opened, or is still opening."""
+    """Return the error while there is no rig: it could not be opened, or is still opening."""
     if problems:
         return missing(problems[0])
     return NotConnected(

@@ -1,4 +1,4 @@
-"""A recording as the hardware's replay wants it: its streams by role, its rig, its calibration."""
+"""Presents a recording to the hardware's replay drivers: its streams by role, its rig, its calibration."""
 
 import threading
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.settings import Settings
 
 UNNAMED_RIG = "recording"
-"""Which rig a recording shows that does not say."""
+"""Rig id of a recording that names none."""
 USUAL_BASELINE_M = 0.2
 
 
@@ -34,7 +34,7 @@ class PlayedCamera:
 
     @property
     def t_ns(self) -> NDArray[np.int64]:
-        """(n,) moments of the exposures."""
+        """(n,) times of the exposures."""
         return self._stream.t_ns
 
     def frame(self, index: int) -> RecordedExposure:
@@ -62,11 +62,11 @@ class PlayedRig:
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
         self._lock = threading.Lock()
-        rig, lens = recording.rig, read_wide_lens(recording.metadata)
-        told_m = None if lens is None else lens[1]
+        rig, lens = recording.rig, wide_lens_of(recording.metadata)
+        recorded_m = None if lens is None else lens[1]
         self.rig_id = UNNAMED_RIG if rig is None else rig.rig_id
         self.name = recording.path.name if rig is None else f"{rig.name} ({recording.path.name})"
-        self.baseline_m = rig.baseline_m if rig is not None else told_m or USUAL_BASELINE_M
+        self.baseline_m = rig.baseline_m if rig is not None else recorded_m or USUAL_BASELINE_M
         self.calibration: Calibration | None = None if rig is None else rig.calibration
         self.cameras: Mapping[Role, PlayedCamera] = {
             role: self._camera(stream)
@@ -85,14 +85,14 @@ class PlayedRig:
         info = DeviceInfo(
             vendor="recording" if recorded is None else recorded.vendor,
             model=stream.name if recorded is None else recorded.model,
-            serial=f"{path.stem}-{stream.name}",  # not its own: nothing kept for that one fits
+            serial=f"{path.stem}-{stream.name}",  # not the camera's own, whose stored settings would not fit
             port=str(path),
         )
         return PlayedCamera(self._recording, stream, info=info, lock=self._lock)
 
 
 def open_recording(path: Path) -> PlayedRig:
-    """Open a recording to be played; raise `InvalidInput` for what cannot be."""
+    """Open a recording for replay; raise `InvalidInput` when it cannot be played."""
     recording = Recording(path)
     played = PlayedRig(recording)
     if not played.cameras:
@@ -105,5 +105,5 @@ def open_recording(path: Path) -> PlayedRig:
 
 
 def playback_of(settings: Settings) -> Playback:
-    """Return how the settings want it played."""
+    """Return the playback that the settings name."""
     return Playback(speed=settings.replay_speed, at_end=EndOfPlayback(settings.replay_at_end))

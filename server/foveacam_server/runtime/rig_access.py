@@ -1,4 +1,4 @@
-"""A capture's way to the rig: every piece of its work goes through the hardware thread."""
+"""Access of captures and stills to the rig: all of their work goes through the hardware thread."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -13,7 +13,7 @@ from foveacam_server.runtime.ports import AssembledRig
 T = TypeVar("T")
 
 LONGEST_S = 120.0
-"""Of one piece of work: an exposure of 10 s, tried three times, and its readout."""
+"""Longest time of one piece of work: an exposure of 10 s, tried three times, and its readout."""
 
 
 class ThreadAccess:
@@ -35,12 +35,12 @@ class ThreadAccess:
         return self._head
 
     def check_may_move(self) -> None:
-        """Raise `Stopped` or `NotConnected` when nothing may move now."""
+        """Raise `Stopped` or `NotConnected` when the mirrors cannot move now."""
         self._hardware.check_may_move()
 
-    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
-        """Run work that steers and exposes; a stop that comes meanwhile is followed by another park."""
-        return answer_of(self._hardware.shoot(work), asked="an exposure", within_s=LONGEST_S)
+    def moving(self, work: Callable[[CaptureRig], T]) -> T:
+        """Run work that steers and exposes; after a stop meanwhile the mirrors are parked again."""
+        return answer_of(self._hardware.expose(work), asked="an exposure", within_s=LONGEST_S)
 
     def run_still(self, work: Callable[[CaptureRig], T]) -> T:
         """Run work that moves no mirror."""
@@ -48,9 +48,9 @@ class ThreadAccess:
 
 
 class StillRigAccess:
-    """Implements the pipeline's `RigAccess` for the holder of a session that moves nothing.
+    """Implements the pipeline's `RigAccess` for a still: it exposes where the mirrors stand.
 
-    Unlike a look it is not refused while a fovea is missing: what the others see is worth a still.
+    Unlike a look it is not refused while a fovea is missing: the other cameras make a still.
     """
 
     def __init__(self, hardware: HardwareThread, head: Head, *, clock: Clock) -> None:
@@ -73,14 +73,14 @@ class StillRigAccess:
         check_may_expose(self._hardware)
 
     def moving(self, work: Callable[[CaptureRig], T]) -> T:
-        """Run work that exposes; a stop that comes meanwhile is followed by another park."""
+        """Run work that exposes; after a stop meanwhile the mirrors are parked again."""
 
         def exposing(rig: AssembledRig) -> T:
             check_may_expose(self._hardware)
             try:
                 return work(rig)
             finally:
-                if self._hardware.halted:  # a pulse carries a position: it may have undone the stop's park
+                if self._hardware.halted:  # a pulse carries a position, which may have undone the park
                     rig.mirrors.park()
 
         check_may_expose(self._hardware)
@@ -92,7 +92,7 @@ class StillRigAccess:
 
 
 def check_may_expose(hardware: HardwareThread) -> None:
-    """Raise `Stopped` while the stop is engaged or the mirrors are switched off: no pulse is given then."""
+    """Raise `Stopped` while the stop is engaged or the mirrors are off: no pulse is given then."""
     if hardware.halted:
         raise refusals.stopped()
     hardware.mirrors.check()

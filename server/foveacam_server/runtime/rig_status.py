@@ -1,4 +1,4 @@
-"""What the rest of the server knows of the rig: a frozen picture that the hardware thread renews."""
+"""The rig's status as frozen values, which the hardware thread renews and all other threads read."""
 
 from collections import deque
 from dataclasses import dataclass, field
@@ -39,7 +39,7 @@ CLOSED = CameraLink(phase=CameraPhase.CLOSED)
 
 
 class RigState(StrEnum):
-    """How far the rig can be used."""
+    """Whether the rig can be used."""
 
     OPENING = "opening"
     READY = "ready"
@@ -58,7 +58,7 @@ class DeviceProblem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraStatus:
-    """One camera as last seen."""
+    """Last status of a camera."""
 
     role: Role
     info: DeviceInfo
@@ -71,18 +71,18 @@ class CameraStatus:
     """Measured over the last frames shown, not the nominal rate."""
     newest_t_ns: int | None
     ranges: CameraRanges = NO_RANGES
-    """What it accepts; nothing before it was opened."""
+    """Accepted values; none before it was opened."""
     link: CameraLink = CLOSED
 
     @property
     def most_rate_hz(self) -> float:
-        """Rate at which it can deliver; 0 when nobody knows."""
+        """Highest rate at which it can deliver; 0 when unknown."""
         return self.ranges.frame_rate_hz.high
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PanTiltStatus:
-    """The pan-tilt as last seen."""
+    """Last status of the pan-tilt."""
 
     info: DeviceInfo
     limits: PanTiltLimits
@@ -92,7 +92,7 @@ class PanTiltStatus:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigStatus:
-    """The whole rig as last seen; `rig_id` and `mirrors` are None until it is open."""
+    """Last status of the whole rig; `rig_id` and `mirrors` are None until it is open."""
 
     state: RigState = RigState.OPENING
     problems: tuple[DeviceProblem, ...] = ()
@@ -109,10 +109,10 @@ class RigStatus:
     """Largest differential drive of the mirrors."""
     pan_tilt: PanTiltStatus | None = None
     rail: RailState | None = None
-    """None when it has none."""
+    """None when the rig has none."""
     stations: tuple[Station, ...] = ()
     markers: MarkerPrint = field(default_factory=MarkerPrint)
-    """What it is calibrated with."""
+    """The printed markers that it is calibrated with."""
     settle_us: int | None = None
     gaze: StereoVolts = PARKED
 
@@ -127,7 +127,7 @@ class FrameRate:
     height: int | None = None
 
     def add(self, frame: Frame) -> bool:
-        """Count `frame`; tell whether it is new."""
+        """Count `frame`; return whether it is new."""
         if frame.seq == self.last_seq:
             return False
         self.last_seq = frame.seq
@@ -149,7 +149,7 @@ class FrameRate:
 
 
 def camera_status(camera: Camera, rate: FrameRate, *, connected: bool, now_ns: int) -> CameraStatus:
-    """Return what is known of one camera."""
+    """Return the status of a camera."""
     return CameraStatus(
         role=camera.role,
         info=camera.info,
@@ -166,7 +166,7 @@ def camera_status(camera: Camera, rate: FrameRate, *, connected: bool, now_ns: i
 
 
 def pan_tilt_status(pan_tilt: PanTilt) -> PanTiltStatus:
-    """Return what is known of the pan-tilt; one that does not answer is not connected."""
+    """Return the status of the pan-tilt; one that does not answer is not connected."""
     try:
         state = pan_tilt.state
     except FoveaError as error:
@@ -177,7 +177,7 @@ def pan_tilt_status(pan_tilt: PanTilt) -> PanTiltStatus:
 
 
 def rail_state(rail: Rail) -> RailState:
-    """Return what is known of the rail; one that does not answer is not connected."""
+    """Return the state of the rail; one that does not answer is not connected."""
     try:
         return rail.state
     except FoveaError as error:
@@ -192,7 +192,7 @@ def rig_status(
     rates: dict[Role, FrameRate],
     gaze: StereoVolts,
 ) -> RigStatus:
-    """Look at every device once; called by the thread that owns them."""
+    """Read the status of every device; called by the hardware thread."""
     failing = {problem.device for problem in problems}
     now_ns = rig.clock.now_ns()
     cameras = tuple(

@@ -1,6 +1,6 @@
-"""Keeps the rig in the 3D pane as it is: drawn from the calibration in force, its eyes as the mirrors are.
+"""Keeps the rig's drawing in the 3D pane up to date: the calibration in force and the mirrors' positions.
 
-A thread of its own at a low rate: the hardware thread never talks to viewers, and all get every change.
+Runs on a thread of its own at a low rate, as calls of the pane must not delay the hardware thread.
 """
 
 import logging
@@ -20,10 +20,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigGaze:
-    """Where the rig looks: the mirrors' volts, what they mean, the distance looked at (may be infinite).
-
-    `volts`: None while nobody knows them.
-    """
+    """The mirrors' volts (None while unknown), the calibration, the distance looked at (may be infinite)."""
 
     calibration: Calibration
     volts: StereoVolts | None
@@ -31,7 +28,7 @@ class RigGaze:
 
 
 def rig_shape(calibration: Calibration) -> RigShape:
-    """Return the rig as it is drawn: baseline and fields of view."""
+    """Return baseline and fields of view, for drawing."""
     wide = calibration.wide
     return RigShape(
         baseline_m=calibration.baseline_m,
@@ -49,49 +46,49 @@ def field_rad(size_px: int, f_px: float) -> float:
 
 
 class SceneFollower:
-    """Tells the 3D pane what has changed, until closed."""
+    """Sends changes of the gaze and the calibration to the 3D pane, until closed."""
 
-    def __init__(self, viewer: SceneViewer, *, sight: Callable[[], RigGaze | None]) -> None:
+    def __init__(self, viewer: SceneViewer, *, gaze: Callable[[], RigGaze | None]) -> None:
         self._viewer = viewer
-        self._sight = sight
-        self._told: RigGaze | None = None
+        self._gaze = gaze
+        self._sent: RigGaze | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="foveacam-scene", daemon=True)
 
     def start(self) -> None:
-        """Begin to follow."""
+        """Start the thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """Stop following."""
+        """End the thread."""
         self._closing.set()
         if self._thread.is_alive():
             self._thread.join()
 
-    def tell(self) -> None:
-        """Bring the scene up to date; nothing is sent when nothing has changed."""
-        sight = self._sight()
-        if sight is None or sight == self._told:
+    def update(self) -> None:
+        """Send what has changed."""
+        gaze = self._gaze()
+        if gaze is None or gaze == self._sent:
             return
-        if self._told is None or self._told.calibration is not sight.calibration:
-            self._viewer.show_rig(rig_shape(sight.calibration))
+        if self._sent is None or self._sent.calibration is not gaze.calibration:
+            self._viewer.show_rig(rig_shape(gaze.calibration))
         self._viewer.show_gaze(
-            left=_gaze(sight, Role.LEFT),
-            right=_gaze(sight, Role.RIGHT),
-            distance_m=sight.distance_m if math.isfinite(sight.distance_m) else None,
+            left=_gaze(gaze, Role.LEFT),
+            right=_gaze(gaze, Role.RIGHT),
+            distance_m=gaze.distance_m if math.isfinite(gaze.distance_m) else None,
         )
-        self._told = sight
+        self._sent = gaze
 
     def _run(self) -> None:
         while not self._closing.wait(PERIOD_S):
             try:
-                self.tell()
+                self.update()
             except FoveaError as error:
                 _log.debug("the scene does not follow: %s", error)
 
 
-def _gaze(sight: RigGaze, role: Role) -> EyeGaze | None:
-    if sight.volts is None:
+def _gaze(gaze: RigGaze, role: Role) -> EyeGaze | None:
+    if gaze.volts is None:
         return None
-    ax_rad, ay_rad = sight.calibration.eye(role).mirror.angles_rad(eye_volts(sight.volts, role))
+    ax_rad, ay_rad = gaze.calibration.eye(role).mirror.angles_rad(eye_volts(gaze.volts, role))
     return EyeGaze(ax_rad=ax_rad, ay_rad=ay_rad)

@@ -1,4 +1,4 @@
-"""What the lifespan built and the routes fetch; nothing here is created by a request."""
+"""All services of a running server, which the lifespan opens and the routes get as a dependency."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -43,11 +43,11 @@ from foveacam_server.settings import Settings
 
 @dataclass(slots=True, kw_only=True)
 class Services:
-    """Everything of one running server; opened in this order, closed in the reverse."""
+    """The services of one running server."""
 
     settings: Settings
     boot_id: str
-    """Changes at every start, so that a page notices a restart."""
+    """Changes at every start, so that a page detects a restart."""
     clock: Clock
     store: Store
     events: EventLog
@@ -63,7 +63,7 @@ class Services:
     stop: StopSwitch
     computing: ComputeQueue
     stopping: ThreadPoolExecutor
-    """Threads that only the stop uses, so that no other request can hold it up."""
+    """Threads that only the stop uses, so that no other request can delay it."""
     calibration: CalibrationService
     records: CalibrationRecords
     sessions: CalibrationSessionService
@@ -78,7 +78,7 @@ class Services:
     references: ReferenceService
     fixations: FixationService
     wide_depth: WideDepthService
-    """What is known of the whole wide view's depth; a `DepthContext` for fixations."""
+    """Depth of the whole wide view; a `DepthContext` for fixations."""
     measurements: MeasurementService
     suggestions: SuggestionService
     viewer: SceneViewer | None
@@ -86,7 +86,7 @@ class Services:
 
 
 async def services(connection: HTTPConnection) -> Services:
-    """Fetch what the lifespan built; works for requests and for WebSockets."""
+    """Return the services that the lifespan opened; for requests and for WebSockets."""
     return cast(Services, connection.app.state.services)
 
 

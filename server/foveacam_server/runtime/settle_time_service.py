@@ -1,4 +1,4 @@
-"""The settle time in use: the rig file's, or what was measured and put in use; survives a restart."""
+"""Applies the settle time: the rig file's, or a measured one that was put in use; survives a restart."""
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated
 from foveacam_server.api.calibration_models import SettleTimeDocument
@@ -16,7 +16,7 @@ from foveacam_server.runtime.ports import AssembledRig
 
 
 class SettleTimeService:
-    """Knows where the rig's settle time comes from, puts a measured one in use, and the rig file's again."""
+    """Puts a measured settle time or the rig file's in use, and describes which it is."""
 
     def __init__(self, times: SettleTimes, *, events: EventLog) -> None:
         self._times = times
@@ -31,20 +31,20 @@ class SettleTimeService:
 
     @property
     def in_use(self) -> SettleTime | None:
-        """What was measured and put in use; None: the rig file's counts."""
+        """The measured settle time in use; None: the rig file's is."""
         return self._in_use
 
     def describe(self, hardware: HardwareThread) -> SettleTimeDocument:
-        """Return how long the rig waits, and why; raise `NotConnected` until it was opened."""
+        """Return the settle time and its source; raise `NotConnected` until the rig was opened."""
         if self._rig_file_us is None:
             raise refusals.not_open(hardware.status.problems)
         found = settle_time_document(self._in_use, rig_file_us=self._rig_file_us)
         return SettleTimeDocument.model_validate(found)
 
     def restore(self, rig: AssembledRig) -> None:
-        """Give a rig that was just opened the settle time that was measured on it.
+        """Apply the measured settle time to a rig that was just opened.
 
-        One measured with another drive filter is passed over: it would be wrong.
+        One that was measured with another drive filter would be wrong and is not applied.
         """
         self._in_use, self._rig_file_us = None, rig.settle_us
         known = self._times.of(rig.rig_id)
@@ -53,7 +53,7 @@ class SettleTimeService:
         try:
             known.check_filter(rig.mirrors.low_pass_hz)
         except NotCalibrated as error:
-            self._tell(f"{error}; until then the rig file's counts", rig.settle_us, level=EventLevel.WARNING)
+            self._emit(f"{error}; until then the rig file's counts", rig.settle_us, level=EventLevel.WARNING)
             return
         rig.settle_us = known.settle_us
         self._in_use = known
@@ -74,29 +74,29 @@ class SettleTimeService:
             )
         time.check_filter(low_pass_hz)
         self._times.keep(time)
-        answer_of(hardware.submit(lambda rig: _wait_for(rig, time.settle_us)), asked=asked)
+        answer_of(hardware.submit(lambda rig: _set_settle_time(rig, time.settle_us)), asked=asked)
         self._in_use = time
-        self._tell(_now(time.settle_us, time.source), time.settle_us)
+        self._emit(_message(time.settle_us, time.source), time.settle_us)
 
     def forget(self, hardware: HardwareThread) -> None:
-        """Let the rig file's settle time count again, now and at every start."""
+        """Put the rig file's settle time in use again, now and at every start."""
         rig_file_us = self.describe(hardware).rig_file_us
         self._times.forget(answer_of(hardware.submit(lambda rig: rig.rig_id), asked="the rig's name"))
         if self._in_use is None:
             return
-        changed = hardware.submit(lambda rig: _wait_for(rig, rig_file_us))
+        changed = hardware.submit(lambda rig: _set_settle_time(rig, rig_file_us))
         answer_of(changed, asked="the rig file's settle time")
         self._in_use = None
-        self._tell(_now(rig_file_us, RIG_FILE), rig_file_us)
+        self._emit(_message(rig_file_us, RIG_FILE), rig_file_us)
 
-    def _tell(self, message: str, settle_us: int, *, level: EventLevel = EventLevel.INFO) -> None:
+    def _emit(self, message: str, settle_us: int, *, level: EventLevel = EventLevel.INFO) -> None:
         data = {"settle_us": settle_us, "source": self.source}
         self._events.emit("rig.settle_time", message, level=level, data=data)
 
 
-def _wait_for(rig: AssembledRig, settle_us: int) -> None:
+def _set_settle_time(rig: AssembledRig, settle_us: int) -> None:
     rig.settle_us = settle_us
 
 
-def _now(settle_us: int, source: str) -> str:
+def _message(settle_us: int, source: str) -> str:
     return f"the mirrors now get {settle_us / 1e3:g} ms to settle ({source})"

@@ -1,6 +1,6 @@
-"""After a fixation: depth, pictures, cloud and mesh of its last look, on a thread of its own.
+"""Computes depth, pictures, cloud and mesh of a fixation's last look on a thread of its own.
 
-The fixation's answer does not wait for any of it.
+The fixation's answer does not wait for them.
 """
 
 import logging
@@ -31,9 +31,9 @@ from foveacam_server.runtime.ports import PictureSink, SceneViewer
 _log = logging.getLogger(__name__)
 
 WAITING = 4
-"""Fixations whose shape may wait; the oldest is dropped for a newer one."""
+"""Fixations that may wait; the oldest is dropped for a newer one."""
 PUT_BACK = 12
-"""Targets of an earlier run that stand in the 3D pane again, the newest."""
+"""Number of the newest targets of an earlier run that are drawn in the 3D pane again."""
 MAX_POINTS = 50_000
 MESH_STEP_PX = 4
 SCALE = 0.5
@@ -46,7 +46,7 @@ OnCloud = Callable[[str, CloudDocument], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VergedLook:
-    """What a fixation leaves to be worked out."""
+    """A verged fixation whose shape is to be computed."""
 
     fixation_id: str
     label: str
@@ -71,17 +71,17 @@ class BoundedLook:
 
 
 class ShapeWorker:
-    """One thread from a verged look to what stands on the screen."""
+    """Turns verged looks into pictures, stored clouds and drawings in the 3D pane, on one thread."""
 
     def __init__(
         self,
         *,
-        shelf: CloudCollection,
+        clouds: CloudCollection,
         sink: PictureSink,
         viewer: SceneViewer | None,
         events: EventLog,
     ) -> None:
-        self._shelf = shelf
+        self._clouds = clouds
         self._sink = sink
         self._viewer = viewer
         self._events = events
@@ -91,15 +91,15 @@ class ShapeWorker:
         self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
 
     def start(self) -> None:
-        """Begin to work; first of all, put back what stood in the 3D pane."""
+        """Start the thread, which first draws the targets of an earlier run."""
         self._thread.start()
 
     def put_back(self, targets: Sequence[TargetDocument]) -> None:
-        """Show targets of an earlier run, with their clouds; before `start`."""
+        """Draw targets of an earlier run, with their clouds; before `start`."""
         self._earlier = tuple(targets[-PUT_BACK:])
 
     def close(self) -> None:
-        """Drop what waits and end the thread."""
+        """Drop the fixations that wait and end the thread."""
         while self._drop_one():
             pass
         self._waiting.put(None)
@@ -107,13 +107,13 @@ class ShapeWorker:
             self._thread.join(timeout=10.0)
 
     def put(self, seen: VergedLook | BoundedLook) -> None:
-        """Hand a fixation over; never blocks."""
+        """Queue a fixation; never blocks."""
         while self._waiting.qsize() >= WAITING and self._drop_one():
             self.dropped += 1
         self._waiting.put(seen)
 
     def forget(self, fixation_id: str) -> None:
-        """Take an earlier look at a target out of the 3D pane."""
+        """Remove a fixation from the 3D pane."""
         if self._viewer is not None:
             self._viewer.remove_fixation(fixation_id)
 
@@ -137,14 +137,16 @@ class ShapeWorker:
         try:
             self._work(seen)
         except FoveaError as error:
-            self._show(seen, cloud=None, mesh=None)  # the point at least
+            self._show(seen, cloud=None, mesh=None)  # the point without a shape
             self._failed(seen, str(error))
         except Exception:  # noqa: BLE001 - the thread's outermost frame: the next fixation gets its shape
             _log.exception("no shape for %s", seen.fixation_id)
             self._failed(seen, "an error that nobody foresaw; the cause is in the server's log")
 
     def _work(self, seen: VergedLook) -> None:
-        if seen.basis is Basis.FOVEA_AND_WIDE:  # the other fovea does not see it: there is no pair to match
+        if (
+            seen.basis is Basis.FOVEA_AND_WIDE
+        ):  # the other fovea does not see it, so there is no pair to match
             self._show(seen, cloud=None, mesh=None)
             return
         pair = rectify(seen.sighting, seen.calibration, scale=SCALE)
@@ -152,7 +154,7 @@ class ShapeWorker:
         self._sink.publish_picture("difference", difference(pair), t_ns=pair.t_ns)
         depth = depth_map(pair, match(pair))
         shape = self._shape(seen, pair, depth)
-        cloud = self._shelf.put(shape)  # first: what is shown can be measured in
+        cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
         self._sink.publish_picture("depth", shape.depth_picture, t_ns=pair.t_ns)
         self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
         seen.on_cloud(seen.fixation_id, cloud)
@@ -191,7 +193,7 @@ class ShapeWorker:
                 self._show_limits(_limits_of(target, target.bound))
             return
         try:
-            cloud = None if target.cloud_id is None else self._shelf.points(target.cloud_id)
+            cloud = None if target.cloud_id is None else self._clouds.points(target.cloud_id)
         except (FoveaError, OSError, ValueError) as error:
             _log.warning("%s: its cloud cannot be read: %s", target.label, error)
             cloud = None

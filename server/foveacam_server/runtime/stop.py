@@ -1,4 +1,7 @@
-"""The stop: parks at once, refuses every move until released. No lease, no queue, no database on its way."""
+"""The stop: holds and parks everything at once and refuses moves until released.
+
+It needs no lease, no queue and no database.
+"""
 
 import logging
 import threading
@@ -17,19 +20,21 @@ _log = logging.getLogger(__name__)
 
 
 CONFIRM_S = 1.0
-"""Longest that the controller may take to acknowledge; 2 to 20 ms are usual."""
+"""Longest wait for the controller's acknowledgement; 2 to 20 ms are usual."""
 
 
 def bring_to_rest(rig: AssembledRig) -> bool:
-    """Hold pan-tilt and rail and park the mirrors; tell whether the mirrors' controller confirmed."""
+    """Hold pan-tilt and rail and park the mirrors, from any thread; return whether the mirrors confirmed."""
     if rig.pan_tilt is not None:
-        _tried("the pan-tilt could not be held", rig.pan_tilt.hold)
+        _try_move("the pan-tilt could not be held", rig.pan_tilt.hold)
     if rig.rail is not None:
-        _tried("the rail could not be held", rig.rail.hold)
-    return _tried("the mirrors could not be parked", partial(rig.mirrors.park_confirmed, within_s=CONFIRM_S))
+        _try_move("the rail could not be held", rig.rail.hold)
+    return _try_move(
+        "the mirrors could not be parked", partial(rig.mirrors.park_confirmed, within_s=CONFIRM_S)
+    )
 
 
-def _tried(trouble: str, move: Callable[[], object]) -> bool:
+def _try_move(trouble: str, move: Callable[[], object]) -> bool:
     try:
         move()
     except FoveaError as error:
@@ -39,10 +44,10 @@ def _tried(trouble: str, move: Callable[[], object]) -> bool:
 
 
 class Haltable(Protocol):
-    """What can be halted: the hardware thread."""
+    """What the stop halts: the hardware thread."""
 
     def halt(self) -> bool:
-        """Refuse moves and park; tell whether the mirrors took it."""
+        """Refuse moves and park; return whether the mirrors confirmed."""
         ...
 
     def resume(self) -> None:
@@ -54,7 +59,7 @@ RELEASED = StopDocument(engaged=False, since_utc=None, by=None)
 
 
 class StopSwitch:
-    """Engaged by anybody, at any time, as often as they like."""
+    """Engages and releases the stop; anybody may engage it at any time."""
 
     def __init__(self, hardware: Haltable, *, cancel_jobs: Callable[[str], None], events: EventLog) -> None:
         self._hardware = hardware
@@ -69,7 +74,7 @@ class StopSwitch:
         return self._state
 
     def engage(self, by: str) -> StopAnswer:
-        """Park now and cancel what moves; return what the mirrors' controller confirmed."""
+        """Park now and cancel all jobs that move the rig; return whether the mirrors confirmed."""
         with self._lock:
             if not self._state.engaged:
                 self._state = StopDocument(engaged=True, since_utc=utc_now(), by=by)
@@ -84,7 +89,7 @@ class StopSwitch:
         return StopAnswer(engaged=True, parked=parked, parked_in_ms=elapsed_ms)
 
     def release(self, by: str) -> StopDocument:
-        """Allow moves again; harmless when it is not engaged."""
+        """Allow moves again, if the stop is engaged."""
         with self._lock:
             was_engaged = self._state.engaged
             self._state = RELEASED

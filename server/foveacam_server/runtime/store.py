@@ -1,4 +1,4 @@
-"""SQLite (WAL) behind jobs, fixations, targets, clouds and events, and the data directory's lock."""
+"""The SQLite database (WAL) of jobs, fixations, targets, clouds and events, and the data directory's lock."""
 
 import errno
 import fcntl
@@ -22,7 +22,7 @@ from foveacam_pipeline.storage.disk import disk_fault
 
 SCHEMA_VERSION = 1
 Document = dict[str, Any]
-"""A JSON object as it leaves by REST."""
+"""A JSON object, as stored in a row or sent by REST."""
 _DISK_ERRORS = {
     sqlite3.SQLITE_FULL: errno.ENOSPC,
     sqlite3.SQLITE_READONLY: errno.EROFS,
@@ -30,7 +30,7 @@ _DISK_ERRORS = {
     sqlite3.SQLITE_CANTOPEN: errno.EIO,
 }
 _LEAST_FREE_BYTES = 65_536
-"""With less, an error of input and output is one of a full disk."""
+"""With less free space, an I/O error is taken as a full disk."""
 
 
 class TableRow(DeclarativeBase):
@@ -40,7 +40,7 @@ class TableRow(DeclarativeBase):
 
 
 class JobRow(TableRow):
-    """One piece of long work."""
+    """A job."""
 
     __tablename__ = "jobs"
     seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
@@ -60,7 +60,7 @@ class JobRow(TableRow):
 
 
 class FixationRow(TableRow):
-    """One answered fixation; `document` is what REST shows, without the ids that come later."""
+    """A fixation; `document` is what REST shows, without the ids that are set later."""
 
     __tablename__ = "fixations"
     seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
@@ -72,7 +72,7 @@ class FixationRow(TableRow):
 
 
 class TargetRow(TableRow):
-    """A point that was verged on and kept."""
+    """A target: a point that was fixated."""
 
     __tablename__ = "targets"
     seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
@@ -82,7 +82,7 @@ class TargetRow(TableRow):
 
 
 class CloudRow(TableRow):
-    """The shape around one fixation; its files lie in the data directory under its id."""
+    """The point cloud of a fixation; its files are in the data directory under its id."""
 
     __tablename__ = "clouds"
     seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
@@ -92,7 +92,7 @@ class CloudRow(TableRow):
 
 
 class EventRow(TableRow):
-    """One line of the event log."""
+    """An event."""
 
     __tablename__ = "events"
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -104,11 +104,11 @@ Index("events_by_kind", EventRow.kind, EventRow.id)
 
 
 class Store:
-    """The database and the files beside it; one server at a time."""
+    """The database and the data directory; one server at a time may use it."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._lock_fd = _take_folder(folder)
+        self._lock_fd = _lock_folder(folder)
         try:
             self._engine = _open_engine(folder / "foveacam.sqlite")
         except BaseException:
@@ -137,9 +137,9 @@ class Store:
             if number is None:
                 raise
             if number == errno.EIO and shutil.disk_usage(self.folder).free < _LEAST_FREE_BYTES:
-                number = errno.ENOSPC  # its own files beside the database cannot be made
-            told = OSError(number, str(error.orig))
-            raise disk_fault(told, what="the database", folder=self.folder) from error
+                number = errno.ENOSPC  # SQLite cannot create its files beside the database
+            disk_error = OSError(number, str(error.orig))
+            raise disk_fault(disk_error, what="the database", folder=self.folder) from error
 
     def subfolder(self, name: str) -> Path:
         """Return a folder of the data directory, made when missing."""
@@ -153,7 +153,7 @@ class Store:
         os.close(self._lock_fd)
 
 
-def _take_folder(folder: Path) -> int:
+def _lock_folder(folder: Path) -> int:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         lock_fd = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o644)

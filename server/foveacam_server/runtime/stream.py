@@ -1,6 +1,6 @@
-"""Live pictures to many clients: one session a WebSocket, seats for MJPEG, and their limits.
+"""Sends live pictures to many clients, by WebSocket and by MJPEG, within limits.
 
-Each client is served by its own task and only ever with the newest picture, so that none waits for another.
+Each client has its own task and gets only the newest picture, so that none waits for another.
 """
 
 import asyncio
@@ -41,7 +41,7 @@ class MessageStream(Protocol):
 
 
 class LiveStreams:
-    """The live side of the server: the encoder that all share, and who is connected."""
+    """The encoder that all clients share, and the counts of clients."""
 
     def __init__(self, hub: FrameHub, *, boot_id: str, max_clients: int = MAX_CLIENTS) -> None:
         self.hub = hub
@@ -58,7 +58,7 @@ class LiveStreams:
 
     @contextmanager
     def seat(self) -> Iterator[None]:
-        """Hold one of the places for viewers; raise `Busy` when all are taken."""
+        """Count a client during the block; raise `Busy` when all places are taken."""
         if self.clients >= self.max_clients:
             raise Busy(f"all {self.max_clients} places for viewers are taken; close a page and connect again")
         self.clients += 1
@@ -69,7 +69,7 @@ class LiveStreams:
 
     @contextmanager
     def mjpeg_seat(self, address: str) -> Iterator[None]:
-        """Hold one of the MJPEG streams that an address may open; raise `Busy` beyond."""
+        """Count an MJPEG stream of an address during the block; raise `Busy` beyond the limit."""
         if self._mjpeg_seats[address] >= MJPEG_PER_ADDRESS:
             raise Busy(
                 f"{address} already watches {MJPEG_PER_ADDRESS} MJPEG streams, and more would block its "
@@ -86,7 +86,7 @@ class LiveStreams:
             self._mjpeg_seats += Counter()  # drops the addresses that have none
 
     async def pictures(self, view: str, scale: Scale) -> AsyncGenerator[EncodedPicture]:
-        """Yield the newest picture of `view` whenever there is a new one, until the server ends."""
+        """Yield each newest picture of `view`, until the server ends."""
         fresh = asyncio.Event()
         self._waiting.add(fresh)
         watch = self.hub.watch(frozenset({view}), lambda _view: fresh.set())
@@ -107,30 +107,30 @@ class LiveStreams:
             self._waiting.discard(fresh)
 
     def end(self) -> None:
-        """End all streams that never end by themselves; called on the loop when the server shuts down."""
+        """End all MJPEG streams; called on the event loop when the server shuts down."""
         self._ended = True
         for fresh in self._waiting:
             fresh.set()
 
     def close(self) -> None:
-        """Let the encoder's threads go."""
+        """End the encoder's threads."""
         self._executor.shutdown(wait=True, cancel_futures=True)
 
 
 class StreamSession:
-    """One client of the views' WebSocket, from hello to goodbye."""
+    """Serves one client of the views' WebSocket."""
 
     def __init__(self, streams: LiveStreams, wire: MessageStream) -> None:
         self._streams = streams
         self._hub = streams.hub
         self._wire = wire
-        self._book = CreditBook()
+        self._credit = CreditBook()
         self._watch: ViewSubscription | None = None
-        self._stirred = asyncio.Event()
+        self._wakeup = asyncio.Event()
         self._problems: list[str] = []
 
     async def run(self) -> None:
-        """Serve the client until it goes; whatever `wire` raises then passes through."""
+        """Serve the client until it leaves; what `wire` raises then is passed on."""
         await self._wire.send_text(messages.hello(self._hub, boot_id=self._streams.boot_id))
         tasks = [asyncio.create_task(self._listen()), asyncio.create_task(self._feed())]
         try:
@@ -148,29 +148,29 @@ class StreamSession:
         while True:
             text = await self._wire.receive_text()
             try:
-                self._obey(messages.parse(text))
+                self._handle(messages.parse(text))
             except InvalidInput as error:
-                # Sent by the one task that sends; a flood keeps only its last
+                # Sent by the one task that sends; of many only the last is
                 self._problems = [messages.problem(str(error))]
-            self._stirred.set()
+            self._wakeup.set()
 
-    def _obey(self, message: messages.Subscribe | messages.Ack) -> None:
+    def _handle(self, message: messages.Subscribe | messages.Ack) -> None:
         if isinstance(message, messages.Ack):
             names = self._hub.names
             if message.view >= len(names):
                 raise InvalidInput(f"ack: view is 0 to {len(names) - 1}, found {message.view}")
-            self._book.acknowledge(names[message.view], seq=message.seq, now_ns=time.monotonic_ns())
+            self._credit.acknowledge(names[message.view], seq=message.seq, now_ns=time.monotonic_ns())
             return
-        watch = self._hub.watch(frozenset(message.views), lambda _view: self._stirred.set())
+        watch = self._hub.watch(frozenset(message.views), lambda _view: self._wakeup.set())
         if self._watch is not None:
             self._watch.close()
         self._watch = watch
-        self._book.subscribe({view: choice.scale for view, choice in message.views.items()})
+        self._credit.subscribe({view: choice.scale for view, choice in message.views.items()})
 
     async def _feed(self) -> None:
         next_stats_s = 0.0
         while True:
-            self._stirred.clear()
+            self._wakeup.clear()
             while self._problems:
                 await self._wire.send_text(self._problems.pop())
             if time.monotonic() >= next_stats_s:
@@ -182,22 +182,22 @@ class StreamSession:
     async def _pause(self, wait_s: float) -> None:
         try:
             async with asyncio.timeout(max(wait_s, 0.0)):
-                await self._stirred.wait()
+                await self._wakeup.wait()
         except TimeoutError:
             return  # time for the statistics
 
     async def _send_due(self) -> bool:
-        """Send the picture that is due; tell whether there was one."""
-        newest = {view: self._hub.newest(view) for view in self._book.views}
-        view = self._book.due({name: picture for name, picture in newest.items() if picture is not None})
-        scale = None if view is None else self._book.scale(view)
+        """Send the picture that is due; return whether there was one."""
+        newest = {view: self._hub.newest(view) for view in self._credit.views}
+        view = self._credit.due({name: picture for name, picture in newest.items() if picture is not None})
+        scale = None if view is None else self._credit.scale(view)
         if view is None or scale is None:
             return False
         encoded = await self._streams.jpegs.newest(view, scale)
-        if encoded is None or self._book.scale(view) != scale:
-            return True  # the subscription changed meanwhile: look again
+        if encoded is None or self._credit.scale(view) != scale:
+            return True  # the subscription changed meanwhile: try again
         picture = encoded.picture
-        self._book.sent(picture, seq=messages.wire_seq(picture), now_ns=time.monotonic_ns())
+        self._credit.sent(picture, seq=messages.wire_seq(picture), now_ns=time.monotonic_ns())
         overlay = messages.overlay(picture)
         if overlay is not None:
             await self._wire.send_text(overlay)

@@ -1,6 +1,6 @@
-"""Who may be sent what next: one credit a view, and no more under way than a slow client can swallow.
+"""Flow control of one client: one credit a view, and no more in flight than a slow client can draw.
 
-Pure bookkeeping of one client; knows neither sockets nor event loops.
+Pure bookkeeping, without sockets and event loops.
 """
 
 from collections.abc import Mapping
@@ -10,9 +10,9 @@ from foveacam_server.runtime.encoder import Scale
 from foveacam_server.runtime.view_state import ViewPicture
 
 BACKLOG_LIMIT_MS = 250.0
-"""A further picture is sent only if all that is under way should be drawn within this time.
+"""A further picture is sent only if all pictures in flight should be drawn within this time.
 
-Views share one connection: with one picture of each on a thin line, the last would wait for the others.
+Views share one connection: with one picture of each on a slow line, the last would wait for the others.
 """
 _SMOOTHING = 0.3
 
@@ -24,7 +24,7 @@ class _UnderWay:
 
 
 class CreditBook:
-    """Subscription, pictures under way and pictures last sent, of one client."""
+    """Subscription, pictures in flight and last sent pictures of one client."""
 
     def __init__(self) -> None:
         self._scales: dict[str, Scale] = {}
@@ -40,7 +40,7 @@ class CreditBook:
         return frozenset(self._scales)
 
     def scale(self, view: str) -> Scale | None:
-        """Return the size asked for, None when `view` is not subscribed to."""
+        """Return the requested scale; None when `view` is not subscribed to."""
         return self._scales.get(view)
 
     def subscribe(self, scales: Mapping[str, Scale]) -> None:
@@ -51,7 +51,7 @@ class CreditBook:
         self._scales = dict(scales)
 
     def due(self, newest: Mapping[str, ViewPicture]) -> str | None:
-        """Return the view to send now, the one that waited longest first; None when none may be sent."""
+        """Return the view to send now, the one that waited longest; None when none may be sent."""
         waiting = [
             view
             for view, picture in newest.items()
@@ -64,18 +64,18 @@ class CreditBook:
         return view if not self._under_way or backlog_ms <= BACKLOG_LIMIT_MS else None
 
     def sent(self, picture: ViewPicture, *, seq: int, now_ns: int) -> None:
-        """Take the credit of the picture's view."""
+        """Record that a picture was sent: its view has no credit until it is acknowledged."""
         self._under_way[picture.view] = _UnderWay(seq=seq, sent_ns=now_ns)
         self._last[picture.view] = picture
         self._sent_ns[picture.view] = now_ns
 
     def acknowledge(self, view: str, *, seq: int, now_ns: int) -> bool:
-        """Give the credit back and learn how long the client takes; tell whether `seq` was under way."""
+        """Return the credit and update the client's drawing time; return whether `seq` was in flight."""
         under_way = self._under_way.get(view)
         if under_way is None or under_way.seq != seq:
             return False
         del self._under_way[view]
-        # Pictures queue behind each other: what this one cost is the time since the one before was done
+        # Pictures queue behind each other: the time of this one begins when the one before was drawn
         service_ms = (now_ns - max(under_way.sent_ns, self._last_ack_ns)) / 1e6
         before_ms = self._service_ms.get(view, service_ms)
         self._service_ms[view] = before_ms + _SMOOTHING * (service_ms - before_ms)

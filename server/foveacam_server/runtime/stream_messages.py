@@ -1,4 +1,4 @@
-"""What the views' WebSocket carries: the client's messages checked, the server's built."""
+"""Messages of the views' WebSocket: parses the client's, builds the server's."""
 
 import json
 import struct
@@ -49,7 +49,7 @@ _FROM_CLIENT: TypeAdapter[Subscribe | Ack] = TypeAdapter(
 
 
 def parse(text: str) -> Subscribe | Ack:
-    """Return the client's message; raise `InvalidInput` that says what is wrong with it."""
+    """Parse a client's message; raise `InvalidInput` when it cannot be used."""
     if len(text) > MAX_MESSAGE_LENGTH:
         raise InvalidInput(f"a message has at most {MAX_MESSAGE_LENGTH} characters, found {len(text)}")
     try:
@@ -64,7 +64,7 @@ def parse(text: str) -> Subscribe | Ack:
 
 
 def wire_seq(picture: ViewPicture) -> int:
-    """Return the picture's number as the wire carries it."""
+    """Return the picture's number modulo 2^32."""
     return picture.seq & _U32
 
 
@@ -79,14 +79,14 @@ def hello(hub: FrameHub, *, boot_id: str) -> str:
 
 
 def overlay(picture: ViewPicture) -> str | None:
-    """Return what belongs over `picture`; None when its publisher gave nothing."""
+    """Return the overlay of `picture`; None when it has none."""
     if picture.meta is None:
         return None
     return json.dumps({"type": "overlay", "seq": wire_seq(picture), **picture.meta})
 
 
 def stats(hub: FrameHub) -> str:
-    """Return rate, age and freeze of every view."""
+    """Return the statistics of every view: rate, age, how long frozen."""
     views = {}
     for name in hub.names:
         status = hub.status(name)
@@ -104,7 +104,7 @@ def problem(detail: str) -> str:
 
 
 def frame(encoded: EncodedPicture, hub: FrameHub) -> bytes:
-    """Return a picture as the wire carries it: header, then JPEG."""
+    """Return a picture as a binary message: header, then JPEG."""
     picture = encoded.picture
     age_us = max(hub.clock.now_ns() - picture.t_ns, 0) // 1000
     frozen = hub.status(picture.view).frozen_since_ms is not None

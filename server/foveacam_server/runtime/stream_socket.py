@@ -6,7 +6,7 @@ import socket
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput
 
 SEND_BUFFER_BYTES = 128 * 1024
-"""About one picture: what the kernel holds for a slow client is already old (its default is up to 4 MB)."""
+"""About one picture: more in the kernel's buffer would be old when it is sent (default: up to 4 MB)."""
 _BACKLOG = 256
 
 

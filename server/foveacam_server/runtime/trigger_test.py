@@ -1,6 +1,6 @@
-"""Tests of the trigger, eye by eye: a command exposes the camera; then one pulse of the controller does.
+"""Tests the trigger of both foveae: by a software command to each, then by one pulse of the controller.
 
-The verdict tells what to look at. Each step is a piece of work for the thread that owns the rig.
+The verdict names the likely cause. Each step runs in the hardware thread.
 """
 
 import logging
@@ -28,15 +28,15 @@ from foveacam_server.runtime.ports import AssembledRig
 _log = logging.getLogger(__name__)
 
 STILL_MS = 200.0
-"""A camera stands still once no frame has come for so long."""
-LEAST_MS = 1000.0
+"""A camera has stopped delivering once no frame has come for this time."""
+MIN_WAIT_MS = 1000.0
 MARGIN_MS = 500.0
 LONGEST_AFTER_PULSE_US = 4000
 """An exposure must end this soon after the pulse: the controller gives up 5 ms after it."""
 
 
 class TriggerVerdict(StrEnum):
-    """What a test found."""
+    """Result of a test."""
 
     UNTESTED = "untested"
     OK = "ok"
@@ -48,7 +48,7 @@ class TriggerVerdict(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EyeTestResult:
-    """What was found of one eye, in words; `software_ms`, `hardware_ms`: from trigger to frame."""
+    """Result of one eye; `software_ms`, `hardware_ms`: from trigger to frame."""
 
     role: Role
     verdict: TriggerVerdict
@@ -59,7 +59,7 @@ class EyeTestResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TriggerProbe:
-    """What one kind of trigger did: a frame after so long, or why none came."""
+    """Result of one kind of trigger: the time until the frame, or why none came."""
 
     took_ms: float | None = None
     why: str = ""
@@ -68,12 +68,12 @@ class TriggerProbe:
 
 
 def patience_ms(settings: CameraSettings) -> float:
-    """Return how long a triggered frame is waited for."""
-    return max(LEAST_MS, 2.0 * settings.exposure_ns / 1e6 + MARGIN_MS)
+    """Return the longest wait for a triggered frame."""
+    return max(MIN_WAIT_MS, 2.0 * settings.exposure_ns / 1e6 + MARGIN_MS)
 
 
 def probe_by_software(rig: AssembledRig, camera: Camera) -> TriggerProbe:
-    """Let a camera wait for commands, give it one, and see what comes; the settings stay so."""
+    """Set a camera to software trigger, trigger it and read the frame; the settings stay changed."""
     by_hand = replace(camera.settings, exposure_auto=AutoMode.OFF)
     try:
         camera.configure(replace(by_hand, triggered=True, trigger_source=TriggerSource.SOFTWARE))
@@ -82,7 +82,7 @@ def probe_by_software(rig: AssembledRig, camera: Camera) -> TriggerProbe:
     except FoveaError as error:
         return TriggerProbe(why=str(error))
     try:
-        _await_stillness(rig, camera)
+        _await_silence(rig, camera)
         began_ns = rig.clock.now_ns()
         camera.software_trigger()
         camera.read(timeout_ms=patience_ms(camera.settings))
@@ -94,12 +94,12 @@ def probe_by_software(rig: AssembledRig, camera: Camera) -> TriggerProbe:
 def probe_by_pulse(
     rig: AssembledRig, cameras: tuple[Camera, ...], *, gaze: StereoVolts
 ) -> dict[Role, TriggerProbe] | None:
-    """Let the eyes wait for their lines, and give them one pulse; None when no pulse could be given.
+    """Set the foveae to hardware trigger and give one pulse; None when no pulse could be given.
 
-    The settings stay so.
+    The settings stay changed.
     """
     exposure_ns = min(camera.settings.exposure_ns for camera in cameras)
-    found = {camera.role: _listen(rig, camera, exposure_ns) for camera in cameras}
+    found = {camera.role: _arm_for_pulse(rig, camera, exposure_ns) for camera in cameras}
     began_ns = rig.clock.now_ns()
     exposure_us = exposure_ns // 1000
     pulse_us = max(1, exposure_us // 2, exposure_us - LONGEST_AFTER_PULSE_US)
@@ -108,7 +108,7 @@ def probe_by_pulse(
         rig.mirrors.expose(gaze, settle_us=0, pulse_us=pulse_us)
     except (NotConnected, Stopped):
         return None
-    except FoveaError as error:  # perhaps one strobe is missing: the frames tell more
+    except FoveaError as error:  # perhaps one strobe is missing: the frames show which
         complaint = str(error)
     for camera in cameras:
         if not found[camera.role].why:
@@ -120,7 +120,7 @@ def probe_by_pulse(
 
 
 def verdict_of(role: Role, software: TriggerProbe, hardware: TriggerProbe | None) -> EyeTestResult:
-    """Return what both probes say together; `hardware` is None where no pulse could be given."""
+    """Return the verdict of both probes; `hardware` is None where no pulse could be given."""
 
     def found(verdict: TriggerVerdict, detail: str) -> EyeTestResult:
         return EyeTestResult(
@@ -150,24 +150,24 @@ def verdict_of(role: Role, software: TriggerProbe, hardware: TriggerProbe | None
 
 
 def put_back(cameras: Iterable[Camera], before: Mapping[Role, CameraSettings]) -> dict[Role, CameraSettings]:
-    """Let every camera run as it did; return what those still need that are gone."""
-    owed = {}
+    """Restore every camera's settings; return those of cameras that are lost."""
+    pending = {}
     for camera in cameras:
         try:
             camera.configure(before[camera.role])
         except FoveaError as error:
             _log.warning("after the trigger test: %s", error)
-            owed[camera.role] = before[camera.role]
-    return owed
+            pending[camera.role] = before[camera.role]
+    return pending
 
 
-def _listen(rig: AssembledRig, camera: Camera, exposure_ns: int) -> TriggerProbe:
-    """Let a camera wait for its line; return why it does not."""
+def _arm_for_pulse(rig: AssembledRig, camera: Camera, exposure_ns: int) -> TriggerProbe:
+    """Set a camera to hardware trigger; return why that failed."""
     by_hand = replace(camera.settings, exposure_ns=exposure_ns, exposure_auto=AutoMode.OFF)
-    wish = replace(by_hand, triggered=True, trigger_source=TriggerSource.HARDWARE)
+    settings = replace(by_hand, triggered=True, trigger_source=TriggerSource.HARDWARE)
     try:
-        camera.configure(wish)
-        _await_stillness(rig, camera)
+        camera.configure(settings)
+        _await_silence(rig, camera)
     except FoveaError as error:
         return TriggerProbe(why=str(error), possible=not isinstance(error, OutOfRange))
     return TriggerProbe()
@@ -181,8 +181,8 @@ def _after_pulse(rig: AssembledRig, camera: Camera, began_ns: int) -> TriggerPro
     return TriggerProbe(took_ms=(rig.clock.now_ns() - began_ns) / 1e6)
 
 
-def _await_stillness(rig: AssembledRig, camera: Camera) -> None:
-    """Read until nothing comes any more: what was under way is over."""
+def _await_silence(rig: AssembledRig, camera: Camera) -> None:
+    """Read frames until none comes any more; raise `DeviceFault` when they do not stop."""
     until_ns = rig.clock.now_ns() + round(patience_ms(camera.settings) * 1e6)
     while rig.clock.now_ns() < until_ns:
         try:

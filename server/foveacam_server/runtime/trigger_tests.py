@@ -1,4 +1,4 @@
-"""Trigger tests as jobs: the rig to itself, step by step through its thread, what ran is restored."""
+"""Runs trigger tests as jobs, restores the cameras' settings and stores the results."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -30,7 +30,7 @@ T = TypeVar("T")
 
 
 class TriggerTests:
-    """Queues tests, runs them, keeps what they found."""
+    """Queues and runs tests and stores their results."""
 
     def __init__(
         self,
@@ -53,18 +53,18 @@ class TriggerTests:
         return self._jobs.submit(KIND, {}, idempotency_key=idempotency_key)
 
     def get(self, test_id: str) -> TriggerTestDocument:
-        """Return what one test found or raise `NotFound`."""
+        """Return the result of a test by its id or raise `NotFound`."""
         for known in self.every():
             if known.id == test_id:
                 return known
         raise NotFound(f"there is no trigger test {test_id}; see {URL}", asked=test_id)
 
-    def at_url(self, url: str) -> TriggerTestDocument:
-        """Return the test that a job's result URL names."""
+    def get_by_url(self, url: str) -> TriggerTestDocument:
+        """Return the result that a job's result URL names."""
         return self.get(url.rsplit("/", 1)[1])
 
     def every(self) -> list[TriggerTestDocument]:
-        """Return all tests, newest first."""
+        """Return the results of all tests, newest first."""
         paths = sorted(self._folder.glob("*.json"), reverse=True)
         return [TriggerTestDocument.model_validate_json(path.read_bytes()) for path in paths]
 
@@ -88,32 +88,36 @@ class TriggerTests:
         return f"{URL}/{result.id}"
 
     def _test(self, context: JobContext) -> list[test.EyeTestResult]:
-        before = self._do(lambda rig: {eye.role: eye.settings for eye in _eyes(rig)}, "the cameras' settings")
+        before = self._run_on_rig(
+            lambda rig: {eye.role: eye.settings for eye in _eyes(rig)}, "the cameras' settings"
+        )
         try:
             software = {}
             for step, role in enumerate(EYES):
                 context.check()
                 context.progress(step, total=STEPS, note=f"a command to the {role.value} camera")
-                software[role] = self._do(_by_software(role), f"a command to the {role.value} camera")
+                software[role] = self._run_on_rig(_by_software(role), f"a command to the {role.value} camera")
             context.check()
             context.progress(len(EYES), total=STEPS, note="one pulse of the controller")
             pulses = self._pulse()
         finally:
-            owed = self._do(lambda rig: test.put_back(_eyes(rig), before), "the settings of before")
-            self._cameras.owe(owed)
+            pending = self._run_on_rig(
+                lambda rig: test.put_back(_eyes(rig), before), "the settings of before"
+            )
+            self._cameras.restore_when_back(pending)
         context.progress(STEPS, total=STEPS)
         return [
             test.verdict_of(role, software[role], None if pulses is None else pulses[role]) for role in EYES
         ]
 
     def _pulse(self) -> dict[Role, test.TriggerProbe] | None:
-        """Give a pulse where the mirrors may move; where they may not, the lines stay untested."""
+        """Give a pulse, unless the stop is engaged: the lines then stay untested."""
         if self._hardware.halted:
             return None
         gaze = self._hardware.gaze
-        return self._do(lambda rig: test.probe_by_pulse(rig, _eyes(rig), gaze=gaze), "a pulse")
+        return self._run_on_rig(lambda rig: test.probe_by_pulse(rig, _eyes(rig), gaze=gaze), "a pulse")
 
-    def _do(self, work: Callable[[AssembledRig], T], asked: str) -> T:
+    def _run_on_rig(self, work: Callable[[AssembledRig], T], asked: str) -> T:
         return answer_of(self._hardware.submit(work), asked=asked, within_s=LONGEST_STEP_S)
 
     def _write(self, result: TriggerTestDocument) -> None:

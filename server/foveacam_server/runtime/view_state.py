@@ -1,4 +1,4 @@
-"""One view: what it is, its newest picture, and whether pictures keep coming."""
+"""One view: its description, its newest picture, its rate, and whether it is frozen."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -10,26 +10,26 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Image
 
 RATE_WINDOW_NS = 2_000_000_000
-"""The rate of a view is that of its pictures of the last two seconds."""
+"""Window over which the rate of a view is measured."""
 FROZEN_AFTER_MS = 1500.0
-"""Without a new picture for so long a live view counts as frozen."""
+"""A live view without a new picture for this time counts as frozen."""
 _SAMPLE_STEP_PX = 24
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewSpec:
-    """A view that the server knows; the size is nominal until its first picture comes."""
+    """A view; its size is nominal until its first picture."""
 
     name: str
     width: int
     height: int
     description: str
     live: bool
-    """Whether a camera feeds it without end, so that standing still is a fault."""
+    """Whether a camera feeds it continuously, so that a frozen picture is a fault."""
     on_demand: bool = False
-    """Whether it is fed only while somebody watches, so that it may rest while nobody does."""
+    """Whether it is fed only while it has viewers."""
     passing: bool = False
-    """Whether it belongs to some work, and is not listed before that shows its first picture."""
+    """Whether it belongs to a job, and is listed only after its first picture."""
 
 
 VIEWS = (
@@ -82,15 +82,15 @@ class ViewPicture:
     image: Image
     bits: int
     seq: int
-    """The publisher's number of it, else the hub's own count."""
+    """The publisher's number, else the hub's own count."""
     t_ns: int
     meta: Mapping[str, object] | None
-    """What the page draws over it, ready for JSON; None for nothing."""
+    """The overlay that the page draws, ready for JSON; None for none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewStatus:
-    """How a view is doing."""
+    """Status of a view."""
 
     spec: ViewSpec
     width: int
@@ -99,14 +99,14 @@ class ViewStatus:
     age_ms: float | None
     """Since the middle of the newest picture's exposure; None before the first."""
     frozen_since_ms: float | None
-    """For how long the picture has stood still; None while it does not."""
+    """For how long the view has been frozen; None while it is not."""
     published: int
     repeated: int
-    """Pictures offered again that were here already, or identical in content."""
+    """Pictures that were published again, or were identical in content."""
 
 
 class ViewState:
-    """What the hub remembers of one view."""
+    """The hub's state of one view."""
 
     def __init__(self, spec: ViewSpec) -> None:
         self.spec = spec
@@ -118,8 +118,8 @@ class ViewState:
         self.watched_ns: int | None = None
         self._sample: NDArray[np.uint8] | NDArray[np.uint16] | None = None
 
-    def take(self, picture: ViewPicture, *, now_ns: int) -> bool:
-        """Keep `picture` when it is news; tell whether it was."""
+    def add(self, picture: ViewPicture, *, now_ns: int) -> bool:
+        """Make `picture` the newest if it is newer; return whether it was."""
         newest = self.newest
         if newest is not None and (newest.image is picture.image or newest.t_ns >= picture.t_ns):
             self.repeated += 1
@@ -145,7 +145,7 @@ class ViewState:
         return (len(recent_ns) - 1) * 1e9 / (recent_ns[-1] - recent_ns[0])
 
     def frozen_since_ms(self, now_ns: int) -> float | None:
-        """Return for how long a live view has stood still, None while it moves, rests or never began."""
+        """Return for how long a live view has been frozen; None while it is not, idle, or without picture."""
         if self.newest is None or not self.spec.live:
             return None
         limit_ns = FROZEN_AFTER_MS * 1e6

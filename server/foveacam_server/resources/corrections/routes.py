@@ -41,4 +41,4 @@ async def correct(
     """Queue a look at the same target that takes only distances nearer or farther than its answer."""
     services.lease.check(x_lease)
     job = look_beside(services.fixations, fixation_id, request.direction, source="rest")
-    return await job_answer(services, job, prefer=prefer, result=services.fixations.at_url)
+    return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)
