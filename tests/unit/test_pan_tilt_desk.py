@@ -75,7 +75,7 @@ def never() -> bool:
 
 def test_move_reaches_the_device(setup: Setup) -> None:
     setup.desk.move(THERE).result(PATIENCE_S)
-    assert setup.desk.seen_now().result(PATIENCE_S).pose == THERE
+    assert setup.desk.read_state().result(PATIENCE_S).pose == THERE
 
 
 def test_refusal_of_the_device_comes_back(setup: Setup) -> None:
@@ -132,7 +132,7 @@ def test_hold_needs_nobodys_leave(setup: Setup) -> None:
 
 def test_homing_is_seen(setup: Setup) -> None:
     setup.desk.home().result(PATIENCE_S)
-    assert setup.desk.seen_now().result(PATIENCE_S).homed
+    assert setup.desk.read_state().result(PATIENCE_S).homed
 
 
 def test_a_zero_is_confirmed_to_the_device_while_no_job_has_the_rig(setup: Setup) -> None:

@@ -79,7 +79,7 @@ def on_rail(setup: Setup) -> Iterator[OnRail]:
 def test_a_move_to_a_place_by_its_name_says_where_that_is(on_rail: OnRail) -> None:
     assert on_rail.desk.move_to_place("far left").result(PATIENCE_S) == -0.3
 
-    seen = on_rail.desk.seen_now().result(PATIENCE_S)
+    seen = on_rail.desk.read_status().result(PATIENCE_S)
     assert seen is not None
     assert seen.state.position_m == -0.3
     assert seen.places == PAPER_PLACES
@@ -114,7 +114,7 @@ def test_moves_wait_for_the_job_that_has_the_rig(on_rail: OnRail) -> None:
 
 
 def test_a_hold_goes_past_the_queue_while_a_job_has_the_rig(on_rail: OnRail) -> None:
-    on_rail.desk.seen_now().result(PATIENCE_S)
+    on_rail.desk.read_status().result(PATIENCE_S)
     with on_rail.setup.hardware.session("a capture", cancelled=never):
         on_rail.desk.hold()
 
@@ -133,7 +133,7 @@ def test_its_alarm_is_told_until_it_is_over_and_keeps_nobody_from_looking(on_rai
 def test_a_rig_without_a_rail_says_how_to_name_one(setup: Setup) -> None:
     desk = RailService(setup.hardware)
 
-    assert desk.seen_now().result(PATIENCE_S) is None
+    assert desk.read_status().result(PATIENCE_S) is None
     with pytest.raises(NotConnected, match=r"\[rail\]"):
         desk.move(0.0).result(PATIENCE_S)
     desk.hold()

@@ -11,7 +11,7 @@ from foveacam_hardware.contract import Busy, Frame, InvalidInput, MonotonicClock
 from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, EndCause, RecordingBounds
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import RigDescription
-from foveacam_pipeline.capture.reserve import RESERVE_BYTES
+from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.api.recording_models import RecordingRequest
 from foveacam_server.errors import NotFound
 from foveacam_server.recordings.begin import check_room
@@ -137,7 +137,7 @@ def test_it_records_while_another_job_has_the_worker_and_after_the_stop(bench: B
 
 
 @pytest.mark.parametrize("read_only", [False, True])
-def test_a_disk_that_takes_no_more_ends_it_with_a_problem_and_what_it_took_is_read(
+def test_a_disk_that_is_disk_exhausted_ends_it_with_a_problem_and_what_it_took_is_read(
     bench: Bench, monkeypatch: pytest.MonkeyPatch, read_only: bool
 ) -> None:
     def small(path: Path) -> SmallDisk:

@@ -3,7 +3,7 @@
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse
 
-from foveacam_pipeline.study.maps import FieldMap, RandomMap, random_map
+from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
 from foveacam_server.api.planner_models import (
     GeojsonMapRequest,
     MapAsked,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.api.calibration_models import SessionDocument
 from foveacam_server.calibrating.documents import session_document
 from foveacam_server.calibrating.pictures import picture_path

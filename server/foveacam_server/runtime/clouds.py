@@ -15,6 +15,7 @@ from foveacam_pipeline.measure.look import LookDepth
 from foveacam_pipeline.measure.look_file import save_look
 from foveacam_pipeline.stereo.ply import VERTEX, ply_bytes
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.api.models import CloudDocument
 from foveacam_server.errors import NotFound
 from foveacam_server.runtime.depth_patches import (

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from foveacam_pipeline.capture.dataset.disk import disk_errors
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.api.drift_models import DriftCheckDocument, DriftRequest
 from foveacam_server.calibrating.drift_records import DriftRecords
 from foveacam_server.runtime.calibration_job_watcher import CalibrationJobWatcher

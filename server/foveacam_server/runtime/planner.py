@@ -13,7 +13,13 @@ from foveacam_pipeline.study.visibility.obstacles import (
     success_probability,
     success_slope_per_m,
 )
-from foveacam_pipeline.study.standoff import NearBound, StandoffRing, resolution_rad, resolving_range_m, ring
+from foveacam_pipeline.study.visibility.standoff import (
+    NearBound,
+    StandoffRing,
+    resolution_rad,
+    resolving_range_m,
+    ring,
+)
 from foveacam_server.api.planner_models import (
     ClutterRequest,
     CurveDocument,

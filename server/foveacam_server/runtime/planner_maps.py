@@ -16,10 +16,10 @@ from shapely.geometry import mapping
 from shapely.geometry.base import BaseGeometry
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.map_files import geojson_of, map_from_geojson, map_from_picture
-from foveacam_pipeline.study.maps import FieldMap, Place, RandomMap
-from foveacam_pipeline.study.regions import annulus, areas, feasible_regions
-from foveacam_pipeline.study.standoff import StandoffRing
+from foveacam_pipeline.study.visibility.map_files import geojson_of, map_from_geojson, map_from_picture
+from foveacam_pipeline.study.visibility.maps import FieldMap, Place, RandomMap
+from foveacam_pipeline.study.visibility.regions import annulus, areas, feasible_regions
+from foveacam_pipeline.study.visibility.standoff import StandoffRing
 from foveacam_server.api.planner_models import (
     AreasDocument,
     MapDocument,

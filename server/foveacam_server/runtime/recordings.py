@@ -25,7 +25,7 @@ from foveacam_pipeline.capture.recording.bounds import (
 )
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RecordingSession
-from foveacam_pipeline.capture.reserve import free_bytes
+from foveacam_pipeline.storage.free_space import free_bytes
 from foveacam_server.api.recording_models import RecordingDocument, RecordingRequest
 from foveacam_server.recordings.begin import check_room, full_rates, identity_of
 from foveacam_server.recordings.depth import RecordedDepthService

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from foveacam_hardware.contract import FoveaError
 from foveacam_pipeline.capture.dataset.derived import drop_half_made, remove_reference
 from foveacam_pipeline.capture.rail_stops import footing_of
+from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.api.models import Problem
 from foveacam_server.api.reference_models import MadeReference, ReferenceDocument, ReferenceStop
 from foveacam_server.capturing.capture_collection import StoredCapture
