@@ -137,7 +137,7 @@ def test_it_records_while_another_job_has_the_worker_and_after_the_stop(bench: B
 
 
 @pytest.mark.parametrize("read_only", [False, True])
-def test_a_disk_that_is_disk_exhausted_ends_it_with_a_problem_and_what_it_took_is_read(
+def test_a_disk_that_takes_no_more_ends_it_with_a_problem_and_what_it_took_is_read(
     bench: Bench, monkeypatch: pytest.MonkeyPatch, read_only: bool
 ) -> None:
     def small(path: Path) -> SmallDisk:
