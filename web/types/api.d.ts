@@ -43,13 +43,13 @@ export interface components {
             ];
             probability: number;
         };
-        /** @description How much room there is. `multi`: union over targets; `single`: mean of the targets' own regions. */
+        /** @description Areas of the regions. `multi`: union over targets; `single`: mean of the targets' own regions. */
         AreasDocument: {
             multi_m2: number;
             single_m2: number;
             weighted_m2: number;
         };
-        /** @description The board that stage 1 looks at: inner corners, sides in mm. */
+        /** @description The calibration board of stage 1: inner corners, sides in mm. */
         BoardDocument: {
             columns: number;
             /** @enum {string} */
@@ -77,7 +77,7 @@ export interface components {
             farthest_m: number | null;
             nearest_m: number;
         };
-        /** @description A calibration, and how far to trust it. */
+        /** @description A calibration and its standard errors. */
         CalibrationDocument: {
             age_s: number;
             baseline_m: number;
@@ -95,7 +95,7 @@ export interface components {
             session_id: string | null;
             wide: components["schemas"]["WideLensDocument"];
         };
-        /** @description One camera as last seen. */
+        /** @description Last status of a camera. */
         CameraDocument: {
             connected: boolean;
             delivered: number;
@@ -118,7 +118,7 @@ export interface components {
             version: string;
             width: number | null;
         };
-        /** @description Whether a camera delivers and if not, why; `epoch` counts its openings. */
+        /** @description State of a camera's link, and why it does not deliver; `epoch` counts its openings. */
         CameraLinkDocument: {
             epoch: number;
             /** @enum {string} */
@@ -127,9 +127,9 @@ export interface components {
             since_s: number | null;
         };
         /**
-         * @description What shall change; what is left out stays. `linked`: both foveae at once.
+         * @description Settings to change; those left out stay. `linked`: both foveae at once.
          *
-         *     An exposure or a rate by itself is one by hand: it switches the automatic off.
+         *     An exposure or a rate without its mode switches the automatic off.
          */
         CameraPatch: {
             black_level?: number | null;
@@ -142,7 +142,7 @@ export interface components {
             linked?: boolean;
             pixel_format?: ("Mono8" | "Mono12" | "Mono12p" | "BayerRG8" | "BayerRG12p" | "RGB8") | null;
         };
-        /** @description What a camera accepts; no formats before it was opened. */
+        /** @description Accepted values of a camera's settings; no formats before it was opened. */
         CameraRangesDocument: {
             black_level: components["schemas"]["SpanDocument"];
             exposure_auto: ("off" | "once" | "continuous")[];
@@ -152,15 +152,15 @@ export interface components {
             gain_db: components["schemas"]["SpanDocument"];
             pixel_formats: ("Mono8" | "Mono12" | "Mono12p" | "BayerRG8" | "BayerRG12p" | "RGB8")[];
         };
-        /** @description The cameras that changed, with what they took, and in what the foveae differ now. */
+        /** @description The changed cameras, and the settings in which the foveae differ now. */
         CamerasChangedDocument: {
             cameras: components["schemas"]["CameraDocument"][];
             divergence: components["schemas"]["DifferenceDocument"][];
         };
         /**
-         * @description What a camera took; `frame_rate_hz` is nominal. `kept`: asked again at every start.
+         * @description The settings that a camera accepted; `frame_rate_hz` is nominal. `kept`: restored at every start.
          *
-         *     While it sets exposure or rate itself, they are those in force, read back once a second.
+         *     Automatic exposure and rate are read back once a second.
          */
         CameraSettingsDocument: {
             black_level: number;
@@ -176,13 +176,13 @@ export interface components {
             /** @enum {string} */
             trigger: "none" | "hardware" | "software";
         };
-        /** @description What reading every file again has found; `faults`: a sentence each. */
+        /** @description Result of reading every file again; `faults`: a sentence each. */
         CaptureChecked: {
             faults: string[];
             id: string;
             sound: boolean;
         };
-        /** @description One capture. `why`: what ended a partial one, or what somebody is asked to do before it goes on. */
+        /** @description One capture. `why`: what ended a partial one, or what the operator is asked to do before it goes on. */
         CaptureDocument: {
             calibration_id: string | null;
             codec: string | null;
@@ -210,12 +210,12 @@ export interface components {
             url: string;
             why: string;
         };
-        /** @description What may be changed of a capture. */
+        /** @description Fields of a capture to change. */
         CapturePatch: {
             label?: string | null;
             licence?: string | null;
         };
-        /** @description The points of a capture: planned, on the disk, passed over. */
+        /** @description Counts of a capture's points: planned, captured, skipped. */
         CapturePoints: {
             frames: number;
             planned: number;
@@ -223,7 +223,7 @@ export interface components {
             skipped: number;
             taken: number;
         };
-        /** @description How far a running capture is; bytes and rate are of this run. */
+        /** @description Progress of a running capture; bytes and rate are of this run. */
         CaptureProgress: {
             bytes_per_s: number;
             done: number;
@@ -235,7 +235,7 @@ export interface components {
             total: number;
             written_bytes: number;
         };
-        /** @description What is to be captured, and under which name; an empty plan is the whole field of the rig. */
+        /** @description A plan to capture, and its name; an empty plan is the whole field of the rig. */
         CaptureRequest: {
             /**
              * @default tiff
@@ -249,7 +249,7 @@ export interface components {
             name: string;
             plan?: components["schemas"]["RasterPlan"];
         };
-        /** @description How well the fitted calibration holds at poses that no sweep visited. */
+        /** @description Errors of the fitted calibration at poses that no sweep visited. */
         CheckDocument: {
             calibration_id: string;
             epipolar_p95_px: number | null;
@@ -272,15 +272,15 @@ export interface components {
         ChoiceRequest: {
             alternative: number;
         };
-        /** @description The rig's clock and the wall's at one moment. */
+        /** @description The rig's clock and the wall clock at one moment. */
         ClockDocument: {
             t_ns: number;
             utc: string;
         };
         /**
-         * @description The drift since the sweep, by nodes visited again, and whether it was taken out before the check.
+         * @description The drift since the sweep, by nodes visited again, and whether it was corrected before the check.
          *
-         *     `rows_px`: by how much the eyes' rows had come apart.
+         *     `rows_px`: vertical difference between the eyes that the drift caused.
          */
         ClosingDocument: {
             calibration_id: string;
@@ -302,7 +302,7 @@ export interface components {
             ];
             sigma_px: number;
         };
-        /** @description The shape around one fixation; the files' axes are in server/README.md. */
+        /** @description The point cloud of a fixation; the files' axes are in server/README.md. */
         CloudDocument: {
             centre_rig_m: [
                 number,
@@ -327,12 +327,12 @@ export interface components {
             /** @default 0.5 */
             radius_m?: number;
         };
-        /** @description Sessions of one rig whose sweeps are to be fitted together. `label`: None says how many poses. */
+        /** @description Sessions of one rig whose sweeps are to be fitted together. `label`: None: the number of poses. */
         CombineRequest: {
             label?: string | null;
             sessions: string[];
         };
-        /** @description How far two calibrations differ, in pixels an operator sees: fovea px, wide px for the wide camera. */
+        /** @description Differences of two calibrations: fovea px, and wide px for the wide camera. */
         ComparisonDocument: {
             a: string;
             b: string;
@@ -344,7 +344,7 @@ export interface components {
             pointing_difference_px: components["schemas"]["SpreadDocument"];
             wide_px: components["schemas"]["SpreadDocument"];
         };
-        /** @description Who the mirrors' controller is. */
+        /** @description Identification of the mirrors' controller. */
         ControllerDocument: {
             model: string;
             port: string;
@@ -377,9 +377,9 @@ export interface components {
             update_limit_hz: number;
         };
         /**
-         * @description What the operator corrected of an answer, and when.
+         * @description A correction of an answer by the operator.
          *
-         *     `fixation_id`: the fixation that was ordered by it; of a choice, the one whose alternative was chosen.
+         *     `fixation_id`: the fixation that it ordered; of a choice, the one whose alternative was chosen.
          */
         CorrectionDocument: {
             alternative: number | null;
@@ -393,7 +393,7 @@ export interface components {
             /** @enum {string} */
             direction: "nearer" | "farther";
         };
-        /** @description How the views of one scan lie in the wide image; shares and overlaps from 0 to 1. */
+        /** @description Positions of the views of one scan in the wide image; shares and overlaps from 0 to 1. */
         CoverageDocument: {
             footprints: components["schemas"]["Footprints"][];
             outside_wide: number;
@@ -422,14 +422,14 @@ export interface components {
             x_px: number;
             y_px: number;
         };
-        /** @description Who a device is. */
+        /** @description Identification of a device. */
         DeviceInfoDocument: {
             model: string;
             serial: string;
             vendor: string;
             version: string;
         };
-        /** @description What is wrong with one device. */
+        /** @description A problem of a device. */
         DeviceProblemDocument: {
             detail: string;
             device: string;
@@ -447,12 +447,12 @@ export interface components {
             ax_deg: number;
             ay_deg: number;
         };
-        /** @description Distances from the rig's origin that an answer may have; no `farthest_m`: any beyond the nearest. */
+        /** @description Limits of an answer's distance from the rig's origin; no `farthest_m`: no upper limit. */
         DistanceLimits: {
             farthest_m?: number | null;
             nearest_m: number;
         };
-        /** @description What one look found, and what was made of it. */
+        /** @description Result of a drift check, and whether it was applied. */
         DriftCheckDocument: {
             applied: boolean;
             calibration_id: string;
@@ -478,7 +478,7 @@ export interface components {
             sigma_deg: number | null;
             significant: boolean;
         };
-        /** @description One look at how far the rig has drifted; `distance_m`: of what stands ahead, when known. */
+        /** @description A drift check; `distance_m`: of the scene ahead, when known. */
         DriftRequest: {
             /** @default false */
             apply?: boolean;
@@ -489,7 +489,7 @@ export interface components {
          * @enum {string}
          */
         EndCause: "duration" | "stopped" | "disk_reserve" | "cancelled" | "failed";
-        /** @description What a plan takes. `total_s` is the least that physics allows: `limit_s`, verging and moves. */
+        /** @description Time and space of a plan. `total_s` is the least that physics allows: `limit_s`, verging and moves. */
         EstimateDocument: {
             coverage: components["schemas"]["CoverageDocument"];
             distance_assumed: boolean;
@@ -510,7 +510,7 @@ export interface components {
             total_s: number;
             warnings: string[];
         };
-        /** @description A plan to be estimated; `distance_m` stands in for an average that is still to be measured. */
+        /** @description A plan to estimate; `distance_m` is used where the plan measures the distance at its start. */
         EstimateRequest: {
             /**
              * @default tiff
@@ -520,7 +520,7 @@ export interface components {
             distance_m?: number | null;
             plan?: components["schemas"]["RasterPlan"];
         };
-        /** @description One line of the event log. */
+        /** @description An event. */
         EventDocument: {
             data: {
                 [key: string]: unknown;
@@ -533,9 +533,9 @@ export interface components {
             t_utc: string;
         };
         /**
-         * @description One mirror's drive, and the direction that the calibration gives it; null while nobody knows.
+         * @description One mirror's drive, and its direction by the calibration; null while unknown.
          *
-         *     Nobody does while the mirrors' controller is not connected: it may have stopped, or lost its supply.
+         *     They are unknown while the mirrors' controller is not connected: it may have stopped, or lost its supply.
          */
         EyeDocument: {
             ax_deg: number | null;
@@ -543,7 +543,7 @@ export interface components {
             x_v: number | null;
             y_v: number | null;
         };
-        /** @description What the trigger test found of one eye; times from trigger to frame. */
+        /** @description Result of the trigger test of one eye; times from trigger to frame. */
         EyeTestDocument: {
             detail: string;
             /** @enum {string} */
@@ -553,12 +553,12 @@ export interface components {
             /** @enum {string} */
             verdict: "untested" | "ok" | "ok_software_only" | "camera" | "wiring" | "no_probe";
         };
-        /** @description What one fovea shows at the end of a fixation; `reason` says why it does not see the target. */
+        /** @description Whether a fovea sees the target at the end of a fixation; `reason`: why it does not. */
         EyeViewDocument: {
             reason: string;
             sees_target: boolean;
         };
-        /** @description How a rectification does on poses that were left out of its fit. */
+        /** @description Leave-one-out error of a rectification. */
         FieldScoreDocument: {
             chosen: boolean;
             /** @enum {string} */
@@ -567,14 +567,14 @@ export interface components {
             name: string;
             order: number;
         };
-        /** @description A film that was made. */
+        /** @description A finished film. */
         FilmDocument: {
             name: string;
             recording_id: string;
             size_bytes: number;
             url: string;
         };
-        /** @description A film (MP4) of one camera, of both foveae side by side or as an anaglyph, or of a part of it. */
+        /** @description A film (MP4) of one camera, of both foveae side by side or as an anaglyph; or of a part of it. */
         FilmRequest: {
             end_s?: number | null;
             fps?: number | null;
@@ -586,7 +586,7 @@ export interface components {
             /** @default 0 */
             start_s?: number;
         };
-        /** @description What was fitted last, and the models that were compared. */
+        /** @description The last fit, and the models that were compared. */
         FitDocument: {
             calibration_id: string;
             drift: {
@@ -632,9 +632,9 @@ export interface components {
             step: "fit";
         };
         /**
-         * @description The answer to one target.
+         * @description The result of a fixation.
          *
-         *     `state` is how the closed loop of both foveae ended, `basis` how the distance is known, which may be by
+         *     `state`: how the vergence loop of both foveae ended; `basis`: how the distance is known, which may be by
          *     other means. Distance and point are null where `basis` is `bound` or null.
          */
         FixationDocument: {
@@ -693,10 +693,10 @@ export interface components {
             ][];
         };
         /**
-         * @description A stop of the rail: what the rail said and what was found, relative to the judged scan's stop.
+         * @description A stop of the rail: its reading and its estimated pose, relative to the compared scan's stop.
          *
-         *     `place_m`: (x, y, z), rig frame; its standard errors. `turn_rad`: about x, y, z. `shift_px`: what the
-         *     gazes were off by, (u, v) of the left and of the right eye, fovea px.
+         *     `place_m`: (x, y, z), rig frame; its standard errors. `turn_rad`: about x, y, z. `shift_px`: error of the
+         *     gazes, (u, v) of the left and of the right eye, fovea px.
          */
         FoundStop: {
             observations: number;
@@ -735,7 +735,7 @@ export interface components {
                 number
             ];
         };
-        /** @description A map of one's own: polygons are obstacles, points whose property `kind` is "target" are targets. */
+        /** @description A map as GeoJSON: polygons are obstacles, points whose property `kind` is "target" are targets. */
         GeojsonMapRequest: {
             document: {
                 [key: string]: unknown;
@@ -773,7 +773,7 @@ export interface components {
             /** @default 9 */
             rows?: number;
         };
-        /** @description What ordinary fixations say of the calibration in force; medians over the recent ones. */
+        /** @description Errors of the calibration in force, as medians over recent ordinary fixations. */
         HealthDocument: {
             detail: string;
             fixations: number;
@@ -784,7 +784,7 @@ export interface components {
             verdict: "good" | "recalibrate" | "unknown";
             vertical_px: number | null;
         };
-        /** @description One piece of long work. */
+        /** @description A job: long work that a request started. */
         JobDocument: {
             created_utc: string;
             ended_utc: string | null;
@@ -797,7 +797,7 @@ export interface components {
             /** @enum {string} */
             state: "queued" | "running" | "cancelling" | "cancelled" | "failed" | "succeeded";
         };
-        /** @description How far a job is: `done` of `total`. */
+        /** @description Progress of a job: `done` of `total`. */
         JobProgress: {
             done: number;
             eta_s: number | null;
@@ -811,18 +811,18 @@ export interface components {
             raw_bytes: number;
             stored_bytes: number;
         };
-        /** @description Who holds the control lease; null: nobody, and anybody may move. */
+        /** @description The holder of the control lease; null: nobody, and anybody may move. */
         LeaseDocument: {
             expires_in_s: number | null;
             holder: string | null;
         };
-        /** @description What the holder of the lease gets; the token goes into the X-Lease header. */
+        /** @description The granted lease; its token goes into the X-Lease header. */
         LeaseGrant: {
             expires_in_s: number;
             holder: string;
             token: string;
         };
-        /** @description Who asks for the lease. */
+        /** @description Name of the client that asks for the lease. */
         LeaseRequest: {
             holder: string;
             /** @default false */
@@ -849,7 +849,7 @@ export interface components {
             status: string;
         };
         /**
-         * @description A mosaic that is whole.
+         * @description A finished mosaic.
          *
          *     Pixel (x, y) is the direction ((x + u0_px) / f_px, (y + v0_px) / f_px, 1) from the eye at `eye_rig_m`.
          *     A pixel of the depth layer is `cell_px` of the picture; red * 65536 + green * 256 + blue of it, times
@@ -887,7 +887,7 @@ export interface components {
             width: number;
         };
         /**
-         * @description A reference that is whole: what was asked for, its figures, its files.
+         * @description A finished reference: its request, its figures, its files.
          *
          *     `samples`: with depth by the rig's own baseline; `referenced`: of those, with a reference. `outliers`:
          *     share of matches that contradicted the rest. `baseline_m`: median of the longest baselines.
@@ -913,7 +913,7 @@ export interface components {
             stops: components["schemas"]["FoundStop"][];
             svg_url: string;
         };
-        /** @description A map as GeoJSON in metres; what `regions` takes. */
+        /** @description A map as GeoJSON in metres, as `regions` takes it. */
         MapDocument: {
             bounds_m: number[];
             map: {
@@ -951,7 +951,7 @@ export interface components {
             x_px: number;
             y_px: number;
         };
-        /** @description A settle time that was measured; `low_pass_hz`: of the drive filter meanwhile. */
+        /** @description A measured settle time; `low_pass_hz`: cut-off of the drive filter during the measurement. */
         MeasuredSettleTime: {
             low_pass_hz: number | null;
             measured_utc: string;
@@ -1028,7 +1028,7 @@ export interface components {
             /** @constant */
             step: "mirrors";
         };
-        /** @description How a mirror model does on poses that were left out of its fit. */
+        /** @description Leave-one-out error of a mirror model. */
         ModelScoreDocument: {
             chosen: boolean;
             /** @enum {string} */
@@ -1040,7 +1040,7 @@ export interface components {
             name: string;
             order: number | null;
         };
-        /** @description The frames of all cameras nearest to a moment. `meeting_m`: how far away the gazes meet, if they do. */
+        /** @description The frames of all cameras nearest to a time. `meeting_m`: distance at which the gazes cross, if any. */
         MomentDocument: {
             frames: {
                 [key: string]: components["schemas"]["RecordedFrameDocument"];
@@ -1057,9 +1057,9 @@ export interface components {
             seen_twice: number;
         };
         /**
-         * @description What there is of a capture's mosaic, and what one would take or why there can be none.
+         * @description The state of a capture's mosaic, and what computing one would take or why there can be none.
          *
-         *     `outdated`: the capture has grown since. `in_scene`: its surface is in the 3D scene.
+         *     `outdated`: points were added to the capture since. `in_scene`: its surface is in the 3D scene.
          */
         MosaicDocument: {
             brackets: number[];
@@ -1077,7 +1077,7 @@ export interface components {
             state: "none" | "unfinished" | "building" | "complete";
             url: string;
         };
-        /** @description One layer as Deep Zoom: level 0 is one pixel, the last one the whole. */
+        /** @description One layer as Deep Zoom: level 0 is one pixel, the last level the full size. */
         MosaicLayer: {
             dzi_url: string;
             height: number;
@@ -1088,7 +1088,7 @@ export interface components {
             tiles_url: string;
             width: number;
         };
-        /** @description What a mosaic takes: foveae, px, room on the disk while it is made. */
+        /** @description What computing a mosaic takes: views, px, space on the disk. */
         MosaicNeedsDocument: {
             free_bytes: number;
             height: number;
@@ -1096,7 +1096,7 @@ export interface components {
             views: number;
             width: number;
         };
-        /** @description Whose picture, of which scan and exposure of the dataset. */
+        /** @description The eye, the scan and the exposure of the dataset to use. */
         MosaicRequest: {
             /** @default 0 */
             bracket?: number;
@@ -1108,7 +1108,7 @@ export interface components {
             /** @default 0 */
             scan?: number;
         };
-        /** @description How far corresponding points of overlapping views lie apart, fovea px. */
+        /** @description Distances of corresponding points of overlapping views, fovea px. */
         MosaicSeams: {
             adjusted: boolean;
             after_rms_px: number | null;
@@ -1138,14 +1138,14 @@ export interface components {
             /** @default 0 */
             shift_y_deg: number;
         };
-        /** @description A square of open ground with one target in its middle. */
+        /** @description A square without obstacles and with one target in its middle. */
         OpenMapRequest: {
             /** @constant */
             kind: "open";
             /** @default 60 */
             size_m?: number;
         };
-        /** @description What turns the whole rig: +pan to the right, +tilt down. */
+        /** @description The pan-tilt, which turns the whole rig: +pan to the right, +tilt down. */
         PanTiltDocument: {
             awaits_zero: boolean;
             connected: boolean;
@@ -1162,26 +1162,26 @@ export interface components {
             wanted_pan_deg: number | null;
             wanted_tilt_deg: number | null;
         };
-        /** @description How far the pan-tilt turns. */
+        /** @description Limits of the pan-tilt. */
         PanTiltLimitsDocument: {
             pan_max_deg: number;
             pan_min_deg: number;
             tilt_max_deg: number;
             tilt_min_deg: number;
         };
-        /** @description Where to turn the rig: a station by its name, or a bearing. */
+        /** @description Destination of a turn: a station by its name, or a bearing. */
         PanTiltMove: {
             pan_deg?: number | null;
             station?: string | null;
             tilt_deg?: number | null;
         };
-        /** @description A picture of the session's state. */
+        /** @description A picture of a step's result. */
         PictureDocument: {
             name: string;
             title: string;
             url: string;
         };
-        /** @description A picture seen from above, dark where something stands: PNG or JPEG. */
+        /** @description A picture of the map from above, dark at obstacles: PNG or JPEG. */
         PictureMapRequest: {
             /** @constant */
             kind: "picture";
@@ -1244,7 +1244,7 @@ export interface components {
             tilt_deg: number;
             tilt_sigma_deg: number;
         };
-        /** @description A point that was taken. `sheet_row`, `sheet_column`: its place on the contact sheet, from 0. */
+        /** @description A captured point. `sheet_row`, `sheet_column`: its position on the contact sheet, from 0. */
         PointDocument: {
             aim_ax_deg: number | null;
             aim_ay_deg: number | null;
@@ -1264,7 +1264,7 @@ export interface components {
             rows: number;
             skipped: components["schemas"]["SkippedPoint"][];
         };
-        /** @description One of the controller's streams of positions. */
+        /** @description One of the controller's position streams. */
         PositionStreamDocument: {
             left_x_v: number;
             left_y_v: number;
@@ -1305,7 +1305,7 @@ export interface components {
                 number
             ];
         };
-        /** @description What moves the whole rig sideways: + to its right. */
+        /** @description The rail, which moves the whole rig sideways: + to its right. */
         RailDocument: {
             awaits_zero: boolean;
             connected: boolean;
@@ -1325,17 +1325,17 @@ export interface components {
             max_mm: number;
             min_mm: number;
         };
-        /** @description Where the rig shall stand: a place by its name, or millimetres from the middle. */
+        /** @description Destination of the rig: a place by its name, or millimetres from the middle. */
         RailMove: {
             place?: string | null;
             position_mm?: number | null;
         };
-        /** @description A place on the rail by its name. */
+        /** @description A named position on the rail. */
         RailPlaceDocument: {
             name: string;
             position_mm: number;
         };
-        /** @description A map by lot: the same seed and settings give the same map. */
+        /** @description A random map: the same seed and settings give the same map. */
         RandomMapRequest: {
             /** @default 0.3 */
             agent_radius_m?: number;
@@ -1394,12 +1394,12 @@ export interface components {
             left_px: number[][];
             right_px: number[][];
         };
-        /** @description Whether fixations can be had now. */
+        /** @description Whether a fixation could start now. */
         Readiness: {
             problems: components["schemas"]["ReadyProblem"][];
             ready: boolean;
         };
-        /** @description What is missing. */
+        /** @description A device or service that is missing. */
         ReadyProblem: {
             detail: string;
             device: string;
@@ -1407,8 +1407,8 @@ export interface components {
         /**
          * @description Depth along the rig's z at the centre of the left fovea; None where too little could be matched.
          *
-         *     `verged_z_m`: where the gazes cross. `known`: share of pixels with depth. `apart_ms`: between the eyes'
-         *     exposures. `backend`: what estimated it. `looks`: how many were fused.
+         *     `verged_z_m`: depth at which the gazes cross. `known`: share of pixels with depth. `apart_ms`: time
+         *     between the eyes' exposures. `backend`: the estimator. `looks`: number of fused looks.
          */
         RecordedDepthDocument: {
             apart_ms: number;
@@ -1423,7 +1423,7 @@ export interface components {
             z_m: number | null;
         };
         /**
-         * @description One frame and the pose of its exposure; None where the recording does not tell.
+         * @description One frame and the pose of its exposure; None where the recording has none.
          *
          *     `footprint_px`: the corners of a fovea in the wide picture, clockwise from the top left of its image.
          */
@@ -1444,10 +1444,10 @@ export interface components {
             y_v: number | null;
         };
         /**
-         * @description One camera of a recording. `published` = `written` + `dropped` + `waiting`; None where nobody counted.
+         * @description One camera of a recording. `published` = `written` + `dropped` + `waiting`; None where not counted.
          *
-         *     `frames`: those on the file. `losses`: dropped frames by reason. `bytes`: of its frames and their poses.
-         *     `missing`: numbers between the published frames that nobody read or that never came, beside `published`.
+         *     `frames`: those in the file. `losses`: dropped frames by reason. `bytes`: of its frames and their poses.
+         *     `missing`: frames between the published ones that were not read or never came, not part of `published`.
          */
         RecordedStreamDocument: {
             bits: number | null;
@@ -1469,13 +1469,13 @@ export interface components {
             written: number | null;
         };
         /**
-         * @description One recording. `why`: what ended one before its time. `playable`: whether it has frames to show.
+         * @description One recording. `why`: what ended it early. `playable`: whether it has frames to show.
          *
-         *     `ended`: what ended it; null while it is made, and where nobody wrote it down. While it is made, `left_s`:
-         *     until it ends by itself; `room_bytes`: what the disk has for it beyond what is kept free, `room_s`: how
-         *     long that lasts at its rate.
+         *     `ended`: the cause of its end; null while it is made, and when unknown. While it is made, `left_s`: time
+         *     until it ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that
+         *     lasts at its rate.
          *
-         *     `truncated`: what was cut off; the rest is found by reading the file through, and is as good as any.
+         *     `truncated`: what was cut off; the rest is found by reading the file through and is complete.
          */
         RecordingDocument: {
             asked_s: number | null;
@@ -1503,11 +1503,11 @@ export interface components {
             url: string;
             why: string;
         };
-        /** @description What may be changed of a recording. */
+        /** @description Fields of a recording to change. */
         RecordingPatch: {
             label: string;
         };
-        /** @description What is to be recorded, and under which name. */
+        /** @description The cameras to record, for how long, and the name. */
         RecordingRequest: {
             /** @description It ends by itself after so long, at the latest; null: after 300 s. */
             duration_s?: number | null;
@@ -1531,7 +1531,7 @@ export interface components {
         /**
          * @description The rig's own baseline against the reference; `wrong`: share of samples apart by more than 5 % of Z.
          *
-         *     Those are left out of the rest. `stated_sigma_rel`: the reference's own standard error, median.
+         *     Those are excluded from the rest. `stated_sigma_rel`: the reference's own standard error, median.
          */
         ReferenceComparison: {
             bias_rel: number;
@@ -1547,7 +1547,7 @@ export interface components {
         /**
          * @description Samples of a range of depths, the rig's own baseline against the reference.
          *
-         *     `expected_*`: what an error of the disparity as large over all depths makes of either baseline's depth.
+         *     `expected_*`: error of either baseline's depth if the disparity's error is equal over all depths.
          */
         ReferenceDepthRange: {
             bias_m: number;
@@ -1563,9 +1563,9 @@ export interface components {
             to_m: number;
         };
         /**
-         * @description What there is of a capture's reference, or why there can be none. `stops`: known places on the rail.
+         * @description The state of a capture's reference, or why there can be none. `stops`: known positions on the rail.
          *
-         *     `outdated`: the capture has grown since it was made.
+         *     `outdated`: points were added to the capture since.
          */
         ReferenceDocument: {
             brackets: number[];
@@ -1582,10 +1582,10 @@ export interface components {
             url: string;
         };
         /**
-         * @description What to measure. `scan`: whose depth is judged; null: of the scan nearest to the middle.
+         * @description What to measure. `scan`: whose depth is compared; null: the scan nearest to the middle.
          *
          *     `bracket`: which exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard error of
-         *     a place on the rail; 0: exact.
+         *     a position on the rail; 0: exact.
          */
         ReferenceRequest: {
             /** @default 10 */
@@ -1596,7 +1596,7 @@ export interface components {
             rail_sigma_m?: number;
             scan?: number | null;
         };
-        /** @description A scan whose place on the rail is known. */
+        /** @description A scan whose position on the rail is known. */
         ReferenceStop: {
             rail_m: number;
             scan: number;
@@ -1609,7 +1609,7 @@ export interface components {
             x_m: number;
             y_m: number;
         };
-        /** @description The regions, and all of it as one GeoJSON document: map, rings, regions, union. */
+        /** @description The regions, and map, rings, regions and union as one GeoJSON document. */
         RegionsDocument: {
             areas: components["schemas"]["AreasDocument"];
             duration_ms: number;
@@ -1660,7 +1660,7 @@ export interface components {
             outer_m: number;
             resolution_mrad: number;
         };
-        /** @description What is looked at and how, and how near is too near (Eqs. 6-9). */
+        /** @description The feature to resolve, the resolution, and the nearest allowed distance (Eqs. 6-9). */
         RingRequest: {
             /**
              * @default inflated
@@ -1686,7 +1686,7 @@ export interface components {
             z_m: number | null;
             z_sigma_m: number | null;
         };
-        /** @description Everything measured for one calibration, and what came of it. */
+        /** @description The measurements of one calibration, and their results. */
         SessionDocument: {
             board: components["schemas"]["BoardDocument"] | null;
             bytes: number;
@@ -1742,7 +1742,7 @@ export interface components {
         /**
          * @description The settle characterisation.
          *
-         *     `settle_us`: after which the largest move is over on every axis. `applied`: whether the rig waits so long.
+         *     `settle_us`: the time that the largest move takes on every axis. `applied`: whether it is in use.
          */
         SettleDocument: {
             /** @default false */
@@ -1764,8 +1764,8 @@ export interface components {
         /**
          * @description How long the rig waits after every move.
          *
-         *     `source`: `rig file`, or `measured` and the date. `rig_file_us`: what the rig's file says. `measured`:
-         *     what is in use; null: the rig file's.
+         *     `source`: `rig file`, or `measured` and the date. `rig_file_us`: the rig file's value. `measured`: the
+         *     measured one in use; null: the rig file's is.
          */
         SettleTimeDocument: {
             measured: components["schemas"]["MeasuredSettleTime"] | null;
@@ -1773,11 +1773,11 @@ export interface components {
             settle_us: number;
             source: string;
         };
-        /** @description Which session has measured it. */
+        /** @description The session whose settle time is to be used. */
         SettleTimeRequest: {
             session_id: string;
         };
-        /** @description A place, and the targets that are seen from it unnoticed. */
+        /** @description A point, and the targets that are seen from it unnoticed. */
         SightDocument: {
             targets: number[];
             x_m: number;
@@ -1793,12 +1793,12 @@ export interface components {
             no_trigger: ("left" | "right")[];
             unplugged: ("wide" | "left" | "right")[];
         };
-        /** @description A point that was passed over. */
+        /** @description A skipped point. */
         SkippedPoint: {
             index: number;
             why: string;
         };
-        /** @description What a camera accepts, both ends included; `low` = `high`: it cannot be set. */
+        /** @description Accepted values, both ends included; `low` = `high`: it cannot be set. */
         SpanDocument: {
             high: number;
             low: number;
@@ -1808,7 +1808,7 @@ export interface components {
             max: number;
             rms: number;
         };
-        /** @description The ring, and how likely an observer anywhere in the domain sees the target unnoticed. */
+        /** @description The ring, and the probability that an observer anywhere in the domain sees the target unnoticed. */
         StandoffDocument: {
             clear_at_inner: number;
             clear_at_outer: number;
@@ -1826,7 +1826,7 @@ export interface components {
             domain_m2?: number | null;
             ring?: components["schemas"]["RingRequest"];
         };
-        /** @description A place to look at while calibrating; `distance_m`: by tape, null when nobody measured. */
+        /** @description A pan-tilt pose for calibration; `distance_m`: measured by tape, null when not measured. */
         StationDocument: {
             distance_m: number | null;
             name: string;
@@ -1835,14 +1835,14 @@ export interface components {
             target: "board" | "markers";
             tilt_deg: number;
         };
-        /** @description The box of directions that the calibration covers. */
+        /** @description The range of directions that the calibration covers. */
         SteeringDocument: {
             ax_max_deg: number;
             ax_min_deg: number;
             ay_max_deg: number;
             ay_min_deg: number;
         };
-        /** @description Where both eyes shall look; without a distance they look parallel. */
+        /** @description Direction in which both eyes shall look; without a distance they look parallel. */
         SteerRequest: {
             direction: components["schemas"]["Direction"];
             distance_m?: number | null;
@@ -1861,9 +1861,9 @@ export interface components {
             score: number | null;
         };
         /**
-         * @description What came of one camera: `came` of `asked` frames, kept as `files`; `detail`: why no more came.
+         * @description The frames of one camera: `came` of `asked`, stored as `files`; `detail`: why no more came.
          *
-         *     Exposure, volts and angles are of the stack's middle; `gain_db` and the times of its frames.
+         *     Exposure, volts and angles are of the stack's middle; `gain_db` and the times are of its frames.
          */
         StillCamera: {
             asked: number;
@@ -1892,7 +1892,7 @@ export interface components {
             id: string;
             sound: boolean;
         };
-        /** @description One still. `trouble`: why it cannot be read; `distance_m`: where the gazes cross, None: nowhere. */
+        /** @description One still. `trouble`: why it cannot be read; `distance_m`: where the gazes cross, None: they do not. */
         StillDocument: {
             calibration_id: string | null;
             cameras: components["schemas"]["StillCamera"][];
@@ -1918,17 +1918,17 @@ export interface components {
             url: string;
             warnings: string[];
         };
-        /** @description How a still that is held shall be called from now on; what is left out stays. */
+        /** @description Name and label of a held still that is kept; those left out stay. */
         StillKeepRequest: {
             label?: string | null;
             name?: string | null;
         };
-        /** @description What may be changed of a still. */
+        /** @description Fields of a still to change. */
         StillPatch: {
             label?: string | null;
             licence?: string | null;
         };
-        /** @description What one press takes; the mirrors stay where they stand. */
+        /** @description A still to take; the mirrors do not move. */
         StillRequest: {
             cameras?: ("wide" | "left" | "right")[];
             /**
@@ -1979,7 +1979,7 @@ export interface components {
             poses: components["schemas"]["SweepPoseDocument"][];
             station: string;
         };
-        /** @description One pose of a sweep, and what became of either eye. */
+        /** @description One pose of a sweep, and the state of either eye. */
         SweepPoseDocument: {
             ax_deg: number;
             ay_deg: number;
@@ -1991,7 +1991,7 @@ export interface components {
             right: "centred" | "rim" | "refused" | "waiting";
             right_reason: string | null;
         };
-        /** @description A point that was looked at and kept; distance and point are null where only limits are known. */
+        /** @description A stored point that was fixated; distance and point are null where only limits are known. */
         TargetDocument: {
             alternatives: components["schemas"]["AlternativeDocument"][];
             ax_deg: number;
@@ -2020,24 +2020,24 @@ export interface components {
             x_px: number;
             y_px: number;
         };
-        /** @description What may be changed of a target. */
+        /** @description Fields of a target to change. */
         TargetPatch: {
             label: string;
         };
-        /** @description Where a fixation was aimed: direction and wide pixel. */
+        /** @description Direction and wide pixel of a fixation's target. */
         TargetPlace: {
             ax_deg: number;
             ay_deg: number;
             x_px: number;
             y_px: number;
         };
-        /** @description When every frame of a recording was exposed. `calibrated`: whether its poses can become depth. */
+        /** @description Times of all exposures of a recording. `calibrated`: whether depth can be computed from its poses. */
         TimelineDocument: {
             calibrated: boolean;
             duration_s: number;
             streams: components["schemas"]["TimelineStream"][];
         };
-        /** @description When one camera was exposed, seconds from the recording's begin, ascending. */
+        /** @description Times of one camera's exposures, seconds from the recording's begin, ascending. */
         TimelineStream: {
             fps: number;
             height: number;
@@ -2047,15 +2047,15 @@ export interface components {
             t_s: number[];
             width: number;
         };
-        /** @description How many captures were deleted for good. */
+        /** @description Number of items that were deleted from the trash. */
         TrashEmptied: {
             deleted: number;
         };
         /**
-         * @description How often both foveae can look: settle, then the slower camera, then a margin.
+         * @description How often both foveae can look: settle time, the slower camera, and a margin.
          *
-         *     `settle_source`: `rig file`, or `measured` and the date. `interval_ms`, `rate_hz`: null until both
-         *     cameras say how fast they can be.
+         *     `settle_source`: `rig file`, or `measured` and the date. `interval_ms`, `rate_hz`: null until the highest
+         *     rates of both cameras are known.
          */
         TriggerDocument: {
             interval_ms: number | null;
@@ -2069,7 +2069,7 @@ export interface components {
             eyes: components["schemas"]["EyeTestDocument"][];
             id: string;
         };
-        /** @description A recording that was cut off: how much was lost after its last whole record, and why. */
+        /** @description A recording that was cut off: how much was lost after its last complete record, and why. */
         TruncationDocument: {
             at_byte: number;
             lost: string;
