@@ -30,22 +30,24 @@ class CollectionServices:
 
 
 def open_collections(
-    ground: ServerFoundation,
-    lore: RigKnowledge,
-    sights: DisplayServices,
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
     *,
     hardware: HardwareThread,
     jobs: JobRunner,
 ) -> CollectionServices:
     """Open all of them and register the handlers of their jobs."""
-    tools = _capture_tools(ground, lore, sights, hardware=hardware, jobs=jobs)
-    captures = CaptureService(ground.store.subfolder(CAPTURES), tools)
-    making = DerivedProductTools(captures=captures, jobs=jobs, events=ground.events, clock=ground.clock)
+    tools = _capture_tools(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
+    captures = CaptureService(foundation.store.subfolder(CAPTURES), tools)
+    making = DerivedProductTools(
+        captures=captures, jobs=jobs, events=foundation.events, clock=foundation.clock
+    )
     return CollectionServices(
         captures=captures,
-        stills=StillService(ground.store.subfolder(STILLS), tools),
-        recordings=_recordings(ground, lore, sights, hardware=hardware, jobs=jobs),
-        mosaics=MosaicService(making, sights.viewer),
+        stills=StillService(foundation.store.subfolder(STILLS), tools),
+        recordings=_recordings(foundation, knowledge, displays, hardware=hardware, jobs=jobs),
+        mosaics=MosaicService(making, displays.viewer),
         references=ReferenceService(making),
     )
 
@@ -56,43 +58,43 @@ def live_rates(settings: Settings) -> LiveRates:
 
 
 def _capture_tools(
-    ground: ServerFoundation,
-    lore: RigKnowledge,
-    sights: DisplayServices,
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
     *,
     hardware: HardwareThread,
     jobs: JobRunner,
 ) -> CaptureTools:
     return CaptureTools(
         hardware=hardware,
-        calibration=lore.calibration,
+        calibration=knowledge.calibration,
         jobs=jobs,
-        sink=sights.tap,
-        overlay=sights.overlay.of,
-        distance_m=lambda: sights.overlay.distance_m,
-        events=ground.events,
-        clock=ground.clock,
+        sink=displays.tap,
+        overlay=displays.overlay.of,
+        distance_m=lambda: displays.overlay.distance_m,
+        events=foundation.events,
+        clock=foundation.clock,
     )
 
 
 def _recordings(
-    ground: ServerFoundation,
-    lore: RigKnowledge,
-    sights: DisplayServices,
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
     *,
     hardware: HardwareThread,
     jobs: JobRunner,
 ) -> RecordingService:
     tools = RecordingTools(
         hardware=hardware,
-        calibration=lore.calibration,
+        calibration=knowledge.calibration,
         jobs=jobs,
-        tap=sights.tap,
-        hub=sights.hub,
-        rates=live_rates(ground.settings),
-        events=ground.events,
-        clock=ground.clock,
+        tap=displays.tap,
+        hub=displays.hub,
+        rates=live_rates(foundation.settings),
+        events=foundation.events,
+        clock=foundation.clock,
     )
-    recordings = RecordingService(ground.store.subfolder(RECORDINGS), tools)
-    ground.stack.callback(recordings.close)
+    recordings = RecordingService(foundation.store.subfolder(RECORDINGS), tools)
+    foundation.stack.callback(recordings.close)
     return recordings
