@@ -22,7 +22,7 @@ class CalibrationHealth:
         """Reset: `calibration` is in force from now on."""
         with self._lock:
             self._monitor = HealthMonitor(calibration)
-        self._emit(health_of(()))
+        self._emit(report_health(()))
 
     def add(self, fixation: Fixation, calibration: Calibration) -> None:
         """Add a fixation; one made with a calibration that is no longer in force is ignored."""
@@ -38,7 +38,7 @@ class CalibrationHealth:
     def describe(self) -> HealthDocument:
         """Return the present verdict."""
         with self._lock:
-            return _describe(health_of(()) if self._monitor is None else self._monitor.health)
+            return _describe(report_health(()) if self._monitor is None else self._monitor.health)
 
     def _emit(self, health: HealthReport) -> None:
         level = EventLevel.WARNING if health.verdict is HealthVerdict.RECALIBRATE else EventLevel.INFO
