@@ -88,6 +88,9 @@ class FixationRequest(RequestModel):
     """Limits of the answer's distance."""
     corrects: Annotated[str, Field(min_length=1, max_length=64)] | None = None
     """Id of a fixation whose answer this one corrects: its target gets the new answer."""
+    frame_seq: FrameSeq | None = None
+    """Number of the wide picture on which the target was chosen, as the views' WebSocket gives it: a target
+    that moves is followed from there. Pictures of the last 0.6 s are known; an older number has no effect."""
 
 
 class SteerRequest(RequestModel):

@@ -16,7 +16,7 @@ router = APIRouter(prefix="/simulation", tags=["rig"])
 @router.get("/faults", summary="What is broken on purpose", responses=problems(404, 503))
 async def faults(services: ServicesDep) -> SimulatedFaults:
     """Return the faults injected now; a real rig has none (404)."""
-    return await asyncio.wrap_future(services.hardware.submit(lambda rig: _breakable(rig).told))
+    return await asyncio.wrap_future(services.hardware.submit(lambda rig: _breakable(rig).in_force))
 
 
 @router.put("/faults", summary="Break something on purpose", responses=problems(404, 409, 503))

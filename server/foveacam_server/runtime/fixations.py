@@ -128,6 +128,11 @@ class FixationService:
         context.progress(steps, total=steps, note=fixation.state.value)
         return self._store(fixation, fixation_id=fixation_id, job=job, calibration=calibration)
 
+    def _clicked(self, request: Document) -> Frame | None:
+        """Return the wide frame on which a target was chosen; None without a number, or when it is gone."""
+        seq = request.get("frame_seq")
+        return None if seq is None else self._tools.hardware.recent_wide(seq)
+
     def _store(self, fixation: Fixation, *, fixation_id: str, job: Job, calibration: Calibration) -> str:
         """Store a fixation and its target, emit events, queue its shape; return its URL."""
         request = {key: value for key, value in job.request.items() if key != "target_id"}
