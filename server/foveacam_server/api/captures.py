@@ -7,7 +7,7 @@ from fastapi import APIRouter, Path, Query, Response
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.capture.dataset import check
+from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server.api.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -29,7 +29,7 @@ from foveacam_server.api.capture_models import (
 from foveacam_server.api.models import JobDocument
 from foveacam_server.capturing.download import zip_stream
 from foveacam_server.capturing.drawings import anaglyph_drawing, drawing
-from foveacam_server.capturing.points import point_of, point_picture, points_document, readable
+from foveacam_server.capturing.points import point_of, point_picture, points_document, readable_dataset
 from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import ServicesDep
 
@@ -182,7 +182,7 @@ def go_on(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = N
 def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
     kept = services.captures.collection.get(capture_id)
-    readable(kept)
+    readable_dataset(kept)
     headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
     return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
 
@@ -229,7 +229,7 @@ def media_type(form: Form) -> str:
 @router.get("/{capture_id}/points", summary="Its points", responses=problems(404))
 def points(capture_id: CaptureId, services: ServicesDep) -> PointsDocument:
     """Return the points that were taken, with their places on the contact sheet, and those passed over."""
-    found = points_document(readable(services.captures.collection.get(capture_id)))
+    found = points_document(readable_dataset(services.captures.collection.get(capture_id)))
     return PointsDocument.model_validate(found)
 
 
@@ -257,5 +257,5 @@ def picture(
 def check_files(capture_id: CaptureId, services: ServicesDep) -> CaptureChecked:
     """Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a gigabyte."""
     kept = services.captures.collection.get(capture_id)
-    faults = check(kept.folder)
+    faults = check_dataset(kept.folder)
     return CaptureChecked(id=kept.id, sound=not faults, faults=faults)

@@ -123,7 +123,7 @@ def restore(still_id: StillId, services: ServicesDep) -> StillDocument:
 @router.post("/{still_id}/check", summary="Verify every file", responses=problems(404))
 def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
     """Read every file of the still's dataset again, and list what is not as it was written."""
-    faults = check(services.stills.collection.get(still_id).kept.folder)
+    faults = check_dataset(services.stills.collection.get(still_id).kept.folder)
     return StillCheck(id=still_id, sound=not faults, faults=faults)
 
 

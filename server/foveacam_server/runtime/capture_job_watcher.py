@@ -93,12 +93,12 @@ class CaptureJobWatcher:
             return False
         return True
 
-    def ask(self, wish: str) -> None:
-        """Pause until the operator has done `wish` by hand and continues the capture."""
-        self._live.manual_action = wish
+    def ask_operator(self, request: str) -> None:
+        """Pause until the operator has done `request` by hand and continues the capture."""
+        self._live.manual_action = request
         self._live.pausing.set()
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Show captured frames in the live views."""
         volts = {frame.role: frame.volts for frame in frames if frame.volts is not None}
         if Role.LEFT in volts and Role.RIGHT in volts:

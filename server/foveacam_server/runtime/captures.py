@@ -7,7 +7,7 @@ from pathlib import Path
 
 from foveacam_hardware.contract import Busy, Clock
 from foveacam_pipeline.capture.dataset import ImageCodec
-from foveacam_pipeline.capture.dataset.description import describe
+from foveacam_pipeline.capture.dataset.labels import change_labels
 from foveacam_pipeline.capture.plan import plan_from
 from foveacam_pipeline.capture.run import run_capture
 from foveacam_server.api.capture_models import (
@@ -152,7 +152,7 @@ class CaptureService:
 
     def edit(self, capture_id: str, *, label: str | None, licence: str | None) -> CaptureDocument:
         """Change label or licence; raise while the capture is being written."""
-        describe(self.collection.get(capture_id).folder, label=label, licence=licence)
+        change_labels(self.collection.get(capture_id).folder, label=label, licence=licence)
         self._emit("capture.updated", "a capture was described anew", capture_id)
         return self.get(capture_id)
 

@@ -7,8 +7,11 @@ from typing import Literal
 from pydantic import ValidationError
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_pipeline.capture.dataset.derived import drop_half_made, remove_reference
-from foveacam_pipeline.capture.rail_stops import footing_of
+from foveacam_pipeline.capture.dataset.reference_folder import (
+    remove_reference,
+    remove_unfinished_reference,
+)
+from foveacam_pipeline.capture.rail_stops import reference_basis
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.api.models import Problem
 from foveacam_server.api.reference_models import MadeReference, ReferenceDocument, ReferenceStop
@@ -96,7 +99,7 @@ class ReferenceService:
         return reference_url(kept.id)
 
     def _check(self, kept: StoredCapture, spec: ReferenceSpec) -> None:
-        footing_of(self._making.ended_dataset(kept), scan=spec.scan, bracket=spec.bracket)
+        reference_basis(self._making.ended_dataset(kept), scan=spec.scan, bracket=spec.bracket)
 
     def _refusal(self, kept: StoredCapture) -> Problem | None:
         """Return why the capture can have no reference at all."""

@@ -11,7 +11,6 @@ from foveacam_hardware.contract import DeviceInfo, InvalidInput, MirrorVolts, Ro
 from foveacam_hardware.drivers.replay.source import RecordedExposure
 from foveacam_hardware.drivers.replay.timeline import EndOfPlayback, Playback
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.session import read_wide_lens
 from foveacam_pipeline.capture.recording.values import RecordedStream
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.settings import Settings
@@ -62,7 +61,7 @@ class PlayedRig:
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
         self._lock = threading.Lock()
-        rig, lens = recording.rig, wide_lens_of(recording.metadata)
+        rig, lens = recording.rig, read_wide_lens(recording.metadata)
         recorded_m = None if lens is None else lens[1]
         self.rig_id = UNNAMED_RIG if rig is None else rig.rig_id
         self.name = recording.path.name if rig is None else f"{rig.name} ({recording.path.name})"

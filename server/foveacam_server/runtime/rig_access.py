@@ -38,7 +38,7 @@ class ThreadAccess:
         """Raise `Stopped` or `NotConnected` when the mirrors cannot move now."""
         self._hardware.check_may_move()
 
-    def moving(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
         """Run work that steers and exposes; after a stop meanwhile the mirrors are parked again."""
         return answer_of(self._hardware.expose(work), asked="an exposure", within_s=LONGEST_S)
 
@@ -72,7 +72,7 @@ class StillRigAccess:
         """Raise `Stopped` while the stop is engaged or the mirrors are switched off."""
         check_may_expose(self._hardware)
 
-    def moving(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
         """Run work that exposes; after a stop meanwhile the mirrors are parked again."""
 
         def exposing(rig: AssembledRig) -> T:
@@ -86,7 +86,7 @@ class StillRigAccess:
         check_may_expose(self._hardware)
         return answer_of(self._hardware.submit(exposing), asked="an exposure", within_s=LONGEST_S)
 
-    def still(self, work: Callable[[CaptureRig], T]) -> T:
+    def run_still(self, work: Callable[[CaptureRig], T]) -> T:
         """Run work that exposes nothing."""
         return answer_of(self._hardware.submit(work), asked="its settings", within_s=LONGEST_S)
 

@@ -44,7 +44,7 @@ class StillJobWatcher:
         """Return whether the job was cancelled."""
         return self._context.cancelled()
 
-    def saw(self, frames: tuple[Frame, ...]) -> None:
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Show frames that were taken in the live views."""
         gaze = self._tools.hardware.pose
         for frame in frames:
@@ -95,14 +95,14 @@ class StillService:
         """Keep a held still, under another name or label if given."""
         found = self.collection.get(still_id)
         if label is not None and found.standing is StillState.HELD:
-            describe(found.kept.folder, label=label)
+            change_labels(found.kept.folder, label=label)
         found = self.collection.keep(still_id, name=name)
         self._emit("still.kept", f"still {found.kept.name} is kept", found)
         return _describe(found)
 
     def edit(self, still_id: str, *, label: str | None, licence: str | None) -> StillDocument:
         """Change label or licence."""
-        describe(self.collection.get(still_id).kept.folder, label=label, licence=licence)
+        change_labels(self.collection.get(still_id).kept.folder, label=label, licence=licence)
         found = self.collection.get(still_id)
         self._emit("still.updated", f"still {found.kept.name} was described anew", found)
         return _describe(found)
@@ -135,7 +135,7 @@ class StillService:
         )
         write_still(folder, still, tools.calibration.current, labels)
         context.job.result_url = url = f"{URL}/{still_id}"
-        trouble = still.trouble(kept=f"what came is held, keep or discard it: {url}")
+        trouble = still.missing_error(kept=f"what came is held, keep or discard it: {url}")
         if trouble is None and request.save:
             self.collection.keep(still_id)
         self._emit("still.taken", f"still {folder.name} was taken", self.collection.get(still_id))
