@@ -28,7 +28,7 @@ from foveacam_server.api.capture_models import (
 )
 from foveacam_server.api.models import JobDocument
 from foveacam_server.capturing.download import zip_stream
-from foveacam_server.capturing.drawings import anaglyph_drawing, drawing
+from foveacam_server.capturing.drawings import anaglyph_picture, capture_picture
 from foveacam_server.capturing.points import point_of, point_picture, points_document, readable_dataset
 from foveacam_server.quantities import Index
 from foveacam_server.runtime.services import ServicesDep
@@ -196,7 +196,7 @@ def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
 def picture_of(capture_id: CaptureId, picture: Picture, form: Form, services: ServicesDep) -> FileResponse:
     """Draw the capture as far as it has come."""
     captures = services.captures
-    path = drawing(captures.collection, captures.collection.get(capture_id), picture, form=form)
+    path = capture_picture(captures.collection, captures.collection.get(capture_id), picture, form=form)
     return FileResponse(path, media_type=media_type(form))
 
 
@@ -215,7 +215,7 @@ def anaglyph(
 ) -> FileResponse:
     """Return both foveae of a point, rectified: left in red, right in green and blue."""
     collection = services.captures.collection
-    path = anaglyph_drawing(
+    path = anaglyph_picture(
         collection, collection.get(capture_id), index=index, bracket=int(bracket), form=form
     )
     return FileResponse(path, media_type=media_type(form))

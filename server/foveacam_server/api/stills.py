@@ -123,7 +123,7 @@ def restore(still_id: StillId, services: ServicesDep) -> StillDocument:
 @router.post("/{still_id}/check", summary="Verify every file", responses=problems(404))
 def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
     """Read every file of the still's dataset again, and list what is not as it was written."""
-    faults = check_dataset(services.stills.collection.get(still_id).kept.folder)
+    faults = check_dataset(services.stills.collection.get(still_id).stored.folder)
     return StillCheck(id=still_id, sound=not faults, faults=faults)
 
 
@@ -135,8 +135,8 @@ def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
 )
 def download(still_id: StillId, services: ServicesDep) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
-    kept = services.stills.collection.get(still_id).kept
-    readable(kept)
+    kept = services.stills.collection.get(still_id).stored
+    readable_dataset(kept)
     headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
     return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
 
@@ -162,7 +162,7 @@ def picture(
     number = None if frame is None else int(frame)
     found = collection.get(still_id)
     path = still_picture(collection, found, Role(camera), form=form, frame=number)
-    name = f"{found.kept.id}-{camera}.{form}"
+    name = f"{found.stored.id}-{camera}.{form}"
     return FileResponse(path, media_type=_MEDIA[form], filename=name, content_disposition_type="inline")
 
 
@@ -180,9 +180,9 @@ def drawing_of(
 ) -> FileResponse:
     """Draw a small wide view with both outlines, a large one, or the rectified pair."""
     collection = services.stills.collection
-    kept = collection.get(still_id).kept
+    kept = collection.get(still_id).stored
     if drawn == "anaglyph":
-        path = anaglyph_drawing(collection.drawn, kept, index=0, bracket=0, form=form)
+        path = anaglyph_picture(collection.drawn, kept, index=0, bracket=0, form=form)
     else:
-        path = drawing(collection.drawn, kept, drawn, form=form)
+        path = capture_picture(collection.drawn, kept, drawn, form=form)
     return FileResponse(path, media_type=_MEDIA[form])

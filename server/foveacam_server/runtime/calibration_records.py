@@ -62,7 +62,7 @@ class CalibrationRecords:
 
     def file(self, calibration_id: str, file_format: FileFormat) -> bytes:
         """Return the content of a calibration's file."""
-        return exported(self._service.get(calibration_id), file_format, sessions=self._sessions)
+        return export_bytes(self._service.get(calibration_id), file_format, sessions=self._sessions)
 
     def import_file(self, document: object, *, distance_m: float | None) -> CalibrationDocument:
         """Store the calibration of an uploaded file."""
@@ -80,9 +80,9 @@ class CalibrationRecords:
         return report_page(self._service.get(calibration_id), sessions=self._sessions, drift=self._drift)
 
     def _compare(self, a: str, b: str) -> tuple[ComparisonDocument, bytes]:
-        from foveacam_server.calibrating.comparisons import compared  # figures load for seconds
+        from foveacam_server.calibrating.reports import compare_calibrations  # figures load for seconds
 
-        document, picture = compared(self._service.get(a), self._service.get(b))
+        document, picture = compare_calibrations(self._service.get(a), self._service.get(b))
         url = f"{COMPARE_URL}?a={a}&b={b}"
         return ComparisonDocument.model_validate(document | {"picture_url": url}), picture
 

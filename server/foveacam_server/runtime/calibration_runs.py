@@ -139,7 +139,7 @@ class CalibrationRuns:
         before = self._present_pose()
         environment = self._environment(self._tools.hardware.status, context)
         try:
-            run_step(session, run, workplace=environment, registry=self._tools.calibration, watch=watch)
+            run_step(session, run, environment=environment, registry=self._tools.calibration, watch=watch)
         except OSError as error:
             if not is_disk_exhausted(error):
                 raise

@@ -75,7 +75,7 @@ class CalibrationSessionService:
             fits = remove_sample(session, sample_id)
             samples = samples_of(session)
             if samples is not None:
-                redraw(session, samples, fits[0] if fits else None)
+                draw_wide_pictures(session, samples, fits[0] if fits else None)
         return self._describe(session)
 
     def settle_time(self, session_id: str) -> SettleTime:

@@ -174,12 +174,15 @@ class CalibrationService:
             self._current = calibration
         for callback in self._on_change:
             callback(calibration)
-        self._events.emit(
-            "rig.calibration",
+        self._emit(
             f"calibration {calibration.id} ({calibration.label}) is in force",
             level=EventLevel.INFO,
             data={"id": calibration.id, "label": calibration.label, "origin": calibration.origin},
         )
+
+    def _emit(self, message: str, *, level: EventLevel, data: Document) -> None:
+        if self._events is not None:  # None in a command that runs beside a server
+            self._events.emit("rig.calibration", message, level=level, data=data)
 
     def _choose(self, rig_id: str) -> Calibration:
         if self._chosen is not None:

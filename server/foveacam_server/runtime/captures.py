@@ -17,7 +17,14 @@ from foveacam_server.api.capture_models import (
     EstimateDocument,
     EstimateRequest,
 )
-from foveacam_server.capturing.begin import CaptureSpec, begin, check_rest, check_resumable, check_room, go_on
+from foveacam_server.capturing.begin import (
+    CaptureSpec,
+    begin_dataset,
+    check_remaining_room,
+    check_resumable,
+    check_room,
+    resume_dataset,
+)
 from foveacam_server.capturing.capture_collection import CaptureCollection, StoredCapture
 from foveacam_server.capturing.documents import URL, capture_document, report_document
 from foveacam_server.capturing.rig_facts import RigFacts, check_possible, estimate_plan, rig_facts
@@ -111,7 +118,7 @@ class CaptureService:
 
     def estimate(self, request: EstimateRequest) -> EstimateDocument:
         """Return time, size, warnings and footprints of a plan, at a given distance if the plan has none."""
-        found = estimated(
+        found = estimate_plan(
             request.plan,
             self._tools.calibration.require(),
             self._facts(),
@@ -182,10 +189,10 @@ class CaptureService:
             with tools.hardware.session(f"capture {live.name}", cancelled=context.cancelled) as head:
                 access = ThreadAccess(tools.hardware, head, clock=tools.clock)
                 if "capture_id" in request:
-                    writer = go_on(access, self.collection.get(live.id).folder)
+                    writer = resume_dataset(access, self.collection.get(live.id).folder)
                 else:
                     folder = self.collection.new_folder(request["name"])
-                    writer = begin(
+                    writer = begin_dataset(
                         access, folder, _spec_of(request, live.id), tools.calibration.require(), watch=watch
                     )
                 with writer:

@@ -81,7 +81,7 @@ class DerivedProductJobs:
 
     def ended_dataset(self, kept: StoredCapture) -> Dataset:
         """Return the dataset of a capture; raise InvalidInput for a damaged one, Busy for a running one."""
-        dataset = readable(kept)
+        dataset = readable_dataset(kept)
         if self._tools.captures.get(kept.id).job_id is not None:
             noun = self._kind.noun
             raise Busy(

@@ -57,7 +57,7 @@ class MosaicService:
         """Return the state of a capture's mosaic and what computing one would take; raise NotFound."""
         kept, made = self._captures.collection.get(capture_id), self.collection.made(capture_id)
         job = self._making.running_job(capture_id)
-        begun = begun_as(self.collection.making(capture_id)) is not None
+        begun = recipe_in(self.collection.making(capture_id)) is not None
         needs, refusal = self._outlook(kept)
         return MosaicDocument(
             capture_id=capture_id,

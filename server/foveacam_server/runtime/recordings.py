@@ -188,7 +188,7 @@ class RecordingService:
         if live is not None and live.id == recording_id:
             live.label = label  # written when it ends
         else:
-            self.collection.describe(self.collection.get(recording_id), label=label)
+            self.collection.set_label(self.collection.get(recording_id), label=label)
         self._emit("recording.updated", "a recording was described anew", recording_id)
         return self.get(recording_id)
 
@@ -278,7 +278,7 @@ class RecordingService:
         with self._lock:
             self._live = None
         live.ended.set()
-        message = f"recording {live.name} has ended: {why or live.told()}"
+        message = f"recording {live.name} has ended: {why or live.summary()}"
         data = {"recording_id": live.id, "name": live.name, "ended": ended, "why": why}
         level = EventLevel.ERROR if why else EventLevel.INFO
         self._tools.events.emit("recording.ended", message, level=level, data=data)

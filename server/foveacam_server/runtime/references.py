@@ -64,7 +64,7 @@ class ReferenceService:
             capture_id=capture_id,
             name=kept.name,
             state=complete if job is None else "building",
-            outdated=document is not None and outdated(kept.dataset, document),
+            outdated=document is not None and is_outdated(kept.dataset, document),
             job_id=None if job is None else job.id,
             progress=None if job is None else job.progress,
             refusal=self._refusal(kept),

@@ -11,6 +11,7 @@ from foveacam_hardware.contract import DeviceInfo, InvalidInput, MirrorVolts, Ro
 from foveacam_hardware.drivers.replay.source import RecordedExposure
 from foveacam_hardware.drivers.replay.timeline import EndOfPlayback, Playback
 from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.recording.session import read_wide_lens
 from foveacam_pipeline.capture.recording.values import RecordedStream
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.settings import Settings

@@ -94,29 +94,29 @@ class StillService:
     def keep(self, still_id: str, *, name: str | None, label: str | None) -> StillDocument:
         """Keep a held still, under another name or label if given."""
         found = self.collection.get(still_id)
-        if label is not None and found.standing is StillState.HELD:
-            change_labels(found.kept.folder, label=label)
+        if label is not None and found.state is StillState.HELD:
+            change_labels(found.stored.folder, label=label)
         found = self.collection.keep(still_id, name=name)
-        self._emit("still.kept", f"still {found.kept.name} is kept", found)
+        self._emit("still.stored", f"still {found.stored.name} is kept", found)
         return _describe(found)
 
     def edit(self, still_id: str, *, label: str | None, licence: str | None) -> StillDocument:
         """Change label or licence."""
-        change_labels(self.collection.get(still_id).kept.folder, label=label, licence=licence)
+        change_labels(self.collection.get(still_id).stored.folder, label=label, licence=licence)
         found = self.collection.get(still_id)
-        self._emit("still.updated", f"still {found.kept.name} was described anew", found)
+        self._emit("still.updated", f"still {found.stored.name} was described anew", found)
         return _describe(found)
 
     def remove(self, still_id: str) -> None:
         """Move a held or kept still to the trash."""
         kept = self.collection.remove(still_id)
-        found = StoredStill(kept=kept, standing=StillState.REMOVED)
+        found = StoredStill(stored=kept, state=StillState.REMOVED)
         self._emit("still.removed", f"still {kept.name} is in the trash", found)
 
     def restore(self, still_id: str) -> StillDocument:
         """Take a still out of the trash; it is kept afterwards."""
         found = self.collection.restore(still_id)
-        self._emit("still.updated", f"still {found.kept.name} is out of the trash", found)
+        self._emit("still.updated", f"still {found.stored.name} is out of the trash", found)
         return _describe(found)
 
     def _work(self, context: JobContext) -> str:
@@ -153,7 +153,7 @@ class StillService:
         check_still_room(still_bytes(plan, fovea=fovea, wide=wide), free_bytes=free_bytes)
 
     def _emit(self, kind: str, message: str, found: StoredStill) -> None:
-        data = {"still_id": found.kept.id, "name": found.kept.name, "state": found.standing.value}
+        data = {"still_id": found.stored.id, "name": found.stored.name, "state": found.state.value}
         self._tools.events.emit(kind, message, data=data)
 
 
