@@ -18,7 +18,7 @@ from foveacam_pipeline.study.visibility.standoff import (
     StandoffRing,
     resolution_rad,
     resolving_range_m,
-    ring,
+    standoff_ring,
 )
 from foveacam_server.api.planner_models import (
     ClutterRequest,
@@ -34,7 +34,7 @@ DOMAIN_FACTOR = 2.0
 """Without a domain in the request, it is a disc of this many times the ring's outer radius."""
 
 
-def standoff_ring(request: RingRequest) -> StandoffRing:
+def requested_ring(request: RingRequest) -> StandoffRing:
     """Return where an observer may stand (Eqs. 6-9); raise `InvalidInput` for an angle of 180° or more."""
     angle_rad = _resolution_rad(request)
     if angle_rad >= math.pi:
@@ -46,12 +46,12 @@ def standoff_ring(request: RingRequest) -> StandoffRing:
     feature_m = request.feature_mm / 1000.0
     d_max_m = resolving_range_m(feature_m, angle_rad, small_angle=request.small_angle)
     bound = NearBound(request.bound)
-    return ring(request.d_min_m, d_max_m, near_error_m=request.near_error_m, bound=bound)
+    return standoff_ring(request.d_min_m, d_max_m, near_error_m=request.near_error_m, bound=bound)
 
 
 def describe_ring(request: RingRequest) -> RingDocument:
     """Return the ring of a request, and in words why it is empty where it is."""
-    found = standoff_ring(request)
+    found = requested_ring(request)
     return RingDocument(
         resolution_mrad=1e3 * _resolution_rad(request),
         d_max_m=found.outer_m,
@@ -82,7 +82,7 @@ def _why_empty(request: RingRequest, found: StandoffRing) -> str:
 
 def describe_standoff(request: StandoffRequest) -> StandoffDocument:
     """Return the ring, the chances among random obstacles, and the curve of Eq. 12 over the same domain."""
-    found, clutter = standoff_ring(request.ring), _obstacles(request.clutter)
+    found, clutter = requested_ring(request.ring), _obstacles(request.clutter)
     reach_m = found.inner_m if found.empty else found.outer_m
     domain_m2 = math.pi * (DOMAIN_FACTOR * reach_m) ** 2 if request.domain_m2 is None else request.domain_m2
     if not domain_m2 > 0.0:

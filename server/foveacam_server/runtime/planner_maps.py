@@ -17,8 +17,8 @@ from shapely.geometry.base import BaseGeometry
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.visibility.map_files import geojson_of, map_from_geojson, map_from_picture
-from foveacam_pipeline.study.visibility.maps import FieldMap, Place, RandomMap
-from foveacam_pipeline.study.visibility.regions import annulus, areas, feasible_regions
+from foveacam_pipeline.study.visibility.maps import FieldMap, PlanPoint, RandomMap
+from foveacam_pipeline.study.visibility.regions import annulus, feasible_regions, region_areas
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 from foveacam_server.api.planner_models import (
     AreasDocument,
@@ -28,7 +28,7 @@ from foveacam_server.api.planner_models import (
     RegionsRequest,
     SightDocument,
 )
-from foveacam_server.runtime.planner import describe_ring, standoff_ring
+from foveacam_server.runtime.planner import describe_ring, requested_ring
 
 MOST_VERTICES = 10_000
 MOST_PIXELS = 4_000_000
@@ -123,7 +123,7 @@ def describe_regions(request: RegionsRequest) -> RegionsDocument:
     targets_m = None if request.targets_m is None else [(x, y) for x, y in request.targets_m]
     field = field_of(request.map, targets_m=targets_m)
     _check_sights(field)
-    ring = standoff_ring(request.ring)
+    ring = requested_ring(request.ring)
     reach_m = 1.01 * math.hypot(*field.size_m)  # the map has no point farther away
     within = StandoffRing(inner_m=ring.inner_m, outer_m=min(ring.outer_m, reach_m))
     try:
@@ -168,7 +168,7 @@ def _nothing_left() -> str:
     )
 
 
-def _in_sight(place: Place, regions: Sequence[BaseGeometry]) -> SightDocument:
+def _in_sight(place: PlanPoint, regions: Sequence[BaseGeometry]) -> SightDocument:
     seen = [n for n, region in enumerate(regions) if shapely.intersects_xy(region, *place)]
     return SightDocument(x_m=place[0], y_m=place[1], targets=seen)
 
