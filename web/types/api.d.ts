@@ -1129,7 +1129,7 @@ export interface components {
             sigma_px: number;
             visits: number;
         };
-        /** @description How far an eye's mount was knocked out of place; signs are those of a drift check, degrees. */
+        /** @description Displacement of a fovea's mount after a knock, degrees; signs as in a drift check. */
         MountKnock: {
             /** @default 0 */
             rotation_deg: number;
@@ -1783,7 +1783,7 @@ export interface components {
             x_m: number;
             y_m: number;
         };
-        /** @description Everything works when all lists are empty and nothing is knocked. */
+        /** @description The faults in force; none when all lists are empty and both knocks are zero. */
         SimulatedFaults: {
             dead_axes: ("left x" | "left y" | "right x" | "right y")[];
             frozen: ("wide" | "left" | "right")[];
