@@ -136,7 +136,7 @@ def test_a_camera_that_another_program_holds_says_so(program: FakeProgram) -> No
     code = (
         "import sys\n"
         "from foveacam_hardware.contract import MonotonicClock\n"
-        "from foveacam_hardware.drivers.cameras.aravis import AravisDevice\n"
+        "from foveacam_hardware.drivers.cameras.aravis.device import AravisDevice\n"
         f"device = AravisDevice({program.serial!r}, clock=MonotonicClock())\n"
         "device.open()\n"
         "print('held', flush=True)\n"

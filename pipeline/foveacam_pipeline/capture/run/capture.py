@@ -193,7 +193,7 @@ class _CaptureRun:
         self._writer.check()  # a point may take minutes: a disk error is raised before the next exposure
         if self._watch.cancelled():
             taken, total = self._writer.next_point, self._writer.header.points
-            raise Cancelled(f"cancelled after {taken} of {total} points; what was taken is stored, resume it")
+            raise Cancelled(f"cancelled after {taken} of {total} points; what was taken is kept, resume it")
 
     def _wait_while_paused(self) -> None:
         self._check()
