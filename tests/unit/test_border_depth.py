@@ -141,6 +141,13 @@ def test_an_own_side_that_looks_alike_at_many_depths_tells_nothing_by_one_eye() 
     assert place.sure_of_each() == {}
 
 
+def test_an_own_side_without_texture_tells_nothing() -> None:
+    place = _place(_wall_behind_book, rim_px=0)
+    place.add(_look(_wall_behind_book, at_per_m=FAR_PER_M))
+    assert not place.patch.textured
+    assert place.sure_of_each() == {}
+
+
 def test_an_own_side_that_hardly_counts_tells_nothing() -> None:
     place = _place(_book_before_wall, rim_px=0)
     place.patch.weights[:] = 0.0

@@ -73,12 +73,14 @@ class BorderPatch:
     """A piece of the wide view about a place on a border, and the weights of its pixels, survey px.
 
     `weights`: of the region and its edge. `beyond`: of what lies beyond the edge; None without texture.
+    `textured`: whether what `weights` count has texture; False where the image's noise is not known.
     """
 
     tangents: NDArray[np.float64]
     image: NDArray[np.float32]
     weights: NDArray[np.float32]
     beyond: NDArray[np.float32] | None
+    textured: bool
 
 
 def border_patch(
@@ -101,12 +103,14 @@ def border_patch(
     own = (wide_window(region, wide, tangents, f_px=f_px, half=half) > 127.0).astype(np.float32)
     bells = bell(image.shape)
     beyond = (_grown(own, FAR_PX) - _grown(own, NEAR_PX)) * bells
-    textured = noise is not None and _contrast(image, beyond) >= LEAST_CONTRAST * noise
+    weights = _grown(own, rim_px) * bells
+    least = np.inf if noise is None else LEAST_CONTRAST * noise
     return BorderPatch(
         tangents=tangents,
         image=image,
-        weights=_grown(own, rim_px) * bells,
-        beyond=beyond if textured else None,
+        weights=weights,
+        beyond=beyond if _contrast(image, beyond) >= least else None,
+        textured=_contrast(image, weights) >= least,
     )
 
 
@@ -138,7 +142,8 @@ class BorderPlace:
 
     def sure_of_each(self) -> dict[Role, tuple[float, float]]:
         """Return 1/Z and its error as each fovea shows them by itself; none that is vague or fits badly."""
-        if float((self.patch.weights >= COUNTING_WEIGHT).mean()) < LEAST_WEIGHTED:
+        counting = float((self.patch.weights >= COUNTING_WEIGHT).mean())
+        if counting < LEAST_WEIGHTED or not self.patch.textured:
             return {}
         found = {}
         for role, scores in zip((Role.LEFT, Role.RIGHT), self._edge, strict=True):

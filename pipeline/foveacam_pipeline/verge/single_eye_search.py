@@ -29,6 +29,7 @@ from foveacam_pipeline.verge.single_eye import (
 )
 from foveacam_pipeline.verge.support import SURVEY_SCALE, MatchSupport, support_of
 from foveacam_pipeline.verge.survey import ReducedEye, epipolar_looks, reduce_eye, reduce_look, shrink_look
+from foveacam_pipeline.verge.texture import noise_level
 from foveacam_pipeline.verge.values import VergePhase
 from foveacam_pipeline.verge.weighing import AGREE_SIGMAS, only_sure, outdone, sound
 from foveacam_pipeline.verge.wide_patch import WidePatch, cut_view, survey_f_px
@@ -201,8 +202,11 @@ class SingleEyeSearch:
         """Return how well the looks fit the part of the wide view on the target's side of an edge."""
         wide, f_px = self._calibration.wide, survey_f_px(self._calibration.wide)
         image = gray(to_uint8(frame))
-        side = side_of_edge(image, wide.pixels(np.arctan(target)[None])[0])
-        patch = border_patch(image, side, wide, target, f_px=f_px, rim_px=0)
+        at_px = wide.pixels(np.arctan(target)[None])[0]
+        noise = noise_level(image, at_px=at_px)
+        patch = border_patch(
+            image, side_of_edge(image, at_px), wide, target, f_px=f_px, rim_px=0, noise=noise
+        )
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
         grid = np.arange(0.0, nearest_per_m, step)
         place = BorderPlace(patch, inverse_z_per_m=grid, baseline_m=self._calibration.baseline_m, f_px=f_px)
