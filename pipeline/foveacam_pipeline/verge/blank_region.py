@@ -114,9 +114,9 @@ def side_of_edge(gray: NDArray[np.uint8], at_px: NDArray[np.float64]) -> NDArray
     return mask
 
 
-def on_edge(gray: NDArray[np.uint8], at_px: NDArray[np.float64]) -> bool:
-    """Return whether a point lies on an edge itself, too far from what is level on either side of it."""
-    ys, xs = np.nonzero(side_of_edge(gray, at_px))
+def on_edge(side: NDArray[np.uint8], at_px: NDArray[np.float64]) -> bool:
+    """Return whether a point lies on an edge itself, too far from its side, the answer of `side_of_edge`."""
+    ys, xs = np.nonzero(side)
     return len(xs) == 0 or float(np.hypot(xs - at_px[0], ys - at_px[1]).min()) > ON_EDGE_PX
 
 

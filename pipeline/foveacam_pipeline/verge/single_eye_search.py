@@ -172,7 +172,8 @@ class SingleEyeSearch:
         Only the part of the wide view on the target's side is compared. `target`: (2,) tangents.
         """
         nearest = SIDE_DEEPER_SHARE * edge.match.inverse_z_per_m
-        return self._own_side(target, frame, nearest).depth()
+        image, at_px, side = self._side(target, frame)
+        return self._place_on(side, image, target, at_px, nearest).depth()
 
     def on_own_side(
         self, target: NDArray[np.float64], frame: Frame, *, nearest_per_m: float
@@ -182,10 +183,10 @@ class SingleEyeSearch:
         Each eye is compared with that side alone, and not with what lies beyond the edge. A target on the
         edge itself may be on either side. `target`: (2,) tangents.
         """
-        at_px = self._calibration.wide.pixels(np.arctan(target)[None])[0]
-        if on_edge(gray(to_uint8(frame)), at_px):
+        image, at_px, side = self._side(target, frame)
+        if on_edge(side, at_px):
             return None
-        found = self._own_side(target, frame, nearest_per_m).sure_of_each()
+        found = self._place_on(side, image, target, at_px, nearest_per_m).sure_of_each()
         if not found:
             return None
         depths, sigmas = np.array(list(found.values())).T
@@ -198,15 +199,25 @@ class SingleEyeSearch:
             sigma_per_m=float(weights.sum() ** -0.5),
         )
 
-    def _own_side(self, target: NDArray[np.float64], frame: Frame, nearest_per_m: float) -> BorderPlace:
+    def _side(
+        self, target: NDArray[np.float64], frame: Frame
+    ) -> tuple[NDArray[np.uint8], NDArray[np.float64], NDArray[np.uint8]]:
+        """Return the wide image, the target's pixel (2,), and the mask of its side of an edge."""
+        image, at_px = gray(to_uint8(frame)), self._calibration.wide.pixels(np.arctan(target)[None])[0]
+        return image, at_px, side_of_edge(image, at_px)
+
+    def _place_on(
+        self,
+        side: NDArray[np.uint8],
+        image: NDArray[np.uint8],
+        target: NDArray[np.float64],
+        at_px: NDArray[np.float64],
+        nearest_per_m: float,
+    ) -> BorderPlace:
         """Return how well the looks fit the part of the wide view on the target's side of an edge."""
         wide, f_px = self._calibration.wide, survey_f_px(self._calibration.wide)
-        image = gray(to_uint8(frame))
-        at_px = wide.pixels(np.arctan(target)[None])[0]
         noise = noise_level(image, at_px=at_px)
-        patch = border_patch(
-            image, side_of_edge(image, at_px), wide, target, f_px=f_px, rim_px=0, noise=noise
-        )
+        patch = border_patch(image, side, wide, target, f_px=f_px, rim_px=0, noise=noise)
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
         grid = np.arange(0.0, nearest_per_m, step)
         place = BorderPlace(patch, inverse_z_per_m=grid, baseline_m=self._calibration.baseline_m, f_px=f_px)

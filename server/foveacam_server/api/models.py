@@ -8,11 +8,12 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from foveacam_server.quantities import Degrees, DistanceM, Metres, Pixels
+from foveacam_server.runtime.stream_messages import U32
 
 Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """A name for people: no control characters."""
 
-FrameSeq = Annotated[int, Field(ge=0, le=0xFFFF_FFFF)]
+FrameSeq = Annotated[int, Field(ge=0, le=U32)]
 """Number of a picture as it goes over the views' WebSocket."""
 
 

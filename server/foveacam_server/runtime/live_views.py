@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from foveacam_hardware.contract import Clock, Frame, Role, Sighting, StereoVolts
 from foveacam_server.runtime.ports import AssembledRig, PictureSink
 from foveacam_server.runtime.rig_status import FrameRate
+from foveacam_server.runtime.stream_messages import wire_seq
 
 SESSION_WIDE_HZ = 4.0
 """Rate of wide frames while a job runs, whose own looks bring more."""
@@ -23,8 +24,6 @@ LIVE_AGE_MS = 500.0
 LONGEST_WAIT_S = 0.1
 RECENT_FRAMES, RECENT_APART_NS = 12, 50_000_000
 """Wide frames kept for clicks that come late, and how far apart they are at least: 0.6 s and more."""
-WIRE_SEQ_MASK = 0xFFFF_FFFF
-"""Frame numbers go to viewers as 32 bits."""
 
 OverlayOf = Callable[[StereoVolts | None], Mapping[str, object] | None]
 """Returns what is drawn over the wide view for a gaze; None: the gaze is unknown."""
@@ -54,7 +53,7 @@ class RecentFrames:
     def find(self, seq: int) -> Frame | None:
         """Return the frame of that number as it goes over the wire, or the last one before it; else None."""
         with self._lock:
-            older = [frame for frame in self._frames if frame.seq & WIRE_SEQ_MASK <= seq]
+            older = [frame for frame in self._frames if wire_seq(frame.seq) <= seq]
         return older[-1] if older else None
 
 

@@ -197,7 +197,7 @@ class StreamSession:
         if encoded is None or self._credit.scale(view) != scale:
             return True  # the subscription changed meanwhile: try again
         picture = encoded.picture
-        self._credit.sent(picture, seq=messages.wire_seq(picture), now_ns=time.monotonic_ns())
+        self._credit.sent(picture, seq=messages.wire_seq(picture.seq), now_ns=time.monotonic_ns())
         overlay = messages.overlay(picture)
         if overlay is not None:
             await self._wire.send_text(overlay)

@@ -15,7 +15,7 @@ HEADER = struct.Struct("<BBHIQII")
 """View index, scale, flags, seq, capture time us, age us when sent, reserved: 24 bytes, little endian."""
 FLAG_FROZEN = 1
 MAX_MESSAGE_LENGTH = 4096
-_U32 = 0xFFFF_FFFF
+U32 = 0xFFFF_FFFF
 
 
 class _Message(BaseModel):
@@ -40,7 +40,7 @@ class Ack(_Message):
 
     type: Literal["ack"]
     view: int = Field(ge=0, le=255)
-    seq: int = Field(ge=0, le=_U32)
+    seq: int = Field(ge=0, le=U32)
 
 
 _FROM_CLIENT: TypeAdapter[Subscribe | Ack] = TypeAdapter(
@@ -63,9 +63,9 @@ def parse(text: str) -> Subscribe | Ack:
         ) from error
 
 
-def wire_seq(picture: ViewPicture) -> int:
-    """Return the picture's number modulo 2^32."""
-    return picture.seq & _U32
+def wire_seq(seq: int) -> int:
+    """Return a picture's number as it goes over the wire: modulo 2^32."""
+    return seq & U32
 
 
 def hello(hub: FrameHub, *, boot_id: str) -> str:
@@ -82,7 +82,7 @@ def overlay(picture: ViewPicture) -> str | None:
     """Return the overlay of `picture`; None when it has none."""
     if picture.meta is None:
         return None
-    return json.dumps({"type": "overlay", "seq": wire_seq(picture), **picture.meta})
+    return json.dumps({"type": "overlay", "seq": wire_seq(picture.seq), **picture.meta})
 
 
 def stats(hub: FrameHub) -> str:
@@ -112,9 +112,9 @@ def frame(encoded: EncodedPicture, hub: FrameHub) -> bytes:
         hub.index(picture.view),
         encoded.scale,
         FLAG_FROZEN if frozen else 0,
-        wire_seq(picture),
+        wire_seq(picture.seq),
         max(picture.t_ns, 0) // 1000,
-        min(age_us, _U32),
+        min(age_us, U32),
         0,
     )
     return header + encoded.jpeg
