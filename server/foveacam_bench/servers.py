@@ -19,7 +19,7 @@ from starlette.types import ASGIApp
 
 from foveacam_hardware.contract import DeviceFault
 from foveacam_server.doors.server import WatchedServer, server_config
-from foveacam_server.runtime.stream_socket import listen
+from foveacam_server.rig.stream_socket import listen
 
 _PATIENCE_S = 60.0
 _START_PATIENCE_S = 180.0

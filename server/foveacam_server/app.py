@@ -7,55 +7,51 @@ from contextlib import ExitStack, asynccontextmanager
 from fastapi import FastAPI
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_server import __version__, errors
-from foveacam_server.api import (
-    calibration_sessions,
-    calibrations,
-    cameras,
-    captures,
-    clouds,
-    depth,
-    drift_checks,
-    events,
-    fixations,
-    health,
-    jobs,
-    lease,
-    mirrors,
-    mosaics,
-    openapi_document,
-    pages,
-    pan_tilt,
-    planner,
-    rail,
-    recordings,
-    references,
-    rig,
-    security,
-    settle_time,
-    simulation,
-    stills,
-    stop,
-    targets,
-    views,
-    viser_relay,
-)
-from foveacam_server.api.answers import problems
+from foveacam_server import __version__
+from foveacam_server.assembly.opening import open_services
+from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.doors.body_limit import BODY_BYTES, BodyLimitProblems
 from foveacam_server.doors.head_requests import HeadRequests
 from foveacam_server.doors.threads import bound_threads
+from foveacam_server.foundation import errors
+from foveacam_server.foundation.answers import problems
+from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.calibration_sessions import routes as calibration_sessions
+from foveacam_server.resources.calibrations import routes as calibrations
+from foveacam_server.resources.cameras import routes as cameras
+from foveacam_server.resources.captures import routes as captures
+from foveacam_server.resources.clouds import depth_routes as depth
+from foveacam_server.resources.clouds import routes as clouds
 from foveacam_server.resources.corrections import routes as corrections
+from foveacam_server.resources.drift_checks import routes as drift_checks
+from foveacam_server.resources.events import routes as events
+from foveacam_server.resources.fixations import routes as fixations
+from foveacam_server.resources.fixations import target_routes as targets
+from foveacam_server.resources.jobs import routes as jobs
+from foveacam_server.resources.lease import routes as lease
 from foveacam_server.resources.measurements import routes as measurements
+from foveacam_server.resources.mirrors import routes as mirrors
+from foveacam_server.resources.mosaics import routes as mosaics
+from foveacam_server.resources.planner import routes as planner
+from foveacam_server.resources.positioners import pan_tilt_routes as pan_tilt
+from foveacam_server.resources.positioners import rail_routes as rail
 from foveacam_server.resources.reach import routes as reach
+from foveacam_server.resources.recordings import routes as recordings
+from foveacam_server.resources.references import routes as references
+from foveacam_server.resources.rig_state import health_routes
+from foveacam_server.resources.rig_state import routes as rig_state
+from foveacam_server.resources.settle_time import routes as settle_time
+from foveacam_server.resources.simulation import routes as simulation
+from foveacam_server.resources.stills import routes as stills
+from foveacam_server.resources.stop import routes as stop
 from foveacam_server.resources.suggestions import routes as suggestions
+from foveacam_server.resources.views import routes as views
 from foveacam_server.resources.wide_depth import routes as wide_depth
-from foveacam_server.runtime.opening import open_services
-from foveacam_server.settings import Settings
 
 API = "/api/v1"
 
 _RESOURCES = (
-    rig,
+    rig_state,
     cameras,
     captures,
     mosaics,
@@ -122,7 +118,7 @@ def create_app(settings: Settings) -> FastAPI:
         app.include_router(
             resource.router, prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES
         )
-    for module in (health, viser_relay):
+    for module in (health_routes, viser_relay):
         app.include_router(module.router, max_body_size=BODY_BYTES)
     openapi_document.install(app, token_needed=app.state.gate.token is not None)
     return app

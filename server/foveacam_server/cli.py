@@ -15,15 +15,15 @@ from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
-from foveacam_server.calibrate_command.commands import app as calibrate_app
-from foveacam_server.capture_command.commands import capture
-from foveacam_server.dataset_command.commands import app as dataset_app
-from foveacam_server.recording_command.commands import app as recording_app
-from foveacam_server.recording_command.commands import record
-from foveacam_server.settings import checked_settings
-from foveacam_server.still_command.commands import still
-from foveacam_server.study_command.commands import study
-from foveacam_server.zero_command import confirm_zero
+from foveacam_server.foundation.settings import checked_settings
+from foveacam_server.resources.calibration_sessions.cli import app as calibrate_app
+from foveacam_server.resources.captures.cli import capture
+from foveacam_server.resources.captures.dataset_cli import app as dataset_app
+from foveacam_server.resources.positioners.cli import confirm_zero
+from foveacam_server.resources.recordings.cli import app as recording_app
+from foveacam_server.resources.recordings.cli import record
+from foveacam_server.resources.stills.cli import still
+from foveacam_server.resources.studies.cli import study
 
 app = typer.Typer(
     name="foveacam",

@@ -13,16 +13,16 @@ from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_hardware.rig_config import SimulatedRigConfig
-from foveacam_server.api.security import AccessRules
-from foveacam_server.api.stop import StopAtDoor
 from foveacam_server.app import create_app
+from foveacam_server.assembly.opening import rig_config
+from foveacam_server.assembly.services import Services
+from foveacam_server.console.security import AccessRules
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects
-from foveacam_server.runtime.opening import rig_config
-from foveacam_server.runtime.services import Services
-from foveacam_server.runtime.stream_socket import listen
-from foveacam_server.settings import Settings
+from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.stop.routes import StopAtDoor
+from foveacam_server.rig.stream_socket import listen
 from foveacam_server.simulation import check_simulation, compile_renderer
 
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
@@ -134,7 +134,7 @@ def run_server(settings: Settings, *, console: Console) -> None:
 def _checked_simulation(settings: Settings) -> bool:
     """Tell whether the rig is simulated; raise `InvalidInput` for a rig or a recording of no use."""
     if settings.replay is not None:
-        from foveacam_server.runtime.replay import open_recording
+        from foveacam_server.rig.replay import open_recording
 
         open_recording(settings.replay).close()
         return False

@@ -13,8 +13,8 @@ from foveacam_hardware.contract import Clock, Station, StationTarget, VirtualClo
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.rig import VIRTUAL_START_NS, simulated_rig
-from foveacam_server.runtime import foundation, opening
-from foveacam_server.runtime.events import Event
+from foveacam_server.assembly import first_services, opening
+from foveacam_server.foundation.events import Event
 
 from .calibration_room import changed_room, make_grey
 from .conftest import API, Running, running
@@ -115,7 +115,7 @@ def virtual_desk(folder: Path, *, plain: bool = True, rig_file: str = "") -> Ite
     if rig_file:
         file.write_text(f'kind = "simulated"\nscene = "{scene}"\n{rig_file}')
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(foundation, "MonotonicClock", lambda: clock)
+        patch.setattr(first_services, "MonotonicClock", lambda: clock)
         patch.setattr(opening, "open_rig", _in_virtual_time)
         with running(data, rig=str(file) if rig_file else "sim", scene=scene, live_hz=LIVE_HZ) as room:
             rig = room.rig

@@ -24,9 +24,9 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.truth import Truth
 from foveacam_server.app import create_app
-from foveacam_server.runtime.capture_job_watcher import CaptureJobWatcher
-from foveacam_server.runtime.services import Services
-from foveacam_server.settings import Settings
+from foveacam_server.assembly.services import Services
+from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.captures.job_watcher import CaptureJobWatcher
 
 PATIENCE_S = 120.0
 """Enough for a renderer that is compiled first, on a busy machine."""

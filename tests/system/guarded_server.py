@@ -27,7 +27,7 @@ from foveacam_hardware.rig import Rig, RigName
 from foveacam_hardware.rig_config import SerialRigConfig
 from foveacam_hardware.wire.link import SerialLink
 from foveacam_server import program
-from foveacam_server.runtime import opening
+from foveacam_server.assembly import opening
 
 HOLD = "HOLD_AT_MOVE"
 RIG_ID = "sim-rig120"

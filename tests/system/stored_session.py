@@ -15,8 +15,13 @@ from foveacam_pipeline.calibrate.sweep.sweep_reference import nodes_to_return_to
 from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_pipeline.models.content import plain
-from foveacam_server.calibrating.sessions import SETTLE, SETTLE_REPORT, CalibrationSession, SessionCollection
-from foveacam_server.calibrating.wide_documents import RESULT, views_id
+from foveacam_server.resources.calibration_sessions.sessions import (
+    SETTLE,
+    SETTLE_REPORT,
+    CalibrationSession,
+    SessionCollection,
+)
+from foveacam_server.resources.calibration_sessions.wide_documents import RESULT, views_id
 
 from .calibration_room import true_wide
 

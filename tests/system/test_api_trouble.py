@@ -9,7 +9,7 @@ import pytest
 
 from foveacam_hardware.contract import PARKED, Role, StereoVolts
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
-from foveacam_server.runtime.calibrations import SHIPPED
+from foveacam_server.resources.calibrations.service import SHIPPED
 
 from .conftest import API, CENTRE, PATIENCE_S, Program, Running, running
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from foveacam_server.calibrating.sessions import SessionCollection
+from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
 
 from .calibration_desk import Desk, virtual_desk
 from .conftest import API, Running

@@ -10,7 +10,7 @@ import pytest
 
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server import cli
-from foveacam_server.progress_bar import ProgressBar
+from foveacam_server.foundation.progress_bar import ProgressBar
 
 from .conftest import EVENT_PATIENCE_S, Running
 

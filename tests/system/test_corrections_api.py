@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from foveacam_pipeline.verge.values import Basis, DistanceBound, EyeView, Fixation, FixationState
-from foveacam_server.api.models import FixationDocument
-from foveacam_server.runtime import fixations
+from foveacam_server.resources.fixations import service
+from foveacam_server.resources.fixations.schema import FixationDocument
 
 from .conftest import Running
 
@@ -65,7 +65,7 @@ def test_limits_make_a_target_without_a_distance(server: Running, monkeypatch: p
         left_view=EyeView(sees_target=True),
         right_view=EyeView(sees_target=False, reason="beyond the right mirror's reach"),
     )
-    monkeypatch.setattr(fixations, "fixate", lambda *_args, **_options: answer)
+    monkeypatch.setattr(service, "fixate", lambda *_args, **_options: answer)
     found = server.fixate({"direction": {"ax_deg": 0.0, "ay_deg": 0.0}, "label": "sky"})
     target = target_of(server, found)
     assert (target["basis"], target["distance_m"], target["point_rig_m"]) == ("bound", None, None)

@@ -13,7 +13,7 @@ from foveacam_server.doctor.devices import check_devices
 from foveacam_server.doctor.examination import ExaminationContext, examine
 from foveacam_server.doctor.findings import Severity, healthy
 from foveacam_server.doctor.trigger import check_trigger
-from foveacam_server.settings import Settings
+from foveacam_server.foundation.settings import Settings
 
 
 @pytest.fixture

@@ -26,7 +26,9 @@ from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import PixelTarget
 
-CERTIFICATE = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
+CERTIFICATE = load_calibration(
+    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
+)
 RELOCATED = {
     Role.LEFT: tuple(np.deg2rad([0.257, 0.154, -0.1]).tolist()),
     Role.RIGHT: tuple(np.deg2rad([0.095, -0.285, -0.1]).tolist()),

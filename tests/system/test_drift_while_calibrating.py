@@ -16,14 +16,18 @@ from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to
 from foveacam_pipeline.models import Calibration
-from foveacam_server.calibrate_command.rig import environment_of
-from foveacam_server.calibrating.documents import sweep_paths
-from foveacam_server.calibrating.drift_step import close_drift
-from foveacam_server.calibrating.fit_step import compute_fit
-from foveacam_server.calibrating.mirrors_step import measure_mirrors
-from foveacam_server.calibrating.options import FitOptions, MirrorsOptions
-from foveacam_server.calibrating.sessions import DRIFT, CalibrationSession, SessionCollection
-from foveacam_server.calibrating.wide_documents import RESULT
+from foveacam_server.resources.calibration_sessions.cli_rig import environment_of
+from foveacam_server.resources.calibration_sessions.documents import sweep_paths
+from foveacam_server.resources.calibration_sessions.fit_step import compute_fit
+from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
+from foveacam_server.resources.calibration_sessions.options import FitOptions, MirrorsOptions
+from foveacam_server.resources.calibration_sessions.sessions import (
+    DRIFT,
+    CalibrationSession,
+    SessionCollection,
+)
+from foveacam_server.resources.calibration_sessions.wide_documents import RESULT
+from foveacam_server.resources.drift_checks.step import close_drift
 
 from .calibration_room import EYES, Silent, changed_room, make_grey, true_wide
 

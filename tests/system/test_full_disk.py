@@ -19,7 +19,7 @@ from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.models.calibration_file import calibration_document
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
-from foveacam_server.runtime.store import Document
+from foveacam_server.foundation.store import Document
 
 from .conftest import API, Running, running
 from .test_captures_api import URL, begin, ended, folder_of, plan, until
@@ -269,7 +269,7 @@ def test_cameras_are_put_back_when_a_record_does_not_get_its_name(
 
     before = cameras(server)
     with monkeypatch.context() as patched:
-        patched.setattr("foveacam_server.runtime.camera_records.finish_part", refuse)
+        patched.setattr("foveacam_server.resources.cameras.records.finish_part", refuse)
         answer = server.http.patch(f"{API}/cameras/left", json={"gain_db": 5.0, "linked": True})
 
     assert (answer.status_code, answer.json()["type"]) == (507, "/problems/storage-full")

@@ -14,7 +14,7 @@ from tests.unit.mosaic_scenes import Z_M, scan, small_calibration
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import CapturedPoint, DatasetWriter, PlanPosition, Shot
-from foveacam_server.runtime.store import Document
+from foveacam_server.foundation.store import Document
 
 from .conftest import API, PATIENCE_S, Running
 

@@ -16,7 +16,7 @@ from schemathesis import Case
 from schemathesis.core.result import Ok
 
 from foveacam_server.app import create_app
-from foveacam_server.settings import Settings
+from foveacam_server.foundation.settings import Settings
 
 from .conftest import API, PATIENCE_S, Running
 

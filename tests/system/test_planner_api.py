@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from foveacam_bench.servers import serving
 from foveacam_pipeline.study.visibility.obstacles import RandomObstacles, success_by_quadrature
 from foveacam_pipeline.study.visibility.standoff import standoff_ring
-from foveacam_server import errors
-from foveacam_server.api import planner
-from foveacam_server.runtime.compute_queue import ComputeQueue
-from foveacam_server.runtime.planner_maps import MOST_VERTICES
+from foveacam_server.foundation import errors
+from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.resources.planner import routes
+from foveacam_server.resources.planner.maps import MOST_VERTICES
 
 Json = dict[str, Any]  # Any: JSON documents
 
@@ -36,7 +36,7 @@ SQUARE = [[20.0, 20.0], [24.0, 20.0], [24.0, 24.0], [20.0, 24.0], [20.0, 20.0]]
 def http() -> Iterator[httpx.Client]:
     app = FastAPI()
     errors.install(app)
-    app.include_router(planner.router)
+    app.include_router(routes.router)
     with (
         closing(ComputeQueue()) as computing,
         serving(app) as port,

@@ -11,7 +11,7 @@ import pytest
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_server.runtime.store import Document
+from foveacam_server.foundation.store import Document
 
 from .conftest import API, PATIENCE_S, Running
 from .test_captures_api import ended

@@ -9,7 +9,7 @@ from tests.unit.rail_scenes import STOPS_M, rail_scan
 
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_pipeline.capture.reference import read_rows
-from foveacam_server.runtime.store import Document
+from foveacam_server.foundation.store import Document
 
 from .conftest import API, Running
 from .test_mosaics_api import captures, ended, until

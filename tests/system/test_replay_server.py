@@ -18,9 +18,9 @@ from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RecordingSession, RigDescription
 from foveacam_pipeline.models import load_calibration
 from foveacam_server.app import create_app
-from foveacam_server.runtime.calibrations import SHIPPED
-from foveacam_server.runtime.replay import open_recording
-from foveacam_server.settings import Settings
+from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.rig.replay import open_recording
 
 HEIGHT, WIDTH = 96, 128
 TICKS = 20

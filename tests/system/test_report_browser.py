@@ -13,7 +13,9 @@ from foveacam_pipeline.models import load_calibration
 pytestmark = pytest.mark.browser
 
 QUIET = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
-CERTIFICATE = Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json"
+CERTIFICATE = (
+    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
+)
 
 
 @pytest.fixture(scope="module")

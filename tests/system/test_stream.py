@@ -21,11 +21,11 @@ from websockets.exceptions import ConnectionClosed
 from foveacam_bench.servers import serving
 from foveacam_bench.stream.clients import StreamViewer, thin_line
 from foveacam_hardware.contract import MonotonicClock
-from foveacam_server import errors
-from foveacam_server.api import views
-from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.stream import LiveStreams
-from foveacam_server.runtime.stream_messages import HEADER
+from foveacam_server.foundation import errors
+from foveacam_server.resources.views import routes
+from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.stream import LiveStreams
+from foveacam_server.rig.stream_messages import HEADER
 
 PATIENCE_S = 10.0
 SOCKET = "/api/v1/views/ws"
@@ -80,7 +80,7 @@ def live(request: pytest.FixtureRequest) -> Iterator[Live]:
     app = FastAPI()
     app.state.services = SimpleNamespace(streams=streams, viewer=None)
     errors.install(app)
-    app.include_router(views.router, prefix="/api/v1")
+    app.include_router(routes.router, prefix="/api/v1")
     with serving(app) as port:
         yield Live(port, hub, streams)
     streams.close()

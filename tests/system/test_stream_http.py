@@ -13,10 +13,10 @@ from fastapi import FastAPI
 
 from foveacam_bench.servers import serving
 from foveacam_hardware.contract import MonotonicClock
-from foveacam_server import errors
-from foveacam_server.api import views
-from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.stream import MJPEG_PER_ADDRESS, LiveStreams
+from foveacam_server.foundation import errors
+from foveacam_server.resources.views import routes
+from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.stream import MJPEG_PER_ADDRESS, LiveStreams
 
 PATIENCE_S = 10.0
 
@@ -46,7 +46,7 @@ def live() -> Iterator[Live]:
     app = FastAPI()
     app.state.services = SimpleNamespace(streams=streams, viewer=None)
     errors.install(app)
-    app.include_router(views.router, prefix="/api/v1")
+    app.include_router(routes.router, prefix="/api/v1")
     with serving(app) as port:
         yield Live(port, hub)
     streams.close()

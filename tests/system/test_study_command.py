@@ -31,9 +31,9 @@ from foveacam_pipeline.study.report.findings import (
 )
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_server import bench_package, cli
-from foveacam_server.study_command.placed_rig import pose_setter
-from foveacam_server.study_command.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
-from foveacam_server.study_command.run import ReportOptions, catch_ctrl_c, run_studies
+from foveacam_server.resources.studies.placed_rig import pose_setter
+from foveacam_server.resources.studies.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
+from foveacam_server.resources.studies.run import ReportOptions, catch_ctrl_c, run_studies
 
 
 @pytest.fixture(autouse=True)

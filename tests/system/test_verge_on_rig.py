@@ -13,7 +13,7 @@ from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget
 from foveacam_pipeline.verge.verdict import CANNOT_TURN
-from foveacam_server.runtime.calibrations import SHIPPED
+from foveacam_server.resources.calibrations.service import SHIPPED
 
 SURVEYED = Path(__file__).parents[1] / "data" / "rig120-calibration.json"
 WHITEBOARD = ((660.0, 300.0), (640.0, 213.0))

@@ -18,9 +18,9 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
 from foveacam_bench.servers import serving
-from foveacam_server import errors
-from foveacam_server.api import security, viser_relay
-from foveacam_server.settings import Settings
+from foveacam_server.console import security, viser_relay
+from foveacam_server.foundation import errors
+from foveacam_server.foundation.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.viser_page import viser_subprotocol
 

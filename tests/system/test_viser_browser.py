@@ -14,9 +14,9 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from foveacam_bench.servers import serving
 from foveacam_pipeline.stereo.values import DepthMesh
-from foveacam_server import errors
-from foveacam_server.api import security, viser_relay
-from foveacam_server.settings import Settings
+from foveacam_server.console import security, viser_relay
+from foveacam_server.foundation import errors
+from foveacam_server.foundation.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import RigShape
 

@@ -18,7 +18,13 @@ from foveacam_pipeline.stereo.rectify import plane_from_raw
 
 CALIBRATION = load_calibration(Path(__file__).parents[1] / "data" / "rig120-calibration.json")
 MEASURED = load_calibration(
-    Path(__file__).parents[2] / "server" / "foveacam_server" / "shipped" / "sim-rig120.json"
+    Path(__file__).parents[2]
+    / "server"
+    / "foveacam_server"
+    / "resources"
+    / "calibrations"
+    / "shipped"
+    / "sim-rig120.json"
 )
 """As the procedures measured it; it is written anew when they or the simulated rig change."""
 TEXEL_M = 0.4e-3

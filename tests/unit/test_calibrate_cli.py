@@ -13,10 +13,10 @@ from foveacam_pipeline.calibrate.settle.settle_report import save_settle
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli
-from foveacam_server.calibrating.sessions import SETTLE, SETTLE_REPORT, SessionCollection
-from foveacam_server.runtime.calibrations import SHIPPED
-from foveacam_server.runtime.pinned import write_pin
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.store import Store
+from foveacam_server.resources.calibration_sessions.sessions import SETTLE, SETTLE_REPORT, SessionCollection
+from foveacam_server.resources.calibrations.pinned import write_pin
+from foveacam_server.resources.calibrations.service import SHIPPED
 
 from .settle_report import REPORT
 

@@ -14,7 +14,7 @@ from foveacam_hardware.contract import PARKED, InvalidInput, NotCalibrated, OutO
 from foveacam_pipeline.geometry import homography_apply, point_from_direction
 from foveacam_pipeline.models import load_calibration
 
-FOLDER = Path(foveacam_server.__file__).parent / "shipped"
+FOLDER = Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped"
 RIG120 = load_calibration(FOLDER / "sim-rig120.json")
 
 

@@ -10,10 +10,10 @@ from foveacam_hardware.contract import NotCalibrated, StorageFull
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
-from foveacam_server.errors import NotFound
-from foveacam_server.runtime.calibrations import SHIPPED, CalibrationService
-from foveacam_server.runtime.events import EventLevel, EventLog
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.resources.calibrations.service import SHIPPED, CalibrationService
 
 RIG = "sim-rig120"
 

@@ -14,7 +14,9 @@ from foveacam_pipeline.models import Calibration, load_calibration, save_calibra
 from foveacam_pipeline.models.calibration_file import calibration_from
 from foveacam_pipeline.models.content import Plain, content_id
 
-CERTIFICATE = Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json"
+CERTIFICATE = (
+    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
+)
 
 
 @pytest.fixture(scope="module")

@@ -9,11 +9,15 @@ import pytest
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, StorageFull
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
-from foveacam_server.calibrating.documents import session_document
-from foveacam_server.calibrating.pictures import picture_documents, picture_path, write_picture
-from foveacam_server.calibrating.sessions import HEAD, SessionCollection
-from foveacam_server.calibrating.wide_documents import lens_of
-from foveacam_server.errors import NotFound
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.resources.calibration_sessions.documents import session_document
+from foveacam_server.resources.calibration_sessions.pictures import (
+    picture_documents,
+    picture_path,
+    write_picture,
+)
+from foveacam_server.resources.calibration_sessions.sessions import HEAD, SessionCollection
+from foveacam_server.resources.calibration_sessions.wide_documents import lens_of
 
 from .exchange_rig import Bench
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from foveacam_hardware.contract import AutoMode, CameraSettings, OutOfRange, Role, TriggerSource, VirtualClock
-from foveacam_server.runtime.camera_change import CameraChange, refuse_own_exposure
+from foveacam_server.resources.cameras.changes import CameraChange, refuse_own_exposure
 
 from .fake_camera import FakeCamera, supervised
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
-from foveacam_server.runtime.child_process import run_child
-from foveacam_server.runtime.store import Document
+from foveacam_server.foundation.child_process import run_child
+from foveacam_server.foundation.store import Document
 
 TALKER = """
 import json, sys, time

@@ -10,8 +10,8 @@ import pytest
 
 from foveacam_bench import catalogue
 from foveacam_server import __version__, bench_package, cli
-from foveacam_server.runtime.store import Store
-from foveacam_server.settings import Settings
+from foveacam_server.foundation.settings import Settings
+from foveacam_server.foundation.store import Store
 
 
 @pytest.fixture(autouse=True)

@@ -14,7 +14,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.records.compare import compare, comparison_picture
 from foveacam_pipeline.models import Calibration, EyeCalibration, load_calibration
 
-FOLDER = Path(foveacam_server.__file__).parent / "shipped"
+FOLDER = Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped"
 A = load_calibration(Path(__file__).parents[1] / "data" / "rig120-calibration.json")
 NODES = 5
 

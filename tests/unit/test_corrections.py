@@ -3,10 +3,10 @@
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.api.models import FixationDocument
+from foveacam_server.foundation.store import Document
 from foveacam_server.resources.corrections.kept import kind_of
 from foveacam_server.resources.corrections.ranges import range_document, remaining_range
-from foveacam_server.runtime.store import Document
+from foveacam_server.resources.fixations.schema import FixationDocument
 
 
 def fixation(distance_m: float | None = 2.0, sigma_m: float = 0.1, **more: object) -> FixationDocument:

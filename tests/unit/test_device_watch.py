@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import VirtualClock
-from foveacam_server.runtime.device_reconnector import GENERAL_REMEDY, MIRRORS, DeviceReconnector
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.refusals import missing
-from foveacam_server.runtime.rig_status import DeviceProblem
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.rig.device_reconnector import GENERAL_REMEDY, MIRRORS, DeviceReconnector
+from foveacam_server.rig.refusals import missing
+from foveacam_server.rig.status import DeviceProblem
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import VirtualClock
-from foveacam_server.runtime.encoder import EncodedPicture, JpegStore, eight_bit, encode_jpeg, halve
-from foveacam_server.runtime.frame_hub import FrameHub
+from foveacam_server.rig.encoder import EncodedPicture, JpegStore, eight_bit, encode_jpeg, halve
+from foveacam_server.rig.frame_hub import FrameHub
 
 
 @pytest.fixture

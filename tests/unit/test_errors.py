@@ -10,8 +10,8 @@ from fastapi import FastAPI
 from pydantic import BaseModel, Field, ValidationError, create_model
 
 from foveacam_hardware.contract import FoveaError, OutOfRange, Timeout, errors
-from foveacam_server.errors import KINDS, install, problem_of
-from foveacam_server.plain_words import explain_validation
+from foveacam_server.foundation.errors import KINDS, install, problem_of
+from foveacam_server.foundation.plain_words import explain_validation
 
 
 def test_every_branch_of_the_error_tree_has_its_own_problem_type() -> None:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_server.runtime import events as events_module
-from foveacam_server.runtime.events import Event, EventLevel, EventLog
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation import events as events_module
+from foveacam_server.foundation.events import Event, EventLevel, EventLog
+from foveacam_server.foundation.store import Store
 
 PATIENCE_S = 10.0
 

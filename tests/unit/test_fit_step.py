@@ -13,10 +13,10 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration
-from foveacam_server.calibrating.documents import session_document
-from foveacam_server.calibrating.fit_step import earlier_fit, fit_session
-from foveacam_server.calibrating.options import FitOptions
-from foveacam_server.calibrating.sessions import CalibrationSession, SessionCollection
+from foveacam_server.resources.calibration_sessions.documents import session_document
+from foveacam_server.resources.calibration_sessions.fit_step import earlier_fit, fit_session
+from foveacam_server.resources.calibration_sessions.options import FitOptions
+from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession, SessionCollection
 
 from .swept_rig import SweptRig, swept, wide_lens
 

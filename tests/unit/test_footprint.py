@@ -12,7 +12,9 @@ from foveacam_hardware.contract import MirrorVolts, OutOfRange, Role
 from foveacam_pipeline.geometry import point_from_direction
 from foveacam_pipeline.models import eye_volts, fovea_footprint_px, load_calibration
 
-RIG120 = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
+RIG120 = load_calibration(
+    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
+)
 EYES = (Role.LEFT, Role.RIGHT)
 
 

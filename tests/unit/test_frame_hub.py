@@ -6,8 +6,8 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, InvalidInput, Role, VirtualClock
-from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.view_state import FROZEN_AFTER_MS
+from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.view_state import FROZEN_AFTER_MS
 
 MS = 1_000_000
 

@@ -19,13 +19,13 @@ from foveacam_hardware.contract import (
     Stopped,
     Timeout,
 )
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.hardware import HardwareThread
-from foveacam_server.runtime.hardware_commands import LENGTH
-from foveacam_server.runtime.live_views import LiveRates
-from foveacam_server.runtime.rig_status import RigState
-from foveacam_server.runtime.stop import StopSwitch
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.hardware_commands import LENGTH
+from foveacam_server.rig.live_views import LiveRates
+from foveacam_server.rig.status import RigState
+from foveacam_server.rig.stop import StopSwitch
 
 from .fake_rig import FakeRig, Pictures
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import Busy, DeviceFault, InvalidInput, MonotonicClock, Stopped, VirtualClock
-from foveacam_server.errors import NotFound
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.job_table import Job, JobState, JobTable
-from foveacam_server.runtime.jobs import WAITING, JobContext, JobRunner
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.job_table import Job, JobState, JobTable
+from foveacam_server.foundation.jobs import WAITING, JobContext, JobRunner
+from foveacam_server.foundation.store import Store
 
 PATIENCE_S = 10.0
 

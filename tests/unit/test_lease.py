@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import Busy, VirtualClock
-from foveacam_server.runtime.events import EventLevel, EventLog
-from foveacam_server.runtime.lease import LIFETIME_S, Lease
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.lease import LIFETIME_S, Lease
+from foveacam_server.foundation.store import Store
 
 
 @pytest.fixture

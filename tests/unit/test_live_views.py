@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from foveacam_hardware.contract import PARKED, VirtualClock
-from foveacam_server.runtime.live_views import (
+from foveacam_server.rig.live_views import (
     IDLE_FOVEA_HZ,
     IDLE_WIDE_HZ,
     RECENT_APART_NS,

@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import NotConnected, Stopped, VirtualClock
-from foveacam_server.runtime.device_reconnector import (
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.rig.device_reconnector import (
     MIRRORS,
     PING_PERIOD_NS,
     DeviceReconnector,
     MirrorLinkMonitor,
 )
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.store import Store
 
 from .fake_rig import FakeRig
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_server.capturing.mosaic_collection import MosaicCollection, StoredMosaic
-from foveacam_server.capturing.mosaic_documents import viewpoint_of
-from foveacam_server.errors import NotFound
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.resources.mosaics.collection import MosaicCollection, StoredMosaic
+from foveacam_server.resources.mosaics.documents import viewpoint_of
 
 CHART = {"u0_px": -500, "v0_px": 100, "width": 4000, "height": 3000, "f_px": 28760.0}
 

@@ -10,7 +10,7 @@ import pytest
 from fastapi import FastAPI
 
 from foveacam_bench.servers import serving
-from foveacam_server.api import pages
+from foveacam_server.console import pages
 
 
 @pytest.fixture(scope="module")

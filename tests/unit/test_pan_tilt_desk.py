@@ -14,11 +14,11 @@ from foveacam_hardware.contract import (
     PanTiltPose,
     Stopped,
 )
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.hardware import HardwareThread
-from foveacam_server.runtime.live_views import LiveRates
-from foveacam_server.runtime.pan_tilt import PanTiltService, exclusive_pan_tilt
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.resources.positioners.pan_tilt import PanTiltService, exclusive_pan_tilt
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.live_views import LiveRates
 
 from .fake_rig import FakePanTilt, FakeRig, Pictures
 

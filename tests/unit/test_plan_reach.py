@@ -29,7 +29,9 @@ from foveacam_pipeline.capture.plan.plan_field import beyond_hull_rad
 from foveacam_pipeline.geometry import point_from_direction
 from foveacam_pipeline.models import load_calibration
 
-RIG120 = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
+RIG120 = load_calibration(
+    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
+)
 RAIL = RailLimits(min_m=-0.3, max_m=0.3)
 
 

@@ -16,7 +16,7 @@ from foveacam_hardware.contract import (
     Stopped,
 )
 from foveacam_hardware.rail_config import PAPER_PLACES
-from foveacam_server.runtime.rail import RailService
+from foveacam_server.resources.positioners.rail import RailService
 
 from .test_pan_tilt_desk import PATIENCE_S, Setup, never, setup
 

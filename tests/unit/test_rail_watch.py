@@ -10,10 +10,10 @@ from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMo
 from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.pan_tilt import TurningHistory
-from foveacam_server.runtime.device_reconnector import LAST_RETRY_S, RAIL, DeviceReconnector
-from foveacam_server.runtime.events import Event, EventLevel, EventLog
-from foveacam_server.runtime.rig_status import RigStatus, rail_state
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.events import Event, EventLevel, EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.rig.device_reconnector import LAST_RETRY_S, RAIL, DeviceReconnector
+from foveacam_server.rig.status import RigStatus, rail_state
 
 from .fake_rig import FakeRig
 

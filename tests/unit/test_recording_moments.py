@@ -10,8 +10,8 @@ from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.stereo.values import DepthMap
-from foveacam_server.recordings.depth import RecordedDepthService, centre_of
-from foveacam_server.recordings.moments import (
+from foveacam_server.resources.recordings.depth import RecordedDepthService, centre_of
+from foveacam_server.resources.recordings.moments import (
     anaglyph,
     frame_time_s,
     moment_document,
@@ -19,7 +19,7 @@ from foveacam_server.recordings.moments import (
     pair_at,
     timeline_document,
 )
-from foveacam_server.recordings.opened import OpenRecordings
+from foveacam_server.resources.recordings.opened import OpenRecordings
 
 from .dataset_scenes import CALIBRATION
 from .recorded_looks import PERIOD_S, Z_M, look

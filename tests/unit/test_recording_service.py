@@ -12,20 +12,20 @@ from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, EndCause, Reco
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
-from foveacam_server.api.recording_models import RecordingRequest
-from foveacam_server.errors import NotFound
-from foveacam_server.recordings.begin import check_room
-from foveacam_server.recordings.frame_tap import FrameTap
-from foveacam_server.recordings.live import LiveRecording
-from foveacam_server.runtime.calibrations import CalibrationService
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.hardware import HardwareThread
-from foveacam_server.runtime.job_table import Job, JobState
-from foveacam_server.runtime.jobs import JobContext, JobRunner
-from foveacam_server.runtime.live_views import LiveRates
-from foveacam_server.runtime.recordings import RecordingService, RecordingTools
-from foveacam_server.runtime.store import Document, Store
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.job_table import Job, JobState
+from foveacam_server.foundation.jobs import JobContext, JobRunner
+from foveacam_server.foundation.store import Document, Store
+from foveacam_server.resources.calibrations.service import CalibrationService
+from foveacam_server.resources.recordings.begin import check_room
+from foveacam_server.resources.recordings.live import LiveRecording
+from foveacam_server.resources.recordings.schema import RecordingRequest
+from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
+from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.frame_tap import FrameTap
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.live_views import LiveRates
 
 from .fake_rig import FakeRig, Pictures
 from .recordings import SmallDisk

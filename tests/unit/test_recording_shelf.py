@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.errors import NotFound
-from foveacam_server.recordings.documents import recording_document
-from foveacam_server.recordings.notes import RecordingNotes, notes_path, write_notes
-from foveacam_server.recordings.opened import KEPT, OpenRecordings
-from foveacam_server.recordings.recording_collection import RecordingCollection
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.resources.recordings.collection import RecordingCollection
+from foveacam_server.resources.recordings.documents import recording_document
+from foveacam_server.resources.recordings.notes import RecordingNotes, notes_path, write_notes
+from foveacam_server.resources.recordings.opened import KEPT, OpenRecordings
 
 from .recordings import record
 

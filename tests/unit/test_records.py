@@ -10,7 +10,7 @@ from foveacam_hardware.contract import InvalidInput, NotCalibrated
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models import Calibration, load_calibration
 
-FOLDER = Path(foveacam_server.__file__).parent / "shipped"
+FOLDER = Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped"
 CERTIFICATE = load_calibration(FOLDER / "sim-rig120.json")
 OTHER_RIG = load_calibration(FOLDER / "sim-paper.json")
 CORRECTED = replace(

@@ -21,7 +21,9 @@ from foveacam_pipeline.models import load_calibration
 
 from .report_session import drift_document, node, picture, session_document
 
-CALIBRATION = load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
+CALIBRATION = load_calibration(
+    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
+)
 SESSION = session_facts(session_document())
 EMPTY = ("meta", "img", "link", "br", "rect", "line", "circle", "path", "polygon")
 

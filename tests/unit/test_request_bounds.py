@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from foveacam_server.app import create_app
-from foveacam_server.settings import Settings
+from foveacam_server.foundation.settings import Settings
 
 Schema = dict[str, Any]  # Any: a part of a JSON document
 LOWER, UPPER = ("minimum", "exclusiveMinimum"), ("maximum", "exclusiveMaximum")

@@ -7,8 +7,8 @@ import foveacam_server
 from foveacam_hardware.contract import PARKED, MirrorVolts, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.runtime.overlay import GazeOverlay
-from foveacam_server.runtime.scene_follower import RigGaze, SceneFollower, rig_shape
+from foveacam_server.resources.views.overlay import GazeOverlay
+from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower, rig_shape
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import EyeGaze, RigShape
 
@@ -32,7 +32,9 @@ class Recorder(ViewerScene):
 
 @pytest.fixture(scope="module")
 def certificate() -> Calibration:
-    return load_calibration(Path(foveacam_server.__file__).parent / "shipped" / "sim-rig120.json")
+    return load_calibration(
+        Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
+    )
 
 
 def test_the_rig_is_drawn_with_its_own_fields_of_view(certificate: Calibration) -> None:

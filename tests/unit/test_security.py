@@ -10,9 +10,9 @@ from pydantic import SecretStr
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.api import security
+from foveacam_server.console import security
 from foveacam_server.doors.token_attempts import MOST_WRONG, WINDOW_S
-from foveacam_server.settings import Settings
+from foveacam_server.foundation.settings import Settings
 
 OWN = "http://127.0.0.1:8000"
 TOKEN = "correct horse"  # noqa: S105  # a token of this test alone

@@ -4,8 +4,8 @@ import pytest
 from pydantic import ValidationError
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_server.foundation.settings import Settings, default_data_dir
 from foveacam_server.serving import keep_token
-from foveacam_server.settings import Settings, default_data_dir
 
 
 def test_environment_is_read_and_arguments_win(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import StorageFull, VirtualClock
-from foveacam_server.calibrating.settle_times import SettleTime, SettleTimes
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.settle_time_service import SettleTimeService
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.resources.settle_time.records import SettleTime, SettleTimes
+from foveacam_server.resources.settle_time.service import SettleTimeService
 
 from .fake_rig import FakeRig
 

@@ -9,12 +9,13 @@ from foveacam_hardware.contract import Frame, MirrorVolts, Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.values import Cloud
-from foveacam_server.api.models import CloudDocument, TargetDocument
-from foveacam_server.runtime.calibrations import SHIPPED
-from foveacam_server.runtime.clouds import CloudCollection
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.shapes import WAITING, ShapeWorker, VergedLook
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.clouds.collection import CloudCollection
+from foveacam_server.resources.clouds.schema import CloudDocument
+from foveacam_server.resources.clouds.shapes import WAITING, ShapeWorker, VergedLook
+from foveacam_server.resources.fixations.schema import TargetDocument
 
 from .fake_rig import Pictures
 

@@ -1,6 +1,6 @@
 import pytest
 
-from foveacam_server.short_text import shorten
+from foveacam_server.foundation.short_text import shorten
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ import pytest
 
 from foveacam_hardware.contract import Busy, InvalidInput, NotConnected
 from foveacam_pipeline.capture.dataset import DatasetWriter, check_dataset
-from foveacam_server.capturing.still_collection import MOST_HELD, StillCollection, StillState
-from foveacam_server.capturing.still_documents import still_document
-from foveacam_server.errors import NotFound
-from foveacam_server.still_command.run import StillOrder, take_on_server
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.resources.stills.cli_run import StillOrder, take_on_server
+from foveacam_server.resources.stills.collection import MOST_HELD, StillCollection, StillState
+from foveacam_server.resources.stills.documents import still_document
 
 from .dataset_scenes import header, written
 

@@ -15,15 +15,15 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
-from foveacam_server.api.security import AccessRules
-from foveacam_server.api.stop import StopAtDoor
+from foveacam_server.console.security import AccessRules
 from foveacam_server.doors.server import WatchedServer, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.stop import StopSwitch
-from foveacam_server.runtime.store import Store
-from foveacam_server.runtime.stream_socket import listen
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.resources.stop.routes import StopAtDoor
+from foveacam_server.rig.stop import StopSwitch
+from foveacam_server.rig.stream_socket import listen
 
 STOP = b"POST /api/v1/stop HTTP/1.1\r\nHost: 127.0.0.1\r\n"
 WAIT_S = 20.0

@@ -8,10 +8,10 @@ import pytest
 from sqlalchemy import text
 
 from foveacam_hardware.contract import StorageFull, VirtualClock
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.job_table import Job, JobState, JobTable
-from foveacam_server.runtime.jobs import JobRunner
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.job_table import Job, JobState, JobTable
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.store import Store
 
 PATIENCE_S = 30.0
 

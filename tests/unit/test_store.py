@@ -4,7 +4,7 @@ import pytest
 from sqlalchemy import text
 
 from foveacam_hardware.contract import Busy, InvalidInput
-from foveacam_server.runtime.store import SCHEMA_VERSION, Store
+from foveacam_server.foundation.store import SCHEMA_VERSION, Store
 
 
 def test_second_server_on_the_same_folder_is_refused(tmp_path: Path) -> None:

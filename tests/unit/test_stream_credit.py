@@ -1,7 +1,7 @@
 import numpy as np
 
-from foveacam_server.runtime.stream_credit import BACKLOG_LIMIT_MS, CreditBook
-from foveacam_server.runtime.view_state import ViewPicture
+from foveacam_server.rig.stream_credit import BACKLOG_LIMIT_MS, CreditBook
+from foveacam_server.rig.view_state import ViewPicture
 
 MS = 1_000_000
 

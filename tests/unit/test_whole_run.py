@@ -18,9 +18,9 @@ from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.models.content import plain
-from foveacam_server.calibrating.fit_step import inputs_of
-from foveacam_server.calibrating.mirrors_step import measure_mirrors
-from foveacam_server.calibrating.options import (
+from foveacam_server.resources.calibration_sessions.fit_step import inputs_of
+from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
+from foveacam_server.resources.calibration_sessions.options import (
     AllOptions,
     BoardOption,
     CheckOptions,
@@ -28,7 +28,7 @@ from foveacam_server.calibrating.options import (
     MirrorsOptions,
     WideOptions,
 )
-from foveacam_server.calibrating.sessions import (
+from foveacam_server.resources.calibration_sessions.sessions import (
     FINISHED,
     SETTLE,
     SETTLE_REPORT,
@@ -36,11 +36,11 @@ from foveacam_server.calibrating.sessions import (
     CalibrationSession,
     SessionCollection,
 )
-from foveacam_server.calibrating.settle_times import SettleTime
-from foveacam_server.calibrating.step_environment import ExclusiveRig, StepEnvironment
-from foveacam_server.calibrating.steps import KNOWN, run_all
-from foveacam_server.calibrating.wide_documents import RESULT, views_id
-from foveacam_server.runtime.calibrations import SHIPPED
+from foveacam_server.resources.calibration_sessions.step_environment import ExclusiveRig, StepEnvironment
+from foveacam_server.resources.calibration_sessions.steps import KNOWN, run_all
+from foveacam_server.resources.calibration_sessions.wide_documents import RESULT, views_id
+from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.settle_time.records import SettleTime
 
 from .settle_report import REPORT
 from .swept_rig import SweptRig, swept, wide_lens

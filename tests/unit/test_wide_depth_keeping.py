@@ -11,7 +11,7 @@ from foveacam_pipeline.context.values import DepthSource
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.depth_samples import DepthSamples
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
-from foveacam_server.runtime.rig_status import PanTiltStatus, RigStatus
+from foveacam_server.rig.status import PanTiltStatus, RigStatus
 
 from .plane_head import CALIBRATION
 

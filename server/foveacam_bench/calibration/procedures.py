@@ -34,14 +34,14 @@ from foveacam_pipeline.calibrate.drift.check import run_drift_check
 from foveacam_pipeline.calibrate.drift.correction import correct_calibration
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
-from foveacam_server.calibrate_command.rig import environment_of
-from foveacam_server.calibrating.fit_step import compute_fit
-from foveacam_server.calibrating.mirrors_step import measure_mirrors
-from foveacam_server.calibrating.options import FitOptions, MirrorsOptions, WideOptions
-from foveacam_server.calibrating.sessions import SessionCollection
-from foveacam_server.calibrating.turning import turn_to_station
-from foveacam_server.calibrating.wide_documents import lens_of
-from foveacam_server.calibrating.wide_step import measure_wide
+from foveacam_server.resources.calibration_sessions.cli_rig import environment_of
+from foveacam_server.resources.calibration_sessions.fit_step import compute_fit
+from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
+from foveacam_server.resources.calibration_sessions.options import FitOptions, MirrorsOptions, WideOptions
+from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
+from foveacam_server.resources.calibration_sessions.turning import turn_to_station
+from foveacam_server.resources.calibration_sessions.wide_documents import lens_of
+from foveacam_server.resources.calibration_sessions.wide_step import measure_wide
 
 SEED = 4_711
 JUDGE_SEED = 99

@@ -25,7 +25,7 @@ from foveacam_pipeline.stereo.match import gray, match
 from foveacam_pipeline.stereo.rectify import plane_from_raw, rectify
 from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings, matcher, search_window, with_margins
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
-from foveacam_server.runtime.calibrations import SHIPPED
+from foveacam_server.resources.calibrations.service import SHIPPED
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 MOTORCYCLE_F_PX = 994.978  # its published calibration at quarter size

@@ -21,7 +21,7 @@ from foveacam_bench.faults.killed_host import random_volts
 from foveacam_bench.faults.tally import FaultTally, LimitCables
 from foveacam_hardware.contract import FoveaError, MirrorLimits
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
-from foveacam_server.runtime.store import EventRow
+from foveacam_server.foundation.store import EventRow
 
 SEQUENCES, QUICK_SEQUENCES = 8, 1
 SEED = 2812

@@ -24,7 +24,7 @@ from foveacam_bench.faults.tally import FaultTally, LimitCables
 from foveacam_hardware.camera_config import AravisCameraConfig, CamerasConfig
 from foveacam_hardware.contract import CameraPhase, FoveaError, MirrorLimits, Role
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
-from foveacam_server.runtime.ports import AssembledRig
+from foveacam_server.rig.ports import AssembledRig
 
 SEQUENCES, QUICK_SEQUENCES = 16, 2
 SEED = 1606

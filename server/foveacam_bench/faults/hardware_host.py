@@ -14,12 +14,12 @@ from foveacam_hardware.camera_config import CamerasConfig
 from foveacam_hardware.contract import DeviceFault, Frame, Mirrors, MonotonicClock
 from foveacam_hardware.rig import Rig, open_rig
 from foveacam_hardware.rig_config import SerialMirrorsConfig, SerialRigConfig
-from foveacam_server.runtime.device_reconnector import MIRRORS
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.hardware import HardwareThread
-from foveacam_server.runtime.live_views import LiveRates
-from foveacam_server.runtime.ports import AssembledRig as RigPort
-from foveacam_server.runtime.store import Store
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.rig.device_reconnector import MIRRORS
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.live_views import LiveRates
+from foveacam_server.rig.ports import AssembledRig as RigPort
 
 _Answer = TypeVar("_Answer")
 OPEN_PATIENCE_S = 60.0

@@ -16,7 +16,7 @@ from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.cables import DacCodes
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.world import World
-from foveacam_server.runtime.ports import AssembledRig as RigPort
+from foveacam_server.rig.ports import AssembledRig as RigPort
 
 SEQUENCES, QUICK_SEQUENCES = 18, 3
 SEED = 1818

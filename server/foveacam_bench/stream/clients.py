@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 
 from websockets.asyncio.client import connect
 
-from foveacam_server.runtime.encoder import Scale
-from foveacam_server.runtime.stream_messages import HEADER
+from foveacam_server.rig.encoder import Scale
+from foveacam_server.rig.stream_messages import HEADER
 
 _CHUNK_BYTES = 8 * 1024
 _RECEIVE_BUFFER_BYTES = 32 * 1024

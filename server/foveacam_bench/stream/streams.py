@@ -18,7 +18,7 @@ import numpy as np
 from foveacam_bench.stream.clients import StreamViewer, thin_line
 from foveacam_bench.stream.server import LIVE
 from foveacam_hardware.contract import DeviceFault
-from foveacam_server.runtime.encoder import Scale
+from foveacam_server.rig.encoder import Scale
 
 RATE_HZ = 20.0
 THIN_BYTES_PER_S = 1e6

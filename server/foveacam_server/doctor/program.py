@@ -7,9 +7,9 @@ import foveacam_hardware
 from foveacam_hardware.contract import FoveaError
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.doctor.findings import Finding, fine, problem, warning
-from foveacam_server.runtime.calibrations import SHIPPED
-from foveacam_server.runtime.stream_socket import listen
-from foveacam_server.settings import Settings
+from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.rig.stream_socket import listen
 
 
 def check_calibration(settings: Settings, rig_id: str) -> Finding:
@@ -65,7 +65,7 @@ def check_data(settings: Settings) -> Finding:
 
 def check_console() -> Finding:
     """Say whether the page is there."""
-    from foveacam_server.api.pages import STATIC
+    from foveacam_server.console.pages import STATIC
 
     if not (STATIC / "index.html").is_file():
         return problem("console", f"{STATIC} has no index.html", "install the program again")

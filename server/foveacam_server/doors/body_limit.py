@@ -7,7 +7,7 @@ from starlette.datastructures import Headers
 from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from foveacam_server.errors import TOO_LARGE, ProblemDetails
+from foveacam_server.foundation.errors import TOO_LARGE, ProblemDetails
 
 MIB = 2**20
 BODY_BYTES = MIB

@@ -20,9 +20,9 @@ from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
 from fastapi.responses import JSONResponse, StreamingResponse
 
 from foveacam_bench.servers import serving
-from foveacam_server.api import pages
-from foveacam_server.api.page_policy import content_policy
-from foveacam_server.runtime.stream_messages import HEADER
+from foveacam_server.console import pages
+from foveacam_server.console.page_policy import content_policy
+from foveacam_server.rig.stream_messages import HEADER
 
 from . import calibration_documents as documents
 from . import rig_documents

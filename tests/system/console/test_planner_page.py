@@ -18,9 +18,9 @@ from fastapi import FastAPI
 from playwright.sync_api import Locator, Page, Route, expect
 
 from foveacam_bench.servers import serving
-from foveacam_server import errors
-from foveacam_server.api import planner
-from foveacam_server.runtime.compute_queue import ComputeQueue
+from foveacam_server.foundation import errors
+from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.resources.planner import routes
 
 from .browsing import NO_STORAGE, TOUCH, Console, OpenConsole, watched
 from .stand_in import StandIn, application
@@ -38,7 +38,7 @@ def address() -> Iterator[str]:
     stand_in.be()
     app = FastAPI()
     errors.install(app)
-    app.include_router(planner.router, prefix="/api/v1")
+    app.include_router(routes.router, prefix="/api/v1")
     app.mount("/", application(stand_in))
     with closing(ComputeQueue()) as computing, serving(app) as port:
         app.state.services = SimpleNamespace(computing=computing)

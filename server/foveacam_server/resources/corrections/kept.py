@@ -2,8 +2,8 @@
 
 from typing import Literal, TypeAlias
 
-from foveacam_server.api.models import CorrectionDocument, FixationDocument, TargetDocument
-from foveacam_server.runtime.store import Document
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.fixations.schema import CorrectionDocument, FixationDocument, TargetDocument
 
 Kind: TypeAlias = Literal["choice", "nearer", "farther", "rectangle", "click"]
 

@@ -5,9 +5,9 @@ from typing import Literal, TypeAlias
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.verge.values import DistanceRange
-from foveacam_server.api.models import FixationDocument
-from foveacam_server.runtime.fixation_request import depth_range_of
-from foveacam_server.runtime.store import Document
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.fixations.request import depth_range_of
+from foveacam_server.resources.fixations.schema import FixationDocument
 
 Direction: TypeAlias = Literal["nearer", "farther"]
 

@@ -3,11 +3,12 @@
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse
 
-from foveacam_server.api.answers import LeaseHeader, PreferHeader, job_answer, problems
-from foveacam_server.api.models import FixationDocument, JobDocument
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import LeaseHeader, PreferHeader, job_answer, problems
+from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.corrections.schema import ChoiceRequest, CorrectionRequest
 from foveacam_server.resources.corrections.service import choose, look_beside, show_choice
-from foveacam_server.runtime.services import ServicesDep
+from foveacam_server.resources.fixations.schema import FixationDocument
 
 router = APIRouter(prefix="/fixations", tags=["corrections"])
 

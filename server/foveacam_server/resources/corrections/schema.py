@@ -2,8 +2,8 @@
 
 from typing import Literal
 
-from foveacam_server.api.models import RequestModel
-from foveacam_server.quantities import Index
+from foveacam_server.foundation.quantities import Index
+from foveacam_server.foundation.schema import RequestModel
 
 
 class ChoiceRequest(RequestModel):

@@ -2,14 +2,14 @@
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.verge.values import Basis
-from foveacam_server.api.models import CorrectionDocument, FixationDocument
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.job_table import Job
+from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.corrections.kept import with_alternative, with_correction
 from foveacam_server.resources.corrections.ranges import Direction, range_document, remaining_range
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.fixations import FixationService
-from foveacam_server.runtime.job_table import Job
-from foveacam_server.runtime.names import utc_now
-from foveacam_server.runtime.ports import SceneViewer
+from foveacam_server.resources.fixations.schema import CorrectionDocument, FixationDocument
+from foveacam_server.resources.fixations.service import FixationService
+from foveacam_server.rig.ports import SceneViewer
 
 ASKED = ("pixel", "rectangle", "direction", "label", "depth")
 """What a look nearer or farther takes over from the request that it corrects."""

@@ -5,8 +5,8 @@ from collections import OrderedDict
 
 from foveacam_pipeline.measure.look import LookDepth
 from foveacam_pipeline.measure.look_file import load_look
-from foveacam_server.errors import NotFound
-from foveacam_server.runtime.clouds import CloudCollection
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.resources.clouds.collection import CloudCollection
 
 KEPT = 6
 """Looks kept in memory: 3 MB each."""

@@ -22,10 +22,10 @@ from foveacam_pipeline.measure.views import (
     wide_pixel,
 )
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_server.errors import NotFound, StaleView
+from foveacam_server.foundation.errors import NotFound, StaleView
+from foveacam_server.resources.clouds.depth_patches import DepthPatches
 from foveacam_server.resources.measurements.looks import LookReader
 from foveacam_server.resources.measurements.schema import PlaceRequest
-from foveacam_server.runtime.depth_patches import DepthPatches
 
 REACH_PX = 6.0
 """A pixel without depth takes that of the nearest one within so many pixels of the window (0.02 degrees)."""

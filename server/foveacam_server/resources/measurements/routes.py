@@ -5,14 +5,14 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 from fastapi.responses import Response
 
-from foveacam_server.api.answers import problems
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import problems
 from foveacam_server.resources.measurements.export import csv_text
 from foveacam_server.resources.measurements.schema import (
     MeasurementDocument,
     MeasurementPatch,
     MeasurementRequest,
 )
-from foveacam_server.runtime.services import ServicesDep
 
 router = APIRouter(tags=["measurements"])
 

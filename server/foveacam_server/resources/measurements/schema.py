@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foveacam_server.api.models import Label, RequestModel, ResponseModel
-from foveacam_server.quantities import Pixels
+from foveacam_server.foundation.quantities import Label, Pixels
+from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
 MeasurementKind = Literal["point", "length", "plane", "profile"]
 ViewName = Literal["wide", "left", "right", "anaglyph", "difference", "depth"]

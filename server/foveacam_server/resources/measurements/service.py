@@ -12,6 +12,10 @@ from foveacam_pipeline.measure.plane import fit_plane
 from foveacam_pipeline.measure.point import point_of
 from foveacam_pipeline.measure.profile import profile_along
 from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.names import new_id, utc_now
+from foveacam_server.foundation.store import Store
+from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.measurements.documents import (
     length_document,
     metres,
@@ -36,11 +40,7 @@ from foveacam_server.resources.measurements.schema import (
     Triple,
 )
 from foveacam_server.resources.measurements.table import MeasurementTable
-from foveacam_server.runtime.clouds import CloudCollection
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.names import new_id, utc_now
-from foveacam_server.runtime.ports import SceneViewer
-from foveacam_server.runtime.store import Store
+from foveacam_server.rig.ports import SceneViewer
 
 PUT_BACK = 30
 """Measurements of an earlier run that stand in the 3D pane again, the newest."""

@@ -3,9 +3,9 @@
 from sqlalchemy import String, select
 from sqlalchemy.orm import Mapped, mapped_column
 
-from foveacam_server.errors import NotFound
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.store import Document, Store, TableRow
 from foveacam_server.resources.measurements.schema import MeasurementDocument
-from foveacam_server.runtime.store import Document, Store, TableRow
 
 
 class MeasurementRow(TableRow):

@@ -8,9 +8,9 @@ from fastapi import APIRouter, Query
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.reach import reach_outline_px
-from foveacam_server.api.answers import problems
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import problems
 from foveacam_server.resources.reach.schema import ReachDocument
-from foveacam_server.runtime.services import ServicesDep
 
 NEAREST_M, FARTHEST_M = 0.5, 1e6
 """Nearer than the baseline is long nothing can be verged on."""

@@ -4,7 +4,7 @@ from typing import Annotated, TypeAlias
 
 from pydantic import Field
 
-from foveacam_server.api.models import ResponseModel
+from foveacam_server.foundation.schema import ResponseModel
 
 Corner: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=2)]
 """(x, y), wide px."""

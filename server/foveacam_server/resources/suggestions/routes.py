@@ -4,10 +4,10 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from foveacam_server.api.answers import problems
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import problems
 from foveacam_server.resources.suggestions.schema import SuggestionDocument
 from foveacam_server.resources.suggestions.service import MOST
-from foveacam_server.runtime.services import ServicesDep
 
 router = APIRouter(prefix="/suggestions", tags=["suggestions"])
 

@@ -1,6 +1,6 @@
 """The shape of a suggestion."""
 
-from foveacam_server.api.models import ResponseModel
+from foveacam_server.foundation.schema import ResponseModel
 
 
 class SuggestionDocument(ResponseModel):

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import NotConnected
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.suggest import Suggestion, suggest_targets
+from foveacam_server.foundation.rounding import deg
 from foveacam_server.resources.suggestions.schema import SuggestionDocument
-from foveacam_server.runtime.documents import deg
-from foveacam_server.runtime.encoder import eight_bit
-from foveacam_server.runtime.frame_hub import FrameHub
+from foveacam_server.rig.encoder import eight_bit
+from foveacam_server.rig.frame_hub import FrameHub
 
 MOST = 10
 """So many are worked out, whoever asks for less."""

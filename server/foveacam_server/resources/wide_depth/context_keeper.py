@@ -10,7 +10,7 @@ from foveacam_pipeline.context.context_file import ContextIdentity, load_context
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.storage.disk import disk_errors
-from foveacam_server.runtime.rig_status import RigStatus
+from foveacam_server.rig.status import RigStatus
 
 FILE = "context.npz"
 PLACE_STEP_M = 1e-3

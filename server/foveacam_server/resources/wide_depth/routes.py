@@ -4,7 +4,8 @@ import cv2
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse, Response
 
-from foveacam_server.api.answers import (
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
@@ -12,10 +13,9 @@ from foveacam_server.api.answers import (
     job_answer,
     problems,
 )
-from foveacam_server.api.models import JobDocument
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.foundation.store import Document
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
-from foveacam_server.runtime.services import ServicesDep
-from foveacam_server.runtime.store import Document
 
 router = APIRouter(tags=["depth"])
 

@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from foveacam_server.api.models import ResponseModel
+from foveacam_server.foundation.schema import ResponseModel
 
 
 class WideDepthDocument(ResponseModel):

@@ -26,17 +26,17 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.ply import ply_bytes
 from foveacam_pipeline.verge.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import Fixation
-from foveacam_server.errors import NotFound
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.job_table import Job
+from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
 from foveacam_server.resources.wide_depth.summary import summary
-from foveacam_server.runtime.encoder import eight_bit
-from foveacam_server.runtime.events import EventLog
-from foveacam_server.runtime.frame_hub import FrameHub
-from foveacam_server.runtime.hardware import HardwareThread
-from foveacam_server.runtime.job_table import Job
-from foveacam_server.runtime.jobs import JobContext, JobRunner
-from foveacam_server.runtime.ports import SceneViewer
+from foveacam_server.rig.encoder import eight_bit
+from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.ports import SceneViewer
 
 KIND = "wide_depth_survey"
 URL = "/api/v1/wide_depth"

@@ -1,1 +1,0 @@
-"""REST: the schemas and one router a resource."""

@@ -1,0 +1,1 @@
+"""Opens all services of a running server in order; nothing but the application imports it."""

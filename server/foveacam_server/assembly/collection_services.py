@@ -1,0 +1,100 @@
+"""Opens the services of stored pictures: captures with mosaics and references, stills, recordings."""
+
+from dataclasses import dataclass
+
+from foveacam_server.assembly.first_services import DisplayServices, RigKnowledge, ServerFoundation
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.captures.collection import CAPTURES
+from foveacam_server.resources.captures.derived_products import DerivedProductTools
+from foveacam_server.resources.captures.service import CaptureService, CaptureTools
+from foveacam_server.resources.mosaics.service import MosaicService
+from foveacam_server.resources.recordings.collection import RECORDINGS
+from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
+from foveacam_server.resources.references.service import ReferenceService
+from foveacam_server.resources.stills.collection import STILLS
+from foveacam_server.resources.stills.service import StillService
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.live_views import LiveRates
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CollectionServices:
+    """One service a kind."""
+
+    captures: CaptureService
+    stills: StillService
+    recordings: RecordingService
+    mosaics: MosaicService
+    references: ReferenceService
+
+
+def open_collections(
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
+    *,
+    hardware: HardwareThread,
+    jobs: JobRunner,
+) -> CollectionServices:
+    """Open all of them and register the handlers of their jobs."""
+    tools = _capture_tools(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
+    captures = CaptureService(foundation.store.subfolder(CAPTURES), tools)
+    making = DerivedProductTools(
+        captures=captures, jobs=jobs, events=foundation.events, clock=foundation.clock
+    )
+    return CollectionServices(
+        captures=captures,
+        stills=StillService(foundation.store.subfolder(STILLS), tools),
+        recordings=_recordings(foundation, knowledge, displays, hardware=hardware, jobs=jobs),
+        mosaics=MosaicService(making, displays.viewer),
+        references=ReferenceService(making),
+    )
+
+
+def live_rates(settings: Settings) -> LiveRates:
+    """Return the rates of the live views."""
+    return LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz)
+
+
+def _capture_tools(
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
+    *,
+    hardware: HardwareThread,
+    jobs: JobRunner,
+) -> CaptureTools:
+    return CaptureTools(
+        hardware=hardware,
+        calibration=knowledge.calibration,
+        jobs=jobs,
+        sink=displays.tap,
+        overlay=displays.overlay.of,
+        distance_m=lambda: displays.overlay.distance_m,
+        events=foundation.events,
+        clock=foundation.clock,
+    )
+
+
+def _recordings(
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
+    *,
+    hardware: HardwareThread,
+    jobs: JobRunner,
+) -> RecordingService:
+    tools = RecordingTools(
+        hardware=hardware,
+        calibration=knowledge.calibration,
+        jobs=jobs,
+        tap=displays.tap,
+        hub=displays.hub,
+        rates=live_rates(foundation.settings),
+        events=foundation.events,
+        clock=foundation.clock,
+    )
+    recordings = RecordingService(foundation.store.subfolder(RECORDINGS), tools)
+    foundation.stack.callback(recordings.close)
+    return recordings

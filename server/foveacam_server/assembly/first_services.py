@@ -1,0 +1,130 @@
+"""Opens the services that all others need: store and events, calibrations and settings, views and 3D pane."""
+
+import asyncio
+import logging
+import secrets
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from foveacam_hardware.contract import Clock, FoveaError, MonotonicClock
+from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.settings import Settings
+from foveacam_server.foundation.store import Store
+from foveacam_server.resources.calibrations.health import CalibrationHealth
+from foveacam_server.resources.calibrations.service import CalibrationService
+from foveacam_server.resources.cameras.records import CameraRecords
+from foveacam_server.resources.cameras.service import CameraSettingsService
+from foveacam_server.resources.settle_time.records import SettleTimes
+from foveacam_server.resources.settle_time.service import SettleTimeService
+from foveacam_server.resources.views.overlay import GazeOverlay
+from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.frame_tap import FrameTap
+from foveacam_server.rig.ports import SceneViewer
+from foveacam_server.rig.stream import LiveStreams
+from foveacam_web.scene import ViewerScene
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServerFoundation:
+    """Settings, store and events; `stack` closes what is opened, last opened first."""
+
+    settings: Settings
+    stack: ExitStack
+    clock: Clock
+    store: Store
+    events: EventLog
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigKnowledge:
+    """Stored knowledge of the rig: calibrations (in `folder`), settle time, camera settings."""
+
+    folder: Path
+    calibration: CalibrationService
+    health: CalibrationHealth
+    settling: SettleTimeService
+    cameras: CameraSettingsService
+    cameras_folder: Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DisplayServices:
+    """Views, live streams, the overlay of the wide view, and the 3D pane."""
+
+    boot_id: str
+    hub: FrameHub
+    tap: FrameTap
+    """Where frames and pictures are published: it passes them to the hub and to recordings."""
+    streams: LiveStreams
+    viewer: SceneViewer | None
+    overlay: GazeOverlay
+
+
+def open_foundation(settings: Settings, *, stack: ExitStack) -> ServerFoundation:
+    """Open the store and the event log."""
+    store = stack.enter_context(Store(settings.data))
+    events = EventLog(store)
+    stack.callback(events.close)
+    return ServerFoundation(
+        settings=settings, stack=stack, clock=MonotonicClock(), store=store, events=events
+    )
+
+
+def open_rig_knowledge(foundation: ServerFoundation) -> RigKnowledge:
+    """Open calibrations, settle time and camera settings."""
+    folder = foundation.store.subfolder("calibrations")
+    calibration = CalibrationService(
+        chosen=foundation.settings.calibration, folder=folder, events=foundation.events
+    )
+    health = CalibrationHealth(foundation.events)
+    calibration.on_change(health.begin)
+    settling = SettleTimeService(SettleTimes(folder / "settle"), events=foundation.events)
+    cameras_folder = foundation.store.subfolder("cameras")
+    return RigKnowledge(
+        folder=folder,
+        calibration=calibration,
+        health=health,
+        settling=settling,
+        cameras=CameraSettingsService(CameraRecords(cameras_folder), events=foundation.events),
+        cameras_folder=cameras_folder,
+    )
+
+
+def open_displays(
+    foundation: ServerFoundation, knowledge: RigKnowledge, *, loop: asyncio.AbstractEventLoop
+) -> DisplayServices:
+    """Open the views and, unless it is switched off, the 3D pane."""
+    boot_id = secrets.token_hex(6)
+    hub = FrameHub(clock=foundation.clock)
+    streams = LiveStreams(hub, boot_id=boot_id)
+    foundation.stack.callback(streams.close)
+    return DisplayServices(
+        boot_id=boot_id,
+        hub=hub,
+        tap=FrameTap(hub),
+        streams=streams,
+        viewer=_open_viewer(foundation, loop=loop),
+        overlay=GazeOverlay(lambda: knowledge.calibration.current),
+    )
+
+
+def _open_viewer(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoop) -> SceneViewer | None:
+    if not foundation.settings.viewer:
+        return None
+    scene, events = ViewerScene(), foundation.events
+    try:
+        scene.start()
+    except (FoveaError, OSError) as error:
+        _log.warning("the 3D pane could not be started: %s", error)
+        events.emit("viewer.failed", f"the 3D pane could not be started: {error}", level=EventLevel.WARNING)
+        return None
+    foundation.stack.callback(scene.stop)
+
+    async def on_select(fixation_id: str) -> None:
+        events.emit("fixation.selected", f"{fixation_id} was clicked", data={"fixation_id": fixation_id})
+
+    scene.on_select(on_select, loop)
+    return scene

@@ -1,1 +1,0 @@
-"""`foveacam capture`: a raster capture from the command line."""

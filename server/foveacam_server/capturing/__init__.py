@@ -1,1 +1,0 @@
-"""Captures, stills, mosaics and references on the disk, for server and command line."""

@@ -1,1 +1,0 @@
-"""`foveacam dataset`: commands for datasets on the disk; they need no rig and run beside a server."""

@@ -1,0 +1,98 @@
+"""What routes share: header parameters, the answer with a job, the problems documented in OpenAPI."""
+
+import asyncio
+import re
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from fastapi import Header, Query
+from fastapi.responses import JSONResponse
+
+from foveacam_server.assembly.services import Services
+from foveacam_server.foundation.errors import MEDIA_TYPE
+from foveacam_server.foundation.job_table import Job, JobState
+from foveacam_server.foundation.schema import ResponseModel
+from foveacam_server.foundation.store import Document
+
+JOBS_URL = "/api/v1/jobs"
+LONGEST_WAIT_S = 60.0
+
+LeaseHeader = Annotated[str | None, Header(alias="X-Lease", description="token of the control lease")]
+PreferHeader = Annotated[
+    str | None, Header(description="`wait=N`: answer with the result when it comes within N seconds")
+]
+IdempotencyHeader = Annotated[
+    str | None,
+    Header(
+        alias="Idempotency-Key",
+        min_length=1,
+        max_length=200,
+        description="the same key with the same request gives the same job",
+    ),
+]
+Limit = Annotated[int, Query(ge=1, le=500)]
+
+_WAIT = re.compile(r"(?:^|[,;\s])wait=(\d{1,6}(?:\.\d{1,3})?)(?:$|[,;\s])")
+
+_TITLES = {
+    400: "the body cannot be read; as plain text: the request is no HTTP",
+    401: "a token is needed; as HTML, for whoever asks for a page: where to give it",
+    403: "a foreign page, or a foreign name of this server",
+    404: "there is nothing here",
+    409: "busy, stopped or not calibrated",
+    413: "the body is too large",
+    422: "the request cannot be used, or the rig cannot do it",
+    429: "too many wrong tokens came from this address",
+    502: "a device failed",
+    503: "a device is missing",
+    504: "a device did not answer",
+    507: "the disk takes no more",
+}
+
+
+def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:  # Any: FastAPI's own type
+    """Describe the problem documents that a route may answer, for OpenAPI."""
+    return {
+        status: {
+            "description": _TITLES[status],
+            "content": {"application/problem+json": {"schema": {"$ref": "#/components/schemas/Problem"}}},
+        }
+        for status in statuses
+    }
+
+
+def file_responses(media_type: str) -> dict[int | str, dict[str, Any]]:  # Any: FastAPI's own type
+    """Describe the answer of a route that sends a file, for OpenAPI."""
+    schema = {"type": "string", "format": "binary"}
+    return {200: {"content": {media_type: {"schema": schema}}, "description": "the file"}, **problems(404)}
+
+
+def wait_s(prefer: str | None) -> float:
+    """Return the wait of a `Prefer` header, seconds; 0 without one (RFC 7240)."""
+    found = _WAIT.search(prefer or "")
+    return min(LONGEST_WAIT_S, float(found[1])) if found else 0.0
+
+
+async def job_answer(
+    services: Services, job: Job, *, prefer: str | None, result: Callable[[str], ResponseModel | Document]
+) -> JSONResponse:
+    """Answer with the job (202); when it ends within the wait, with its result (200) or its problem.
+
+    `result`: returns the result from its URL.
+    """
+    wanted_s = wait_s(prefer)
+    if wanted_s > 0.0:
+        job = await services.jobs.ended(job.id, timeout_s=wanted_s)
+    headers = {"Location": f"{JOBS_URL}/{job.id}"}
+    if wanted_s > 0.0:
+        headers["Preference-Applied"] = f"wait={wanted_s:g}"
+        if job.state is JobState.SUCCEEDED and job.result_url is not None:
+            found = await asyncio.to_thread(result, job.result_url)
+            content = found.as_json() if isinstance(found, ResponseModel) else found
+            return JSONResponse(content, headers=headers)
+        if job.state.ended and job.problem is not None:
+            problem = job.problem.model_dump(exclude_unset=True) | {"instance": headers["Location"]}
+            return JSONResponse(
+                problem, status_code=job.problem.status, headers=headers, media_type=MEDIA_TYPE
+            )
+    return JSONResponse(job.describe().model_dump(mode="json"), status_code=202, headers=headers)

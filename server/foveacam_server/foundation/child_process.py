@@ -1,0 +1,91 @@
+"""Runs one of our own modules in a child process and reads the JSON lines that it prints.
+
+For work that would hold the interpreter for long, so that live views and requests go on. The end of its stdin
+tells the child that the server has ended.
+"""
+
+import json
+import os
+import select
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+
+from foveacam_hardware.contract import Cancelled, FoveaError
+from foveacam_server.foundation.errors import KINDS
+from foveacam_server.foundation.store import Document
+
+LOOK_S = 0.1
+"""Interval between two checks for cancellation."""
+END_S = 5.0
+
+
+def run_child(
+    module: str,
+    arguments: Sequence[str],
+    *,
+    on_message: Callable[[Document], None],
+    cancelled: Callable[[], bool],
+) -> None:
+    """Run `python -m module` to its end; `on_message` gets each JSON line of its stdout.
+
+    Raise Cancelled when it was cancelled, the error that it printed, or RuntimeError when it failed
+    otherwise.
+    """
+    process = subprocess.Popen(  # noqa: S603 - our own module, by our own interpreter
+        [sys.executable, "-m", module, *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        start_new_session=True,  # Ctrl-C goes to the server, which ends the child
+    )
+    with process:
+        try:
+            trouble = _follow(process, on_message=on_message, cancelled=cancelled)
+            status = process.wait(END_S)
+        finally:
+            _end(process)
+    if trouble is not None:
+        raise trouble
+    if status != 0:
+        raise RuntimeError(f"{module} ended with status {status}; see its messages above")
+
+
+def _follow(
+    process: subprocess.Popen[bytes], *, on_message: Callable[[Document], None], cancelled: Callable[[], bool]
+) -> FoveaError | None:
+    """Pass on the child's messages until its output ends; return the error that it printed."""
+    if process.stdout is None:
+        raise AssertionError("the child was started with a pipe")
+    rest, trouble, source = b"", None, process.stdout.fileno()
+    while True:
+        if cancelled():
+            raise Cancelled("the job was cancelled")
+        if not select.select([source], [], [], LOOK_S)[0]:
+            continue
+        read = os.read(source, 65536)
+        if not read:
+            return trouble
+        *lines, rest = (rest + read).split(b"\n")
+        for line in lines:
+            message = json.loads(line)
+            if "error" in message:
+                trouble = _error(message)
+            else:
+                on_message(message)
+
+
+def _error(message: Document) -> FoveaError:
+    named = {kind.__name__: kind for kind in KINDS}
+    kind = named.get(message["error"], FoveaError)
+    return kind(message["detail"], asked=message["asked"], found=message["found"], remedy=message["remedy"])
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    if process.poll() is not None:
+        return
+    process.terminate()
+    try:
+        process.wait(END_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()

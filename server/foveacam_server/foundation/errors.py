@@ -1,0 +1,250 @@
+"""The one place that knows HTTP and the error tree: status and problem type of every error (RFC 9457).
+
+The tree is drawn in `foveacam_hardware.contract.errors`; here each branch gets its slug and status.
+"""
+
+import logging
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from pathlib import Path
+from typing import Any, cast
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+from starlette.routing import Match
+
+from foveacam_hardware.contract import (
+    Busy,
+    Cancelled,
+    DeviceFault,
+    FoveaError,
+    InvalidInput,
+    NotCalibrated,
+    NotConnected,
+    OutOfRange,
+    Stopped,
+    StorageFull,
+    Timeout,
+)
+from foveacam_pipeline.storage.disk import disk_fault, is_disk_exhausted
+from foveacam_server.foundation.plain_words import PlainWords, explain_unreadable, explain_validation
+from foveacam_server.foundation.short_text import shorten
+
+_log = logging.getLogger(__name__)
+
+MEDIA_TYPE = "application/problem+json"
+
+
+class NotFound(FoveaError):
+    """A resource that does not exist (any more)."""
+
+    code = "not_found"
+
+
+class StaleView(FoveaError):
+    """A view that no longer shows what was measured."""
+
+    code = "stale_view"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProblemType:
+    """Slug, status and title that one branch of the error tree gets."""
+
+    slug: str
+    status: int
+    title: str
+
+
+INVALID_INPUT = ProblemType(slug="invalid-input", status=422, title="The request cannot be used as it stands")
+UNREADABLE = ProblemType(slug="unreadable-body", status=400, title="The body cannot be read")
+INTERNAL = ProblemType(slug="internal", status=500, title="The server made a mistake")
+INTERRUPTED = ProblemType(slug="interrupted", status=503, title="The server was restarted")
+TOO_MANY_TRIES = ProblemType(slug="too-many-tries", status=429, title="Too many wrong tokens")
+TOO_LARGE = ProblemType(slug="content-too-large", status=413, title="The request is too large")
+NOT_FOUND = ProblemType(slug="not-found", status=404, title="There is nothing here")
+UNAUTHORIZED = ProblemType(slug="unauthorized", status=401, title="A token is needed")
+FORBIDDEN_ORIGIN = ProblemType(slug="forbidden-origin", status=403, title="This page may not control the rig")
+
+KINDS: dict[type[FoveaError], ProblemType] = {
+    InvalidInput: INVALID_INPUT,
+    OutOfRange: ProblemType(slug="out-of-range", status=422, title="The rig cannot do that"),
+    NotCalibrated: ProblemType(slug="not-calibrated", status=409, title="The rig is not calibrated"),
+    NotConnected: ProblemType(slug="not-connected", status=503, title="A device is missing"),
+    StorageFull: ProblemType(slug="storage-full", status=507, title="The disk takes no more"),
+    Busy: ProblemType(slug="busy", status=409, title="Somebody else is using it"),
+    Stopped: ProblemType(slug="stopped", status=409, title="The stop is engaged"),
+    Cancelled: ProblemType(slug="cancelled", status=409, title="It was cancelled"),
+    Timeout: ProblemType(slug="timeout", status=504, title="A device did not answer in time"),
+    DeviceFault: ProblemType(slug="device-fault", status=502, title="A device failed"),
+    NotFound: NOT_FOUND,
+    StaleView: ProblemType(slug="stale-view", status=409, title="The view shows something else by now"),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProblemDetails:
+    """An RFC 9457 problem, before it knows its URL."""
+
+    kind: ProblemType
+    detail: str
+    asked: str | None = None
+    found: str | None = None
+    remedy: str | None = None
+    headers: dict[str, str] = field(default_factory=dict)
+
+    def document(self, *, instance: str | None = None) -> dict[str, Any]:  # Any: a JSON document
+        """Return the problem as JSON; unknown parts are left out."""
+        document: dict[str, Any] = {
+            "type": f"/problems/{self.kind.slug}",
+            "title": self.kind.title,
+            "status": self.kind.status,
+            "detail": shorten(self.detail),
+        }
+        parts = {"asked": self.asked, "found": self.found, "remedy": self.remedy}
+        document |= {name: shorten(value) for name, value in parts.items() if value is not None}
+        if instance is not None:
+            document["instance"] = instance
+        return {
+            name: _sendable(value) if isinstance(value, str) else value for name, value in document.items()
+        }
+
+    def response(self, *, instance: str | None = None) -> JSONResponse:
+        """Return the problem as an answer."""
+        return JSONResponse(
+            self.document(instance=instance),
+            status_code=self.kind.status,
+            media_type=MEDIA_TYPE,
+            headers=self.headers or None,
+        )
+
+
+def _sendable(text: str) -> str:
+    """Return text that UTF-8 can carry: a problem may quote half a character that somebody sent."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def problem_of(error: BaseException) -> ProblemDetails:
+    """Return the problem that `error` is to the outside; what nobody foresaw shows no details."""
+    if isinstance(error, OSError) and is_disk_exhausted(error):
+        error = _of_full_disk(error)
+    for branch in type(error).__mro__:
+        kind = KINDS.get(branch)
+        if kind is not None and isinstance(error, FoveaError):
+            return ProblemDetails(
+                kind=kind, detail=str(error), asked=error.asked, found=error.found, remedy=error.remedy
+            )
+    return ProblemDetails(
+        kind=INTERNAL,
+        detail="The server met an error that it did not foresee; the cause is in its log.",
+        remedy="Try again; when it stays, report it together with the log.",
+    )
+
+
+def _of_full_disk(error: OSError) -> FoveaError:
+    """Return the error for a full disk where nobody has said what was to be written."""
+    if error.filename is not None:
+        path = Path(os.fsdecode(error.filename))
+        return disk_fault(error, what=path.name, folder=path.parent)
+    remedy = "free some space on the server's disks, then try again"
+    return StorageFull(
+        f"What was asked could not be written: {error.strerror}; {remedy}.",
+        found=error.strerror,
+        remedy=remedy,
+    )
+
+
+def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) -> ProblemDetails:
+    if status == HTTPStatus.NOT_FOUND:
+        return ProblemDetails(
+            kind=NOT_FOUND,
+            detail=f"Nothing is served at {path}.",
+            asked=f"{method} {path}",
+            remedy="See /docs for what there is.",
+        )
+    phrase = HTTPStatus(status).phrase
+    kind = ProblemType(slug=phrase.lower().replace(" ", "-"), status=status, title=phrase)
+    allowed = headers.get("Allow")
+    refused = status == HTTPStatus.METHOD_NOT_ALLOWED
+    detail = f"{method} is not possible at {path}." if refused else f"{phrase}."
+    return ProblemDetails(
+        kind=kind,
+        detail=detail,
+        asked=f"{method} {path}",
+        remedy=f"Use {allowed}." if allowed else None,
+        headers=headers,
+    )
+
+
+def validation_problem(
+    errors: Sequence[Any], *, body: object = None
+) -> ProblemDetails:  # Any: pydantic's own
+    """Return the problem of a request that does not fit its model: field, value, what is allowed.
+
+    `body`: text of a body that is no JSON.
+    """
+    return _of_words(INVALID_INPUT, explain_validation(errors, body=body))
+
+
+def unreadable_problem(cause: BaseException) -> ProblemDetails:
+    """Return the problem of a body that no parser can begin with: what is wrong, and where."""
+    return _of_words(UNREADABLE, explain_unreadable(cause))
+
+
+def _of_words(kind: ProblemType, words: PlainWords) -> ProblemDetails:
+    return ProblemDetails(
+        kind=kind, detail=words.detail, asked=words.asked, found=words.found, remedy=words.remedy
+    )
+
+
+def _served(request: Request) -> str:
+    """Return the methods that a request's address has a route for."""
+    routes = request.app.routes
+    found = [
+        method
+        for method in ("GET", "POST", "PUT", "PATCH", "DELETE")
+        if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in routes)
+    ]
+    return ", ".join(found + ["HEAD"] * ("GET" in found))
+
+
+def install(app: FastAPI) -> None:
+    """Make every error that leaves the application a problem document."""
+
+    async def on_fovea_error(request: Request, error: Exception) -> JSONResponse:
+        return problem_of(error).response(instance=request.url.path)
+
+    async def on_os_error(request: Request, error: Exception) -> JSONResponse:
+        problem = problem_of(error)
+        if problem.kind is INTERNAL:
+            raise error
+        _log.warning("%s %s: %s", request.method, request.url.path, error)
+        return problem.response(instance=request.url.path)
+
+    async def on_http_error(request: Request, error: Exception) -> JSONResponse:
+        known = cast(HTTPException, error)
+        if known.status_code == HTTPStatus.BAD_REQUEST and known.__cause__ is not None:
+            return unreadable_problem(known.__cause__).response(instance=request.url.path)
+        headers = dict(known.headers or {})
+        if "Allow" in headers:  # with the methods of one route of several at this address
+            headers["Allow"] = _served(request)
+        problem = _of_status(known.status_code, path=request.url.path, method=request.method, headers=headers)
+        return problem.response(instance=request.url.path)
+
+    async def on_validation_error(request: Request, error: Exception) -> JSONResponse:
+        failed = cast(RequestValidationError, error)
+        return validation_problem(failed.errors(), body=failed.body).response(instance=request.url.path)
+
+    async def on_anything(request: Request, error: Exception) -> JSONResponse:
+        # Starlette re-raises the error after this answer, so that the server logs it once
+        return problem_of(error).response(instance=request.url.path)
+
+    app.add_exception_handler(FoveaError, on_fovea_error)
+    app.add_exception_handler(OSError, on_os_error)
+    app.add_exception_handler(HTTPException, on_http_error)
+    app.add_exception_handler(RequestValidationError, on_validation_error)
+    app.add_exception_handler(Exception, on_anything)

@@ -1,0 +1,40 @@
+"""The numbers that a request may carry: one annotated type for each quantity, with finite bounds.
+
+The bounds only keep arithmetic finite and messages short: they are wider than any rig. What a rig can do, or
+what one request may cost, is checked where that is known, and said there.
+"""
+
+from typing import Annotated, TypeAlias
+
+from pydantic import Field
+
+Pixels: TypeAlias = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
+"""A place or a length in an image."""
+Degrees: TypeAlias = Annotated[float, Field(ge=-360.0, le=360.0, allow_inf_nan=False)]
+"""A direction or a bearing; a pan-tilt may turn a whole circle either way."""
+Metres: TypeAlias = Annotated[float, Field(ge=0.0, le=1e6, allow_inf_nan=False)]
+"""A length or a distance; farther than this is as good as infinitely far."""
+DistanceM: TypeAlias = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False)]
+"""How far something is from the rig."""
+MapMetres: TypeAlias = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
+"""A coordinate of a map: a quarter of the earth either way."""
+Millimetres: TypeAlias = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
+"""A place on a rail: a kilometre either way."""
+Seconds: TypeAlias = Annotated[float, Field(ge=0.0, le=1e6, allow_inf_nan=False)]
+"""A moment of a recording: eleven days."""
+ExposureMs: TypeAlias = Annotated[float, Field(ge=0.0, le=3.6e6, allow_inf_nan=False)]
+"""A camera's exposure: an hour."""
+Decibels: TypeAlias = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
+"""A camera's gain, also one that a driver counts in units of its own."""
+BlackLevel: TypeAlias = Annotated[float, Field(ge=-65536.0, le=65536.0, allow_inf_nan=False)]
+"""A camera's black level: all that 16 bits hold."""
+Hertz: TypeAlias = Annotated[float, Field(ge=0.0, le=1e6, allow_inf_nan=False)]
+"""A frame rate."""
+Index: TypeAlias = Annotated[int, Field(ge=0, le=1_000_000)]
+"""Which one of a list, counted from 0."""
+Bracket: TypeAlias = Annotated[int, Field(ge=0, le=99)]
+"""Which exposure of a bracket, counted from 0."""
+
+
+Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
+"""A name for people: no control characters."""

@@ -1,0 +1,99 @@
+"""What the operator may choose about the server: environment (`FOVEACAM_…`) and command line."""
+
+import os
+import secrets
+from collections.abc import Mapping
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field, SecretStr, ValidationError, field_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.foundation.plain_words import explain_validation
+
+AUTOMATIC_TOKEN = "auto"  # noqa: S105 - a word that asks for a token, not one
+TOKEN_BYTES = 16
+TOKEN_CHARS = 12
+"""Least length of a token: with the bound on wrong ones, a random one cannot be guessed."""
+
+
+def default_data_dir() -> Path:
+    """Return where the server keeps its files unless told otherwise (XDG base directories)."""
+    root = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
+    return Path(root) / "foveacam"
+
+
+class Settings(BaseSettings):
+    """One value per choice; the command line overrides the environment."""
+
+    model_config = SettingsConfigDict(env_prefix="FOVEACAM_", extra="forbid", frozen=True)
+
+    rig: str = "sim"
+    """`sim`, or the path of a rig file (TOML)."""
+    scene: str = "bench"
+    """Scene of the simulated rig: a shipped name, or the path of a scene file."""
+    preset: str = "rig120"
+    """Mirror dynamics of the simulated rig: `rig120` or `paper`."""
+    replay: Path | None = None
+    """A recording to play in the place of a rig."""
+    replay_speed: float = Field(default=1.0, ge=0.25, le=4.0)
+    replay_at_end: Literal["loop", "stop"] = "loop"
+    """Whether the recording begins anew at its end."""
+    host: str = "127.0.0.1"
+    port: int = Field(default=8000, ge=0, le=65535)
+    token: SecretStr | None = None
+    """What a request must carry; required when `host` is not a loopback address. `auto` makes one up."""
+    allowed_origins: tuple[str, ...] = ()
+    """Origins of pages that may use this server, besides its own."""
+    trusted_proxies: tuple[str, ...] = ()
+    """Addresses or networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are believed."""
+    data: Path = Field(default_factory=default_data_dir)
+    calibration: Path | None = None
+    """Calibration file to use instead of the rig's own."""
+    live_wide_hz: float = Field(default=15.0, gt=0.0, le=120.0)
+    live_fovea_hz: float = Field(default=12.0, gt=0.0, le=60.0)
+    """Upper limit of looks taken for the live fovea views while nobody works with the rig."""
+    viewer: bool = True
+    """Whether the 3D pane (viser) runs."""
+
+    @field_validator("token")
+    @classmethod
+    def _long_enough(cls, token: SecretStr | None) -> SecretStr | None:
+        value = "" if token is None else token.get_secret_value()
+        if value and value != AUTOMATIC_TOKEN and len(value) < TOKEN_CHARS:
+            raise ValueError(
+                f"a token has at least {TOKEN_CHARS} characters, this one {len(value)}; "
+                f"choose a longer one, or '{AUTOMATIC_TOKEN}'"
+            )
+        return token
+
+    @property
+    def wants_token_made(self) -> bool:
+        """Whether a token is to be made up at the start."""
+        return self.token is not None and self.token.get_secret_value() == AUTOMATIC_TOKEN
+
+    def with_made_token(self) -> "Settings":
+        """Return the same with a random token."""
+        return self.model_copy(update={"token": SecretStr(secrets.token_urlsafe(TOKEN_BYTES))})
+
+    @property
+    def loopback(self) -> bool:
+        """Tell whether only this machine can reach the server."""
+        if self.host == "localhost":
+            return True
+        try:
+            return ip_address(self.host).is_loopback
+        except ValueError:
+            return False
+
+
+def checked_settings(chosen: Mapping[str, object]) -> Settings:
+    """Return the settings with what was given on the command line; raise `InvalidInput` in plain words."""
+    given = {name: value for name, value in chosen.items() if value is not None}
+    try:
+        return Settings(**given)  # type: ignore[arg-type]  # pydantic checks each value
+    except ValidationError as error:
+        words = explain_validation(error.errors())
+        raise InvalidInput(f"settings (FOVEACAM_… or options): {words.detail}") from error

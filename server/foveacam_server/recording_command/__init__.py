@@ -1,1 +1,0 @@
-"""`foveacam record` and `foveacam recording`: make a recording, describe one, make a film of it."""

@@ -1,0 +1,1 @@
+"""Calibration sessions: folders of measurements, and the steps that fill them."""

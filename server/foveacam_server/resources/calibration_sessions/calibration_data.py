@@ -1,0 +1,98 @@
+"""Calibrations, sessions and drift checks of a data directory, for commands that run beside a server."""
+
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.calibrate.records.records import CalibrationStore
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
+from foveacam_server.resources.calibrations.discarding import check_discarded
+from foveacam_server.resources.calibrations.documents import calibration_document
+from foveacam_server.resources.calibrations.pinned import pinned_id, write_pin
+from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.drift_checks.records import DriftRecords
+
+CURRENT = "current"
+
+
+class CalibrationData:
+    """The calibration records of one data directory; takes no lock."""
+
+    def __init__(self, data: Path, *, shipped: Path = SHIPPED) -> None:
+        self.folder = data / "calibrations"
+        self.records = CalibrationStore(self.folder)
+        self.sessions = SessionCollection(self.folder / "sessions")
+        self.drift = DriftRecords(self.folder / "drift")
+        self._shipped = shipped
+
+    def every(self) -> list[Calibration]:
+        """Return all calibrations: the directory's, newest first, then those shipped with the program."""
+        return [*self.records.every().calibrations, *self._list_shipped()]
+
+    def _list_shipped(self) -> list[Calibration]:
+        found = []
+        for path in sorted(self._shipped.glob("*.json")):
+            try:
+                found.append(load_calibration(path))
+            except FoveaError:
+                continue
+        return found
+
+    def find(self, wanted: str) -> Calibration:
+        """Return the calibration whose id begins with `wanted`; `current`: the only rig's one in force."""
+        known = {calibration.id: calibration for calibration in self.every()}
+        if wanted == CURRENT:
+            found = [calibration for calibration in known.values() if self._in_force(calibration)]
+            own = {calibration.rig_id for calibration in self.records.every().calibrations}
+            found = [calibration for calibration in found if calibration.rig_id in own]
+        else:
+            found = [known[name] for name in known if wanted and name.startswith(wanted)]
+        if len(found) == 1:
+            return found[0]
+        if not found:
+            raise NotFound(
+                f"calibration {wanted!r}: none in {self.folder}; see `foveacam calibrate list`", asked=wanted
+            )
+        ids = ", ".join(calibration.id for calibration in found)
+        raise InvalidInput(f"calibration {wanted!r}: it may be any of {ids}; give one id in full")
+
+    def add(self, calibration: Calibration) -> None:
+        """Store a calibration; the one in force for its rig stays so, a rig's first comes into force."""
+        in_force = self._in_force_for(calibration.rig_id)
+        if in_force is not None:  # first, so that a full disk changes nothing that is in force
+            write_pin(self.folder, in_force.rig_id, in_force.id)
+        self.records.add(calibration)
+
+    def discard(self, calibration: Calibration) -> None:
+        """Move a calibration to the trash; refuse the one in force and those shipped with the program."""
+        check_discarded(calibration, in_force=self._in_force(calibration), kept=self._is_kept(calibration))
+        self.records.discard(calibration.id)
+
+    def restore(self, wanted: str) -> Calibration:
+        """Restore the calibration whose id begins with `wanted` from the trash; do not put it in force."""
+        found = CalibrationStore(self.records.trash).get(wanted)
+        self.add(found)
+        return self.records.restore(found.id)
+
+    def document(self, calibration: Calibration) -> Document:
+        """Return a calibration as a REST document."""
+        return calibration_document(
+            calibration, kept=self._is_kept(calibration), current=self._in_force(calibration)
+        ).as_json()
+
+    def _is_kept(self, calibration: Calibration) -> bool:
+        shipped = [known.id for known in self._list_shipped()]
+        return calibration.id not in shipped and self.records.path_of(calibration.id).is_file()
+
+    def _in_force(self, calibration: Calibration) -> bool:
+        found = self._in_force_for(calibration.rig_id)
+        return found is not None and found.id == calibration.id
+
+    def _in_force_for(self, rig_id: str) -> Calibration | None:
+        of_rig = [known for known in self.every() if known.rig_id == rig_id]
+        pinned = pinned_id(self.folder, rig_id)
+        chosen = next((known for known in of_rig if known.id == pinned), None)
+        return chosen or max(of_rig, key=lambda known: known.created, default=None)

@@ -1,0 +1,293 @@
+"""`foveacam calibrate`: one command for each calibration step, and for the settle time in use.
+
+A simulated rig runs in virtual time, so a step takes as long as its computation, unless `--real-time`.
+"""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.resources.calibration_sessions import options as of_step
+from foveacam_server.resources.calibration_sessions.cli_choices import (
+    CalibrateOptions,
+    LabelOption,
+    SessionOption,
+    on_rig,
+    parse_pair,
+    validated,
+)
+from foveacam_server.resources.calibrations.cli import app as records_app
+
+app = typer.Typer(
+    name="calibrate",
+    help="Calibrate a rig: wide camera, mirrors, rectification; drift, check, records, report.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+ROOM = "calibration"
+"""Scene with boards and markers in which the simulated rig is calibrated."""
+
+BoardOption = Annotated[str | None, typer.Option(help="inner corners of the board, such as 9x6")]
+SquareOption = Annotated[float | None, typer.Option(help="side of a square of the board, mm")]
+MarkerOption = Annotated[float | None, typer.Option(help="side of a marker, mm: a ChArUco board")]
+ModelOption = Annotated[str | None, typer.Option(help="lens model: five or rational")]
+ViewsOption = Annotated[int | None, typer.Option(help="how many views of the board to take")]
+StationOption = Annotated[list[str] | None, typer.Option(help="where to sweep; may be given again")]
+NodesOption = Annotated[str | None, typer.Option(help="poses of the sweep, such as 9x9")]
+OrderOption = Annotated[int | None, typer.Option(help="order of the mirrors' polynomial; usually elected")]
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def wide(
+    rig_options: CalibrateOptions,
+    *,
+    images: Annotated[Path | None, typer.Option(help="folder of images to use instead of the rig")] = None,
+    pattern: Annotated[str, typer.Option(help="which images of the folder, such as 'left*'")] = "*",
+    station: Annotated[str | None, typer.Option(help="where the board is shown")] = None,
+    board: BoardOption = None,
+    square_mm: SquareOption = None,
+    marker_mm: MarkerOption = None,
+    views: ViewsOption = None,
+    model: ModelOption = None,
+    session: SessionOption = None,
+    label: LabelOption = None,
+) -> None:
+    """Stage 1: measure the wide camera with a board, or from a folder of images."""
+    from foveacam_server.resources.calibration_sessions.cli_runs import (
+        SessionChoice,
+        run_in_session,
+        run_on_images,
+    )
+    from foveacam_server.resources.calibration_sessions.steps import ImageFolder
+
+    options = validated(
+        of_step.WideOptions,
+        {
+            "station": station,
+            "board": _board(board, square_mm, marker_mm),
+            "views": views,
+            "model": model,
+        },
+    )
+    chosen = SessionChoice(session=session, label=label, begin=True)
+    if images is None:
+        run = of_step.WideRun(step="wide", options=options)
+        run_in_session(rig_options, run, chosen)
+        return
+    if options.board is None:
+        raise InvalidInput("--images: say which board they show, such as --board 9x6 --square-mm 25")
+    run_on_images(rig_options, ImageFolder(folder=images, pattern=pattern), options, chosen)
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def mirrors(
+    rig_options: CalibrateOptions,
+    *,
+    station: StationOption = None,
+    nodes: NodesOption = None,
+    extent_ax_deg: Annotated[float | None, typer.Option(help="outermost gaze across, degrees")] = None,
+    extent_ay_deg: Annotated[float | None, typer.Option(help="outermost gaze down, degrees")] = None,
+    spacing: Annotated[str | None, typer.Option(help="rim (denser there) or even")] = None,
+    restart: Annotated[bool, typer.Option("--restart", help="set aside what was swept before")] = False,
+    session: SessionOption = None,
+) -> None:
+    """Stage 2: sweep the markers over the field, or go on with an interrupted sweep."""
+    from foveacam_server.resources.calibration_sessions.cli_runs import SessionChoice, run_in_session
+
+    grid = parse_pair(nodes, option="--nodes", example="9x9")
+    options = validated(
+        of_step.MirrorsOptions,
+        {
+            "stations": station or None,
+            "nodes": None if grid is None else list(grid),
+            "extent_ax_deg": extent_ax_deg,
+            "extent_ay_deg": extent_ay_deg,
+            "spacing": spacing,
+            "restart": restart,
+        },
+    )
+    run_in_session(
+        rig_options, of_step.MirrorsRun(step="mirrors", options=options), SessionChoice(session=session)
+    )
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def rectify(
+    rig_options: CalibrateOptions,
+    *,
+    label: LabelOption = None,
+    order: OrderOption = None,
+    farthest_only: Annotated[
+        bool, typer.Option("--farthest-only", help="fit the sweep over the farthest markers alone")
+    ] = False,
+    activate: Annotated[bool, typer.Option("--activate", help="put the result in force")] = False,
+    session: SessionOption = None,
+) -> None:
+    """Stages 2 and 3 fitted: volts to angles, and the rectification, from what was measured."""
+    from foveacam_server.resources.calibration_sessions.cli_runs import SessionChoice, run_fit_in_session
+
+    options = validated(
+        of_step.FitOptions, {"label": label, "order": order, "use_all_distances": not farthest_only}
+    )
+    run_fit_in_session(rig_options, options, SessionChoice(session=session), activate=activate)
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def check(
+    rig_options: CalibrateOptions,
+    *,
+    poses: Annotated[int | None, typer.Option(help="how many poses outside the sweep")] = None,
+    session: SessionOption = None,
+) -> None:
+    """Check the fitted calibration at poses that no sweep visited."""
+    from foveacam_server.resources.calibration_sessions.cli_runs import SessionChoice, run_in_session
+
+    options = validated(of_step.CheckOptions, {"poses": poses})
+    run_in_session(
+        rig_options, of_step.CheckRun(step="check", options=options), SessionChoice(session=session)
+    )
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def settle(
+    rig_options: CalibrateOptions,
+    *,
+    apply: Annotated[
+        bool, typer.Option("--apply", help="let the rig wait after every move as long as was measured")
+    ] = False,
+    session: SessionOption = None,
+) -> None:
+    """Measure how fast each mirror axis comes to rest, and its resonance."""
+    from foveacam_server.resources.calibration_sessions.cli_runs import SessionChoice, run_in_session
+
+    run = of_step.SettleRun(step="settle", options=of_step.SettleOptions(apply=apply))
+    run_in_session(rig_options, run, SessionChoice(session=session))
+
+
+@app.command(name="all")
+@on_rig(usual_scene=ROOM)
+def run_all(
+    rig_options: CalibrateOptions,
+    *,
+    nodes: NodesOption = None,
+    station: StationOption = None,
+    views: ViewsOption = None,
+    label: LabelOption = None,
+    order: OrderOption = None,
+    without_settle: Annotated[
+        bool, typer.Option("--without-settle", help="leave out the settle characterisation")
+    ] = False,
+    apply_settle: Annotated[
+        bool,
+        typer.Option(
+            "--apply-settle/--no-apply-settle",
+            help="let the rig wait after every move as long as was measured",
+        ),
+    ] = True,
+    activate: Annotated[
+        bool, typer.Option("--activate/--no-activate", help="put the result in force")
+    ] = True,
+    session: SessionOption = None,
+) -> None:
+    """Calibrate from nothing: every step after the other."""
+    from foveacam_server.resources.calibration_sessions.cli_runs import SessionChoice, run_in_session
+
+    grid = parse_pair(nodes, option="--nodes", example="9x9")
+    options = validated(
+        of_step.AllOptions,
+        {
+            "wide": validated(of_step.WideOptions, {"views": views}),
+            "mirrors": validated(
+                of_step.MirrorsOptions,
+                {"stations": station or None, "nodes": None if grid is None else list(grid)},
+            ),
+            "fit": validated(of_step.FitOptions, {"label": label, "order": order}),
+            "settle": not without_settle,
+            "apply_settle": apply_settle,
+            "activate": activate,
+        },
+    )
+    run = of_step.AllRun(step="all", options=options)
+    run_in_session(rig_options, run, SessionChoice(session=session, label=label, begin=True))
+
+
+@app.command()
+@on_rig(usual_scene="bench")
+def drift(
+    rig_options: CalibrateOptions,
+    *,
+    distance_m: Annotated[
+        float | None,
+        typer.Option(help="distance of what stands in the middle, if known", min=0.5),
+    ] = None,
+    apply: Annotated[bool, typer.Option("--apply", help="correct a drift that is surely there")] = False,
+) -> None:
+    """Look once into the scene: how far have the eyes moved since they were calibrated?"""
+    from foveacam_server.resources.calibration_sessions.cli_runs import run_drift
+
+    run_drift(rig_options, distance_m=distance_m, apply=apply)
+
+
+@app.command(name="settle-time")
+@on_rig(usual_scene="calibration")
+def settle_time(
+    rig_options: CalibrateOptions,
+    *,
+    apply: Annotated[
+        bool, typer.Option("--apply", help="wait as long as the session has measured, from now on")
+    ] = False,
+    rig_file: Annotated[
+        bool, typer.Option("--rig-file", help="wait as long as the rig's file says, from now on")
+    ] = False,
+    session: SessionOption = None,
+) -> None:
+    """Show or change how long the rig waits after every move; nothing is measured for it."""
+    from foveacam_server.resources.calibration_sessions.cli_rig import RigChoice, open_data
+    from foveacam_server.resources.calibration_sessions.cli_runs import find_session
+    from foveacam_server.resources.settle_time.records import measured_time, settle_time_document
+
+    if apply and rig_file:
+        raise InvalidInput("settle-time: --apply and --rig-file exclude each other; give one of them")
+    choice = RigChoice.of(rig_options)
+    with open_data(choice, lock=apply or rig_file) as data:
+        if apply:
+            measured = measured_time(find_session(data, session))
+            measured.check_filter(choice.drive.low_pass_hz)
+            data.settle_times.keep(measured)
+        if rig_file:
+            data.settle_times.forget(data.rig_id)
+        known = data.settle_times.of(data.rig_id)
+    in_use = known if known is not None and known.suits(choice.drive.low_pass_hz) else None
+    found = settle_time_document(in_use, rig_file_us=choice.drive.settle_us)
+    if rig_options.as_json:
+        typer.echo(json.dumps(found))
+        return
+    typer.echo(f"{data.rig_id} waits {found['settle_us'] / 1e3:g} ms after every move: {found['source']}")
+
+
+app.registered_commands.extend(records_app.registered_commands)
+
+
+def _board(corners: str | None, square_mm: float | None, marker_mm: float | None) -> dict[str, object] | None:
+    size = parse_pair(corners, option="--board", example="9x6")
+    if size is None and square_mm is None and marker_mm is None:
+        return None
+    if size is None or square_mm is None:
+        raise InvalidInput("a board needs --board and --square-mm, such as --board 9x6 --square-mm 25")
+    board: dict[str, object] = {
+        "kind": "checkerboard" if marker_mm is None else "charuco",
+        "columns": size[0],
+        "rows": size[1],
+        "square_mm": square_mm,
+    }
+    return board if marker_mm is None else board | {"marker_mm": marker_mm}

@@ -1,0 +1,250 @@
+"""Run calibration steps for the command line: choose the session, open the rig, print the session."""
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import typer
+from pydantic import BaseModel
+from rich.console import Console
+from rich.table import Table
+
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.progress_bar import progress_bar
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.calibration_sessions.cli_choices import CalibrateOptions
+from foveacam_server.resources.calibration_sessions.cli_rig import (
+    DataDirectory,
+    RigChoice,
+    open_data,
+    open_environment,
+)
+from foveacam_server.resources.calibration_sessions.documents import session_document
+from foveacam_server.resources.calibration_sessions.options import FitOptions, WideOptions
+from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession
+from foveacam_server.resources.calibration_sessions.steps import (
+    ImageFolder,
+    measure_on_images,
+    run_fit,
+    run_step,
+)
+from foveacam_server.resources.drift_checks.records import DriftRecords
+from foveacam_server.resources.drift_checks.step import check_drift, keep_check
+
+_INTERRUPTED = 130
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionChoice:
+    """The session of a step: the one named, else a new one (`begin`) or the newest of the rig."""
+
+    session: str | None
+    label: str | None = None
+    begin: bool = False
+
+
+def run_in_session(
+    rig_options: CalibrateOptions, run: BaseModel, chosen: SessionChoice, *, activate: bool = False
+) -> None:
+    """Run a step with a rig and print the session; `activate`: put in force what it fits."""
+    choice, console = RigChoice.of(rig_options), Console(stderr=True)
+    with open_data(choice, lock=True) as data:
+        known = None if chosen.begin and chosen.session is None else find_session(data, chosen.session)
+        with (
+            open_environment(choice, data.settle_times, console=console) as environment,
+            session_for_step(known, data, chosen, console=console) as session,
+            progress_bar(console, silent=rig_options.as_json) as bar,
+        ):
+            run_step(session, run, environment=environment, registry=data.calibration, watch=bar)
+            bar.finish()
+        if activate and bar.fitted_ids:
+            data.calibration.activate(bar.fitted_ids[-1])
+        print_session(session, data, fitted=bar.fitted_ids, as_json=rig_options.as_json)
+
+
+def run_fit_in_session(
+    rig_options: CalibrateOptions, options: FitOptions, chosen: SessionChoice, *, activate: bool
+) -> None:
+    """Fit a session's sweeps without a rig and print the session; beside a server unless `activate`."""
+    choice = RigChoice.of(rig_options)
+    with open_data(choice, lock=activate) as data:
+        session = find_session(data, chosen.session)
+        with progress_bar(Console(stderr=True), silent=rig_options.as_json) as bar:
+            run_fit(session, options, registry=data.calibration, watch=bar)
+            bar.finish()
+        if activate:
+            data.calibration.activate(bar.fitted_ids[-1])
+        print_session(session, data, fitted=bar.fitted_ids, as_json=rig_options.as_json)
+
+
+def run_on_images(
+    rig_options: CalibrateOptions, images: ImageFolder, options: WideOptions, chosen: SessionChoice
+) -> None:
+    """Measure the wide camera on image files and print the session; it runs beside a server."""
+    console = Console(stderr=True)
+    if not images.folder.is_dir():
+        raise InvalidInput(f"--images {images.folder}: there is no such folder; give a folder of images")
+    with open_data(RigChoice.of(rig_options), lock=False) as data:
+        known = None if chosen.session is None else find_session(data, chosen.session)
+        with (
+            session_for_step(known, data, chosen, console=console) as session,
+            progress_bar(console, silent=rig_options.as_json) as bar,
+        ):
+            measure_on_images(session, images, options, watch=bar)
+            bar.finish()
+        print_session(session, data, fitted=bar.fitted_ids, as_json=rig_options.as_json)
+
+
+def run_drift(rig_options: CalibrateOptions, *, distance_m: float | None, apply: bool) -> None:
+    """Check the drift of the calibration in force and print the result."""
+    choice, console = RigChoice.of(rig_options), Console(stderr=True)
+    with open_data(choice, lock=True) as data:
+        calibration = data.calibration.require()
+        with (
+            open_environment(choice, data.settle_times, console=console) as environment,
+            environment.use("the drift check") as rig,
+            progress_bar(console, silent=rig_options.as_json) as bar,
+        ):
+            found = check_drift(
+                rig.head, calibration, distance_m=distance_m, clock=environment.clock, watch=bar
+            )
+            bar.finish()
+        document = keep_check(
+            found,
+            calibration,
+            apply=apply,
+            records=DriftRecords(data.drift_folder),
+            registry=data.calibration,
+            watch=bar,
+        )
+    if rig_options.as_json:
+        typer.echo(json.dumps(document, allow_nan=False))
+        return
+    Console().print(document["detail"], markup=False)
+    if document["applied"]:
+        Console().print(f"Calibration {document['new_calibration_id']} is in force.", markup=False)
+
+
+@contextmanager
+def session_for_step(
+    known: CalibrationSession | None, data: DataDirectory, chosen: SessionChoice, *, console: Console
+) -> Iterator[CalibrationSession]:
+    """Yield the known session or a new one; after Ctrl-C print how to continue.
+
+    A new session that is still empty when its step fails is deleted.
+    """
+    name = chosen.label or f"calibration of {data.rig_id}"
+    session = known or data.sessions.create(label=name, rig_id=data.rig_id, baseline_m=data.baseline_m)
+    try:
+        yield session
+    except KeyboardInterrupt:
+        console.print(f"Interrupted; what was measured is kept: go on with --session {session.id}")
+        raise typer.Exit(_INTERRUPTED) from None
+    except FoveaError:
+        if known is None and session.empty:
+            data.sessions.remove(session.id)
+        raise
+
+
+def find_session(data: DataDirectory, wanted: str | None) -> CalibrationSession:
+    """Return the session named, or the newest of this rig."""
+    if wanted is None:
+        for session in data.sessions.every():
+            if session.head.rig_id == data.rig_id:
+                return session
+        raise NotFound(
+            f"rig {data.rig_id} has no calibration session yet; begin one with `foveacam calibrate wide`"
+        )
+    session = data.sessions.get(wanted)
+    if session.head.rig_id != data.rig_id:
+        raise InvalidInput(
+            f"session {wanted} belongs to rig {session.head.rig_id!r}, this rig is {data.rig_id!r}; "
+            "name a session of this rig"
+        )
+    return session
+
+
+def print_session(
+    session: CalibrationSession, data: DataDirectory, *, fitted: Sequence[str], as_json: bool
+) -> None:
+    """Print a session as a table or as JSON; `fitted`: the calibrations of this command."""
+    document = session_document(session, url="", running=None, in_use=data.settle_times.of(data.rig_id))
+    current = data.calibration.current
+    document["in_force"] = None if current is None else current.id
+    if as_json:
+        typer.echo(json.dumps(document, allow_nan=False))
+        return
+    Console().print(session_table(document, fitted=fitted or document["calibrations"]))
+
+
+def _is_outdated(document: Document) -> bool:
+    """Tell whether a session's check is of another calibration than its newest."""
+    made = document["calibrations"]
+    return bool(made) and document["check"]["calibration_id"] != made[-1]
+
+
+def session_table(document: Document, *, fitted: Sequence[str]) -> Table:
+    """Return a session as a table."""
+    table = Table(
+        title=f"session {document['id']}: {document['label']}".replace("[", "\\["), show_header=False
+    )
+    table.add_column("part")
+    table.add_column("found", overflow="fold")
+    wide = document["wide"]
+    if wide is not None and wide["fit"] is not None:
+        fit = wide["fit"]
+        table.add_row(
+            "wide camera",
+            f"{len(wide['samples'])} views, {fit['model']}: {fit['rms_px']:.3f} px rms, "
+            f"{fit['fov_x_deg']:.2f}° x {fit['fov_y_deg']:.2f}°",
+        )
+    for sweep in document["sweeps"]:
+        table.add_row(f"sweep at {sweep['station']}", f"{sweep['done']} of {sweep['nodes']} poses")
+    for model in (document["fit"] or {"models": []})["models"]:
+        if model["chosen"]:
+            across, down = model["loo_deg"]
+            table.add_row(f"{model['eye']} mirror", f"{model['name']}: left out {across:.4f}°, {down:.4f}°")
+    for part, words in _drift_rows(document):
+        table.add_row(part, words)
+    if document["check"] is not None:
+        check = document["check"]
+        table.add_row(
+            "check",
+            f"rows {check['epipolar_rms_px']} px rms, {check['epipolar_p95_px']} px (95 %), pointing "
+            f"{check['pointing_rms_px']} px rms at {check['poses']} places"
+            + (", of the calibration before: check again" if _is_outdated(document) else ""),
+        )
+    for axis in (document["settle"] or {"axes": []})["axes"]:
+        table.add_row(f"{axis['eye']} {axis['axis']}", _settle_words(axis))
+    if (document["settle"] or {}).get("settle_us") is not None:
+        settle = document["settle"]
+        remedy = "put it in use with `foveacam calibrate settle-time --apply`"
+        in_use = "in use" if settle["applied"] else remedy
+        table.add_row("largest move", f"over after {settle['settle_us'] / 1e3:g} ms, {in_use}")
+    if fitted:
+        in_force = document.get("in_force") == fitted[-1]
+        note = "in force" if in_force else f"put it in force with `foveacam calibrate use {fitted[-1]}`"
+        table.add_row("calibration", f"{fitted[-1]}, {note}")
+    return table
+
+
+def _drift_rows(document: Document) -> Iterator[tuple[str, str]]:
+    """Yield rows on the drift of the mounts during the sweeps, and since."""
+    for eye, drift in ((document["fit"] or {}).get("drift") or {}).items():
+        moved = f"{drift['moved_px']:.2f} ± {drift['sigma_px']:.2f} px in {drift['minutes']:.1f} min"
+        yield f"{eye} mount", f"drifted by {drift['px_per_minute']:.2f} px a minute, {moved}: taken out"
+        for jump_px in drift.get("knocks_px", []):
+            yield f"{eye} mount", f"knocked amid the sweeps, its gaze jumped by {jump_px:.1f} px: taken out"
+    closing = document["closing"]
+    if closing is not None:
+        done = "taken out" if closing["corrected"] else "within its own error"
+        yield "drift since the sweep", f"rows {closing['rows_px']:.2f} px apart: {done}"
+
+
+def _settle_words(axis: Document) -> str:
+    words = f"1 px after {axis['settle_ms']} ms, 1 % after {axis['settle_1pct_ms']} ms"
+    if axis["resonance_hz"] is None:
+        return words
+    return f"{words}, resonance {axis['resonance_hz']:g} Hz, Q {axis['quality']:g}"

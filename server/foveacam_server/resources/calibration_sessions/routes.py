@@ -1,0 +1,123 @@
+"""Routes of calibration sessions: the measurements of a calibration, and the steps that take and fit them."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+from fastapi.responses import FileResponse, JSONResponse
+
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    problems,
+)
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.calibration_sessions.options import Run
+from foveacam_server.resources.calibrations.schema import CombineRequest, SessionDocument, SessionRequest
+
+router = APIRouter(prefix="/calibration_sessions", tags=["calibrations"])
+
+SessionId = Annotated[str, Path(max_length=64)]
+SampleId = Annotated[str, Path(max_length=64)]
+PictureName = Annotated[str, Path(max_length=64)]
+
+
+@router.post(
+    "",
+    status_code=201,
+    summary="Begin a session",
+    responses=problems(503),
+)
+def create(request: SessionRequest, services: ServicesDep) -> SessionDocument:
+    """Begin an empty session of this rig."""
+    return services.sessions.create(request.label)
+
+
+@router.post(
+    "/combined",
+    status_code=201,
+    summary="Put sessions together",
+    responses=problems(404, 409),
+)
+def combine(request: CombineRequest, services: ServicesDep) -> SessionDocument:
+    """Begin a session with the sweeps of several and the newest lens; the step `fit` fits them together."""
+    return services.sessions.combine(request.sessions, label=request.label)
+
+
+@router.get("", summary="All sessions, newest first")
+def every(services: ServicesDep) -> list[SessionDocument]:
+    """Return all sessions with all that was measured in them."""
+    return services.sessions.every()
+
+
+@router.get("/{session_id}", summary="One session", responses=problems(404))
+def one(session_id: SessionId, services: ServicesDep) -> SessionDocument:
+    """Return one session."""
+    return services.sessions.get(session_id)
+
+
+@router.delete(
+    "/{session_id}", status_code=204, summary="Delete a session's measurements", responses=problems(404, 409)
+)
+def remove(session_id: SessionId, services: ServicesDep) -> None:
+    """Delete everything measured in a session; the calibrations fitted from it stay."""
+    services.sessions.remove(session_id)
+
+
+@router.post(
+    "/{session_id}/runs",
+    status_code=202,
+    summary="Run a step",
+    response_model=JobDocument,
+    responses={
+        200: {"model": SessionDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def run(
+    session_id: SessionId,
+    request: Run,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a step as a job; run again, it adds to what was measured, or goes on where it was interrupted."""
+    services.lease.check(x_lease)
+    job = services.sessions.submit(session_id, request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.sessions.get_by_url)
+
+
+@router.delete(
+    "/{session_id}/wide_samples/{sample_id}",
+    summary="Take a view of the board out of the fit",
+    responses=problems(404, 409),
+)
+def remove_sample(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> SessionDocument:
+    """Remove one view and fit the lens to the others."""
+    return services.sessions.remove_sample(session_id, sample_id)
+
+
+@router.get(
+    "/{session_id}/wide_samples/{sample_id}.jpg",
+    summary="Thumbnail of a view of the board",
+    response_class=FileResponse,
+    responses=file_responses("image/jpeg"),
+)
+def thumbnail(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> FileResponse:
+    """Return what the wide camera saw, small, with the corners found."""
+    return FileResponse(services.sessions.thumbnail(session_id, sample_id), media_type="image/jpeg")
+
+
+@router.get(
+    "/{session_id}/pictures/{name}.png",
+    summary="A picture of the session's state",
+    response_class=FileResponse,
+    responses=file_responses("image/png"),
+)
+def picture(session_id: SessionId, name: PictureName, services: ServicesDep) -> FileResponse:
+    """Return one picture as of the last run of its step."""
+    return FileResponse(services.sessions.picture(session_id, name), media_type="image/png")

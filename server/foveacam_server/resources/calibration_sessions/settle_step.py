@@ -1,0 +1,88 @@
+"""The settle step of a calibration session: measure how fast each mirror axis comes to rest."""
+
+from functools import partial
+
+from foveacam_hardware.contract import NotCalibrated, StationTarget
+from foveacam_pipeline.calibrate.settle.settle import characterise_settling
+from foveacam_pipeline.calibrate.settle.settle_report import save_settle, settle_picture
+from foveacam_pipeline.calibrate.settle.settle_resonance import settle_wait_us
+from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_server.foundation.names import utc_now
+from foveacam_server.foundation.rounding import rounded
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.calibration_sessions.options import SettleOptions
+from foveacam_server.resources.calibration_sessions.pictures import draw_pictures
+from foveacam_server.resources.calibration_sessions.sessions import SETTLE, SETTLE_REPORT, CalibrationSession
+from foveacam_server.resources.calibration_sessions.step_environment import StepEnvironment, StepWatcher
+from foveacam_server.resources.calibration_sessions.turning import turn_to_station
+from foveacam_server.resources.calibration_sessions.wide_documents import lens_of
+from foveacam_server.resources.settle_time.records import SettleTime
+
+
+def measure_settle(
+    session: CalibrationSession, options: SettleOptions, *, environment: StepEnvironment, watch: StepWatcher
+) -> SettleReport:
+    """Measure all four axes at the first marker station, or where a rig without one looks."""
+    watch.stage("settle")
+    stations = [station for station in environment.stations if station.target is StationTarget.MARKERS]
+    with environment.use("the settle characterisation") as rig:
+        if stations and rig.pan_tilt is not None:
+            turn_to_station(
+                rig.pan_tilt,
+                stations[0],
+                clock=environment.clock,
+                watch=watch,
+                head=rig.head,
+                wide=_known_lens(session),
+            )
+        report = characterise_settling(
+            rig.head,
+            clock=environment.clock,
+            rig_id=environment.rig_id,
+            created_utc=utc_now(),
+            watch=watch,
+            before=environment.fovea_settings,
+        )
+    time = SettleTime(
+        rig_id=report.rig_id,
+        settle_us=settle_wait_us(report, max_v=environment.max_v),
+        measured_utc=report.created_utc,
+        session_id=session.id,
+        low_pass_hz=report.low_pass_hz,
+    )
+    if options.apply:
+        environment.wait_after_moves(time)
+    save_settle(report, session.folder / SETTLE_REPORT)
+    session.write(SETTLE, settle_document(report, time))
+    draw_pictures(session, {"settle": partial(settle_picture, report)})
+    return report
+
+
+def _known_lens(session: CalibrationSession) -> Intrinsics | None:
+    try:
+        return lens_of(session)
+    except NotCalibrated:
+        return None
+
+
+def settle_document(report: SettleReport, time: SettleTime) -> Document:
+    """Return a settle report as a REST document."""
+    return {
+        "axes": [_axis(axis) for axis in report.axes],
+        "settle_us": time.settle_us,
+    }
+
+
+def _axis(axis: AxisSettle) -> Document:
+    resonance = axis.resonance
+    return {
+        "eye": axis.role.value,
+        "axis": axis.axis,
+        "settle_ms": rounded(axis.settle_us / 1e3, 3),
+        "settle_1pct_ms": rounded(axis.settle_share_us / 1e3, 3),
+        "response_ms": rounded(axis.response_us / 1e3, 3),
+        "response_open_ms": rounded(axis.response_open_us / 1e3, 3),
+        "resonance_hz": None if resonance is None else rounded(resonance.frequency_hz, 1),
+        "quality": None if resonance is None else rounded(resonance.quality, 2),
+    }

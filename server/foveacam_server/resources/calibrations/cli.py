@@ -1,0 +1,173 @@
+"""`foveacam calibrate list, use, report, export, import, discard, restore, combine`.
+
+All but `use` run beside a server.
+"""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.foundation.settings import checked_settings
+from foveacam_server.resources.calibration_sessions.cli_choices import (
+    CalibrateOptions,
+    DataOption,
+    JsonOption,
+    on_rig,
+)
+
+app = typer.Typer(add_completion=False)
+
+WhichOne = Annotated[str, typer.Argument(help="id of a calibration, or its beginning; `current`: in force")]
+FormatOption = Annotated[str, typer.Option("--format", help="foveacam, or authors (with the poses)")]
+ROOM = "calibration"
+
+
+@app.command(name="list")
+def list_all(data: DataOption = None, as_json: JsonOption = False) -> None:
+    """List all calibrations, newest first."""
+    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+
+    records = CalibrationData(checked_settings({"data": data}).data)
+    documents = [records.document(calibration) for calibration in records.every()]
+    if as_json:
+        typer.echo(json.dumps(documents))
+        return
+    table = Table(title=f"calibrations in {records.folder}")
+    table.add_column("id", no_wrap=True)
+    for title in ("rig", "label", "origin", "created", "in force"):
+        table.add_column(title, overflow="fold")
+    for found in documents:
+        mark = "yes" if found["current"] else ""
+        row = [str(found[name]) for name in ("id", "rig_id", "label", "origin")]
+        row.append(str(found["created_utc"])[:16].replace("T", " "))
+        table.add_row(*(cell.replace("[", "\\[") for cell in row), mark)
+    Console().print(table)
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def use(rig_options: CalibrateOptions, *, calibration: WhichOne) -> None:
+    """Put a calibration in force."""
+    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+    from foveacam_server.resources.calibration_sessions.cli_rig import RigChoice, open_data
+
+    wanted = CalibrationData(rig_options.settings.data).find(calibration)
+    with open_data(RigChoice.of(rig_options), lock=True) as data:
+        data.calibration.activate(wanted.id)
+    typer.echo(
+        json.dumps({"id": wanted.id}) if rig_options.as_json else f"{wanted.id} ({wanted.label}) is in force"
+    )
+
+
+@app.command()
+def report(
+    calibration: WhichOne = "current",
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="file to write")] = None,
+    data: DataOption = None,
+) -> None:
+    """Write a calibration's report as one HTML page: measured values beside the paper's."""
+    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+    from foveacam_server.resources.calibrations.reports import report_page
+
+    records = CalibrationData(checked_settings({"data": data}).data)
+    found = records.find(calibration)
+    path = output or Path(f"calibration-{found.id}.html")
+    path.write_text(report_page(found, sessions=records.sessions, drift=records.drift), encoding="utf-8")
+    typer.echo(str(path))
+
+
+@app.command()
+def export(
+    calibration: WhichOne,
+    output: Annotated[Path, typer.Argument(help="file to write; it must not exist")],
+    file_format: FormatOption = "foveacam",
+    data: DataOption = None,
+) -> None:
+    """Write a calibration to a file."""
+    from foveacam_pipeline.calibrate.records.new_file import write_new
+    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+    from foveacam_server.resources.calibrations.record_files import export_bytes, known_format
+
+    records = CalibrationData(checked_settings({"data": data}).data)
+    found = records.find(calibration)
+    write_new(output, export_bytes(found, known_format(file_format), sessions=records.sessions))
+    typer.echo(str(output))
+
+
+@app.command(name="import")
+@on_rig(usual_scene=ROOM)
+def import_file(
+    rig_options: CalibrateOptions,
+    *,
+    file: Annotated[Path, typer.Argument(help="calibration file, or the authors' device bundle")],
+    distance_m: Annotated[
+        float | None, typer.Option(help="distance of the markers, which a bundle does not say", min=0.1)
+    ] = None,
+) -> None:
+    """Keep the calibration of a file; `use` puts it in force."""
+    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+    from foveacam_server.resources.calibration_sessions.cli_rig import RigChoice
+    from foveacam_server.resources.calibrations.record_files import ImportFacts, calibration_of
+
+    try:
+        document = json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise InvalidInput(f"there is no file {file}; give the path of a calibration file") from error
+    except (OSError, ValueError) as error:
+        raise InvalidInput(f"{file} cannot be read as JSON ({error}); export it again") from error
+    facts = ImportFacts(rig_id=RigChoice.of(rig_options).rig_id, distance_m=distance_m)
+    records = CalibrationData(rig_options.settings.data)
+    found = calibration_of(document, facts)
+    records.add(found)
+    document = records.document(found)
+    how = (
+        "and in force" if document["current"] else f"put it in force with `foveacam calibrate use {found.id}`"
+    )
+    typer.echo(json.dumps(document) if rig_options.as_json else f"{found.id} ({found.label}) is kept, {how}")
+
+
+@app.command()
+def discard(calibration: WhichOne, data: DataOption = None) -> None:
+    """Put a calibration in the trash; `restore` brings it back."""
+    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+
+    records = CalibrationData(checked_settings({"data": data}).data)
+    found = records.find(calibration)
+    records.discard(found)
+    typer.echo(
+        f"{found.id} ({found.label}) is in the trash; `foveacam calibrate restore {found.id}` undoes it"
+    )
+
+
+@app.command()
+def restore(
+    calibration: Annotated[str, typer.Argument(help="id of a discarded calibration, or its beginning")],
+    data: DataOption = None,
+) -> None:
+    """Take a calibration out of the trash."""
+    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+
+    found = CalibrationData(checked_settings({"data": data}).data).restore(calibration)
+    typer.echo(f"{found.id} ({found.label}) is kept again")
+
+
+@app.command()
+def combine(
+    session: Annotated[list[str], typer.Argument(help="ids of sessions of one rig, two or more")],
+    label: Annotated[str | None, typer.Option(help="name for people")] = None,
+    data: DataOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Put the sweeps of several sessions together, to be fitted as one."""
+    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+
+    made = CalibrationData(checked_settings({"data": data}).data).sessions.combine(session, label=label)
+    if as_json:
+        typer.echo(json.dumps({"id": made.id, "label": made.head.label}))
+        return
+    typer.echo(f"{made.id}: {made.head.label}; fit it with `foveacam calibrate rectify --session {made.id}`")

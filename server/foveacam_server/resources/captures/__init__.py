@@ -1,0 +1,1 @@
+"""Raster captures: planned, run as jobs, found, shown, sent; datasets on the command line."""

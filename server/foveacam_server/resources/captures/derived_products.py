@@ -1,0 +1,141 @@
+"""Computes products of captures (mosaic, reference) as jobs in child processes, one of a kind at a time."""
+
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import Busy, Clock
+from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_server.foundation.child_process import run_child
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.job_table import Job
+from foveacam_server.foundation.jobs import JobContext, JobRunner
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.captures.collection import StoredCapture
+from foveacam_server.resources.captures.points import readable_dataset
+from foveacam_server.resources.captures.service import CaptureService
+
+Run = Callable[[Sequence[str]], None]
+"""Runs the child process with these arguments to its end and reports its progress."""
+WAIT = "wait for it, or cancel its job"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DerivedProductTools:
+    """Services that the jobs need."""
+
+    captures: CaptureService
+    jobs: JobRunner
+    events: EventLog
+    clock: Clock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DerivedProduct:
+    """A kind of product: its name, and the module that computes it in a child process.
+
+    `make`: takes the capture, the spec and a function that runs the process; returns the URL of the result.
+    """
+
+    noun: str
+    process: str
+    make: Callable[[StoredCapture, Document, Run], str]
+
+
+class DerivedProductJobs:
+    """Queues and runs the jobs of one kind of product; knows of which capture one is being computed."""
+
+    def __init__(self, kind: DerivedProduct, tools: DerivedProductTools) -> None:
+        self._kind, self._tools = kind, tools
+        self._lock = threading.Lock()
+        self._live: tuple[str, str] | None = None
+        """Id of the capture whose product is being computed, and of the job."""
+        tools.jobs.handle(kind.noun, self._work, parallel=True)
+
+    def start(
+        self,
+        capture_id: str,
+        spec: Document,
+        *,
+        check: Callable[[StoredCapture], None],
+        idempotency_key: str | None,
+    ) -> Job:
+        """Queue a job; `check` raises when the product cannot be computed."""
+        jobs, request = self._tools.jobs, {"capture_id": capture_id, **spec}
+        if jobs.has_key(idempotency_key):
+            return jobs.submit(self._kind.noun, request, idempotency_key=idempotency_key)
+        kept = self._tools.captures.collection.get(capture_id)
+        check(kept)
+        with self._lock:
+            self._check_free()
+            job = jobs.submit(self._kind.noun, request, idempotency_key=idempotency_key)
+            self._live = capture_id, job.id
+        self.emit("begun", f"a {self._kind.noun} of capture {kept.name} was asked for", capture_id)
+        return job
+
+    def running_job(self, capture_id: str) -> JobDocument | None:
+        """Return the job that computes the product of a capture now."""
+        job = self._job_of(capture_id)
+        return None if job is None else job.describe()
+
+    def ended_dataset(self, kept: StoredCapture) -> Dataset:
+        """Return the dataset of a capture; raise InvalidInput for a damaged one, Busy for a running one."""
+        dataset = readable_dataset(kept)
+        if self._tools.captures.get(kept.id).job_id is not None:
+            noun = self._kind.noun
+            raise Busy(
+                f"capture {kept.name} is still running; its {noun} can be made when it has ended",
+                asked=f"the {noun} of {kept.name}",
+                found="it is still running",
+                remedy="wait for its end",
+            )
+        return dataset
+
+    def check_idle(self, capture_id: str, asked: str) -> None:
+        """Raise Busy while the product of this capture is being computed."""
+        if self._job_of(capture_id) is not None:
+            noun = self._kind.noun
+            raise Busy(
+                f"asked to {asked}: the {noun} of capture {capture_id} is being made; {WAIT}",
+                asked=asked,
+                found=f"its {noun} is being made",
+                remedy=WAIT,
+            )
+
+    def emit(self, what: str, message: str, capture_id: str) -> None:
+        """Emit the event `<noun>.<what>`."""
+        self._tools.events.emit(f"{self._kind.noun}.{what}", message, data={"capture_id": capture_id})
+
+    def _work(self, context: JobContext) -> str:
+        spec = dict(context.job.request)
+        kept = self._tools.captures.collection.get(str(spec.pop("capture_id")))
+        try:
+            return self._kind.make(kept, spec, lambda arguments: self._run(context, arguments))
+        finally:
+            with self._lock:
+                self._live = None
+            self.emit("ended", f"the {self._kind.noun} of capture {kept.name} ended", kept.id)
+
+    def _run(self, context: JobContext, arguments: Sequence[str]) -> None:
+        began_ns = self._tools.clock.now_ns()
+
+        def on_message(step: Document) -> None:
+            spent_s = (self._tools.clock.now_ns() - began_ns) / 1e9
+            left_s = spent_s * (1.0 / step["share"] - 1.0) if step["share"] else None
+            context.progress(step["done"], total=step["total"], note=step["note"], left_s=left_s)
+
+        run_child(self._kind.process, arguments, on_message=on_message, cancelled=context.cancelled)
+
+    def _check_free(self) -> None:
+        live = self._live
+        if live is not None and not self._tools.jobs.get(live[1]).state.ended:
+            found = f"the {self._kind.noun} of capture {live[0]} is being made"
+            raise Busy(f"{found}; {WAIT}", found=found, remedy=WAIT)
+
+    def _job_of(self, capture_id: str) -> Job | None:
+        live = self._live
+        if live is None or live[0] != capture_id:
+            return None
+        job = self._tools.jobs.get(live[1])
+        return None if job.state.ended else job

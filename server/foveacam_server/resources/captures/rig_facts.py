@@ -1,0 +1,111 @@
+"""The rig's facts that a capture's estimate needs, and plans checked and estimated by them."""
+
+import math
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from foveacam_hardware.contract import CameraSettings, PixelFormat, RailLimits, ValueRange
+from foveacam_pipeline.capture.dataset import ImageCodec
+from foveacam_pipeline.capture.plan import (
+    CaptureEstimate,
+    CapturePace,
+    ImageSize,
+    RasterPlan,
+    check_plan,
+    check_rail,
+    coverage_of,
+    estimate_capture,
+    fill_in_plan,
+)
+from foveacam_pipeline.capture.plan.plan_estimate import READOUT_10BIT_MS, READOUT_12BIT_MS
+from foveacam_pipeline.capture.run import CaptureRig, check_exposures, image_size, trigger_head
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.captures.documents import coverage_document, estimate_document
+
+RAIL_MM_S = 50.0
+"""Speed of a motor rail; deduced: the usual one of a rig file."""
+EXPOSURE_CHANGE_MS = 5.0
+"""Time until both cameras use another exposure; deduced: one command each, during the readout."""
+_TWELVE_BITS = (PixelFormat.MONO12, PixelFormat.MONO12P, PixelFormat.BAYER_RG12P)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigFacts:
+    """A rig's facts for estimates. `rail`: None without one; `rail_by_hand`: the operator moves it."""
+
+    settle_us: int
+    fovea: CameraSettings
+    wide: CameraSettings
+    exposures_ns: tuple[ValueRange, ...]
+    rail: RailLimits | None
+    rail_by_hand: bool
+
+    def pace(self) -> CapturePace:
+        """Return the rig's time for each action of a capture."""
+        twelve = self.fovea.pixel_format in _TWELVE_BITS
+        return CapturePace(
+            settle_ms=self.settle_us / 1e3,
+            exposure_ms=self.fovea.exposure_ns / 1e6,
+            readout_ms=READOUT_12BIT_MS if twelve else READOUT_10BIT_MS,
+            exposure_change_ms=EXPOSURE_CHANGE_MS,
+            wide_period_ms=1e3 / self.wide.frame_rate_hz,
+            rail_mm_s=None if self.rail_by_hand else RAIL_MM_S,
+        )
+
+    def sizes(self, calibration: Calibration) -> tuple[ImageSize, ImageSize]:
+        """Return the sizes of fovea and wide images."""
+        fovea = image_size(self.fovea, width=calibration.fovea_width, height=calibration.fovea_height)
+        return fovea, image_size(self.wide, width=calibration.wide.width, height=calibration.wide.height)
+
+    def estimate(
+        self, plan: RasterPlan, calibration: Calibration, *, codec: ImageCodec, done: int = 0
+    ) -> CaptureEstimate:
+        """Return time and size of the points from `done` on."""
+        fovea, wide = self.sizes(calibration)
+        ratio = 1.0 if codec is ImageCodec.TIFF else None
+        return estimate_capture(plan, self.pace(), fovea=fovea, wide=wide, done=done, stored_ratio=ratio)
+
+
+def rig_facts(rig: CaptureRig) -> RigFacts:
+    """Return the facts of a rig, read on its thread; raise `InvalidInput` for one without a trigger."""
+    return RigFacts(
+        settle_us=trigger_head(rig).settle_us,
+        fovea=rig.left.settings,
+        wide=rig.wide.settings,
+        exposures_ns=(rig.left.ranges.exposure_ns, rig.right.ranges.exposure_ns),
+        rail=None if rig.rail is None else rig.rail.limits,
+        rail_by_hand=rig.rail is not None and not rig.rail.moves_itself,
+    )
+
+
+def check_possible(plan: RasterPlan, calibration: Calibration, facts: RigFacts) -> None:
+    """Refuse a plan that the rig cannot do at its distance, or at any where the plan names none."""
+    check_rail(plan, facts.rail)
+    check_exposures(plan, facts.exposures_ns)
+    check_plan(fill_in_plan(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
+
+
+def estimate_plan(
+    plan: RasterPlan,
+    calibration: Calibration,
+    facts: RigFacts,
+    *,
+    codec: ImageCodec,
+    assumed_m: float,
+    folder: Path,
+) -> Document:
+    """Return time, size, warnings and footprints; `assumed_m`: distance where the plan names none."""
+    whole = fill_in_plan(plan, calibration, average_m=assumed_m)
+    check_plan(whole, calibration, rail=facts.rail)
+    check_exposures(whole, facts.exposures_ns)
+    cover = coverage_of(whole, calibration)
+    needed = facts.estimate(whole, calibration, codec=codec)
+    return {
+        "plan": whole.model_dump(mode="json"),
+        "distance_assumed": plan.needs_distance,
+        **estimate_document(needed, free_bytes=shutil.disk_usage(folder).free),
+        "warnings": list(cover.warnings),
+        "coverage": coverage_document(cover),
+    }

@@ -1,0 +1,1 @@
+"""Depth, pictures, clouds and meshes of what was fixated."""

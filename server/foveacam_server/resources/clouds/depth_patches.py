@@ -1,0 +1,234 @@
+"""Answers what depth a wide pixel has, from the newest depth maps projected into the wide image."""
+
+import math
+import threading
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.geometry.angles import angles_from_rays, ray
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.stereo.depth import points_rig_m
+from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
+from foveacam_server.foundation.errors import NotFound
+
+MAX_PATCHES = 32
+"""Number of depth maps that are held; older ones are dropped."""
+REACH_PX = 1.5
+"""A pixel without depth takes that of a neighbour within this distance (0.03 degrees)."""
+STEP_PX = 2
+"""Every second pixel of a map at half size: still some 10 points a wide pixel."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DepthPatch:
+    """One depth map in wide pixels: cell (row, column) is the wide pixel (x0 + column, y0 + row).
+
+    `z_m`, `sigma_m`: (h, w) float32, metres along +z of the rig frame; NaN where unknown.
+    """
+
+    fixation_id: str
+    created_utc: str
+    x0: int
+    y0: int
+    z_m: NDArray[np.float32]
+    sigma_m: NDArray[np.float32]
+
+    def at(self, x_px: float, y_px: float) -> tuple[float, float] | None:
+        """Return (z, sigma) m of the nearest known cell within `REACH_PX`; None where there is none."""
+        x, y = x_px - self.x0, y_px - self.y0
+        left, top = max(0, math.ceil(x - REACH_PX)), max(0, math.ceil(y - REACH_PX))
+        bottom, right = max(0, math.floor(y + REACH_PX) + 1), max(0, math.floor(x + REACH_PX) + 1)
+        near = self.z_m[top:bottom, left:right]
+        rows, columns = np.nonzero(np.isfinite(near))
+        if len(rows) == 0:
+            return None
+        distance_px = np.hypot(columns + left - x, rows + top - y)
+        nearest = int(np.argmin(distance_px))
+        if distance_px[nearest] > REACH_PX:
+            return None
+        row, column = int(rows[nearest]) + top, int(columns[nearest]) + left
+        return float(self.z_m[row, column]), float(self.sigma_m[row, column])
+
+    def covers(self, x_px: float, y_px: float) -> bool:
+        """Return whether the fovea looked there, whether or not it found depth."""
+        height, width = self.z_m.shape
+        return bool(0 <= x_px - self.x0 <= width - 1 and 0 <= y_px - self.y0 <= height - 1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DepthReading:
+    """Depth at one wide pixel, from the newest map that covers it."""
+
+    fixation_id: str
+    created_utc: str
+    point_rig_m: tuple[float, float, float]
+    distance_m: float
+    distance_sigma_m: float
+
+
+def project_patch(
+    pair: RectifiedPair, depth: DepthMap, *, wide: Intrinsics, fixation_id: str, created_utc: str
+) -> DepthPatch | None:
+    """Return the depth map as the wide camera sees it; None when no pixel has a depth.
+
+    Where several points fall into one wide pixel, their median counts.
+    """
+    points_m, sigma_m = _points(pair, depth)
+    if len(points_m) == 0:
+        return None
+    cells = np.rint(wide.pixels(angles_from_rays(points_m))).astype(np.int64)
+    inside = (cells >= 0).all(axis=1) & (cells[:, 0] < wide.width) & (cells[:, 1] < wide.height)
+    if not inside.any():
+        return None
+    cells, z_m, sigma_m = cells[inside], points_m[inside, 2], sigma_m[inside]
+    low, high = cells.min(axis=0), cells.max(axis=0)
+    width, height = (high - low + 1).tolist()
+    index = (cells[:, 1] - low[1]) * width + (cells[:, 0] - low[0])
+    middle = _median_members(index, z_m)
+    shape = (height, width)
+    z_grid = np.full(width * height, np.nan, dtype=np.float32)
+    sigma_grid = np.full(width * height, np.nan, dtype=np.float32)
+    z_grid[index[middle]] = z_m[middle]
+    sigma_grid[index[middle]] = sigma_m[middle]
+    return DepthPatch(
+        fixation_id=fixation_id,
+        created_utc=created_utc,
+        x0=int(low[0]),
+        y0=int(low[1]),
+        z_m=z_grid.reshape(shape),
+        sigma_m=sigma_grid.reshape(shape),
+    )
+
+
+def point_patch(
+    point_rig_m: tuple[float, float, float],
+    *,
+    sigma_z_m: float,
+    wide: Intrinsics,
+    fixation_id: str,
+    created_utc: str,
+) -> DepthPatch:
+    """Return the patch of the verged point alone: one wide pixel."""
+    x_px, y_px = wide.pixels(angles_from_rays([point_rig_m]))[0].tolist()
+    return DepthPatch(
+        fixation_id=fixation_id,
+        created_utc=created_utc,
+        x0=round(x_px),
+        y0=round(y_px),
+        z_m=np.array([[point_rig_m[2]]], dtype=np.float32),
+        sigma_m=np.array([[sigma_z_m]], dtype=np.float32),
+    )
+
+
+def save_patch(patch: DepthPatch, path: Path) -> None:
+    """Write the patch as an npz file."""
+    with path.open("wb") as file:
+        np.savez_compressed(
+            file,
+            format="foveacam-depth-patch",
+            version=1,
+            fixation_id=patch.fixation_id,
+            created_utc=patch.created_utc,
+            corner=np.array([patch.x0, patch.y0]),
+            z_m=patch.z_m,
+            sigma_m=patch.sigma_m,
+        )
+
+
+def load_patch(path: Path) -> DepthPatch:
+    """Read a patch that `save_patch` wrote."""
+    with np.load(path, allow_pickle=False) as file:
+        return DepthPatch(
+            fixation_id=str(file["fixation_id"]),
+            created_utc=str(file["created_utc"]),
+            x0=int(file["corner"][0]),
+            y0=int(file["corner"][1]),
+            z_m=file["z_m"].astype(np.float32),
+            sigma_m=file["sigma_m"].astype(np.float32),
+        )
+
+
+class DepthPatches:
+    """The newest patches, searched newest first; safe to use from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._patches: deque[DepthPatch] = deque(maxlen=MAX_PATCHES)
+
+    def add(self, patch: DepthPatch) -> None:
+        """Add a patch as the newest."""
+        with self._lock:
+            self._patches.append(patch)
+
+    def forget(self, fixation_id: str) -> None:
+        """Drop the patches of one fixation."""
+        with self._lock:
+            kept = [patch for patch in self._patches if patch.fixation_id != fixation_id]
+            self._patches = deque(kept, maxlen=MAX_PATCHES)
+
+    def covering(self, x_px: float, y_px: float) -> bool:
+        """Return whether a fovea has looked there."""
+        with self._lock:
+            return any(patch.covers(x_px, y_px) for patch in self._patches)
+
+    def at(self, x_px: float, y_px: float, *, wide: Intrinsics) -> DepthReading:
+        """Return the depth at a wide pixel; raise `OutOfRange` or, where unknown, `NotFound`."""
+        wide.check_pixel(x_px, y_px)
+        with self._lock:
+            newest_first = list(reversed(self._patches))
+        for patch in newest_first:
+            found = patch.at(x_px, y_px)
+            if found is not None:
+                return _reading(patch, found, pixel=(x_px, y_px), wide=wide)
+        if self.covering(x_px, y_px):
+            raise NotFound(
+                f"wide pixel ({x_px:g}, {y_px:g}) was looked at but has no texture to measure; try beside it",
+                asked=f"depth at ({x_px:g}, {y_px:g})",
+                found="no texture there",
+                remedy="try a pixel beside it",
+            )
+        raise NotFound(
+            f"no fovea has looked there yet: wide pixel ({x_px:g}, {y_px:g}); fixate it first",
+            asked=f"depth at ({x_px:g}, {y_px:g})",
+            found="no depth map covers it",
+            remedy="fixate it first: POST /api/v1/fixations",
+        )
+
+
+def _reading(
+    patch: DepthPatch, found: tuple[float, float], *, pixel: tuple[float, float], wide: Intrinsics
+) -> DepthReading:
+    z_m, sigma_z_m = found
+    ax_rad, ay_rad = wide.angles_rad([pixel])[0].tolist()
+    direction = ray(ax_rad, ay_rad)
+    point_m = direction * (z_m / direction[2])
+    distance_m = float(np.linalg.norm(point_m))
+    return DepthReading(
+        fixation_id=patch.fixation_id,
+        created_utc=patch.created_utc,
+        point_rig_m=(float(point_m[0]), float(point_m[1]), float(point_m[2])),
+        distance_m=distance_m,
+        distance_sigma_m=sigma_z_m * distance_m / z_m,
+    )
+
+
+def _points(pair: RectifiedPair, depth: DepthMap) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    z_m = depth.z_m[::STEP_PX, ::STEP_PX]
+    sigma_m = np.hypot(depth.sigma_m, depth.pose_sigma_m)[::STEP_PX, ::STEP_PX].astype(np.float64)
+    rows, columns = np.nonzero(np.isfinite(z_m) & np.isfinite(sigma_m) & (z_m > 0.0))
+    known_m = z_m[rows, columns]
+    points_m = points_rig_m(pair, columns * STEP_PX, rows * STEP_PX, known_m)
+    return points_m.astype(np.float64), sigma_m[rows, columns]
+
+
+def _median_members(index: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return for each group of equal `index` the position of its median of `values`."""
+    order = np.lexsort((values, index))
+    starts = np.flatnonzero(np.r_[True, np.diff(index[order]) > 0])
+    ends = np.r_[starts[1:], len(order)]
+    middle: NDArray[np.int64] = order[(starts + ends - 1) // 2]
+    return middle

@@ -1,0 +1,31 @@
+"""Route of the depth at a wide pixel, from the newest depth map that covers it."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import problems
+from foveacam_server.foundation.names import age_s
+from foveacam_server.foundation.quantities import Pixels
+from foveacam_server.resources.clouds.schema import DepthDocument
+
+router = APIRouter(tags=["depth"])
+
+PixelQuery = Annotated[Pixels, Query(description="wide pixel; the first one's centre is 0")]
+
+
+@router.get("/depth", summary="Depth at a wide pixel", responses=problems(404, 409))
+def depth(x_px: PixelQuery, y_px: PixelQuery, services: ServicesDep) -> DepthDocument:
+    """Return distance and point at a wide pixel that a fovea has looked at."""
+    calibration = services.calibration.require()
+    reading = services.clouds.patches.at(x_px, y_px, wide=calibration.wide)
+    return DepthDocument(
+        x_px=x_px,
+        y_px=y_px,
+        distance_m=round(reading.distance_m, 6),
+        distance_sigma_m=round(reading.distance_sigma_m, 6),
+        point_rig_m=reading.point_rig_m,
+        fixation_id=reading.fixation_id,
+        age_s=round(age_s(reading.created_utc), 1),
+    )

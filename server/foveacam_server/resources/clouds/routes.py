@@ -1,0 +1,70 @@
+"""Routes of clouds: the point cloud of each fixation, as PLY, GLB and a picture."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+from fastapi.responses import FileResponse
+
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import Limit, file_responses, problems
+from foveacam_server.resources.clouds.schema import CloudDocument
+
+router = APIRouter(prefix="/clouds", tags=["clouds"])
+
+CloudId = Annotated[str, Path(pattern=r"^cld-[0-9a-f]{1,32}$")]
+
+
+@router.get("", summary="Newest clouds, newest first")
+def newest(services: ServicesDep, limit: Limit = 50) -> list[CloudDocument]:
+    """Return the newest clouds."""
+    return services.clouds.newest(limit)
+
+
+@router.get(
+    "/{cloud_id}.ply",
+    summary="Points as PLY",
+    response_class=FileResponse,
+    responses=file_responses("application/octet-stream"),
+)
+def ply(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
+    """Return x, y, z (m, rig frame), colour and sigma of every point."""
+    path = services.clouds.file(cloud_id, "cloud.ply")
+    return FileResponse(path, media_type="application/octet-stream", filename=f"{cloud_id}.ply")
+
+
+@router.get(
+    "/{cloud_id}.glb",
+    summary="Textured surface as GLB",
+    response_class=FileResponse,
+    responses=file_responses("model/gltf-binary"),
+)
+def glb(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
+    """Return the textured mesh, in metres, +y up."""
+    path = services.clouds.file(cloud_id, "mesh.glb")
+    return FileResponse(path, media_type="model/gltf-binary", filename=f"{cloud_id}.glb")
+
+
+@router.get(
+    "/{cloud_id}/depth.png",
+    summary="Depth as a picture",
+    response_class=FileResponse,
+    responses=file_responses("image/png"),
+)
+def depth_png(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
+    """Return depth as colours with a scale."""
+    return FileResponse(services.clouds.file(cloud_id, "depth.png"), media_type="image/png")
+
+
+@router.get("/{cloud_id}", summary="One cloud", responses=problems(404))
+def one(cloud_id: CloudId, services: ServicesDep) -> CloudDocument:
+    """Return one cloud."""
+    return services.clouds.get(cloud_id)
+
+
+@router.delete("/{cloud_id}", status_code=204, summary="Remove a cloud", responses=problems(404))
+def remove(cloud_id: CloudId, services: ServicesDep) -> None:
+    """Remove a cloud and its files; its fixation and target stay."""
+    cloud = services.clouds.remove(cloud_id)
+    services.fixations.remove_cloud(cloud.fixation_id)
+    if services.viewer is not None:
+        services.viewer.remove_fixation(cloud.fixation_id)

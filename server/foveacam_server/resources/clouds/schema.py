@@ -1,0 +1,31 @@
+"""Schemas of clouds and depth."""
+
+from foveacam_server.foundation.schema import ResponseModel
+
+
+class CloudDocument(ResponseModel):
+    """The point cloud of a fixation; the files' axes are in server/README.md."""
+
+    id: str
+    fixation_id: str
+    created_utc: str
+    points: int
+    centre_rig_m: tuple[float, float, float]
+    z_min_m: float
+    z_max_m: float
+    sigma_median_m: float
+    ply_url: str
+    glb_url: str | None
+    depth_url: str
+
+
+class DepthDocument(ResponseModel):
+    """Depth at one wide pixel."""
+
+    x_px: float
+    y_px: float
+    distance_m: float
+    distance_sigma_m: float
+    point_rig_m: tuple[float, float, float]
+    fixation_id: str
+    age_s: float

@@ -1,0 +1,246 @@
+"""Computes depth, pictures, cloud and mesh of a fixation's last look on a thread of its own.
+
+The fixation's answer does not wait for them.
+"""
+
+import logging
+import queue
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import FoveaError, Sighting
+from foveacam_pipeline.measure.look import look_depth
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.depth import cloud as cloud_of
+from foveacam_pipeline.stereo.depth import depth_map
+from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.mesh import depth_mesh
+from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, difference
+from foveacam_pipeline.stereo.rectify import rectify
+from foveacam_pipeline.stereo.values import Cloud, DepthMap, DepthMesh, RectifiedPair
+from foveacam_pipeline.verge.values import Basis
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.names import utc_now
+from foveacam_server.resources.clouds.collection import CloudCollection, FixationShape
+from foveacam_server.resources.clouds.depth_patches import project_patch
+from foveacam_server.resources.clouds.schema import CloudDocument
+from foveacam_server.resources.fixations.schema import BoundDocument, TargetDocument
+from foveacam_server.rig.ports import PictureSink, SceneViewer
+
+_log = logging.getLogger(__name__)
+
+WAITING = 4
+"""Fixations that may wait; the oldest is dropped for a newer one."""
+PUT_BACK = 12
+"""Number of the newest targets of an earlier run that are drawn in the 3D pane again."""
+MAX_POINTS = 50_000
+MESH_STEP_PX = 4
+SCALE = 0.5
+"""Scale of the rectified windows."""
+
+
+OnCloud = Callable[[str, CloudDocument], None]
+"""Takes the fixation's id and the new cloud."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VergedLook:
+    """A verged fixation whose shape is to be computed."""
+
+    fixation_id: str
+    label: str
+    sighting: Sighting
+    calibration: Calibration
+    point_rig_m: tuple[float, float, float]
+    distance_m: float
+    distance_sigma_m: float
+    on_cloud: OnCloud
+    basis: Basis = Basis.BOTH_FOVEAE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoundedLook:
+    """A fixation of which only limits of the distance are known, m; `farthest_m` None: there is none."""
+
+    fixation_id: str
+    label: str
+    direction_deg: tuple[float, float]
+    nearest_m: float
+    farthest_m: float | None
+
+
+class ShapeWorker:
+    """Turns verged looks into pictures, stored clouds and drawings in the 3D pane, on one thread."""
+
+    def __init__(
+        self,
+        *,
+        clouds: CloudCollection,
+        sink: PictureSink,
+        viewer: SceneViewer | None,
+        events: EventLog,
+    ) -> None:
+        self._clouds = clouds
+        self._sink = sink
+        self._viewer = viewer
+        self._events = events
+        self._earlier: tuple[TargetDocument, ...] = ()
+        self._waiting: queue.Queue[VergedLook | BoundedLook | None] = queue.Queue()
+        self.dropped = 0
+        self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
+
+    def start(self) -> None:
+        """Start the thread, which first draws the targets of an earlier run."""
+        self._thread.start()
+
+    def put_back(self, targets: Sequence[TargetDocument]) -> None:
+        """Draw targets of an earlier run, with their clouds; before `start`."""
+        self._earlier = tuple(targets[-PUT_BACK:])
+
+    def close(self) -> None:
+        """Drop the fixations that wait and end the thread."""
+        while self._drop_one():
+            pass
+        self._waiting.put(None)
+        if self._thread.is_alive():
+            self._thread.join(timeout=10.0)
+
+    def put(self, seen: VergedLook | BoundedLook) -> None:
+        """Queue a fixation; never blocks."""
+        while self._waiting.qsize() >= WAITING and self._drop_one():
+            self.dropped += 1
+        self._waiting.put(seen)
+
+    def forget(self, fixation_id: str) -> None:
+        """Remove a fixation from the 3D pane."""
+        if self._viewer is not None:
+            self._viewer.remove_fixation(fixation_id)
+
+    def _drop_one(self) -> bool:
+        try:
+            self._waiting.get_nowait()
+        except queue.Empty:
+            return False
+        return True
+
+    def _run(self) -> None:
+        for target in self._earlier:
+            self._show_again(target)
+        while (seen := self._waiting.get()) is not None:
+            if isinstance(seen, BoundedLook):
+                self._show_limits(seen)
+            else:
+                self._try(seen)
+
+    def _try(self, seen: VergedLook) -> None:
+        try:
+            self._work(seen)
+        except FoveaError as error:
+            self._show(seen, cloud=None, mesh=None)  # the point without a shape
+            self._failed(seen, str(error))
+        except Exception:  # noqa: BLE001 - the thread's outermost frame: the next fixation gets its shape
+            _log.exception("no shape for %s", seen.fixation_id)
+            self._failed(seen, "an error that nobody foresaw; the cause is in the server's log")
+
+    def _work(self, seen: VergedLook) -> None:
+        if (
+            seen.basis is Basis.FOVEA_AND_WIDE
+        ):  # the other fovea does not see it, so there is no pair to match
+            self._show(seen, cloud=None, mesh=None)
+            return
+        pair = rectify(seen.sighting, seen.calibration, scale=SCALE)
+        self._sink.publish_picture("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
+        self._sink.publish_picture("difference", difference(pair), t_ns=pair.t_ns)
+        depth = depth_map(pair, match(pair))
+        shape = self._shape(seen, pair, depth)
+        cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
+        self._sink.publish_picture("depth", shape.depth_picture, t_ns=pair.t_ns)
+        self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
+        seen.on_cloud(seen.fixation_id, cloud)
+
+    def _show(self, seen: VergedLook, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
+        if self._viewer is None:
+            return
+        self._viewer.show_fixation(
+            seen.fixation_id,
+            label=seen.label,
+            point_rig_m=seen.point_rig_m,
+            distance_m=seen.distance_m,
+            distance_sigma_m=seen.distance_sigma_m,
+            basis=seen.basis,
+            cloud=cloud,
+            mesh=mesh,
+        )
+
+    def _show_limits(self, seen: BoundedLook) -> None:
+        if self._viewer is None:
+            return
+        self._viewer.show_limits(
+            seen.fixation_id,
+            label=seen.label,
+            direction_deg=seen.direction_deg,
+            nearest_m=seen.nearest_m,
+            farthest_m=seen.farthest_m,
+        )
+
+    def _show_again(self, target: TargetDocument) -> None:
+        if self._viewer is None:
+            return
+        distance_m, sigma_m, point = target.distance_m, target.distance_sigma_m, target.point_rig_m
+        if distance_m is None or sigma_m is None or point is None:
+            if target.bound is not None:
+                self._show_limits(_limits_of(target, target.bound))
+            return
+        try:
+            cloud = None if target.cloud_id is None else self._clouds.points(target.cloud_id)
+        except (FoveaError, OSError, ValueError) as error:
+            _log.warning("%s: its cloud cannot be read: %s", target.label, error)
+            cloud = None
+        self._viewer.show_fixation(
+            target.fixation_id,
+            label=target.label,
+            point_rig_m=point,
+            distance_m=distance_m,
+            distance_sigma_m=sigma_m,
+            basis=Basis(target.basis),
+            cloud=cloud,
+            mesh=None,
+        )
+
+    def _shape(self, seen: VergedLook, pair: RectifiedPair, depth: DepthMap) -> FixationShape:
+        cloud = cloud_of(pair, depth, max_points=MAX_POINTS)
+        if len(cloud) == 0:
+            raise NotFound("no pixel of the last look could be matched between the foveae")
+        patch = project_patch(
+            pair, depth, wide=seen.calibration.wide, fixation_id=seen.fixation_id, created_utc=utc_now()
+        )
+        return FixationShape(
+            fixation_id=seen.fixation_id,
+            cloud=cloud,
+            mesh=depth_mesh(pair, depth, step_px=MESH_STEP_PX),
+            depth_picture=depth_picture(depth),
+            patch=patch,
+            look=look_depth(
+                pair, depth, calibration=seen.calibration, volts=seen.sighting.volts, scale=SCALE
+            ),
+        )
+
+    def _failed(self, seen: VergedLook, reason: str) -> None:
+        self._events.emit(
+            "cloud.failed",
+            f"{seen.label}: no shape: {reason}",
+            level=EventLevel.WARNING,
+            data={"fixation_id": seen.fixation_id, "detail": reason},
+        )
+
+
+def _limits_of(target: TargetDocument, bound: BoundDocument) -> BoundedLook:
+    return BoundedLook(
+        fixation_id=target.fixation_id,
+        label=target.label,
+        direction_deg=(target.ax_deg, target.ay_deg),
+        nearest_m=bound.nearest_m,
+        farthest_m=bound.farthest_m,
+    )

@@ -1,0 +1,1 @@
+"""Drift checks: a few looks into the scene that say how the mounts moved."""

@@ -1,0 +1,68 @@
+"""Routes of drift checks: looks into the scene that measure how far the eyes moved since the calibration."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+from fastapi.responses import JSONResponse, Response
+
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    problems,
+)
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.drift_checks.schema import DriftCheckDocument, DriftRequest
+
+router = APIRouter(prefix="/drift_checks", tags=["calibrations"])
+
+CheckId = Annotated[str, Path(max_length=64)]
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Check the drift",
+    response_model=JobDocument,
+    responses={
+        200: {"model": DriftCheckDocument, "description": "ended in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def create(
+    request: DriftRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a check; with `apply`, a drift that is surely there is corrected and the result put in force."""
+    services.lease.check(x_lease)
+    job = services.drift.submit(request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.drift.get_by_url)
+
+
+@router.get("", summary="All drift checks, newest first")
+def every(services: ServicesDep) -> list[DriftCheckDocument]:
+    """Return what all checks found."""
+    return services.drift.every()
+
+
+@router.get(
+    "/trend.png",
+    summary="Drift over time",
+    response_class=Response,
+    responses=file_responses("image/png"),
+)
+def trend(services: ServicesDep) -> Response:
+    """Return a picture of how both eyes have drifted since they were calibrated."""
+    return Response(services.drift.records.trend_picture(), media_type="image/png")
+
+
+@router.get("/{check_id}", summary="One check", responses=problems(404))
+def one(check_id: CheckId, services: ServicesDep) -> DriftCheckDocument:
+    """Return what one check found."""
+    return services.drift.get(check_id)

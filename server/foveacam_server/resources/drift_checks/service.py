@@ -1,0 +1,75 @@
+"""Runs drift checks as jobs: a few looks into the scene, the result stored, and applied on request."""
+
+from pathlib import Path
+
+from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_server.foundation.job_table import Job
+from foveacam_server.foundation.jobs import JobContext
+from foveacam_server.resources.calibration_sessions.job_watcher import CalibrationJobWatcher
+from foveacam_server.resources.calibration_sessions.runs import CalibrationJobTools
+from foveacam_server.resources.drift_checks.records import DriftRecords
+from foveacam_server.resources.drift_checks.schema import DriftCheckDocument, DriftRequest
+
+KIND = "drift"
+DRIFT_URL = "/api/v1/drift_checks"
+
+
+class DriftChecks:
+    """Queues and runs checks and stores their results."""
+
+    def __init__(self, folder: Path, tools: CalibrationJobTools) -> None:
+        self._folder = folder
+        self.records = DriftRecords(folder)
+        self._tools = tools
+        tools.jobs.handle(KIND, self._work)
+
+    def submit(self, request: DriftRequest, *, idempotency_key: str | None = None) -> Job:
+        """Queue a check; raise at once when it could not run now."""
+        self._tools.calibration.require()
+        self._tools.hardware.check_may_move()
+        return self._tools.jobs.submit(KIND, request.model_dump(), idempotency_key=idempotency_key)
+
+    def every(self) -> list[DriftCheckDocument]:
+        """Return all checks, newest first."""
+        return [DriftCheckDocument.model_validate(found) for found in self.records.every()]
+
+    def get(self, check_id: str) -> DriftCheckDocument:
+        """Return a check by its id or raise `NotFound`."""
+        return DriftCheckDocument.model_validate(self.records.get(check_id))
+
+    def get_by_url(self, url: str) -> DriftCheckDocument:
+        """Return the check that a job's result URL names."""
+        return self.get(url.rsplit("/", 1)[1])
+
+    def _work(self, context: JobContext) -> str:
+        from foveacam_server.resources.drift_checks.step import check_drift, keep_check  # loads for a while
+
+        request = DriftRequest.model_validate(context.job.request, strict=False)
+        watch = CalibrationJobWatcher(
+            context,
+            session_id=None,
+            sink=self._tools.sink,
+            events=self._tools.events,
+            clock=self._tools.clock,
+        )
+        calibration = self._tools.calibration.require()
+        holder = f"drift check {context.job.id}"
+        with self._tools.hardware.session(holder, cancelled=context.cancelled) as head:
+            found = check_drift(
+                head,
+                calibration,
+                distance_m=request.distance_m,
+                clock=self._tools.clock,
+                watch=watch,
+            )
+        with disk_errors("the drift check", self._folder):
+            document = keep_check(
+                found,
+                calibration,
+                apply=request.apply,
+                records=self.records,
+                registry=self._tools.calibration,
+                watch=watch,
+            )
+        self._tools.events.emit("calibration.drift", document["detail"], data=document)
+        return f"{DRIFT_URL}/{document['id']}"

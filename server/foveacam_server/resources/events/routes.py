@@ -1,0 +1,63 @@
+"""Routes of events: a live stream (SSE) that continues after a client's last id, and the newest as JSON."""
+
+import json
+from collections.abc import AsyncIterator
+from typing import Annotated
+
+from fastapi import APIRouter, Header
+from fastapi.responses import StreamingResponse
+from sse_starlette import EventSourceResponse, ServerSentEvent
+
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import Limit
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.schema import EventDocument
+
+router = APIRouter(prefix="/events", tags=["events"])
+
+PING_S = 10
+LAST_ID_LIMIT = 2**62
+
+LastEventId = Annotated[
+    int | None, Header(alias="Last-Event-ID", ge=0, le=LAST_ID_LIMIT, description="replay what followed")
+]
+
+_SENT = {
+    "type": "object",
+    "properties": {
+        "id": {"type": "string"},
+        "event": {"type": "string"},
+        "data": {
+            "type": "string",
+            "contentMediaType": "application/json",
+            "contentSchema": {"$ref": "#/components/schemas/EventDocument"},
+        },
+    },
+}
+
+
+@router.get(
+    "",
+    summary="Live events",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "content": {"text/event-stream": {"schema": _SENT}},
+            "description": "events without end; the schema is that of each",
+        }
+    },
+)
+async def stream(services: ServicesDep, last_event_id: LastEventId = None) -> EventSourceResponse:
+    """Stream events as they come; with `Last-Event-ID`, first those after it."""
+    return EventSourceResponse(_sent(services.events, last_event_id), ping=PING_S, sep="\n")
+
+
+@router.get("/recent", summary="The newest events, oldest first")
+async def recent(services: ServicesDep, limit: Limit = 50) -> list[EventDocument]:
+    """Return the newest events."""
+    return [event.describe() for event in services.events.recent(limit)]
+
+
+async def _sent(events: EventLog, last_id: int | None) -> AsyncIterator[ServerSentEvent]:
+    async for event in events.listen(last_id):
+        yield ServerSentEvent(json.dumps(event.describe().as_json()), id=str(event.id), event=event.kind)

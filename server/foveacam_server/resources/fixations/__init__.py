@@ -1,0 +1,1 @@
+"""Fixations and their targets: both foveae verge on what was clicked."""

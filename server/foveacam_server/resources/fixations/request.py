@@ -1,0 +1,103 @@
+"""Reads the target and the distance limits of a stored fixation request, and checks them."""
+
+import math
+
+from foveacam_hardware.contract import InvalidInput, OutOfRange
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.values import (
+    DirectionTarget,
+    DistanceRange,
+    PixelTarget,
+    RectangleTarget,
+    Target,
+)
+from foveacam_server.foundation.store import Document
+
+STEERING_LIMIT_DEG = 10.0
+"""Largest angle of the mirrors' specification, both axes (Table 2); the calibration may reach less far."""
+
+
+def target_of(request: Document) -> Target:
+    """Return the target that a stored request names; exactly one of pixel, rectangle and direction."""
+    kinds = ("pixel", "rectangle", "direction")
+    given = {kind: request[kind] for kind in kinds if request.get(kind) is not None}
+    match given:
+        case {"pixel": pixel, **rest} if not rest:
+            return PixelTarget(x_px=pixel["x_px"], y_px=pixel["y_px"])
+        case {"rectangle": box, **rest} if not rest:
+            return RectangleTarget(
+                x_px=box["x_px"], y_px=box["y_px"], width_px=box["width_px"], height_px=box["height_px"]
+            )
+        case {"direction": direction, **rest} if not rest:
+            return DirectionTarget(
+                ax_rad=math.radians(direction["ax_deg"]), ay_rad=math.radians(direction["ay_deg"])
+            )
+    found = " and ".join(given) or "none"
+    raise InvalidInput(
+        f"a fixation needs exactly one of pixel, rectangle and direction, found {found}; send one of them",
+        asked="a fixation",
+        found=found,
+        remedy='send one of them, such as {"pixel": {"x_px": 720, "y_px": 540}}',
+    )
+
+
+def depth_range_of(request: Document) -> DistanceRange | None:
+    """Return the limits of the distance in a stored request; None when it has none.
+
+    Raise `InvalidInput` when the range is empty.
+    """
+    within = request.get("within")
+    if within is None:
+        return None
+    nearest_m = within["nearest_m"]
+    farthest_m = math.inf if within.get("farthest_m") is None else within["farthest_m"]
+    if not 0.0 <= nearest_m < farthest_m:
+        raise InvalidInput(
+            f"within: nearest_m = {nearest_m:g} and farthest_m = {farthest_m:g} leave no distance; "
+            "send a nearest_m of 0 or more and a larger farthest_m, or none",
+            asked=f"{nearest_m:g} to {farthest_m:g} m",
+            found="an empty range",
+            remedy="send a nearest_m of 0 or more and a larger farthest_m, or none",
+        )
+    return DistanceRange(nearest_m=nearest_m, farthest_m=farthest_m)
+
+
+def check_target(target: Target, calibration: Calibration) -> None:
+    """Raise `OutOfRange` when the target is outside the wide image, or beyond the mirrors' specification."""
+    wide = calibration.wide
+    match target:
+        case PixelTarget():
+            wide.check_pixel(target.x_px, target.y_px)
+        case RectangleTarget():
+            wide.check_rectangle(
+                target.x_px, target.y_px, width_px=target.width_px, height_px=target.height_px
+            )
+        case DirectionTarget():
+            check_direction(target.ax_rad, target.ay_rad)
+
+
+def check_direction(ax_rad: float, ay_rad: float) -> None:
+    """Raise `OutOfRange` beyond the mirrors' specification."""
+    for name, angle_rad in (("ax_deg", ax_rad), ("ay_deg", ay_rad)):
+        angle_deg = math.degrees(angle_rad)
+        if not abs(angle_deg) <= STEERING_LIMIT_DEG * (1.0 + 1e-12):
+            allowed = f"-{STEERING_LIMIT_DEG:g} to {STEERING_LIMIT_DEG:g}"
+            raise OutOfRange(
+                f"direction {name} = {angle_deg:g} is outside {allowed} degrees; choose a direction inside",
+                asked=f"{name} = {angle_deg:g}",
+                found=f"the mirrors reach {allowed} degrees",
+                remedy="choose a direction inside",
+            )
+
+
+def direction_of(target: Target, calibration: Calibration) -> tuple[float, float]:
+    """Return the direction (ax, ay), rad, of the target's centre."""
+    match target:
+        case DirectionTarget():
+            return target.ax_rad, target.ay_rad
+        case PixelTarget():
+            centre = (target.x_px, target.y_px)
+        case RectangleTarget():
+            centre = (target.x_px + target.width_px / 2.0, target.y_px + target.height_px / 2.0)
+    ax_rad, ay_rad = calibration.wide.angles_rad([centre])[0].tolist()
+    return ax_rad, ay_rad

@@ -1,0 +1,54 @@
+"""Routes of fixations: point at a target, both foveae verge on it."""
+
+from fastapi import APIRouter
+from fastapi.responses import JSONResponse
+
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    Limit,
+    PreferHeader,
+    job_answer,
+    problems,
+)
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.fixations.schema import FixationDocument, FixationRequest
+
+router = APIRouter(prefix="/fixations", tags=["fixations"])
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Look there",
+    response_model=JobDocument,
+    responses={
+        200: {"model": FixationDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def create(
+    request: FixationRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a fixation as a job; `Prefer: wait=10` answers with the fixation itself when it ends in time."""
+    services.lease.check(x_lease)
+    stored = request.model_dump(exclude_none=True)
+    job = services.fixations.foveate(stored, source="rest", idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)
+
+
+@router.get("", summary="Newest fixations, newest first")
+def newest(services: ServicesDep, limit: Limit = 50) -> list[FixationDocument]:
+    """Return the newest fixations."""
+    return services.fixations.table.newest(limit)
+
+
+@router.get("/{fixation_id}", summary="One fixation", responses=problems(404))
+def one(fixation_id: str, services: ServicesDep) -> FixationDocument:
+    """Return one fixation with all its steps."""
+    return services.fixations.table.get(fixation_id)

@@ -1,0 +1,143 @@
+"""Reads and writes fixations and targets as rows of the database."""
+
+from sqlalchemy import select, update
+
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.store import FixationRow, Store, TargetRow
+from foveacam_server.resources.fixations.schema import FixationDocument, TargetDocument
+
+
+class FixationTable:
+    """All fixations that ended with an answer; none is deleted."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+
+    def add(self, fixation: FixationDocument) -> None:
+        """Add a fixation."""
+        with self._store.session() as session:
+            session.add(
+                FixationRow(
+                    id=fixation.id,
+                    job_id=fixation.job_id,
+                    target_id=fixation.target_id,
+                    cloud_id=fixation.cloud_id,
+                    document=fixation.as_json(),
+                )
+            )
+
+    def set_cloud(self, fixation_id: str, cloud_id: str | None) -> None:
+        """Set the cloud of a fixation."""
+        with self._store.session() as session:
+            query = update(FixationRow).where(FixationRow.id == fixation_id)
+            session.execute(query.values(cloud_id=cloud_id))
+
+    def choose(self, fixation_id: str, alternative: int) -> FixationDocument:
+        """Set which alternative was chosen; return the fixation, or raise `NotFound`."""
+        with self._store.session() as session:
+            row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
+            if row is None:
+                raise _no_fixation(fixation_id)
+            row.document = {**row.document, "chosen_alternative": alternative}
+            return _fixation(row)
+
+    def get(self, fixation_id: str) -> FixationDocument:
+        """Return a fixation by its id or raise `NotFound`."""
+        with self._store.session() as session:
+            row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
+        if row is None:
+            raise _no_fixation(fixation_id)
+        return _fixation(row)
+
+    def newest(self, limit: int) -> list[FixationDocument]:
+        """Return the newest fixations, newest first."""
+        with self._store.session() as session:
+            rows = session.scalars(select(FixationRow).order_by(FixationRow.seq.desc()).limit(limit))
+            return [_fixation(row) for row in rows]
+
+
+class TargetTable:
+    """Points that were looked at, until somebody removes them."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+
+    def put(self, target: TargetDocument) -> bool:
+        """Add or replace a target; return whether it is new. A known one keeps its label."""
+        with self._store.session() as session:
+            row = session.scalars(select(TargetRow).where(TargetRow.id == target.id)).one_or_none()
+            if row is not None:
+                row.document = {**target.as_json(), "created_utc": row.document["created_utc"]}
+                return False
+            session.add(TargetRow(id=target.id, label=target.label, document=target.as_json()))
+            return True
+
+    def next_label(self) -> str:
+        """Return the label of a target that was given none: the number after the newest's."""
+        with self._store.session() as session:
+            newest = session.scalars(select(TargetRow.seq).order_by(TargetRow.seq.desc()).limit(1)).first()
+        return f"Target {(newest or 0) + 1}"
+
+    def set_cloud(self, fixation_id: str, cloud_id: str | None) -> TargetDocument | None:
+        """Set the cloud of the target that a fixation produced; return that target."""
+        with self._store.session() as session:
+            for row in session.scalars(select(TargetRow)):
+                if row.document["fixation_id"] == fixation_id:
+                    row.document = {**row.document, "cloud_id": cloud_id}
+                    return _target(row)
+        return None
+
+    def rename(self, target_id: str, label: str) -> TargetDocument:
+        """Give a target another label."""
+        with self._store.session() as session:
+            row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
+            if row is None:
+                raise _no_target(target_id)
+            row.label = label
+            return _target(row)
+
+    def remove(self, target_id: str) -> TargetDocument:
+        """Delete a target; return what it was."""
+        with self._store.session() as session:
+            row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
+            if row is None:
+                raise _no_target(target_id)
+            session.delete(row)
+            return _target(row)
+
+    def get(self, target_id: str) -> TargetDocument:
+        """Return a target by its id or raise `NotFound`."""
+        with self._store.session() as session:
+            row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
+        if row is None:
+            raise _no_target(target_id)
+        return _target(row)
+
+    def find(self, target_id: str) -> TargetDocument | None:
+        """Return a target by its id; None when there is none."""
+        try:
+            return self.get(target_id)
+        except NotFound:
+            return None
+
+    def every(self) -> list[TargetDocument]:
+        """Return all targets, oldest first."""
+        with self._store.session() as session:
+            return [_target(row) for row in session.scalars(select(TargetRow).order_by(TargetRow.seq))]
+
+
+def _fixation(row: FixationRow) -> FixationDocument:
+    ids = {"target_id": row.target_id, "cloud_id": row.cloud_id}
+    return FixationDocument.model_validate({**row.document, **ids})
+
+
+def _target(row: TargetRow) -> TargetDocument:
+    return TargetDocument.model_validate({**row.document, "label": row.label})
+
+
+def _no_fixation(fixation_id: str) -> NotFound:
+    return NotFound(f"there is no fixation {fixation_id}; see /api/v1/fixations", asked=fixation_id)
+
+
+def _no_target(target_id: str) -> NotFound:
+    return NotFound(f"there is no target {target_id}; see /api/v1/targets", asked=target_id)

@@ -1,0 +1,27 @@
+"""Routes of jobs: list, progress, cancel."""
+
+from fastapi import APIRouter
+
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import Limit, problems
+from foveacam_server.foundation.schema import JobDocument
+
+router = APIRouter(prefix="/jobs", tags=["jobs"])
+
+
+@router.get("", summary="Newest jobs, newest first")
+def newest(services: ServicesDep, limit: Limit = 50) -> list[JobDocument]:
+    """Return the newest jobs."""
+    return [job.describe() for job in services.jobs.newest(limit)]
+
+
+@router.get("/{job_id}", summary="One job", responses=problems(404))
+def one(job_id: str, services: ServicesDep) -> JobDocument:
+    """Return one job in its present state."""
+    return services.jobs.get(job_id).describe()
+
+
+@router.post("/{job_id}/cancel", summary="Cancel a job", responses=problems(404))
+def cancel(job_id: str, services: ServicesDep) -> JobDocument:
+    """Cancel a job at its next step, unless it has ended."""
+    return services.jobs.cancel(job_id).describe()

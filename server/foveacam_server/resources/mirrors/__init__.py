@@ -1,0 +1,1 @@
+"""Mirrors: where they point, and steering them by hand."""

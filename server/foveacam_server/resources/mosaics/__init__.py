@@ -1,0 +1,1 @@
+"""Mosaics made of captures, in processes of their own."""

@@ -1,0 +1,1 @@
+"""The planner: where a target can be seen from, and how well."""

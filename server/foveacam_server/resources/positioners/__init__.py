@@ -1,0 +1,1 @@
+"""Pan-tilt and rail: status, moves, hold, and the confirmation of their zero."""

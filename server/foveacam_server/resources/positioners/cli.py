@@ -1,0 +1,35 @@
+"""What is typed: `foveacam confirm-zero pan-tilt|rail --server URL`, for a positioner without switches."""
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from foveacam_hardware.contract import FoveaError
+from foveacam_server.foundation.server_client import ServerClient
+from foveacam_server.foundation.settings import checked_settings
+
+
+class ZeroedPositioner(StrEnum):
+    """What can stand at its zero."""
+
+    PAN_TILT = "pan-tilt"
+    RAIL = "rail"
+
+
+def confirm_zero(
+    positioner: Annotated[ZeroedPositioner, typer.Argument(help="what stands at its zero")],
+    server: Annotated[str, typer.Option(help="the running server")] = "http://127.0.0.1:8000",
+    token: Annotated[
+        str | None, typer.Option(help="what the server wants to be shown", envvar="FOVEACAM_TOKEN")
+    ] = None,
+) -> None:
+    """Say that the pan-tilt or the rail stands at its zero, after its board without switches restarted."""
+    path = f"/{positioner.replace('-', '_')}/zero_confirmations"
+    with ServerClient(server, token=checked_settings({"token": token}).token) as client:
+        found = client.post(path)
+    if found["fault"] is not None:
+        raise FoveaError(
+            f"{positioner}: it was said to stand at its zero, and has a fault still: {found['fault']}"
+        )
+    typer.echo(f"{positioner}: it counts from where it stands, its zero")

@@ -1,0 +1,1 @@
+"""Recordings: tapped from the live frames, shown by moments, depth anew, films."""

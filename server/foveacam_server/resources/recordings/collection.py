@@ -1,0 +1,211 @@
+"""The recordings of a data directory: one file each, found by id; removed ones are in the trash."""
+
+import json
+import shutil
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.capture.dataset import dataset_name
+from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.recording.session import STATISTICS
+from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
+from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.recordings.information import information_of
+from foveacam_server.resources.recordings.notes import (
+    RecordingNotes,
+    id_without_notes,
+    notes_path,
+    read_notes,
+    write_notes,
+)
+
+RECORDINGS = "recordings"
+TRASH = ".trash"
+FILMS = ".films"
+_Stamp = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredRecording:
+    """One recording on the disk. `contents`: its document; None when it cannot be read, for `trouble`."""
+
+    path: Path
+    notes: RecordingNotes
+    size_bytes: int
+    contents: Document | None
+    removed: bool = False
+    trouble: str = ""
+
+    @property
+    def id(self) -> str:
+        """The recording's id."""
+        return self.notes.id
+
+    @property
+    def name(self) -> str:
+        """The recording's name: its file's stem."""
+        return self.path.stem
+
+
+class RecordingCollection:
+    """Lists, removes and restores recordings; the files are the only record of them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        self._lock = threading.Lock()
+        self._known: dict[Path, tuple[_Stamp, StoredRecording]] = {}
+
+    def new_file(self, name: str) -> Path:
+        """Return the path for a new recording; raise `InvalidInput` for an invalid or used name."""
+        stem = dataset_name(name)
+        if stem.casefold() in {path.stem.casefold() for path in _files(self.folder)}:
+            raise InvalidInput(
+                f"there is a recording {name!r} already; choose another name",
+                asked=f"a recording named {name!r}",
+                found="there is one already",
+                remedy="choose another name",
+            )
+        return self.folder / f"{stem}{SUFFIX}"
+
+    def every(self, *, but: Path | None = None) -> list[StoredRecording]:
+        """Return all recordings, newest first; `but`: one that is being written."""
+        return _newest_first([self._load(path) for path in _files(self.folder) if path != but])
+
+    def trash(self) -> list[StoredRecording]:
+        """Return the recordings in the trash, newest first."""
+        homes = [home for home in (self.folder / TRASH).glob("*") if home.is_dir()]
+        return _newest_first([self._load(path, removed=True) for home in homes for path in _files(home)])
+
+    def get(self, recording_id: str, *, but: Path | None = None) -> StoredRecording:
+        """Return one recording by its id or raise `NotFound`."""
+        return _by_id(self.every(but=but), recording_id, where="/api/v1/recordings")
+
+    def set_label(self, stored: StoredRecording, *, label: str) -> None:
+        """Change a recording's label."""
+        write_notes(stored.path, replace(stored.notes, label=label))
+
+    def remove(self, stored: StoredRecording) -> None:
+        """Move a recording to the trash."""
+        home = self.folder / TRASH / stored.id
+        with disk_errors(f"removing recording {stored.name}", self.folder):
+            home.mkdir(parents=True, exist_ok=True)
+            _move(stored, home / stored.path.name)
+
+    def restore(self, recording_id: str) -> StoredRecording:
+        """Restore a recording from the trash, with a number after its name if that is used."""
+        stored = _by_id(self.trash(), recording_id, where="/api/v1/recordings?removed=true")
+        target, number = self.folder / stored.path.name, 2
+        while target.exists():
+            target = self.folder / f"{stored.name} ({number}){stored.path.suffix}"
+            number += 1
+        with disk_errors(f"restoring recording {stored.name}", self.folder):
+            home = stored.path.parent
+            _move(stored, target)
+            home.rmdir()
+        return self.get(recording_id)
+
+    def empty_trash(self) -> int:
+        """Delete the recordings in the trash; return how many."""
+        removed = self.trash()
+        for stored in removed:
+            shutil.rmtree(stored.path.parent, ignore_errors=True)
+            shutil.rmtree(self.films(stored.id), ignore_errors=True)
+        return len(removed)
+
+    def films(self, recording_id: str) -> Path:
+        """Return the folder of a recording's films."""
+        return self.folder / FILMS / recording_id
+
+    def _load(self, path: Path, *, removed: bool = False) -> StoredRecording:
+        """Return the recording of a file, read again only when it or its notes changed."""
+        stamp = _stamp(path)
+        with self._lock:
+            known = self._known.get(path)
+        if known is not None and known[0] == stamp:
+            return known[1]
+        notes = read_notes(path)
+        held, trouble = _read(path)
+        if notes is None:
+            recorded = None if held is None else held["recorded"]
+            notes = RecordingNotes(id=id_without_notes(path), created_utc=recorded or "")
+        stored = StoredRecording(
+            path=path, notes=notes, size_bytes=stamp[1], contents=held, removed=removed, trouble=trouble
+        )
+        with self._lock:
+            self._known[path] = stamp, stored
+        return stored
+
+
+def contents_document(recording: Recording) -> Document:
+    """Return the document of an open recording, with the recorder's statistics if it has any."""
+    return {**information_of(recording), "statistics": _statistics(recording.metadata.get(STATISTICS, {}))}
+
+
+def _statistics(record: Mapping[str, str]) -> Document:
+    found = {}
+    for stream, text in record.items():
+        try:
+            counts = json.loads(text)
+        except ValueError:
+            continue
+        if isinstance(counts, dict):
+            found[stream] = counts
+    return found
+
+
+def _read(path: Path) -> tuple[Document | None, str]:
+    try:
+        with Recording(path) as recording:
+            return contents_document(recording), ""
+    except FoveaError as error:
+        return None, str(error)
+
+
+def _files(home: Path) -> list[Path]:
+    return [
+        path
+        for path in home.iterdir()
+        if path.suffix in (SUFFIX, OLD_SUFFIX) and not path.name.startswith(".") and path.is_file()
+    ]
+
+
+def _move(stored: StoredRecording, target: Path) -> None:
+    """Rename a recording with its notes, which keep its id. Raise `OSError`, or as `write_notes`."""
+    notes, moved = notes_path(stored.path), notes_path(target)
+    moved.unlink(missing_ok=True)
+    try:
+        moved.hardlink_to(notes)  # needs no room, so it works on a full disk
+    except OSError:
+        write_notes(target, stored.notes)
+    stored.path.rename(target)
+    notes.unlink(missing_ok=True)
+
+
+def _newest_first(found: list[StoredRecording]) -> list[StoredRecording]:
+    return sorted(found, key=lambda stored: stored.notes.created_utc, reverse=True)
+
+
+def _by_id(found: list[StoredRecording], recording_id: str, *, where: str) -> StoredRecording:
+    for stored in found:
+        if stored.id == recording_id:
+            return stored
+    raise NotFound(
+        f"there is no recording {recording_id}; see {where} for those there are", asked=recording_id
+    )
+
+
+def _stamp(path: Path) -> _Stamp:
+    numbers: list[int] = []
+    for one in (path, notes_path(path)):
+        try:
+            found = one.stat()
+            numbers += [found.st_mtime_ns, found.st_size]
+        except OSError:
+            numbers += [0, 0]
+    return numbers[0], numbers[1], numbers[2], numbers[3]

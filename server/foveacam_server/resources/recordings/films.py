@@ -1,0 +1,93 @@
+"""Films of recordings: made by a job, stored beside them until the trash is emptied."""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.capture.recording.movie import (
+    SUFFIX,
+    UNFINISHED,
+    MovieLayout,
+    MovieSpec,
+    Progress,
+    export_movie,
+)
+from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.recordings.collection import FILMS, RecordingCollection, StoredRecording
+from foveacam_server.resources.recordings.documents import URL
+from foveacam_server.resources.recordings.export import quiet_encoders
+from foveacam_server.resources.recordings.moments import stream_of
+
+LAYOUTS = {layout.value for layout in MovieLayout}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FilmSpec:
+    """The film to make: a role, side-by-side or anaglyph; a part of the recording, seconds from its start."""
+
+    show: str
+    fps: float | None = None
+    start_s: float = 0.0
+    end_s: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the film's file: the same spec has the same name."""
+        wanted = f"{self.show} {self.fps} {self.start_s} {self.end_s}"
+        return f"{self.show}-{hashlib.blake2s(wanted.encode(), digest_size=4).hexdigest()}{SUFFIX}"
+
+
+def check_film(recording: Recording, spec: FilmSpec) -> None:
+    """Raise `InvalidInput` for a film that the recording cannot give."""
+    for role in (Role.LEFT, Role.RIGHT) if spec.show in LAYOUTS else (Role(spec.show),):
+        stream_of(recording, role)
+    if spec.end_s is not None and spec.end_s <= spec.start_s:
+        raise InvalidInput(
+            f"film: it would begin at {spec.start_s:g} s and end at {spec.end_s:g} s; give a later end"
+        )
+
+
+def make_film(
+    collection: RecordingCollection, stored: StoredRecording, spec: FilmSpec, *, progress: Progress
+) -> Path:
+    """Make a film, unless it exists, and return its path."""
+    folder = collection.films(stored.id)
+    target = folder / spec.name
+    if target.exists():
+        return target
+    quiet_encoders()
+    with disk_errors(f"a film of recording {stored.name}", collection.folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        with Recording(stored.path) as recording:
+            show = spec.show if spec.show in LAYOUTS else stream_of(recording, Role(spec.show)).name
+            movie = MovieSpec(show=show, fps=spec.fps, start_s=spec.start_s, end_s=spec.end_s)
+            export_movie(recording, movie, target, progress=progress)
+    return target
+
+
+def clear_unfinished(collection: RecordingCollection) -> None:
+    """Delete the unfinished films of a killed server; call it only while no film is made."""
+    for left in (collection.folder / FILMS).glob(f"*/{UNFINISHED}"):
+        left.unlink(missing_ok=True)
+
+
+def film_file(collection: RecordingCollection, stored: StoredRecording, name: str) -> Path:
+    """Return the path of a film or raise `NotFound`."""
+    for path in collection.films(stored.id).glob(f"*{SUFFIX}"):
+        if path.name == name and not name.startswith("."):
+            return path
+    raise NotFound(f"recording {stored.name} has no film {name}; ask for one", asked=name)
+
+
+def film_document(stored: StoredRecording, path: Path) -> Document:
+    """Return a film as a REST document."""
+    return {
+        "name": path.name,
+        "recording_id": stored.id,
+        "size_bytes": path.stat().st_size,
+        "url": f"{URL}/{stored.id}/films/{path.name}",
+    }

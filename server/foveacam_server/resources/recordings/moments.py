@@ -1,0 +1,220 @@
+"""A time of a recording: every camera's nearest frame with its pose and footprint, as documents and pairs."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Frame, InvalidInput, NotCalibrated, Role, Sighting, StereoVolts
+from foveacam_pipeline.capture.recording.movie import compose_picture, rgb_picture
+from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.recording.values import FramePose, RecordedFrame, RecordedStream, nearest_index
+from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.footprint import fovea_footprint_px
+from foveacam_pipeline.stereo import pictures
+from foveacam_pipeline.stereo.rectify import rectify
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.recordings.documents import URL
+
+NEAREST_M, FARTHEST_M = 0.3, 300.0
+"""Limits of the gazes' meeting distance; outside they count as parallel, with footprints at infinity."""
+EYES = (Role.LEFT, Role.RIGHT)
+
+
+def timeline_document(recording: Recording) -> Document:
+    """Return the exposure times of all frames, seconds from the recording's start."""
+    begin_ns, end_ns = recording.span_ns
+    return {
+        "duration_s": (end_ns - begin_ns) / 1e9,
+        "calibrated": _calibration(recording) is not None,
+        "streams": [
+            {
+                "role": role.value,
+                "name": stream.name,
+                "fps": round(stream.fps, 3),
+                "width": stream.form.width,
+                "height": stream.form.height,
+                "t_s": np.round((stream.t_ns - begin_ns) / 1e9, 6).tolist(),
+            }
+            for role, stream in _streams(recording).items()
+        ],
+    }
+
+
+def moment_document(recording: Recording, recording_id: str, *, t_s: float) -> Document:
+    """Return the frames nearest to `t_s` after the start, with poses, footprints and picture URLs."""
+    t_ns = _moment_ns(recording, t_s)
+    poses = {role: (stream, nearest_index(stream.t_ns, t_ns)) for role, stream in _streams(recording).items()}
+    frames = {
+        role: _frame_document(recording, recording_id, role, *position, begin_ns=recording.span_ns[0])
+        for role, position in poses.items()
+    }
+    found = {role: recording.pose(stream.name, index) for role, (stream, index) in poses.items()}
+    distance_m = _meeting_m(recording, found)
+    for role in EYES:
+        if role in frames:
+            frames[role]["footprint_px"] = _footprint(recording, role, found[role], distance_m)
+    return {
+        "t_s": round((t_ns - recording.span_ns[0]) / 1e9, 6),
+        "frames": {role.value: document for role, document in frames.items()},
+        "meeting_m": None if math.isinf(distance_m) else round(distance_m, 4),
+    }
+
+
+def frame_time_s(recording: Recording, role: Role, index: int) -> float:
+    """Return a frame's exposure time, seconds from the start; a negative `index` counts from the end."""
+    stream = stream_of(recording, role)
+    if not -len(stream) <= index < len(stream):
+        raise InvalidInput(
+            f"frame {index} of {role.value}: the recording has {len(stream)}; choose one of them"
+        )
+    return float(stream.t_ns[index] - recording.span_ns[0]) / 1e9
+
+
+def stream_of(recording: Recording, role: Role) -> RecordedStream:
+    """Return the stream of a camera; raise `InvalidInput` when it has no frames."""
+    stream = recording.stream_of_role(role)
+    if stream is None or len(stream) == 0:
+        raise InvalidInput(
+            f"recording {recording.path.name} holds no frames of the {role.value} camera; its streams are"
+            f" {', '.join(recording.streams) or 'none'}"
+        )
+    return stream
+
+
+def pair_at(recording: Recording, t_s: float) -> tuple[RecordedFrame, RecordedFrame]:
+    """Return the left frame nearest to a time, and the right frame nearest to that one."""
+    streams = [stream_of(recording, role) for role in EYES]
+    left = recording.nearest(streams[0].name, _moment_ns(recording, t_s))
+    return left, recording.nearest(streams[1].name, left.t_ns)
+
+
+def observation_of(
+    recording: Recording, pair: tuple[RecordedFrame, RecordedFrame]
+) -> tuple[Sighting, Calibration]:
+    """Return a pair as one observation, with the recording's calibration.
+
+    Raise `NotCalibrated` without a calibration, `InvalidInput` without poses or with frames of another size
+    than the calibrated one. The left frame replaces the wide one.
+    """
+    calibration = _calibration(recording)
+    if calibration is None:
+        problem = None if recording.rig is None else recording.rig.problem
+        raise NotCalibrated(
+            f"recording {recording.path.name} carries no calibration that can be used"
+            f"{'' if problem is None else f' ({problem})'}, and without one its pixels have no direction;"
+            " record with a calibrated rig",
+            found=problem or "no calibration in the recording",
+            remedy="record with a calibrated rig",
+        )
+    left, right = (_checked(recording, frame, calibration) for frame in pair)
+    drives = [frame.pose.volts for frame in pair]
+    if drives[0] is None or drives[1] is None:
+        raise InvalidInput(
+            f"recording {recording.path.name}: the mirrors' pose is missing with this frame, so nobody knows"
+            " where it looks; choose another moment, or a recording that tells it",
+            found="no volts with this frame",
+            remedy="choose another moment, or a recording that tells it",
+        )
+    return Sighting(
+        left=left, right=right, wide=left, volts=StereoVolts(left=drives[0], right=drives[1])
+    ), calibration
+
+
+def anaglyph(
+    pair: tuple[RecordedFrame, RecordedFrame], look: tuple[Sighting, Calibration] | None
+) -> NDArray[np.uint8]:
+    """Return (h, w, 3) RGB: left in red, right in cyan; rectified with an observation, else raw."""
+    if look is not None:
+        return pictures.anaglyph(rectify(look[0], look[1], scale=0.5))
+    return compose_picture([rgb_picture(frame) for frame in pair], "anaglyph")
+
+
+def _streams(recording: Recording) -> dict[Role, RecordedStream]:
+    found = {role: recording.stream_of_role(role) for role in Role}
+    return {role: stream for role, stream in found.items() if stream is not None and len(stream)}
+
+
+def _calibration(recording: Recording) -> Calibration | None:
+    return None if recording.rig is None else recording.rig.calibration
+
+
+def _moment_ns(recording: Recording, t_s: float) -> int:
+    begin_ns, end_ns = recording.span_ns
+    return min(max(begin_ns + round(t_s * 1e9), begin_ns), end_ns)
+
+
+def _checked(recording: Recording, frame: RecordedFrame, calibration: Calibration) -> Frame:
+    height, width = frame.image.shape[:2]
+    wanted = calibration.fovea_width, calibration.fovea_height
+    if (width, height) != wanted:
+        raise InvalidInput(
+            f"recording {recording.path.name}: {frame.stream} is {width} x {height} px, its calibration is of"
+            f" {wanted[0]} x {wanted[1]}; record the full sensor",
+            found=f"{width} x {height} px",
+            remedy="record the full sensor",
+        )
+    return Frame(
+        image=frame.image,
+        role=Role.LEFT if frame.stream == stream_of(recording, Role.LEFT).name else Role.RIGHT,
+        seq=frame.seq,
+        t_ns=frame.t_ns,
+        exposure_ns=frame.pose.exposure_ns or 0,
+        bits=frame.bits,
+        volts=frame.pose.volts,
+    )
+
+
+def _frame_document(
+    recording: Recording, recording_id: str, role: Role, stream: RecordedStream, index: int, *, begin_ns: int
+) -> Document:
+    pose = recording.pose(stream.name, index)
+    angles_deg = None if pose.angles_rad is None else [math.degrees(angle) for angle in pose.angles_rad]
+    return {
+        "stream": stream.name,
+        "index": index,
+        "t_s": round((int(stream.t_ns[index]) - begin_ns) / 1e9, 6),
+        "exposure_ms": None if pose.exposure_ns is None else pose.exposure_ns / 1e6,
+        "x_v": None if pose.volts is None else round(pose.volts.x_v, 4),
+        "y_v": None if pose.volts is None else round(pose.volts.y_v, 4),
+        "volts_source": pose.volts_source,
+        "ax_deg": None if angles_deg is None else round(angles_deg[0], 5),
+        "ay_deg": None if angles_deg is None else round(angles_deg[1], 5),
+        "footprint_px": None,
+        "jpeg_url": f"{URL}/{recording_id}/frames/{role.value}/{index}.jpg",
+    }
+
+
+def _meeting_m(recording: Recording, poses: dict[Role, FramePose]) -> float:
+    """Return the distance from the rig's origin to the gazes' meeting point, m; infinite without one."""
+    calibration = _calibration(recording)
+    drives = [poses[role].volts if role in poses else None for role in EYES]
+    if calibration is None or drives[0] is None or drives[1] is None:
+        return math.inf
+    meeting = calibration.meeting(StereoVolts(left=drives[0], right=drives[1]))
+    distance_m = float(np.linalg.norm(meeting.point_m))
+    return distance_m if meeting.in_front and NEAREST_M < distance_m < FARTHEST_M else math.inf
+
+
+def _footprint(
+    recording: Recording, role: Role, pose: FramePose, distance_m: float
+) -> list[list[float]] | None:
+    """Return a fovea's corners (x, y) in the wide picture, px, clockwise; None when they are unknown.
+
+    From the calibration, or, in a recording without one, from the affine stored with the frame, which is for
+    infinity and ignores the wide lens' distortion.
+    """
+    calibration = _calibration(recording)
+    if calibration is not None and pose.volts is not None:
+        corners = fovea_footprint_px(calibration, role, pose.volts, distance_m)
+    elif pose.wide_from_fovea is not None:
+        form = stream_of(recording, role).form
+        right, bottom = form.width - 0.5, form.height - 0.5
+        rim = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]])
+        corners = homography_apply(pose.wide_from_fovea, rim)
+    else:
+        return None
+    if not np.isfinite(corners).all():
+        return None
+    return [[float(x), float(y)] for x, y in np.round(corners, 2)]

@@ -1,0 +1,188 @@
+"""Schemas of recordings, of their frames, depth and films."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, LONGEST_S, EndCause
+from foveacam_pipeline.stereo.estimator import DepthBackend
+from foveacam_server.foundation.quantities import Seconds
+from foveacam_server.foundation.schema import RequestModel, ResponseModel
+from foveacam_server.resources.captures.schema import Text
+
+RoleName = Literal["wide", "left", "right"]
+Rate = Literal["full", "live"]
+Show = Literal["wide", "left", "right", "side-by-side", "anaglyph"]
+
+
+class RecordingRequest(RequestModel):
+    """The cameras to record, for how long, and the name."""
+
+    name: Annotated[str, Field(max_length=1000)]
+    """Becomes a file: up to 100 letters, digits, spaces, dots, dashes and underscores."""
+    roles: Annotated[list[RoleName], Field(min_length=1, max_length=3)] = Field(
+        default=["wide", "left", "right"]
+    )
+    duration_s: Annotated[
+        Annotated[float, Field(ge=0.1, le=LONGEST_S)] | None,
+        Field(description=f"It ends by itself after so long, at the latest; null: after {DEFAULT_S:g} s."),
+    ] = None
+    rate: Rate = "full"
+    """`full`: look after look, with the wide camera's frames between them; `live`: what live views show."""
+    label: Text = ""
+
+
+class RecordingPatch(RequestModel):
+    """Fields of a recording to change."""
+
+    label: Text
+
+
+class RecordedStreamDocument(ResponseModel):
+    """One camera of a recording. `published` = `written` + `dropped` + `waiting`; None where not counted.
+
+    `frames`: those in the file. `losses`: dropped frames by reason. `bytes`: of its frames and their poses.
+    `missing`: frames between the published ones that were not read or never came, not part of `published`.
+    """
+
+    name: str
+    role: RoleName | None
+    frames: int
+    fps: float
+    width: int | None
+    height: int | None
+    pixel_format: str | None
+    bits: int | None
+    published: int | None
+    written: int | None
+    dropped: int | None
+    missing: int | None
+    waiting: int
+    losses: dict[str, int]
+    bytes: int | None
+
+
+class TruncationDocument(ResponseModel):
+    """A recording that was cut off: how much was lost after its last complete record, and why."""
+
+    at_byte: int
+    lost_bytes: int
+    lost: str
+    reason: str
+
+
+class RecordingDocument(ResponseModel):
+    """One recording. `why`: what ended it early. `playable`: whether it has frames to show.
+
+    `ended`: the cause of its end; null while it is made, and when unknown. While it is made, `left_s`: time
+    until it ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that
+    lasts at its rate.
+
+    `truncated`: what was cut off; the rest is found by reading the file through and is complete.
+    """
+
+    id: str
+    name: str
+    file: str
+    label: str
+    created_utc: str | None
+    state: Literal["starting", "recording", "ending", "complete", "partial", "truncated", "damaged"]
+    ended: EndCause | None
+    why: str
+    removed: bool
+    duration_s: float
+    asked_s: float | None
+    left_s: float | None
+    room_s: float | None
+    room_bytes: int | None
+    size_bytes: int
+    rig_id: str | None
+    calibration_id: str | None
+    calibration_problem: str | None
+    truncated: TruncationDocument | None
+    streams: list[RecordedStreamDocument]
+    playable: bool
+    job_id: str | None
+    url: str
+
+
+class TimelineStream(ResponseModel):
+    """Times of one camera's exposures, seconds from the recording's begin, ascending."""
+
+    role: RoleName
+    name: str
+    fps: float
+    width: int
+    height: int
+    t_s: list[float]
+
+
+class TimelineDocument(ResponseModel):
+    """Times of all exposures of a recording. `calibrated`: whether depth can be computed from its poses."""
+
+    duration_s: float
+    calibrated: bool
+    streams: list[TimelineStream]
+
+
+class RecordedFrameDocument(ResponseModel):
+    """One frame and the pose of its exposure; None where the recording has none.
+
+    `footprint_px`: the corners of a fovea in the wide picture, clockwise from the top left of its image.
+    """
+
+    stream: str
+    index: int
+    t_s: float
+    exposure_ms: float | None
+    x_v: float | None
+    y_v: float | None
+    volts_source: str | None
+    ax_deg: float | None
+    ay_deg: float | None
+    footprint_px: list[tuple[float, float]] | None
+    jpeg_url: str
+
+
+class MomentDocument(ResponseModel):
+    """The frames of all cameras nearest to a time. `meeting_m`: distance at which the gazes cross, if any."""
+
+    t_s: float
+    frames: dict[RoleName, RecordedFrameDocument]
+    meeting_m: float | None
+
+
+class RecordedDepthDocument(ResponseModel):
+    """Depth along the rig's z at the centre of the left fovea; None where too little could be matched.
+
+    `verged_z_m`: depth at which the gazes cross. `known`: share of pixels with depth. `apart_ms`: time
+    between the eyes' exposures. `backend`: the estimator. `looks`: number of fused looks.
+    """
+
+    t_s: float
+    z_m: float | None
+    sigma_m: float | None
+    verged_z_m: float | None
+    known: float
+    apart_ms: float
+    backend: DepthBackend
+    looks: int
+    picture_url: str
+
+
+class FilmRequest(RequestModel):
+    """A film (MP4) of one camera, of both foveae side by side or as an anaglyph; or of a part of it."""
+
+    show: Show = "wide"
+    fps: Annotated[float, Field(ge=0.1, le=240.0)] | None = None
+    start_s: Seconds = 0.0
+    end_s: Seconds | None = None
+
+
+class FilmDocument(ResponseModel):
+    """A finished film."""
+
+    name: str
+    recording_id: str
+    size_bytes: int
+    url: str

@@ -1,0 +1,1 @@
+"""Reference depth of captures over the rail's long baselines."""

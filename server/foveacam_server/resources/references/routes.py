@@ -1,0 +1,95 @@
+"""Routes of a capture's reference, its depth over the rail's long baselines: compute it, figures, files."""
+
+import asyncio
+from typing import Literal
+
+from fastapi import APIRouter
+from fastapi.responses import JSONResponse, Response
+
+from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE_PICTURE, REFERENCE_SAMPLES
+from foveacam_server.assembly.services import Services, ServicesDep
+from foveacam_server.foundation.answers import (
+    IdempotencyHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    problems,
+)
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.captures.routes import CaptureId
+from foveacam_server.resources.references.documents import reference_file
+from foveacam_server.resources.references.process import ReferenceSpec
+from foveacam_server.resources.references.schema import ReferenceDocument, ReferenceRequest
+
+router = APIRouter(prefix="/captures/{capture_id}/reference", tags=["references"])
+
+_MEDIA = {"svg": "image/svg+xml", "png": "image/png", "csv": "text/csv"}
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Make a capture's reference",
+    response_model=JobDocument,
+    responses={
+        200: {"model": ReferenceDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def make(
+    capture_id: CaptureId,
+    services: ServicesDep,
+    request: ReferenceRequest | None = None,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+) -> JSONResponse:
+    """Queue it as a job that leaves the rig free; refuse at once what the capture's index rules out.
+
+    An older reference of the capture stays until the new one is finished.
+    """
+    spec = ReferenceSpec(**(request or ReferenceRequest()).model_dump(mode="json"))
+    job = await asyncio.to_thread(
+        services.references.start, capture_id, spec, idempotency_key=idempotency_key
+    )
+    return await job_answer(services, job, prefer=prefer, result=services.references.get_by_url)
+
+
+@router.get("", summary="A capture's reference", response_model=ReferenceDocument, responses=problems(404))
+def one(capture_id: CaptureId, services: ServicesDep) -> ReferenceDocument:
+    """Return its figures and files, the progress of its job, or why there can be none."""
+    return services.references.get(capture_id)
+
+
+@router.delete("", status_code=204, summary="Remove a capture's reference", responses=problems(404, 409, 502))
+def remove(capture_id: CaptureId, services: ServicesDep) -> None:
+    """Remove its files; the capture stays."""
+    services.references.remove(capture_id)
+
+
+@router.get(
+    f"/{REFERENCE_PICTURE}.{{form}}",
+    summary="The comparison as a picture",
+    response_class=Response,
+    responses=file_responses("image/svg+xml"),
+)
+def picture(capture_id: CaptureId, form: Literal["svg", "png"], services: ServicesDep) -> Response:
+    """Return the error of the rig's own depth against the reference, over depth."""
+    return _sent(services, capture_id, f"{REFERENCE_PICTURE}.{form}")
+
+
+@router.get(
+    f"/{REFERENCE_SAMPLES}",
+    summary="The samples as a table",
+    response_class=Response,
+    responses=file_responses("text/csv"),
+)
+def samples(capture_id: CaptureId, services: ServicesDep) -> Response:
+    """Return one row a sample: its position, its depth by the rig and by the reference, their errors."""
+    return _sent(services, capture_id, REFERENCE_SAMPLES)
+
+
+def _sent(services: Services, capture_id: str, name: str) -> Response:
+    content = reference_file(services.captures.collection.get(capture_id), name)
+    return Response(
+        content, media_type=_MEDIA[name.rpartition(".")[2]], headers={"Cache-Control": "no-cache"}
+    )

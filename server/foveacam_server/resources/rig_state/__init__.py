@@ -1,0 +1,1 @@
+"""State and health of the rig and of the server."""

@@ -1,0 +1,131 @@
+"""Routes for monitoring: liveness, readiness, and counters for Prometheus."""
+
+from fastapi import APIRouter
+from fastapi.responses import JSONResponse, Response
+from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_latest
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+
+from foveacam_server.assembly.services import Services, ServicesDep
+from foveacam_server.foundation.schema import ResponseModel
+from foveacam_server.rig.device_reconnector import BASE
+from foveacam_server.rig.status import RigState
+
+router = APIRouter(tags=["health"])
+
+
+class Liveness(ResponseModel):
+    """The process is alive."""
+
+    status: str
+
+
+class ReadyProblem(ResponseModel):
+    """A device or service that is missing."""
+
+    device: str
+    detail: str
+
+
+class Readiness(ResponseModel):
+    """Whether a fixation could start now."""
+
+    ready: bool
+    problems: list[ReadyProblem]
+
+
+@router.get("/healthz", summary="Is the process alive?")
+async def healthz() -> Liveness:
+    """Answer in any state of the rig."""
+    return Liveness(status="ok")
+
+
+@router.get(
+    "/readyz",
+    summary="Can it foveate now?",
+    response_model=Readiness,
+    responses={503: {"model": Readiness, "description": "not ready; says what is missing"}},
+)
+async def readyz(services: ServicesDep) -> JSONResponse:
+    """Return 200 when a fixation could start now, else 503 and what is missing."""
+    status = services.hardware.status
+    missing = [
+        ReadyProblem(device=problem.device, detail=problem.detail)
+        for problem in status.problems
+        if problem.device not in BASE  # not needed to foveate
+    ]
+    if status.state is RigState.OPENING:
+        missing.append(ReadyProblem(device="rig", detail="the rig is still opening"))
+    if status.rig_id is not None and services.calibration.problem is not None:
+        missing.append(ReadyProblem(device="calibration", detail=services.calibration.problem))
+    if services.events.fault is not None:
+        missing.append(ReadyProblem(device="storage", detail=services.events.fault))
+    readiness = Readiness(ready=not missing, problems=missing)
+    return JSONResponse(readiness.model_dump(), status_code=503 if missing else 200)
+
+
+@router.get("/metrics", summary="Counters for Prometheus", response_class=Response)
+async def metrics(services: ServicesDep) -> Response:
+    """Return the counters in Prometheus' text format."""
+    return Response(generate_latest(registry_of(services)), media_type=CONTENT_TYPE_LATEST)
+
+
+def registry_of(services: Services) -> CollectorRegistry:
+    """Return a registry that reads the counters of `services` once."""
+    registry = CollectorRegistry(auto_describe=False)
+    registry.register(_ServiceCounters(services))
+    return registry
+
+
+class _ServiceCounters(Collector):
+    def __init__(self, services: Services) -> None:
+        self._services = services
+
+    def collect(self) -> list[Metric]:
+        """Return the present values of all metrics."""
+        return [*self._rig(), *self._views(), *self._work()]
+
+    def _rig(self) -> list[Metric]:
+        status = self._services.hardware.status
+        ready = GaugeMetricFamily("foveacam_rig_ready", "1 while the rig is ready")
+        ready.add_metric([], float(status.state is RigState.READY))
+        problems = GaugeMetricFamily("foveacam_rig_problems", "devices that fail now")
+        problems.add_metric([], len(status.problems))
+        delivered = CounterMetricFamily("foveacam_camera_frames", "frames delivered", labels=["camera"])
+        dropped = CounterMetricFamily("foveacam_camera_dropped", "frames that never came", labels=["camera"])
+        skipped = CounterMetricFamily("foveacam_camera_skipped", "frames not read in time", labels=["camera"])
+        for camera in status.cameras:
+            delivered.add_metric([camera.role.value], camera.counters.delivered)
+            skipped.add_metric([camera.role.value], camera.counters.skipped)
+            dropped.add_metric([camera.role.value], camera.counters.dropped)
+        packets = CounterMetricFamily("foveacam_controller_packets", "packets", labels=["kind"])
+        round_trip = GaugeMetricFamily("foveacam_controller_rtt_ms", "round trip, ms", labels=["quantile"])
+        if status.telemetry is not None:
+            packets.add_metric(["sent"], status.telemetry.tx_packets)
+            packets.add_metric(["received"], status.telemetry.rx_packets)
+            packets.add_metric(["bad"], status.telemetry.bad_packets)
+            packets.add_metric(["bad_crc"], status.telemetry.crc_errors)
+            round_trip.add_metric(["0.5"], status.telemetry.rtt_p50_ms)
+            round_trip.add_metric(["0.99"], status.telemetry.rtt_p99_ms)
+        return [ready, problems, delivered, skipped, dropped, packets, round_trip]
+
+    def _views(self) -> list[Metric]:
+        streams = self._services.streams
+        published = CounterMetricFamily("foveacam_view_pictures", "pictures published", labels=["view"])
+        for name in streams.hub.names:
+            published.add_metric([name], streams.hub.status(name).published)
+        clients = GaugeMetricFamily("foveacam_stream_clients", "connected pages")
+        clients.add_metric([], streams.clients)
+        sent = CounterMetricFamily("foveacam_stream_bytes", "bytes of pictures sent")
+        sent.add_metric([], streams.bytes_sent)
+        return [published, clients, sent]
+
+    def _work(self) -> list[Metric]:
+        services = self._services
+        jobs = GaugeMetricFamily("foveacam_jobs_open", "jobs that wait or run")
+        jobs.add_metric([], services.jobs.open_jobs)
+        stopped = GaugeMetricFamily("foveacam_stop_engaged", "1 while the stop is engaged")
+        stopped.add_metric([], float(services.stop.state.engaged))
+        unwritten = CounterMetricFamily("foveacam_events_unwritten", "events not written down")
+        unwritten.add_metric([], services.events.unwritten)
+        return [jobs, stopped, unwritten]

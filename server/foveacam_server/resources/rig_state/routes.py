@@ -1,0 +1,80 @@
+"""Route of the whole rig's status in one document."""
+
+import math
+
+from fastapi import APIRouter
+
+from foveacam_hardware.contract import Role, TriggerBudget, trigger_budget
+from foveacam_server.assembly.services import Services, ServicesDep
+from foveacam_server.foundation.names import utc_now
+from foveacam_server.resources.cameras.routes import camera_document, divergence
+from foveacam_server.resources.mirrors.routes import mirrors_document
+from foveacam_server.resources.rig_state.schema import (
+    ClockDocument,
+    DeviceProblemDocument,
+    RigDocument,
+    SteeringDocument,
+    TriggerDocument,
+)
+from foveacam_server.rig.status import CameraStatus
+
+router = APIRouter(tags=["rig"])
+
+
+@router.get("/rig", summary="The rig as last seen")
+async def rig(services: ServicesDep) -> RigDocument:
+    """Return the rig's state, its problems, its devices and its calibration."""
+    status = services.hardware.status
+    calibration = services.calibration.current
+    return RigDocument(
+        name=status.name,
+        rig_id=status.rig_id,
+        simulated=status.simulated,
+        scene=status.scene,
+        state=status.state.value,
+        problems=[
+            DeviceProblemDocument(device=problem.device, detail=problem.detail, remedy=problem.remedy)
+            for problem in status.problems
+        ],
+        baseline_m=status.baseline_m,
+        steering=_steering(services),
+        cameras=[camera_document(camera, services) for camera in status.cameras],
+        divergence=divergence(services),
+        mirrors=mirrors_document(services),
+        trigger=_trigger(services),
+        calibration=None if calibration is None else services.records.describe(calibration),
+        calibration_problem=services.calibration.problem,
+        clock=ClockDocument(t_ns=services.clock.now_ns(), utc=utc_now()),
+    )
+
+
+def _steering(services: Services) -> SteeringDocument | None:
+    reach_rad = services.calibration.reach_rad
+    if reach_rad is None:
+        return None
+    ax_min, ax_max, ay_min, ay_max = (round(math.degrees(angle_rad), 3) for angle_rad in reach_rad)
+    return SteeringDocument(ax_min_deg=ax_min, ax_max_deg=ax_max, ay_min_deg=ay_min, ay_max_deg=ay_max)
+
+
+def _trigger(services: Services) -> TriggerDocument | None:
+    status = services.hardware.status
+    if status.settle_us is None:
+        return None
+    budget = _budget({camera.role: camera for camera in status.cameras}, settle_us=status.settle_us)
+    return TriggerDocument(
+        settle_us=status.settle_us,
+        settle_source=services.settling.source,
+        interval_ms=None if budget is None else round(budget.interval_ms, 3),
+        rate_hz=None if budget is None else round(budget.rate_hz, 2),
+    )
+
+
+def _budget(cameras: dict[Role, CameraStatus], *, settle_us: int) -> TriggerBudget | None:
+    left, right = cameras[Role.LEFT], cameras[Role.RIGHT]
+    if min(left.most_rate_hz, right.most_rate_hz, left.settings.exposure_ns, right.settings.exposure_ns) <= 0:
+        return None
+    return trigger_budget(
+        (left.settings.exposure_ns / 1e3, right.settings.exposure_ns / 1e3),
+        (left.most_rate_hz, right.most_rate_hz),
+        settle_us=settle_us,
+    )

@@ -1,0 +1,1 @@
+"""The settle time in use: the rig file's or a measured one."""

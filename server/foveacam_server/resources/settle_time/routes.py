@@ -1,0 +1,41 @@
+"""Routes of the settle time: measured and put in use, or the rig file's."""
+
+from fastapi import APIRouter
+
+from foveacam_server.assembly.services import Services, ServicesDep
+from foveacam_server.foundation.answers import LeaseHeader, problems
+from foveacam_server.resources.calibrations.schema import SettleTimeDocument, SettleTimeRequest
+from foveacam_server.rig import refusals
+
+router = APIRouter(prefix="/settle_time", tags=["calibrations"])
+
+
+@router.get("", summary="The settle time in use", responses=problems(503))
+def state(services: ServicesDep) -> SettleTimeDocument:
+    """Return how long the rig waits after every move, and the source of that time."""
+    return services.settling.describe(services.hardware)
+
+
+@router.put("", summary="Put a measured settle time in use", responses=problems(404, 409, 502, 503, 504))
+def apply(
+    request: SettleTimeRequest, services: ServicesDep, x_lease: LeaseHeader = None
+) -> SettleTimeDocument:
+    """Put a session's measured settle time in use, now and at every start."""
+    _check(services, x_lease)
+    services.settling.apply(services.sessions.settle_time(request.session_id), services.hardware)
+    return services.settling.describe(services.hardware)
+
+
+@router.delete("", summary="Go back to the rig file's settle time", responses=problems(409, 502, 503, 504))
+def forget(services: ServicesDep, x_lease: LeaseHeader = None) -> SettleTimeDocument:
+    """Put the rig file's settle time in use, now and at every start; the session's measurement stays."""
+    _check(services, x_lease)
+    services.settling.forget(services.hardware)
+    return services.settling.describe(services.hardware)
+
+
+def _check(services: Services, x_lease: str | None) -> None:
+    services.lease.check(x_lease)
+    holder = services.hardware.busy_with
+    if holder is not None:
+        raise refusals.in_use("change the settle time", holder)

@@ -1,0 +1,1 @@
+"""Faults of the simulated rig, made and mended on request."""

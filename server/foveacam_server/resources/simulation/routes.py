@@ -1,0 +1,58 @@
+"""Routes that inject faults into a simulated rig, to test how the product handles them."""
+
+import asyncio
+
+from fastapi import APIRouter
+
+from foveacam_hardware.simulated_faults import FaultInjector, SimulatedFaults
+from foveacam_server.assembly.services import Services, ServicesDep
+from foveacam_server.foundation.answers import LeaseHeader, problems
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.rig.ports import AssembledRig
+
+router = APIRouter(prefix="/simulation", tags=["rig"])
+
+
+@router.get("/faults", summary="What is broken on purpose", responses=problems(404, 503))
+async def faults(services: ServicesDep) -> SimulatedFaults:
+    """Return the faults injected now; a real rig has none (404)."""
+    return await asyncio.wrap_future(services.hardware.submit(lambda rig: _breakable(rig).in_force))
+
+
+@router.put("/faults", summary="Break something on purpose", responses=problems(404, 409, 503))
+async def break_it(
+    wanted: SimulatedFaults, services: ServicesDep, x_lease: LeaseHeader = None
+) -> SimulatedFaults:
+    """Inject these faults into the simulated rig and remove all others, at once, whatever runs."""
+    services.lease.check(x_lease)
+    return await _put(services, wanted)
+
+
+@router.delete("/faults", summary="Mend everything", responses=problems(404, 409, 503))
+async def mend(services: ServicesDep, x_lease: LeaseHeader = None) -> SimulatedFaults:
+    """Remove all faults, with the mounts back in their built positions."""
+    services.lease.check(x_lease)
+    return await _put(services, SimulatedFaults())
+
+
+async def _put(services: Services, wanted: SimulatedFaults) -> SimulatedFaults:
+    def put(rig: AssembledRig) -> SimulatedFaults:
+        _breakable(rig).set_faults(wanted)
+        return _breakable(rig).in_force
+
+    now = await asyncio.wrap_future(services.hardware.submit(put))
+    words = ", ".join(now.words)
+    message = f"broken on purpose: {words}" if words else "nothing in the simulated rig is broken any more"
+    services.events.emit("simulation.faults", message, data=now.model_dump())
+    return now
+
+
+def _breakable(rig: AssembledRig) -> FaultInjector:
+    if rig.breakable is None:
+        raise NotFound(
+            "asked what is broken on purpose: this rig is no simulated one, and nothing in it can be",
+            asked="faults of the simulated rig",
+            found="a rig that is not simulated",
+            remedy="start the server on the simulated rig (--rig sim, or a rig file of kind simulated)",
+        )
+    return rig.breakable

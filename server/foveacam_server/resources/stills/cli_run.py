@@ -1,0 +1,129 @@
+"""Take a still for the command line: with the command's own rig, or on a running server."""
+
+import json
+from dataclasses import dataclass
+from typing import Self
+
+import typer
+from pydantic import SecretStr
+from rich.console import Console
+
+from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, Role
+from foveacam_pipeline.capture.dataset import ImageCodec
+from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
+from foveacam_server.foundation.names import new_id
+from foveacam_server.foundation.server_client import ServerClient
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.calibration_sessions.cli_choices import CalibrateOptions
+from foveacam_server.resources.calibration_sessions.cli_rig import RigChoice, open_data, open_enabled_rig
+from foveacam_server.resources.captures.cli_run import OwnRig
+from foveacam_server.resources.stills.collection import STILLS, StillCollection
+from foveacam_server.resources.stills.documents import still_document
+
+WAIT_S = 60
+
+
+def take_on_server(server: str, request: Document, *, token: SecretStr | None) -> Document:
+    """Let a server take a still and return its document; raise the server's problem as an error."""
+    with ServerClient(server, token=token) as client:
+        found: Document = client.post("/stills", request, wait_s=WAIT_S)
+    if found.get("kind") == "still":  # the job, not its result
+        raise FoveaError(f"server {server}: the still takes longer than {WAIT_S} s; look at its jobs")
+    return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StillOrder:
+    """The still to take."""
+
+    plan: StillPlan
+    name: str | None
+    label: str
+    codec: ImageCodec
+
+    @classmethod
+    def checked(
+        cls,
+        *,
+        name: str | None,
+        frames: int,
+        every_frame: bool,
+        cameras: list[str] | None,
+        label: str,
+        codec: str,
+    ) -> Self:
+        """Return the order of the options; raise `InvalidInput` or `OutOfRange` for invalid ones."""
+        keep = StillKeep.ALL if every_frame else StillKeep.MEAN
+        unknown = [each for each in cameras or [] if each not in tuple(Role)]
+        if unknown:
+            raise InvalidInput(
+                f"--camera {unknown[0]}: the cameras are wide, left and right; choose of these"
+            )
+        roles = tuple(Role(each) for each in cameras) if cameras else tuple(Role)
+        try:
+            images = ImageCodec(codec)
+        except ValueError as error:
+            raise InvalidInput(f"--codec {codec}: images are kept as png or tiff; choose one") from error
+        plan = StillPlan(frames=frames, keep=keep, roles=roles)
+        return cls(plan=plan, name=name, label=label, codec=images)
+
+    def request(self) -> Document:
+        """Return the request body of this order for a server."""
+        return {
+            "stack_frames": self.plan.frames,
+            "stack_keep": self.plan.keep.value,
+            "cameras": [role.value for role in self.plan.roles],
+            "name": self.name,
+            "label": self.label,
+            "codec": self.codec.value,
+            "save": True,
+        }
+
+
+class _SilentWatcher:
+    """Implements the pipeline's `StillWatcher`: shows nothing; Ctrl-C ends the program."""
+
+    def progress(self, done: int, *, total: int, note: str) -> None:
+        """Ignore it."""
+
+    def cancelled(self) -> bool:
+        """Never cancel."""
+        return False
+
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
+        """Ignore it."""
+
+
+def run_order(rig_options: CalibrateOptions, order: StillOrder, *, server: str | None) -> None:
+    """Take and print the still; when a camera stalled, store the other frames and raise its error."""
+    if server is not None:
+        document = take_on_server(server, order.request(), token=rig_options.settings.token)
+        _print_still(document, as_json=rig_options.as_json)
+        return
+    choice, console = RigChoice.of(rig_options), Console(stderr=True, quiet=rig_options.as_json)
+    document, fault = _take_on_own_rig(choice, order, console=console)
+    _print_still(document, as_json=rig_options.as_json)
+    if fault is not None:
+        raise fault
+
+
+def _take_on_own_rig(
+    choice: RigChoice, order: StillOrder, *, console: Console
+) -> tuple[Document, FoveaError | None]:
+    with open_data(choice, lock=False) as data:
+        stills, still_id = StillCollection(choice.settings.data / STILLS), new_id("still")
+        folder = stills.new_folder(order.name, waits=False)
+        with open_enabled_rig(choice, data.settle_times, console=console) as rig:
+            still = take_still(OwnRig(rig), order.plan, watch=_SilentWatcher())
+        labels = StillLabels(label=order.label, codec=order.codec, id=still_id)
+        write_still(folder, still, data.calibration.current, labels)
+        found = stills.keep(still_id)
+        return still_document(found), still.missing_error(kept=f"what came is kept in {found.stored.folder}")
+
+
+def _print_still(document: Document, *, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps(document))
+        return
+    cameras = ", ".join(f"{each['camera']} {each['came']} of {each['asked']}" for each in document["cameras"])
+    typer.echo(f"{document['folder']}: {cameras} frames, {document['size_bytes'] / 1e6:.1f} MB")

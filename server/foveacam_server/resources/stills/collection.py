@@ -1,0 +1,151 @@
+"""The stills of a data directory: held ones that wait for a decision, kept ones, and the trash."""
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import StrEnum
+from pathlib import Path
+
+from foveacam_hardware.contract import Busy, InvalidInput
+from foveacam_pipeline.capture.dataset import dataset_name
+from foveacam_pipeline.capture.dataset.lock import is_being_written
+from foveacam_pipeline.storage.disk import disk_errors, sync_folder
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.resources.captures.collection import TRASH, CaptureCollection, StoredCapture
+
+STILLS = "stills"
+HELD = ".held"
+URL = "/api/v1/stills"
+MOST_HELD = 8
+"""Most stills that wait for a decision; further ones are refused."""
+
+
+class StillState(StrEnum):
+    """State of a still."""
+
+    HELD = "held"
+    """On the disk, neither kept nor discarded yet."""
+    KEPT = "kept"
+    REMOVED = "removed"
+    """In the trash."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredStill:
+    """One still and its state."""
+
+    stored: StoredCapture
+    state: StillState
+
+
+class StillCollection:
+    """Lists, keeps, removes and restores stills; a still is a folder, whose parent folder gives its state."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._kept = CaptureCollection(folder, noun="still", url=URL)
+        self._held = CaptureCollection(folder / HELD, noun="still", url=URL)
+        self._clear_leftovers()
+
+    def every(self, state: StillState) -> list[StoredStill]:
+        """Return the stills of one state, newest first."""
+        found: dict[StillState, Callable[[], list[StoredCapture]]] = {
+            StillState.HELD: self._held.every,
+            StillState.KEPT: self._kept.every,
+            StillState.REMOVED: self._kept.trash,
+        }
+        return [StoredStill(stored=kept, state=state) for kept in found[state]()]
+
+    def get(self, still_id: str) -> StoredStill:
+        """Return one held or kept still by its id, or raise `NotFound`."""
+        for state in (StillState.HELD, StillState.KEPT):
+            for found in self.every(state):
+                if found.stored.id == still_id:
+                    return found
+        raise NotFound(f"there is no still {still_id}; see {URL} for those there are", asked=still_id)
+
+    def new_folder(self, name: str | None, *, waits: bool = True) -> Path:
+        """Return the folder for a new still; None: named by the time. `waits`: it waits for a decision.
+
+        Raise `InvalidInput` for an invalid or used name, `Busy` while too many wait for a decision.
+        """
+        waiting = len(self.every(StillState.HELD))
+        if waits and waiting >= MOST_HELD:
+            raise Busy(
+                f"take a still: {waiting} wait to be kept or discarded; keep or discard some first",
+                asked="take a still",
+                found=f"{waiting} that were neither kept nor discarded",
+                remedy="keep or discard some first",
+            )
+        if name is None:
+            name = self._free_name(datetime.now(UTC).strftime("still %Y-%m-%d %H-%M-%S"))
+        self._kept.new_folder(name)
+        return self._held.new_folder(name)
+
+    def keep(self, still_id: str, *, name: str | None = None) -> StoredStill:
+        """Move a held still to the kept ones, under another name if one is given."""
+        found = self.get(still_id)
+        if found.state is StillState.KEPT:
+            raise InvalidInput(
+                f"keep still {found.stored.name}: it is kept already",
+                asked=f"keep still {found.stored.name}",
+                found="it is kept already",
+                remedy="nothing is left to do",
+            )
+        folder = found.stored.folder
+        target = self._kept.new_folder(folder.name if name is None else dataset_name(name))
+        self._move(folder, target, what=f"keeping still {folder.name}")
+        return self.get(still_id)
+
+    def remove(self, still_id: str) -> StoredCapture:
+        """Move a held or kept still to the trash."""
+        found = self.get(still_id)
+        if found.state is StillState.KEPT:
+            return self._kept.remove(still_id)
+        folder = found.stored.folder
+        self._move(
+            folder, self.folder / TRASH / still_id / folder.name, what=f"discarding still {folder.name}"
+        )
+        return found.stored
+
+    def restore(self, still_id: str) -> StoredStill:
+        """Restore a still from the trash to the kept ones."""
+        return StoredStill(stored=self._kept.restore(still_id), state=StillState.KEPT)
+
+    def empty_trash(self) -> int:
+        """Delete the stills in the trash; return how many."""
+        return self._kept.empty_trash()
+
+    def pictures(self, still_id: str) -> Path:
+        """Return the folder of a still's drawn pictures."""
+        return self._kept.pictures(still_id)
+
+    @property
+    def drawn(self) -> CaptureCollection:
+        """The collection of the kept stills, with the folders of drawn pictures."""
+        return self._kept
+
+    def _free_name(self, wanted: str) -> str:
+        """Return the name, with a number after it if it is used."""
+        taken = {
+            found.stored.name for state in (StillState.HELD, StillState.KEPT) for found in self.every(state)
+        }
+        name, number = wanted, 2
+        while name in taken:
+            name, number = f"{wanted} ({number})", number + 1
+        return name
+
+    def _move(self, folder: Path, target: Path, *, what: str) -> None:
+        with disk_errors(what, self.folder):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            folder.rename(target)
+            sync_folder(target.parent)
+            sync_folder(folder.parent)
+
+    def _clear_leftovers(self) -> None:
+        """Delete the empty stills of killed programs; nobody knows of them."""
+        for found in self.every(StillState.HELD):
+            dataset, folder = found.stored.dataset, found.stored.folder
+            if dataset is not None and not len(dataset) and not is_being_written(folder):
+                shutil.rmtree(folder, ignore_errors=True)

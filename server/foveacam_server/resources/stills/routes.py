@@ -1,0 +1,188 @@
+"""Routes of stills (a stack of frames of every camera): take, list, keep, discard, pictures, download."""
+
+import asyncio
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Path, Query
+from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.capture.dataset import check_dataset
+from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.foundation.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    problems,
+)
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.captures.download import zip_stream
+from foveacam_server.resources.captures.drawings import anaglyph_picture, capture_picture, still_picture
+from foveacam_server.resources.captures.points import readable_dataset
+from foveacam_server.resources.captures.schema import TrashEmptied
+from foveacam_server.resources.stills.collection import StillState
+from foveacam_server.resources.stills.schema import (
+    CameraName,
+    StateName,
+    StillCheck,
+    StillDocument,
+    StillKeepRequest,
+    StillPatch,
+    StillRequest,
+)
+
+router = APIRouter(prefix="/stills", tags=["stills"])
+
+StillId = Annotated[str, Path(max_length=100)]
+Form = Literal["jpg", "png", "tiff"]
+_MEDIA = {"jpg": "image/jpeg", "png": "image/png", "tiff": "image/tiff"}
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Take a still",
+    response_model=JobDocument,
+    responses={
+        200: {"model": StillDocument, "description": "ended in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def create(
+    request: StillRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a still as a job. Where a camera stalls the job fails and names it; what came is held."""
+    services.lease.check(x_lease)
+    job = await asyncio.to_thread(services.stills.start, request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.stills.get_by_url)
+
+
+@router.get("", summary="Stills, newest first")
+def every(
+    services: ServicesDep,
+    text: Annotated[str, Query(max_length=200, description="words of name, label or id")] = "",
+    state: Annotated[StateName, Query(description="held: neither kept nor discarded")] = "kept",
+) -> list[StillDocument]:
+    """Return all stills of one state, or those that hold every word of `text`."""
+    return services.stills.search(text=text, state=StillState(state))
+
+
+@router.delete("/trash", summary="Empty the trash")
+def empty_trash(services: ServicesDep) -> TrashEmptied:
+    """Delete for good what was removed or discarded."""
+    return TrashEmptied(deleted=services.stills.collection.empty_trash())
+
+
+@router.get("/{still_id}", summary="One still", responses=problems(404))
+def one(still_id: StillId, services: ServicesDep) -> StillDocument:
+    """Return one still, held or kept."""
+    return services.stills.get(still_id)
+
+
+@router.patch("/{still_id}", summary="Describe a still", responses=problems(404, 409))
+def patch(still_id: StillId, change: StillPatch, services: ServicesDep) -> StillDocument:
+    """Change its label or its licence."""
+    return services.stills.edit(still_id, label=change.label, licence=change.licence)
+
+
+@router.post(
+    "/{still_id}/keep",
+    summary="Keep a still that is held",
+    responses=problems(404, 409, 502),
+)
+def keep(still_id: StillId, services: ServicesDep, change: StillKeepRequest | None = None) -> StillDocument:
+    """Keep it, under another name if one is given."""
+    wanted = change or StillKeepRequest()
+    return services.stills.keep(still_id, name=wanted.name, label=wanted.label)
+
+
+@router.delete(
+    "/{still_id}", status_code=204, summary="Discard or remove a still", responses=problems(404, 409)
+)
+def remove(still_id: StillId, services: ServicesDep) -> None:
+    """Move it to the trash, from which it can be restored."""
+    services.stills.remove(still_id)
+
+
+@router.post(
+    "/{still_id}/restore",
+    summary="Take a still out of the trash",
+    responses=problems(404),
+)
+def restore(still_id: StillId, services: ServicesDep) -> StillDocument:
+    """Undo its removal; a discarded one is kept afterwards."""
+    return services.stills.restore(still_id)
+
+
+@router.post("/{still_id}/check", summary="Verify every file", responses=problems(404))
+def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
+    """Read every file of the still's dataset again, and list what is not as it was written."""
+    faults = check_dataset(services.stills.collection.get(still_id).stored.folder)
+    return StillCheck(id=still_id, sound=not faults, faults=faults)
+
+
+@router.get(
+    "/{still_id}/download.zip",
+    summary="The still's dataset as one ZIP file",
+    response_class=StreamingResponse,
+    responses=file_responses("application/zip"),
+)
+def download(still_id: StillId, services: ServicesDep) -> StreamingResponse:
+    """Send the dataset's folder, files as they are."""
+    kept = services.stills.collection.get(still_id).stored
+    readable_dataset(kept)
+    headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
+    return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
+
+
+@router.get(
+    "/{still_id}/cameras/{camera}.{form}",
+    summary="What one camera saw",
+    response_class=FileResponse,
+    responses=file_responses("image/jpeg"),
+)
+def picture(
+    still_id: StillId,
+    camera: CameraName,
+    form: Form,
+    services: ServicesDep,
+    frame: Annotated[
+        str | None,
+        Query(pattern=r"^\d{1,2}$", description="one of the stack, from 0; usually their mean"),
+    ] = None,
+) -> FileResponse:
+    """Send a preview of 8 bits (jpg), or the picture of full depth (png, tiff)."""
+    collection = services.stills.collection
+    number = None if frame is None else int(frame)
+    found = collection.get(still_id)
+    path = still_picture(collection, found, Role(camera), form=form, frame=number)
+    name = f"{found.stored.id}-{camera}.{form}"
+    return FileResponse(path, media_type=_MEDIA[form], filename=name, content_disposition_type="inline")
+
+
+@router.get(
+    "/{still_id}/{drawn}.{form}",
+    summary="Where the foveae looked, or both in red and cyan",
+    response_class=FileResponse,
+    responses=file_responses("image/jpeg"),
+)
+def drawing_of(
+    still_id: StillId,
+    drawn: Literal["thumbnail", "coverage", "anaglyph"],
+    form: Literal["jpg", "png"],
+    services: ServicesDep,
+) -> FileResponse:
+    """Draw a small wide view with both outlines, a large one, or the rectified pair."""
+    collection = services.stills.collection
+    kept = collection.get(still_id).stored
+    if drawn == "anaglyph":
+        path = anaglyph_picture(collection.drawn, kept, index=0, bracket=0, form=form)
+    else:
+        path = capture_picture(collection.drawn, kept, drawn, form=form)
+    return FileResponse(path, media_type=_MEDIA[form])

@@ -1,0 +1,1 @@
+"""The stop over REST, and as HTTP without the event loop."""

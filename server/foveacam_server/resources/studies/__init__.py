@@ -1,0 +1,1 @@
+"""`foveacam study`: the paper's analyses, with a report."""

@@ -1,0 +1,65 @@
+"""The command `foveacam study standoff|depth|tradeoff|tokens|fig8|all` and its options."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class StudyName(StrEnum):
+    """The names that the command takes."""
+
+    DEPTH = "depth"
+    TRADEOFF = "tradeoff"
+    TOKENS = "tokens"
+    STANDOFF = "standoff"
+    FIG8 = "fig8"
+    ALL = "all"
+
+
+def study(
+    name: Annotated[StudyName, typer.Argument(help="which analysis of the paper's Section 4, or all")],
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="fewer maps, scenes and positions")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="folder for report and pictures; usually foveacam-study, none with --json"),
+    ] = None,
+    jobs: Annotated[int, typer.Option(help="processes for random maps; -1: one a core", min=-1)] = 1,
+    cluster: Annotated[str | None, typer.Option(help="address of a Dask scheduler that takes them")] = None,
+    maps: Annotated[
+        int | None, typer.Option(help="random maps for Figs. 9 and 10; usually 10", min=1)
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="seed of all that is drawn at random", min=0)] = None,
+    vkitti: Annotated[Path | None, typer.Option(help="folder of Virtual KITTI 2, for the trade-off")] = None,
+    matching_error: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PX|FILE",
+            help="matching error for the study depth: in px, or as `foveacam bench stereo|verge|render "
+            "--json` wrote it; may be repeated",
+        ),
+    ] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="compute again what is cached")] = False,
+) -> None:
+    """Reproduce the analyses of Section 4 and write a report; Ctrl-C keeps what is finished."""
+    from foveacam_server.resources.studies.recipes import StudyOrder, recipes
+    from foveacam_server.resources.studies.run import ReportOptions, run_studies
+
+    names = (
+        [each.value for each in StudyName if each is not StudyName.ALL]
+        if name is StudyName.ALL
+        else [name.value]
+    )
+    order = StudyOrder(
+        quick=quick,
+        jobs=jobs,
+        cluster=cluster,
+        maps=maps,
+        seed=seed,
+        vkitti=vkitti,
+        matching_errors=tuple(matching_error or ()),
+    )
+    wanted = ReportOptions(as_json=as_json, out=out, fresh=fresh, every=name is StudyName.ALL)
+    run_studies(recipes(order, names), wanted)

@@ -1,0 +1,211 @@
+"""Run studies for the command line: read cached results, show progress bars, end cleanly at Ctrl-C.
+
+Finished studies are cached, also when a later one is interrupted. How each is computed is in `recipes`.
+"""
+
+import _thread
+import json
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from types import FrameType
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from foveacam_hardware.contract import Cancelled, FoveaError
+from foveacam_pipeline.study.report.cache import CachedStudy, DamagedFile, StudyCache, cache_key
+from foveacam_pipeline.study.report.page import ReportedStudy
+from foveacam_server.resources.studies.output import describe_results, print_results, write_report
+from foveacam_server.resources.studies.recipes import StudyRecipe
+
+_POLL_S = 0.1
+
+
+@contextmanager
+def catch_ctrl_c(on_first: Callable[[], None]) -> Iterator[None]:
+    """Call `on_first` at the first Ctrl-C; the next raises KeyboardInterrupt. For the main thread only.
+
+    A terminal sends Ctrl-C to worker processes too, which would end during their work. They inherit the mask
+    of blocked signals: SIGINT is blocked here, and a thread waits for it.
+    """
+    pressed = 0
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        nonlocal pressed
+        pressed += 1
+        if pressed > 1:
+            raise KeyboardInterrupt
+        on_first()
+
+    over = threading.Event()
+    handler = signal.signal(signal.SIGINT, interrupt)
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    listener = threading.Thread(target=_listen, args=(over,), name="ctrl-c", daemon=True)
+    listener.start()
+    try:
+        yield
+    finally:
+        over.set()
+        listener.join()
+        signal.signal(signal.SIGINT, handler)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _listen(over: threading.Event) -> None:
+    """Pass a blocked Ctrl-C on to the main thread's handler."""
+    while not over.is_set():
+        if signal.sigtimedwait({signal.SIGINT}, _POLL_S) is not None:
+            _thread.interrupt_main()
+
+
+_FAILURE, _INTERRUPTED = 1, 130
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportOptions:
+    """What to do with the results. `every`: all studies were requested, and one that fails stops no other."""
+
+    as_json: bool = False
+    out: Path | None = None
+    fresh: bool = False
+    every: bool = False
+
+
+@dataclass(slots=True, kw_only=True)
+class _Outcome:
+    """The studies finished and failed so far."""
+
+    finished: list[ReportedStudy] = field(default_factory=list)
+    failed: list[str] = field(default_factory=list)
+    interrupted: bool = False
+
+
+class StudyProgressBar:
+    """Implements `ProgressWatcher` with a bar; the first Ctrl-C cancels the study, the second kills it."""
+
+    def __init__(self, progress: Progress, task: TaskID) -> None:
+        self._progress, self._task = progress, task
+        self._cancelled = False
+
+    def progress(self, done: int, *, total: int, note: str = "") -> None:
+        """Move the bar."""
+        self._progress.update(self._task, completed=done, total=total, note=note)
+
+    def cancelled(self) -> bool:
+        """Return whether Ctrl-C was pressed."""
+        return self._cancelled
+
+    def cancel(self) -> None:
+        """Cancel the study after the current step."""
+        self._cancelled = True
+
+
+def run_studies(recipes: Sequence[StudyRecipe], wanted: ReportOptions) -> None:
+    """Compute the studies or read them from the cache, write the report, and print the results.
+
+    Exit with 130 after Ctrl-C, with 1 after a failed study.
+    """
+    console = Console(stderr=True, quiet=wanted.as_json)
+    cache = StudyCache(cache_folder())
+    outcome = _Outcome()
+    with _bars(console) as progress:
+        for recipe in recipes:
+            if not _run_one(recipe, wanted, cache, progress=progress, outcome=outcome):
+                break
+    folder = wanted.out if wanted.as_json else wanted.out or Path("foveacam-study")
+    report = (
+        write_report(outcome.finished, folder, failed=outcome.failed)
+        if folder is not None and outcome.finished
+        else None
+    )
+    if wanted.as_json:
+        typer.echo(
+            json.dumps(describe_results(outcome.finished, every=wanted.every, report=report), allow_nan=False)
+        )
+    else:
+        print_results(outcome.finished, Console(), folder=folder, report=report)
+    for line in outcome.failed:
+        Console(stderr=True, soft_wrap=True).print(line, markup=False, highlight=False)
+    if outcome.interrupted or outcome.failed:
+        raise typer.Exit(_INTERRUPTED if outcome.interrupted else _FAILURE)
+
+
+def _run_one(
+    recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, progress: Progress, outcome: _Outcome
+) -> bool:
+    """Run one study; return whether to continue with the next."""
+    task = progress.add_task(recipe.name, total=None, note="")
+    watch = StudyProgressBar(progress, task)
+    with catch_ctrl_c(watch.cancel):
+        try:
+            reported = _cached_or_computed(recipe, wanted, cache, watch=watch)
+        except (Cancelled, KeyboardInterrupt):
+            outcome.failed.append(
+                f"{recipe.name}: ended before it was finished; the same command computes it again, "
+                "and reads what is finished from the cache"
+            )
+            outcome.interrupted = True
+            return False
+        except FoveaError as error:
+            if not wanted.every:
+                raise
+            outcome.failed.append(f"{recipe.name}: {error}")
+            return True
+    progress.update(
+        task, completed=1, total=1, note=f"{reported.cached.took_s:.1f} s" if reported.fresh else "cached"
+    )
+    outcome.finished.append(reported)
+    outcome.interrupted = watch.cancelled()
+    return not outcome.interrupted
+
+
+def _cached_or_computed(
+    recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, watch: StudyProgressBar
+) -> ReportedStudy:
+    key = cache_key(recipe.name, recipe.settings, files=recipe.files)
+    if not wanted.fresh:
+        try:
+            cached = cache.find(recipe.name, key)
+        except DamagedFile as error:
+            Console(stderr=True, soft_wrap=True).print(
+                f"{error}; computed again", markup=False, highlight=False
+            )
+            cached = None
+        if cached is not None:
+            return ReportedStudy(cached=cached, fresh=False)
+    began_s = time.monotonic()
+    study = recipe.compute(watch)
+    cached = CachedStudy(
+        study=study,
+        took_s=time.monotonic() - began_s,
+        made_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+    cache.store(key, cached)
+    return ReportedStudy(cached=cached, fresh=True)
+
+
+@contextmanager
+def _bars(console: Console) -> Iterator[Progress]:
+    columns = (
+        TextColumn("{task.description:>9}"),
+        BarColumn(bar_width=24),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}", markup=False),
+    )
+    with Progress(*columns, console=console, disable=console.quiet) as progress:
+        yield progress
+
+
+def cache_folder() -> Path:
+    """Return the folder of cached results (XDG base directories)."""
+    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(root) / "foveacam" / "studies"

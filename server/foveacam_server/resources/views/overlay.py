@@ -1,0 +1,56 @@
+"""Computes the overlay of the wide view: the directions of both foveae and the outlines of their fields."""
+
+import math
+from collections.abc import Callable
+
+from foveacam_hardware.contract import Role, StereoVolts
+from foveacam_pipeline.models.calibration import Calibration, eye_volts
+from foveacam_pipeline.models.footprint import fovea_footprint_px
+from foveacam_server.foundation.store import Document
+
+UNKNOWN_GAZE: Document = {"footprints": {"left": None, "right": None}, "gaze": {"left": None, "right": None}}
+
+
+class GazeOverlay:
+    """Computes the overlay of a gaze; caches the last, as the gaze rests most of the time."""
+
+    def __init__(self, calibration: Callable[[], Calibration | None]) -> None:
+        self._calibration = calibration
+        self._distance_m = math.inf
+        self._last: tuple[Calibration, StereoVolts, float, Document] | None = None
+
+    @property
+    def distance_m(self) -> float:
+        """The distance at which the outlines are drawn, metres; infinite while none is known."""
+        return self._distance_m
+
+    def look_at_distance(self, distance_m: float) -> None:
+        """Draw the outlines at `distance_m` from now on, metres from the rig's origin."""
+        self._distance_m = distance_m
+
+    def of(self, gaze: StereoVolts | None) -> Document | None:
+        """Return footprints and directions of `gaze`; None while the rig is not calibrated.
+
+        An unknown gaze (None) has neither, so that the page removes what it drew.
+        """
+        calibration = self._calibration()
+        if calibration is None:
+            return None
+        if gaze is None:
+            return UNKNOWN_GAZE
+        distance_m = self._distance_m
+        last = self._last
+        if last is not None and last[0] is calibration and last[1] == gaze and last[2] == distance_m:
+            return last[3]
+        document: Document = {"footprints": {}, "gaze": {}}
+        for role in (Role.LEFT, Role.RIGHT):
+            volts = eye_volts(gaze, role)
+            corners_px = fovea_footprint_px(calibration, role, volts, distance_m)
+            ax_rad, ay_rad = calibration.eye(role).mirror.angles_rad(volts)
+            document["footprints"][role.value] = [[round(x, 2), round(y, 2)] for x, y in corners_px.tolist()]
+            document["gaze"][role.value] = {
+                "ax_deg": round(math.degrees(ax_rad), 4),
+                "ay_deg": round(math.degrees(ay_rad), 4),
+            }
+        self._last = (calibration, gaze, distance_m, document)
+        return document

@@ -1,0 +1,168 @@
+"""Routes of views: the list, a snapshot, MJPEG for programs such as VLC, and the WebSocket of the page."""
+
+from collections.abc import AsyncIterator
+from contextlib import aclosing
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Depends, Query, Request, WebSocket, WebSocketDisconnect
+from fastapi.responses import Response, StreamingResponse
+from pydantic import BaseModel
+from starlette.requests import HTTPConnection
+from starlette.types import Receive, Scope, Send
+
+from foveacam_hardware.contract import Busy, NotConnected
+from foveacam_server.foundation.answers import file_responses, problems
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.rig.encoder import EncodedPicture, Scale
+from foveacam_server.rig.stream import LiveStreams, StreamSession
+
+router = APIRouter(tags=["views"])
+
+_BOUNDARY = "foveacam-frame"
+_TRY_AGAIN_LATER = 1013
+
+
+class _MjpegResponse(StreamingResponse):
+    """An endless multipart answer; its MJPEG seat is held from the first byte to the last."""
+
+    def __init__(self, streams: LiveStreams, *, view: str, scale: Scale, address: str) -> None:
+        super().__init__(
+            self._parts(streams, view=view, scale=scale),
+            media_type=f"multipart/x-mixed-replace; boundary={_BOUNDARY}",
+            headers={"Cache-Control": "no-store"},
+        )
+        self._streams = streams
+        self._address = address
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        with self._streams.mjpeg_seat(self._address):
+            await super().__call__(scope, receive, send)
+
+    @staticmethod
+    async def _parts(streams: LiveStreams, *, view: str, scale: Scale) -> AsyncIterator[bytes]:
+        async with aclosing(streams.pictures(view, scale)) as pictures:
+            async for encoded in pictures:
+                yield _part(encoded)
+
+
+class ViewDocument(BaseModel):
+    """One live view."""
+
+    name: str
+    width: int
+    height: int
+    description: str
+    rate_hz: float
+    age_ms: float | None
+    frozen_since_ms: float | None
+
+
+async def streams(connection: HTTPConnection) -> LiveStreams:
+    """Return the streams that the lifespan opened; for requests and for WebSockets."""
+    found: LiveStreams = connection.app.state.services.streams
+    return found
+
+
+StreamsDep = Annotated[LiveStreams, Depends(streams)]
+ScaleQuery = Annotated[Literal["1", "2"], Query(description="1: full size, 2: half of it each way")]
+
+
+@router.get("/views", summary="List the live views")
+async def list_views(streams: StreamsDep) -> list[ViewDocument]:
+    """Return every view with its measured rate and the age of its newest picture."""
+    statuses = [streams.hub.status(name) for name in streams.hub.names]
+    return [
+        ViewDocument(
+            name=status.spec.name,
+            width=status.width,
+            height=status.height,
+            description=status.spec.description,
+            rate_hz=round(status.rate_hz, 2),
+            age_ms=status.age_ms,
+            frozen_since_ms=status.frozen_since_ms,
+        )
+        for status in statuses
+        if status.published or not status.spec.passing
+    ]
+
+
+@router.get(
+    "/views/{name}/snapshot.jpg",
+    summary="Newest picture of a view",
+    response_class=Response,
+    responses=file_responses("image/jpeg") | problems(503),
+)
+async def snapshot(name: str, streams: StreamsDep, scale: ScaleQuery = "1") -> Response:
+    """Return the newest picture of a view as JPEG; its number and capture time are in the headers."""
+    encoded = await streams.jpegs.newest(_known(streams, name), _scale(scale))
+    if encoded is None:
+        raise NotConnected(
+            f"view '{name}' has no picture yet; it comes with the first frame, "
+            "or, for computed views, with the first fixation or calibration",
+            asked=f"a snapshot of '{name}'",
+            found="no picture yet",
+            remedy="wait for the camera, foveate something, or calibrate",
+        )
+    headers = {
+        "Cache-Control": "no-store",
+        "X-Frame-Seq": str(encoded.picture.seq),
+        "X-Frame-Time-Ns": str(encoded.picture.t_ns),
+    }
+    return Response(encoded.jpeg, media_type="image/jpeg", headers=headers)
+
+
+@router.get(
+    "/views/{name}/stream.mjpeg",
+    summary="Live view as MJPEG, for curl and VLC",
+    response_class=StreamingResponse,
+    responses={
+        200: {"content": {"multipart/x-mixed-replace": {"schema": {"type": "string"}}}},
+        **problems(404, 409),
+    },
+)
+async def stream_mjpeg(
+    name: str, request: Request, streams: StreamsDep, scale: ScaleQuery = "1"
+) -> StreamingResponse:
+    """Stream a view without end; at most two an address; a slow client lags without bound."""
+    return _MjpegResponse(
+        streams,
+        view=_known(streams, name),
+        scale=_scale(scale),
+        address="unknown" if request.client is None else request.client.host,
+    )
+
+
+@router.websocket("/views/ws")
+async def views_socket(websocket: WebSocket) -> None:
+    """Serve all views to one page: one credit a view, newest picture wins."""
+    found = await streams(websocket)
+    await websocket.accept()
+    try:
+        with found.seat():
+            await StreamSession(found, websocket).run()
+    except Busy as error:
+        await websocket.close(_TRY_AGAIN_LATER, str(error))
+    except WebSocketDisconnect:
+        return  # the client has left
+
+
+def _known(streams: LiveStreams, name: str) -> str:
+    if name not in streams.hub.names:
+        raise NotFound(
+            f"there is no view '{name}'; the views are {', '.join(streams.hub.names)}",
+            asked=f"view '{name}'",
+            remedy=f"use one of {', '.join(streams.hub.names)}",
+        )
+    return name
+
+
+def _scale(text: Literal["1", "2"]) -> Scale:
+    return 2 if text == "2" else 1
+
+
+def _part(encoded: EncodedPicture) -> bytes:
+    head = (
+        f"--{_BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(encoded.jpeg)}\r\n"
+        f"X-Frame-Seq: {encoded.picture.seq}\r\nX-Frame-Time-Ns: {encoded.picture.t_ns}\r\n\r\n"
+    )
+    return head.encode() + encoded.jpeg + b"\r\n"

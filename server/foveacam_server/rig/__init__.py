@@ -1,0 +1,1 @@
+"""The one rig of this server: its thread, status, live views, streams and the stop. Knows no resource."""

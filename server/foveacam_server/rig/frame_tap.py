@@ -1,0 +1,71 @@
+"""A picture sink that passes camera frames on to the views and also to recorders."""
+
+import threading
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Frame, Role
+from foveacam_server.rig.ports import PictureSink
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Listener:
+    roles: frozenset[Role]
+    take: Callable[[Frame], None]
+    every: bool
+
+
+class FrameTap:
+    """Implements `PictureSink` over another one. A listener counts as a viewer, so frame rates stay up."""
+
+    def __init__(self, sink: PictureSink) -> None:
+        self._sink = sink
+        self._lock = threading.Lock()
+        self._listeners: tuple[_Listener, ...] = ()
+
+    def publish_frame(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+        """Publish a camera frame and pass it to the listeners of its camera."""
+        self._sink.publish_frame(frame, meta=meta)
+        with self._lock:  # so that a removed listener gets no further frame
+            for listener in self._listeners:
+                if frame.role in listener.roles:
+                    listener.take(frame)
+
+    def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
+        """Publish a computed picture, (h, w, 3) uint8 RGB."""
+        self._sink.publish_picture(name, image, t_ns=t_ns)
+
+    def watched(self, view: str) -> bool:
+        """Tell whether `view` has a viewer or listener."""
+        return self._sink.watched(view) or any(_listens_to(listener, view) for listener in self._listeners)
+
+    def wants_every(self, view: str) -> bool:
+        """Tell whether a viewer or listener wants all frames of `view`."""
+        return self._sink.wants_every(view) or any(
+            listener.every and _listens_to(listener, view) for listener in self._listeners
+        )
+
+    @contextmanager
+    def listening(
+        self, roles: Collection[Role], take: Callable[[Frame], None], *, every: bool = False
+    ) -> Iterator[None]:
+        """Call `take` with each frame of these cameras, on the camera's thread: it must be quick.
+
+        `every`: let the rig deliver frames as fast as it can, not at the live views' rate.
+        """
+        listener = _Listener(frozenset(roles), take, every)
+        with self._lock:
+            self._listeners = (*self._listeners, listener)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._listeners = tuple(one for one in self._listeners if one is not listener)
+
+
+def _listens_to(listener: _Listener, view: str) -> bool:
+    return view in [role.value for role in listener.roles]

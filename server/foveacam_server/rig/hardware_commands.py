@@ -1,0 +1,150 @@
+"""How other threads use the rig: a bounded queue of commands, waiting for results, one job's head."""
+
+import queue
+from collections.abc import Callable
+from concurrent.futures import Future, InvalidStateError
+from concurrent.futures import TimeoutError as FutureTimeout
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+from foveacam_hardware.contract import Busy, Cancelled, FoveaError, Frame, Sighting, StereoVolts, Timeout
+from foveacam_server.rig.ports import AssembledRig
+
+T = TypeVar("T")
+
+LENGTH = 32
+
+
+@dataclass(frozen=True, slots=True)
+class HardwareCommand(Generic[T]):
+    """Work for the hardware thread, and the future of its result."""
+
+    work: Callable[[AssembledRig], T]
+    answer: "Future[T]"
+
+    def run(self, rig: AssembledRig) -> BaseException | None:
+        """Run the work unless its future was cancelled; return the error that it raised."""
+        if not self.answer.set_running_or_notify_cancel():
+            return None
+        try:
+            result = self.work(rig)
+        except Exception as error:  # noqa: BLE001 - the future carries it, whatever it is; the thread goes on
+            self.refuse(error)
+            return error
+        self.answer.set_result(result)
+        return None
+
+    def refuse(self, error: BaseException) -> None:
+        """Set an error as the result."""
+        try:
+            self.answer.set_exception(error)
+        except InvalidStateError:
+            return  # cancelled meanwhile: nobody waits
+
+
+class CommandQueue:
+    """First come, first served; bounded."""
+
+    def __init__(self) -> None:
+        self._waiting: queue.Queue[HardwareCommand[object]] = queue.Queue(maxsize=LENGTH)
+
+    def put(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
+        """Enqueue `work`; raise `Busy` when the queue is full."""
+        answer: Future[T] = Future()
+        command: HardwareCommand[object] = HardwareCommand(work, answer)  # type: ignore[arg-type]  # the queue mixes result types
+        try:
+            self._waiting.put_nowait(command)
+        except queue.Full:
+            raise Busy(
+                f"the rig has {LENGTH} commands waiting; try again in a moment",
+                found=f"{LENGTH} commands waiting",
+                remedy="try again in a moment",
+            ) from None
+        return answer
+
+    def take(self, *, timeout_s: float) -> HardwareCommand[object] | None:
+        """Remove and return the next command; None when none came in time."""
+        try:
+            return self._waiting.get(timeout=timeout_s) if timeout_s > 0 else self._waiting.get_nowait()
+        except queue.Empty:
+            return None
+
+    def refuse_all(self, error: FoveaError) -> None:
+        """Set `error` as the result of every command that waits."""
+        while (command := self.take(timeout_s=0.0)) is not None:
+            command.refuse(error)
+
+
+DEADLINE_S = 10.0
+"""Longest that a job waits for one look; the devices' own deadlines are far shorter."""
+
+
+class LookProvider(Protocol):
+    """What one job's head needs of the hardware thread."""
+
+    def look(
+        self, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
+    ) -> "Future[Sighting]":
+        """Enqueue one look; `one_eyed`: the camera of one fovea may be missing."""
+        ...
+
+    def submit(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
+        """Enqueue any work with the rig."""
+        ...
+
+    def wide_frame(self, *, max_age_ms: float) -> "Future[Frame]":
+        """Enqueue one wide frame."""
+        ...
+
+
+class ExclusiveHead:
+    """Implements `Head` for one job: looks go through the hardware thread, until the job is cancelled."""
+
+    def __init__(
+        self, looker: LookProvider, *, cancelled: Callable[[], bool], one_eyed: bool = False
+    ) -> None:
+        self._looker = looker
+        self._cancelled = cancelled
+        self._one_eyed = one_eyed
+
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+        """Steer, settle, expose, and return the frames of all three cameras."""
+        self._check()
+        answer = self._looker.look(volts, settle_us=settle_us, one_eyed=self._one_eyed)
+        return answer_of(answer, asked="a look")
+
+    def wide(self, *, max_age_ms: float = 200.0) -> Frame:
+        """Return a recent wide frame."""
+        self._check()
+        return answer_of(self._looker.wide_frame(max_age_ms=max_age_ms), asked="a wide frame")
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
+        """Set both foveae's exposure and gain; a cancelled job may still set them back."""
+
+        def change(rig: AssembledRig) -> None:
+            rig.head.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db)
+
+        answer_of(self._looker.submit(change), asked="another exposure")
+
+    def set_low_pass(self, cutoff_hz: int) -> int:
+        """Run the drive filters at another cut-off; a cancelled job may still set it back."""
+        change = self._looker.submit(lambda rig: rig.head.set_low_pass(cutoff_hz))
+        return answer_of(change, asked="another filter")
+
+    def _check(self) -> None:
+        if self._cancelled():
+            raise Cancelled("the job was cancelled before its next look")
+
+
+def answer_of(answer: "Future[T]", *, asked: str, within_s: float = DEADLINE_S) -> T:
+    """Return the result of a command; raise `Timeout` when it has none within `within_s`."""
+    try:
+        return answer.result(within_s)
+    except FutureTimeout:
+        answer.cancel()
+        raise Timeout(
+            f"asked the rig for {asked}: no answer within {within_s:g} s; look at its devices' problems",
+            asked=asked,
+            found=f"no answer within {within_s:g} s",
+            remedy="look at the devices' problems",
+        ) from None

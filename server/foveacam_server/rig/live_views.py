@@ -1,0 +1,140 @@
+"""Paces the live views: decides when a wide frame and a look are due, and publishes their frames."""
+
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import Clock, Frame, Role, Sighting, StereoVolts
+from foveacam_server.rig.ports import AssembledRig, PictureSink
+from foveacam_server.rig.status import FrameRate
+from foveacam_server.rig.stream_messages import wire_seq
+
+SESSION_WIDE_HZ = 4.0
+"""Rate of wide frames while a job runs, whose own looks bring more."""
+IDLE_WIDE_HZ = 2.0
+IDLE_FOVEA_HZ = 1.0
+"""Rates without a viewer: snapshots stay fresh and a lost device is noticed, at little cost."""
+EVERY_WIDE_HZ = 120.0
+EVERY_FOVEA_HZ = 1000.0
+"""Limits during a recording: looks follow each other at once, and the wide camera's frames between them are
+all read."""
+LIVE_AGE_MS = 500.0
+"""Largest age of a live wide frame; after it a new one is awaited, as the camera may have stalled."""
+LONGEST_WAIT_S = 0.1
+RECENT_FRAMES, RECENT_APART_NS = 12, 50_000_000
+"""Wide frames kept for clicks that come late, and how far apart they are at least: 0.6 s and more."""
+
+OverlayOf = Callable[[StereoVolts | None], Mapping[str, object] | None]
+"""Returns what is drawn over the wide view for a gaze; None: the gaze is unknown."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveRates:
+    """Upper limits of the live views, Hz."""
+
+    wide_hz: float = 15.0
+    fovea_hz: float = 12.0
+
+
+class RecentFrames:
+    """The wide frames that viewers may see at the moment; a click names one. Callable from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._frames: deque[Frame] = deque(maxlen=RECENT_FRAMES)
+
+    def add(self, frame: Frame) -> None:
+        """Keep a frame, unless one was kept shortly before."""
+        with self._lock:
+            if not self._frames or frame.t_ns - self._frames[-1].t_ns >= RECENT_APART_NS:
+                self._frames.append(frame)
+
+    def find(self, seq: int) -> Frame | None:
+        """Return the frame of that number as it goes over the wire, or the last one before it; else None."""
+        with self._lock:
+            older = [frame for frame in self._frames if wire_seq(frame.seq) <= seq]
+        return older[-1] if older else None
+
+
+class LiveViews:
+    """Paces the live views and measures their rates. Called by the hardware thread alone."""
+
+    def __init__(self, *, sink: PictureSink, clock: Clock, limits: LiveRates, overlay: OverlayOf) -> None:
+        self.rates = {role: FrameRate() for role in Role}
+        self.recent_wide = RecentFrames()
+        self._sink = sink
+        self._clock = clock
+        self._limits = limits
+        self._overlay = overlay
+        self._wide_due_ns = 0
+        self._look_due_ns = 0
+
+    def show_sighting(self, sighting: Sighting, *, in_session: bool) -> None:
+        """Publish the frames of one look; its wide frame counts as a live one.
+
+        In a session the next look comes soon, and a live frame before it would only delay it.
+        """
+        self.start_wide_period(in_session=in_session)
+        overlay = self._overlay(sighting.volts)
+        for frame in sighting.wide_before if self._sink.wants_every(Role.WIDE.value) else ():
+            self._show(frame, meta=overlay)
+        self._show(sighting.wide, meta=overlay)
+        for frame in (sighting.left, sighting.right):
+            if frame.role is not sighting.missing:
+                self._show(frame)
+
+    def wide_due(self) -> bool:
+        """Return whether a wide frame is due."""
+        return self._clock.now_ns() >= self._wide_due_ns
+
+    def look_due(self) -> bool:
+        """Return whether a look for the live fovea views is due."""
+        return self._clock.now_ns() >= self._look_due_ns
+
+    def start_wide_period(self, *, in_session: bool) -> None:
+        """Start a period of the wide view."""
+        rate_hz = self._limits.wide_hz
+        if self._sink.wants_every(Role.WIDE.value):
+            rate_hz = EVERY_WIDE_HZ
+        elif not self._sink.watched(Role.WIDE.value):
+            rate_hz = min(rate_hz, IDLE_WIDE_HZ)
+        if in_session:
+            rate_hz = min(rate_hz, SESSION_WIDE_HZ)
+        self._wide_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
+
+    def show_wide(
+        self, rig: AssembledRig, *, gaze: StereoVolts | None, max_age_ms: float = LIVE_AGE_MS
+    ) -> Frame:
+        """Publish and return the newest wide frame; during a recording also those that wait before it."""
+        overlay = self._overlay(gaze)
+        for _ in range(rig.wide.waiting if self._sink.wants_every(Role.WIDE.value) else 0):
+            self._show(rig.wide.read(), meta=overlay)
+        frame = rig.wide.latest(max_age_ms=max_age_ms)
+        self._show(frame, meta=overlay)
+        return frame
+
+    def start_look_period(self) -> None:
+        """Start a period of the live fovea views."""
+        rate_hz = self._limits.fovea_hz
+        if self._for_a_fovea(self._sink.wants_every):
+            rate_hz = EVERY_FOVEA_HZ
+        elif not self._for_a_fovea(self._sink.watched):
+            rate_hz = min(rate_hz, IDLE_FOVEA_HZ)
+        self._look_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
+
+    def wait_s(self, *, wide: bool, looks: bool) -> float:
+        """Return the time until a wide frame or a look is due, of those that are enabled."""
+        now_ns = self._clock.now_ns()
+        wanted = [(self._wide_due_ns, wide), (self._look_due_ns, looks)]
+        waits_s = [(due_ns - now_ns) / 1e9 for due_ns, is_wanted in wanted if is_wanted]
+        return max(0.0, min([*waits_s, LONGEST_WAIT_S]))
+
+    def _for_a_fovea(self, asks: Callable[[str], bool]) -> bool:
+        return asks(Role.LEFT.value) or asks(Role.RIGHT.value)
+
+    def _show(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+        if frame.role is Role.WIDE:
+            self.recent_wide.add(frame)
+        if self.rates[frame.role].add(frame):
+            self._sink.publish_frame(frame, meta=meta)

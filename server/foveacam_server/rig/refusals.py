@@ -1,0 +1,43 @@
+"""The errors that refuse a move or a look, each with its remedy."""
+
+from collections.abc import Sequence
+
+from foveacam_hardware.contract import Busy, NotConnected, Stopped
+from foveacam_server.rig.status import DeviceProblem
+
+
+def stopped() -> Stopped:
+    """Return the error of a move while the stop is engaged."""
+    return Stopped(
+        "asked to move: the stop is engaged, the mirrors are parked; DELETE /api/v1/stop releases it",
+        asked="move the mirrors",
+        found="the stop is engaged",
+        remedy="release the stop: DELETE /api/v1/stop",
+    )
+
+
+def in_use(asked: str, holder: str) -> Busy:
+    """Return the error while a job has the rig exclusively."""
+    return Busy(
+        f"asked to {asked}: {holder} is using the rig; wait for it, or cancel its job",
+        asked=asked,
+        found=f"{holder} is using the rig",
+        remedy="wait for it, or cancel its job",
+    )
+
+
+def missing(problem: DeviceProblem) -> NotConnected:
+    """Return the error while a device is missing; the problem's detail may already end with its remedy."""
+    found = f"{problem.device}: {problem.detail.removesuffix(f'; {problem.remedy}')}"
+    return NotConnected(f"{found}; {problem.remedy}", asked="use the rig", found=found, remedy=problem.remedy)
+
+
+def not_open(problems: Sequence[DeviceProblem]) -> NotConnected:
+    """Return the error while there is no rig: it could not be opened, or is still opening."""
+    if problems:
+        return missing(problems[0])
+    return NotConnected(
+        "the rig is still opening; try again in a moment",
+        found="the rig is still opening",
+        remedy="try again in a moment",
+    )

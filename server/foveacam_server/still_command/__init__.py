@@ -1,1 +1,0 @@
-"""`foveacam still`: take a still with the command's own rig or on a running server."""
