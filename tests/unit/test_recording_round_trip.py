@@ -20,7 +20,7 @@ from foveacam_pipeline.models.footprint import fovea_corners_px, fovea_footprint
 
 from .recordings import BEGIN_NS, PERIOD_NS, SESSION, STREAMS, picture, pose, raw, record
 
-SHIPPED = Path("server/foveacam_server/shipped/sim-rig120.json")
+SHIPPED = Path("server/foveacam_server/resources/calibrations/shipped/sim-rig120.json")
 
 
 @pytest.fixture(scope="module")
