@@ -129,7 +129,7 @@ def test_an_unchanged_scene_keeps_its_depth_through_noise_and_dimming(
     before = len(context.samples())
     for seed in range(2, 12):
         watch.now_s += 1.0
-        assert context.see(_picture(seed, gain=0.9)) == 0
+        assert context.detect_changes(_picture(seed, gain=0.9)) == 0
     assert len(context.samples()) == before == 25 * 20
 
 
@@ -137,12 +137,12 @@ def test_what_changed_is_withheld_at_once_and_forgotten_later(context: WideConte
     context.fuse(_everywhere(5.0), source=DepthSource.DENSE_DEPTH, gray=_picture(1))
     changed = _picture(2)
     changed[64:96, 80:120] = 255 - changed[64:96, 80:120]
-    assert context.see(changed) == 0
+    assert context.detect_changes(changed) == 0
     assert len(context.around(CENTRE, reach_tan=0.02)) == 0
     assert len(context.around(np.array([-0.15, 0.0]), reach_tan=0.02)) > 0
     watch.now_s += FORGET_AFTER_S + 0.1
-    assert context.see(changed) > 0
-    assert context.see(_picture(3)) == 0
+    assert context.detect_changes(changed) > 0
+    assert context.detect_changes(_picture(3)) == 0
     assert len(context.around(CENTRE, reach_tan=0.02)) == 0
 
 
@@ -150,9 +150,9 @@ def test_what_somebody_crossed_comes_back(context: WideContext, watch: Watch) ->
     context.fuse(_everywhere(5.0), source=DepthSource.DENSE_DEPTH, gray=_picture(1))
     crossed = _picture(2)
     crossed[64:96, 80:120] = 10
-    context.see(crossed)
+    context.detect_changes(crossed)
     watch.now_s += 2.0
-    context.see(_picture(3))
+    context.detect_changes(_picture(3))
     assert len(context.samples()) == 25 * 20
 
 
@@ -162,9 +162,9 @@ def test_a_scene_that_changed_altogether_is_forgotten_with_its_blank_parts(
     reference, moved = _picture(1), np.roll(_picture(2), 20, axis=1)
     reference[:, 160:] = moved[:, 160:] = 100  # a blank wall looks the same after the move
     context.fuse(_everywhere(5.0), source=DepthSource.DENSE_DEPTH, gray=reference)
-    context.see(moved)
+    context.detect_changes(moved)
     watch.now_s += FORGET_AFTER_S + 0.1
-    context.see(moved)
+    context.detect_changes(moved)
     assert len(context.samples()) == 0
 
 

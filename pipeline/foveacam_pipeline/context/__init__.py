@@ -1,1 +1,1 @@
-"""The wide context: a coarse, persistent depth of the whole wide view, in the rig frame."""
+"""The wide context: a coarse depth map of the whole wide view, kept and updated between fixations."""

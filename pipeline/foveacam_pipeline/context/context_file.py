@@ -1,4 +1,4 @@
-"""The wide context on the disk: one npz file, written whole over an older one."""
+"""Save and load the wide context as one npz file, which replaces an older one atomically."""
 
 import io
 import zipfile
@@ -19,9 +19,9 @@ ARRAYS = ("inverse_z_per_m", "sigma_per_m", "measured_s", "source", "tangents")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContextIdentity:
-    """What a stored context belongs to; it is of no use to any other rig, calibration or pose.
+    """The rig, calibration and pose for which a stored context is valid.
 
-    `pose`: place and direction of the rig as text, "" for a rig that does not move.
+    `pose`: position and direction of the rig as text, "" for a rig that does not move.
     """
 
     rig_id: str
@@ -30,7 +30,7 @@ class ContextIdentity:
 
 
 def save_context(context: WideContext, path: Path, *, of: ContextIdentity) -> None:
-    """Write the context. Raise `OSError`."""
+    """Write the context to `path`. Raise `OSError`."""
     stored, reference = context.snapshot(aged=False), context.reference()
     content = io.BytesIO()
     np.savez_compressed(
@@ -53,7 +53,7 @@ def save_context(context: WideContext, path: Path, *, of: ContextIdentity) -> No
 
 
 def load_context(context: WideContext, path: Path, *, of: ContextIdentity) -> bool:
-    """Restore what `save_context` wrote; return whether the file belongs to `of` and this grid.
+    """Load a file of `save_context` if it is of this identity and grid; return whether it is.
 
     Raise `OSError` (`FileNotFoundError` where there is none), or `ValueError` for any other content.
     """

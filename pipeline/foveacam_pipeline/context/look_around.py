@@ -1,7 +1,7 @@
-"""Look at the whole steering field once, so that the wide context knows its depth.
+"""Look at the whole steering field once and fuse its depth into the wide context.
 
-The field is covered by directions a fovea's field apart. Each is looked at with the gazes crossing where the
-context expects its surface, and again where that look showed surfaces at another depth.
+The field is covered by directions one fovea's field apart. At each direction the gazes cross at the depth
+that the context expects; another look follows where that look found surfaces at other depths.
 """
 
 import math
@@ -22,17 +22,18 @@ from foveacam_pipeline.verge.depth_samples import DepthSamples
 SPACING = 0.85
 """Distance of neighbouring directions as a share of a fovea's field."""
 FIRST_GUESS_PER_M = 0.15
-"""1/Z that is expected where nothing is known."""
+"""1/Z assumed where no depth is known, 1/m."""
 AGAIN_OVERLAP = 0.75
-"""Surfaces that less than this share of both foveae would see are worth a look of their own."""
+"""Surfaces that are visible in less than this share of both foveae get a look of their own."""
 LEAST_SHARE = 0.2
-"""Share of a look's samples that must lie at another depth for that."""
+"""Least share of a look's samples at another depth that causes a further look."""
 LOOKS_EACH = 3
+"""Largest number of looks at one direction."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LookedAround:
-    """How a look around went: directions of the field, those done, looks taken, time on the rig's clock."""
+    """Outcome of looking around: directions of the field and those done, looks, duration (rig's clock)."""
 
     directions: int
     done: int
@@ -67,9 +68,9 @@ def look_around(
     on_direction: Callable[[int, int], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> LookedAround:
-    """Look at every direction of the field and fuse what is seen; a cancelled one keeps what it has found.
+    """Look at every direction of the field and fuse the depth; what was fused before a cancellation stays.
 
-    `on_direction` is told how many directions are done, and of how many.
+    `on_direction` is called with the number of directions done and the total.
     """
     began_ns = clock.now_ns()
     directions = field_directions(calibration)
@@ -97,7 +98,7 @@ def look_around(
 
 
 class _Surveyor:
-    """Takes the looks of one direction after the other."""
+    """Makes the looks at one direction after another."""
 
     def __init__(self, head: Head, calibration: Calibration, context: WideContext) -> None:
         self._head = head
@@ -113,16 +114,16 @@ class _Surveyor:
         if span is None:
             return
         known = self._context.around(direction, reach_tan=self._reach_tan).inverse_z_per_m
-        wanted: float | None = float(np.median(known)) if len(known) else self._last_per_m
-        seen: list[float] = []
-        while wanted is not None and len(seen) < LOOKS_EACH:
-            q = float(np.clip(wanted, *span))
+        next_per_m: float | None = float(np.median(known)) if len(known) else self._last_per_m
+        looked_at: list[float] = []
+        while next_per_m is not None and len(looked_at) < LOOKS_EACH:
+            q = float(np.clip(next_per_m, *span))
             try:
                 coarse = self._look(direction, q)
             except OutOfRange:
                 return
-            seen.append(q)
-            wanted = self._unseen(coarse, seen, span)
+            looked_at.append(q)
+            next_per_m = self._unseen_depth(coarse, looked_at, span)
 
     def _look(self, direction: NDArray[np.float64], q: float) -> DepthSamples:
         gazes = aim_at(self._calibration, direction, q)
@@ -133,13 +134,15 @@ class _Surveyor:
             self._last_per_m = float(np.median(coarse.inverse_z_per_m))
         return coarse
 
-    def _unseen(self, coarse: DepthSamples, seen: list[float], span: tuple[float, float]) -> float | None:
-        """Return the 1/Z of surfaces that no look at this direction came near enough to; None without any.
+    def _unseen_depth(
+        self, coarse: DepthSamples, looked_at: list[float], span: tuple[float, float]
+    ) -> float | None:
+        """Return the 1/Z of surfaces too far from the depths looked at so far; None when there are none.
 
-        Near the edge of the field only depths that both eyes reach are asked for.
+        Only depths within `span`, which both eyes reach, count.
         """
         q = coarse.inverse_z_per_m
-        apart = np.min([np.abs(q - known) for known in seen], axis=0)
+        apart = np.min([np.abs(q - known) for known in looked_at], axis=0)
         missed = (overlap_share(apart, self._calibration) < AGAIN_OVERLAP) & (q >= span[0]) & (q <= span[1])
         if len(q) == 0 or np.count_nonzero(missed) < LEAST_SHARE * len(q):
             return None
@@ -147,6 +150,6 @@ class _Surveyor:
 
 
 def _spread(low: float, high: float, step: float) -> NDArray[np.float64]:
-    """Return places from `low` to `high`, at most `step` apart."""
+    """Return evenly spaced positions from `low` to `high`, at most `step` apart."""
     count = max(1, math.ceil((high - low) / step) + 1)
     return np.linspace(low, high, count) if count > 1 else np.array([(low + high) / 2])

@@ -1,4 +1,4 @@
-"""What one look of both foveae tells of depth, as samples of the rig frame, and fusing it."""
+"""Depth samples from one look of both foveae, and their fusion into the wide context."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,9 @@ from foveacam_pipeline.verge.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import Basis, Fixation
 
 LEAST_OVERLAP = 0.5
-"""Where the foveae overlap less, their dense depth is not taken: too little speaks against a mismatch."""
+"""Least overlap of the foveae for their dense depth to be used; below it a mismatch is hardly detected."""
 MEASURED = (Basis.BOTH_FOVEAE, Basis.FOVEA_AND_WIDE)
-"""Distances that are fused; inferred ones would only echo what the context said."""
+"""Only distances known in these ways are fused: inferred ones may come from the context itself."""
 
 
 def overlap_samples(sighting: Sighting, calibration: Calibration) -> DepthSamples:
@@ -25,25 +25,26 @@ def overlap_samples(sighting: Sighting, calibration: Calibration) -> DepthSample
     found = match_pair(halved(rectify(sighting, calibration, scale=0.5)))
     if found is None:
         return DepthSamples.none()
-    seen = triangulate_pair(*found, calibration, sighting.volts, eye=Role.LEFT)
-    kept = ~seen.edge
-    q = seen.per_depth[kept]
+    matched = triangulate_pair(*found, calibration, sighting.volts, eye=Role.LEFT)
+    inner = ~matched.edge
+    q = matched.per_depth[inner]
     if len(q) == 0:
         return DepthSamples.none()
     x_m = calibration.reference_rig_m(Role.LEFT)[0]
     f_px = calibration.fovea_f_px
-    tangents = np.column_stack([seen.u_px[kept] / f_px + x_m * q, seen.v_px[kept] / f_px])
+    tangents = np.column_stack([matched.u_px[inner] / f_px + x_m * q, matched.v_px[inner] / f_px])
     z_m = max(NEAREST_M, float(1.0 / np.median(q)))
     pose_sigma = calibration.pose_sigma_px(z_m) / (f_px * calibration.baseline_m)
     return DepthSamples(
-        tangents=tangents, inverse_z_per_m=q, sigma_per_m=np.hypot(seen.sigma[kept], pose_sigma)
+        tangents=tangents, inverse_z_per_m=q, sigma_per_m=np.hypot(matched.sigma[inner], pose_sigma)
     )
 
 
 def fuse_look(context: WideContext, sighting: Sighting, calibration: Calibration) -> DepthSamples:
-    """Fuse what one look tells; return its coarse depth, which covers both foveae's whole fields.
+    """Fuse the depth of one look; return its coarse depth, which covers the whole fields of both foveae.
 
-    The coarse depth comes from other images than the dense one: what it contradicts is a mismatch.
+    The coarse depth comes from another pair of images than the dense one, so dense samples that contradict it
+    are mismatches and left out.
     """
     wide = gray(to_uint8(sighting.wide))
     coarse = wide_matches(sighting, calibration)
@@ -57,7 +58,7 @@ def fuse_look(context: WideContext, sighting: Sighting, calibration: Calibration
 
 
 def fuse_fixation(context: WideContext, fixation: Fixation, calibration: Calibration) -> None:
-    """Fuse what the last look of a fixation tells, and its distance where that was measured."""
+    """Fuse the depth of the last look of a fixation, and its distance if that was measured."""
     if fixation.sighting is None:
         return
     fuse_look(context, fixation.sighting, calibration)
@@ -74,6 +75,6 @@ def fuse_fixation(context: WideContext, fixation: Fixation, calibration: Calibra
 
 
 def overlap_share(apart_per_m: NDArray[np.float64], calibration: Calibration) -> NDArray[np.float64]:
-    """Return the share of both foveae that sees surfaces whose 1/Z is so far from where the gazes cross."""
+    """Return the share of their fields that both foveae see at 1/Z this far from the gazes' crossing."""
     shift_px = np.abs(apart_per_m) * calibration.fovea_f_px * calibration.baseline_m
     return np.asarray(1.0 - shift_px / calibration.fovea_width, dtype=np.float64)

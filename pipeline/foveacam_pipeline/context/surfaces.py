@@ -1,4 +1,4 @@
-"""Many measured points to one or two surfaces in each cell of the grid."""
+"""Reduce many measured points to one or two surfaces in each cell of the grid."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +11,15 @@ EDGE_RELATIVE = 0.02
 80 degrees changes by 1 % over a cell of 8 wide px (0.1 degrees), and its points are spread over the cell."""
 EDGE_SIGMAS = 4.0
 LEAST_SHARE = 0.1
-"""A smaller share of the cell's points is taken for mismatches, not for a surface."""
+"""A smaller share of the cell's points counts as mismatches, not as a surface."""
 
 
 def cell_surfaces(samples: DepthSamples, cell: NDArray[np.int64]) -> CellSurfaces:
     """Return the surfaces of each cell: `cell` (n,) is the flat index of each sample's cell.
 
-    The points of a cell are parted at the largest gap of their 1/Z when it is an edge. The median point
-    stands for each surface, with the median standard error: errors of one look are common to its points.
+    The points of a cell are split at the largest gap of their 1/Z if the gap is an edge. Each surface is
+    represented by its median point and its median standard error, since the points of one look share their
+    errors.
     """
     order = np.lexsort((samples.inverse_z_per_m, cell))
     cells, q, sigma = cell[order], samples.inverse_z_per_m[order], samples.sigma_per_m[order]
@@ -40,7 +41,7 @@ def cell_surfaces(samples: DepthSamples, cell: NDArray[np.int64]) -> CellSurface
 def _surface_numbers(
     cells: NDArray[np.int64], q: NDArray[np.float64], sigma: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    """Return (n,) a number for each surface, rising; the points are sorted by cell, then by 1/Z."""
+    """Return (n,) the ascending surface number of each point; points are sorted by cell, then by 1/Z."""
     if len(cells) == 0:
         return np.empty(0, dtype=np.int64)
     gap = np.diff(q, prepend=q[0])

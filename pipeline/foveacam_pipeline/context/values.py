@@ -1,4 +1,4 @@
-"""Value types of the wide context: what its cells hold and what one measurement brings."""
+"""Value types of the wide context: its map, one measurement of its cells, and its ageing."""
 
 import math
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 SURFACES = 2
-"""Surfaces that one cell may hold: at an edge, the one measured last and the other."""
+"""Largest number of surfaces of a cell: at an edge, the one measured last and the other."""
 
 
 class DepthSource(IntEnum):
-    """What a depth was measured by; the number is what files hold."""
+    """How a depth was measured; files hold the number."""
 
     FIXATION = 1
     DENSE_DEPTH = 2
@@ -25,7 +25,7 @@ class AgeingModel:
     """How the standard error of 1/Z grows with age.
 
     `drift_per_m_per_hour`: change of the mirrors' pointing, as inverse depth: 0.01 degree an hour over the
-    baseline of 0.2 m. `relative_per_hour`: undetected movement along the line of sight, share of 1/Z.
+    baseline of 0.2 m. `relative_per_hour`: undetected movement along the line of sight, relative to 1/Z.
     """
 
     drift_per_m_per_hour: float = math.radians(0.01) / 0.2
@@ -45,7 +45,7 @@ class CellSurfaces:
     """Depth of grid cells: one measurement of one surface each.
 
     `cell`: (n,) int64 flat index, row * columns + column. `tangents`: (n, 2) float64, X/Z and Y/Z of the
-    point that stands for the cell. `inverse_z_per_m`, `sigma_per_m`: (n,) float64. `samples`: (n,) int64,
+    point that represents the cell. `inverse_z_per_m`, `sigma_per_m`: (n,) float64. `samples`: (n,) int64,
     measured points of the surface in the cell.
     """
 
@@ -58,14 +58,14 @@ class CellSurfaces:
     def __len__(self) -> int:
         return len(self.cell)
 
-    def only(self, kept: NDArray[np.bool_]) -> "CellSurfaces":
-        """Return those marked in `kept`: (n,) bool."""
+    def only(self, selected: NDArray[np.bool_] | NDArray[np.int64]) -> "CellSurfaces":
+        """Return some of the surfaces, in the order of their indices or by a mask (n,)."""
         return CellSurfaces(
-            cell=self.cell[kept],
-            tangents=self.tangents[kept],
-            inverse_z_per_m=self.inverse_z_per_m[kept],
-            sigma_per_m=self.sigma_per_m[kept],
-            samples=self.samples[kept],
+            cell=self.cell[selected],
+            tangents=self.tangents[selected],
+            inverse_z_per_m=self.inverse_z_per_m[selected],
+            sigma_per_m=self.sigma_per_m[selected],
+            samples=self.samples[selected],
         )
 
 
@@ -86,7 +86,7 @@ class ContextMap:
 
     @classmethod
     def empty(cls, *, rows: int, columns: int, cell_px: int) -> "ContextMap":
-        """Return a map of which nothing is known."""
+        """Return a map without any depth."""
         shape = (SURFACES, rows, columns)
         return cls(
             cell_px=cell_px,
@@ -98,7 +98,7 @@ class ContextMap:
         )
 
     def copy(self) -> "ContextMap":
-        """Return a map with arrays of its own."""
+        """Return a deep copy."""
         return ContextMap(
             cell_px=self.cell_px,
             inverse_z_per_m=self.inverse_z_per_m.copy(),
@@ -122,6 +122,6 @@ class ContextMap:
         self.tangents[:, cells] = np.nan
 
     def swap(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> None:
-        """Exchange the primary and the second surface of some cells, none named twice."""
+        """Exchange the primary and the second surface of the given cells, which must be distinct."""
         for layers in (self.inverse_z_per_m, self.sigma_per_m, self.measured_s, self.source, self.tangents):
             layers[:, rows, columns] = layers[::-1, rows, columns]

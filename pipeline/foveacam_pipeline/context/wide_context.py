@@ -1,4 +1,9 @@
-"""Depth of the wide view on a grid, for one calibration: fused, ageing, forgotten when the scene changes."""
+"""The depth of the wide view on a grid of cells, for one calibration.
+
+Measured depths are fused, their errors grow with age, and a cell loses its depth when it looks different: a
+2 x 2 block of it changes its mean brightness by more than noise, quantisation and a common change of the
+light explain.
+"""
 
 import math
 import threading
@@ -9,28 +14,36 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.context.changes import BLOCKS, block_means, changed_cells, noise_per_level
 from foveacam_pipeline.context.fusing import fuse_surfaces
 from foveacam_pipeline.context.surfaces import cell_surfaces
 from foveacam_pipeline.context.values import AgeingModel, ContextMap, DepthSource
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.texture import LEAST_VARIANCE, noise_level
 
 CELL_PX = 8
 FORGET_AFTER_S = 5.0
-"""A cell that has looked different for so long has lost its depth; until then its depth is withheld: a person
-who walks past leaves the room as it was."""
+"""A cell that looks different for this long loses its depth. Until then the depth is only withheld, because a
+person who walks past leaves the room as it was."""
 ALL_CHANGED_SHARE = 0.6
-"""When so many of the known cells look different at once, the rig or the whole scene has moved."""
+"""When this share of the known cells looks different at once, the rig or the whole scene has moved."""
 MANY_CELLS = 50
-"""Fewer known cells say nothing of the scene as a whole."""
+"""Least number of known cells from which a movement of the whole scene is concluded."""
+BLOCKS = 2
+"""Number of blocks along each side of a cell."""
+LEAST_CHANGE = 6.0
+"""Smallest change of a block's mean, in standard deviations of its noise."""
+LEAST_SHARE = 0.04
+"""Smallest change of a block's mean as a share of its brightness, because exposure and shading vary."""
+CLIPPED = (4.0, 250.0)
+"""Block means outside these grey levels do not count for the common gain."""
 
 
 class WideContext:
-    """Depth of the wide view on a grid of square cells; safe to be used by several threads.
+    """The depth of the wide view on a grid of square cells; thread-safe. Implements `DepthContext`.
 
-    A `DepthContext`. Bound to one calibration and one pose of the rig: whoever holds it takes a new one, or
-    calls `clear`, when either changes.
+    It belongs to one calibration and one pose of the rig: when either changes, its owner makes a new one or
+    calls `clear`.
     """
 
     def __init__(
@@ -41,7 +54,7 @@ class WideContext:
         now_s: Callable[[], float] = time.time,
         ageing: AgeingModel | None = None,
     ) -> None:
-        """`now_s` returns seconds since 1970: ages count through a restart."""
+        """`now_s` returns seconds since 1970, so that ages go on counting across a restart."""
         self.wide = wide
         self.rows, self.columns = -(-wide.height // cell_px), -(-wide.width // cell_px)
         self.ageing = ageing or AgeingModel()
@@ -61,17 +74,17 @@ class WideContext:
 
     @property
     def revision(self) -> int:
-        """A number that rises whenever the known depth changes."""
+        """A number that grows whenever the known depth changes."""
         with self._lock:
             return self._revision
 
     def fuse(
         self, samples: DepthSamples, *, source: DepthSource, gray: NDArray[np.uint8] | None = None
     ) -> int:
-        """Take measured points; return how many cells they reached.
+        """Fuse measured points into the grid; return the number of cells that changed.
 
-        `gray`: the wide image of the moment of the measurement, (h, w) uint8; with it, a later change of the
-        scene is noticed.
+        `gray`: (h, w) uint8, the wide image at the time of the measurement; later changes of the scene are
+        detected against it, and not at all without it.
         """
         cell = self._cells(samples.tangents)
         usable = (cell >= 0) & (samples.inverse_z_per_m > 0.0) & np.isfinite(samples.sigma_per_m)
@@ -84,14 +97,15 @@ class WideContext:
         with self._lock:
             fuse_surfaces(self._map, surfaces, source=source, now_s=self._now_s(), ageing=self.ageing)
             self._changed_since_s.reshape(-1)[touched] = np.nan
-            self._refer(touched, means)
+            self._set_reference(touched, means)
             self._revision += 1
         return len(touched)
 
-    def see(self, gray: NDArray[np.uint8]) -> int:
-        """Compare a new wide image with what the cells looked like; return how many lost their depth.
+    def detect_changes(self, gray: NDArray[np.uint8]) -> int:
+        """Compare a new wide image with the reference of each cell; return how many cells lost their depth.
 
         A changed cell is withheld at once and forgotten `FORGET_AFTER_S` later unless it looks as before.
+        `gray`: (h, w) uint8.
         """
         means = block_means(gray, cell_px=self.cell_px)
         if self._noise is None:
@@ -106,20 +120,20 @@ class WideContext:
             before = np.isfinite(self._changed_since_s)
             self._changed_since_s[~beside] = np.nan
             self._changed_since_s[beside & ~before] = now_s
-            gone = beside & (now_s - self._changed_since_s >= FORGET_AFTER_S)
+            lost = beside & (now_s - self._changed_since_s >= FORGET_AFTER_S)
             if now_s - self._all_changed_since_s >= FORGET_AFTER_S:
-                gone |= known
-            self._forget(gone)
-            if gone.any() or bool((beside != before).any()):
+                lost |= known
+            self._forget(lost)
+            if lost.any() or bool((beside != before).any()):
                 self._revision += 1
-            return int(gone.sum())
+            return int(lost.sum())
 
     def around(self, target: NDArray[np.float64], *, reach_tan: float) -> DepthSamples:
         """Return the samples within `reach_tan` (tangent units) of a direction: (2,) tangents."""
         return self.samples().near(target, reach_tan=reach_tan)
 
     def samples(self) -> DepthSamples:
-        """Return every surface that is known and not withheld, errors grown with age."""
+        """Return every known surface that is not withheld; the standard errors include ageing."""
         known_map = self.snapshot()
         known = known_map.known
         return DepthSamples(
@@ -129,7 +143,7 @@ class WideContext:
         )
 
     def snapshot(self, *, aged: bool = True) -> ContextMap:
-        """Return a copy without what is withheld, with errors grown with age; as stored without `aged`."""
+        """Return a copy of the map, withheld cells removed and errors aged; as stored if not `aged`."""
         with self._lock:
             copy, withheld = self._map.copy(), np.isfinite(self._changed_since_s)
         if not aged:
@@ -143,12 +157,12 @@ class WideContext:
         return copy
 
     def reference(self) -> NDArray[np.float32]:
-        """Return (2 rows, 2 columns) float32, what the cells looked like when measured; NaN unknown."""
+        """Return (2 rows, 2 columns) float32, the cells' block means when they were measured; NaN unknown."""
         with self._lock:
             return self._reference.copy()
 
     def restore(self, stored: ContextMap, *, reference: NDArray[np.float32]) -> None:
-        """Take the place of everything known; `stored` has this context's grid."""
+        """Replace the whole content by `stored`, which has this context's grid."""
         with self._lock:
             self._map = stored.copy()
             self._reference = reference.copy()
@@ -156,7 +170,7 @@ class WideContext:
             self._revision += 1
 
     def clear(self) -> None:
-        """Forget everything: the rig has moved, or somebody asks for it."""
+        """Forget all depth, because the rig has moved or a user asks for it."""
         with self._lock:
             self._forget(np.ones((self.rows, self.columns), dtype=np.bool_))
             self._revision += 1
@@ -167,17 +181,60 @@ class WideContext:
         blocks = np.repeat(np.repeat(cells, BLOCKS, axis=0), BLOCKS, axis=1)
         self._reference[blocks] = np.nan
 
-    def _refer(self, touched: NDArray[np.int64], means: NDArray[np.float32] | None) -> None:
+    def _set_reference(self, touched: NDArray[np.int64], means: NDArray[np.float32] | None) -> None:
         cells = np.zeros(self.rows * self.columns, dtype=np.bool_)
         cells[touched] = True
         blocks = cells.reshape(self.rows, self.columns).repeat(BLOCKS, axis=0).repeat(BLOCKS, axis=1)
         self._reference[blocks] = np.nan if means is None else means[blocks]
 
     def _cells(self, tangents: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return (n,) the flat index of the cell of each direction, -1 outside the wide image."""
+        """Return (n,) the flat cell index of each direction, -1 outside the wide image."""
         if len(tangents) == 0:
             return np.empty(0, dtype=np.int64)
         pixels = self.wide.pixels(np.arctan(tangents))
         column, row = np.floor((pixels.T + 0.5) / self.cell_px).astype(np.int64)
         inside = (column >= 0) & (row >= 0) & (column < self.columns) & (row < self.rows)
         return np.where(inside, row * self.columns + column, -1)
+
+
+def block_means(gray: NDArray[np.uint8], *, cell_px: int) -> NDArray[np.float32]:
+    """Return (2 rows, 2 columns) float32, the mean grey level of each block of the grid's cells.
+
+    Cells that the image covers only in part are completed by repeating the image's border.
+    """
+    height, width = gray.shape
+    rows, columns = -(-height // cell_px), -(-width // cell_px)
+    below, beside = rows * cell_px - height, columns * cell_px - width
+    whole = cv2.copyMakeBorder(gray, 0, below, 0, beside, cv2.BORDER_REPLICATE) if below or beside else gray
+    size = (BLOCKS * columns, BLOCKS * rows)
+    means = cv2.resize(whole.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    return np.asarray(means, dtype=np.float32)
+
+
+def noise_per_level(gray: NDArray[np.uint8]) -> float:
+    """Return the variance of the brightness noise per grey level of brightness."""
+    height, width = gray.shape
+    around = np.array([width / 2, height / 2])
+    level = max(
+        1.0, float(gray[height // 2 - 16 : height // 2 + 17, width // 2 - 16 : width // 2 + 17].mean())
+    )
+    return max(0.0, (noise_level(gray, at_px=around) ** 2 - LEAST_VARIANCE) / level)
+
+
+def changed_cells(
+    reference: NDArray[np.float32], now: NDArray[np.float32], *, noise: float, cell_px: int
+) -> NDArray[np.bool_]:
+    """Return (rows, columns) bool: the cells with a changed block. NaN in `reference` counts as unchanged.
+
+    `noise`: variance per grey level of one px. A factor common to all brightness is not a change.
+    """
+    clear = np.isfinite(reference) & (reference > CLIPPED[0]) & (reference < CLIPPED[1]) & (now < CLIPPED[1])
+    gain = float(np.median(now[clear] / reference[clear])) if clear.any() else 1.0
+    expected = np.minimum(gain * reference, 255.0)
+    pixels = (cell_px / BLOCKS) ** 2
+    variance = 2.0 * (LEAST_VARIANCE + noise * np.maximum(expected, 1.0)) / pixels
+    limit = np.hypot(LEAST_CHANGE * np.sqrt(variance), LEAST_SHARE * expected)
+    changed = np.abs(now - expected) > limit  # NaN compares as unchanged
+    rows, columns = changed.shape
+    cells = changed.reshape(rows // BLOCKS, BLOCKS, columns // BLOCKS, BLOCKS).any(axis=(1, 3))
+    return np.asarray(cells, dtype=np.bool_)

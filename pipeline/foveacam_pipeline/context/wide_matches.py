@@ -1,8 +1,8 @@
-"""What one look tells of depth by each fovea against the wide view: coarse, over a fovea's whole field.
+"""Coarse depth of one look over the whole field of a fovea, from each fovea matched against the wide view.
 
-A fovea reduced to the wide view's resolution and the wide view are a rectified pair with half the baseline:
-0.1 px of the wide view are 0.0003 1/m. It works where the foveae do not overlap, and where one eye sees
-nothing of the target.
+A fovea reduced to the resolution of the wide view forms a rectified pair with it that has half the baseline:
+0.1 px of the wide view are 0.0003 1/m. This also works where the foveae do not overlap, and where one eye
+does not see the target.
 """
 
 from dataclasses import dataclass
@@ -24,27 +24,27 @@ from foveacam_pipeline.verge.depth_samples import DepthSamples
 
 NEAREST_M, FARTHEST_M = 1.4, 1e4
 REDUCED = 8
-"""A raw fovea is reduced by this before it is sampled at the wide view's scale: 9 raw px a wide px."""
+"""A raw fovea is reduced by this factor before it is sampled at the wide view's scale (9 raw px a px)."""
 MOST_SIGMA_PX = 0.4
 SETTINGS = MatchSettings(
     near_m=NEAREST_M, far_m=FARTHEST_M, speckle_px=60, max_sigma_px=MOST_SIGMA_PX, uniqueness_percent=12
 )
 LEAST_SIGMA_PX = 0.15
-"""Standard error of a match however good the texture: the two cameras blur differently, wide px."""
+"""Least standard error of a match, wide px: the two cameras blur differently."""
 STEP_PX = 2
 AGREE_SIGMAS = 4.0
 KNOT_PX = 8
-"""Places of the wide image are worked out so far apart, px of the window."""
+"""Spacing at which positions in the wide image are computed exactly, px of the window."""
 BLOCK_PX = 8
-"""Left and right eye are compared by blocks of this size, wide px."""
+"""Side of the blocks in which the depths of both eyes are compared, wide px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Window:
-    """The grid of directions of a fovea's field, continued to one side for the search.
+    """The grid of directions of a fovea's field, extended to one side for the search.
 
-    `hx_px`, `hy_px`: (h, w) float64, place about the gaze on the eye's plane, fovea px. `turn`: 1 or -1,
-    columns are mirrored for the right eye so that near things move the same way.
+    `hx_px`, `hy_px`: (h, w) float64, position relative to the gaze on the eye's plane, fovea px. `turn`: 1 or
+    -1; the columns of the right eye are mirrored so that near surfaces move in the same direction.
     """
 
     hx_px: NDArray[np.float64]
@@ -54,13 +54,13 @@ class _Window:
 
 
 def wide_matches(sighting: Sighting, calibration: Calibration) -> DepthSamples:
-    """Return the depth that both foveae have against the wide view; where they disagree, none."""
+    """Return the depth of both foveae against the wide view, without samples on which they disagree."""
     left, right = (eye_matches(sighting, calibration, role) for role in EYES)
     return _agreeing(left, right, block_tan=BLOCK_PX / calibration.wide.fx_px)
 
 
 def eye_matches(sighting: Sighting, calibration: Calibration, role: Role) -> DepthSamples:
-    """Return the depth of one fovea against the wide view, without pixels beside a jump of depth."""
+    """Return the depth of one fovea against the wide view, without pixels next to a jump of depth."""
     if sighting.missing is role:
         return DepthSamples.none()
     volts = sighting.volts.left if role is Role.LEFT else sighting.volts.right
@@ -110,7 +110,7 @@ def eye_matches(sighting: Sighting, calibration: Calibration, role: Role) -> Dep
 
 
 def _window(calibration: Calibration, role: Role) -> _Window:
-    """Return the fovea's field, at its left continued by as much as the nearest things move."""
+    """Return the fovea's field, extended at its left by the shift of the nearest surfaces."""
     step = calibration.fovea_f_px / calibration.wide.fx_px
     width, height = (round(size / step) for size in (calibration.fovea_width, calibration.fovea_height))
     beyond = int(calibration.wide.fx_px * 0.5 * calibration.baseline_m / NEAREST_M) + 1
@@ -124,14 +124,14 @@ def _window(calibration: Calibration, role: Role) -> _Window:
 def _fovea_view(
     image: NDArray[np.uint8], look: EyeLook, window: _Window
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """Return a raw fovea, (h, w) uint8, in the window, and which pixels lie in the frame."""
+    """Return a raw fovea resampled to the window, (h, w) uint8, and which of its pixels lie in the frame."""
     back = np.linalg.inv(look.gaze_from_raw)
     w = back[2, 0] * window.hx_px + back[2, 1] * window.hy_px + back[2, 2]
     x = (back[0, 0] * window.hx_px + back[0, 1] * window.hy_px + back[0, 2]) / w
     y = (back[1, 0] * window.hx_px + back[1, 1] * window.hy_px + back[1, 2]) / w
     height, width = image.shape
     small = cv2.resize(image, (width // REDUCED, height // REDUCED), interpolation=cv2.INTER_AREA)
-    maps = [((places + 0.5) / REDUCED - 0.5).astype(np.float32) for places in (x, y)]
+    maps = [((raw_px + 0.5) / REDUCED - 0.5).astype(np.float32) for raw_px in (x, y)]
     view = cv2.remap(small, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     valid = (x > REDUCED) & (x < width - 1 - REDUCED) & (y > REDUCED) & (y < height - 1 - REDUCED)
     return np.asarray(view, dtype=np.uint8), np.asarray(valid, dtype=np.bool_)
@@ -145,7 +145,7 @@ def _wide_view(
     role: Role,
     q_ref: float,
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return the wide image, (h, w) float32, where the window's directions lie at 1/Z = `q_ref`."""
+    """Return the wide image, (h, w) float32, resampled to the window's directions at 1/Z = `q_ref`."""
     x_m = float(calibration.reference_rig_m(role)[0])
     rows, columns = (_knots(size) for size in window.hx_px.shape)
     hx, hy = (grid[np.ix_(rows, columns)] for grid in (window.hx_px, window.hy_px))
@@ -159,12 +159,12 @@ def _wide_view(
 
 
 def _knots(size: int) -> NDArray[np.intp]:
-    """Return evenly spaced whole places about `KNOT_PX` apart; the last lies at or beyond the end."""
+    """Return integer positions `KNOT_PX` apart, the last one at the end."""
     return np.minimum(np.arange(0, size - 1 + KNOT_PX, KNOT_PX), size - 1)
 
 
 def _between(knots: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Return values (h, w) between knots, linear: distortion bends them by less than 0.01 px."""
+    """Return values (h, w) interpolated linearly between knots (error below 0.01 px by distortion)."""
     rows, columns = (_knots(size) for size in shape)
     down = np.interp(np.arange(shape[0]), rows, np.arange(len(rows))).astype(np.float32)
     right = np.interp(np.arange(shape[1]), columns, np.arange(len(columns))).astype(np.float32)
@@ -180,10 +180,10 @@ def _directions(
     calibration: Calibration,
     x_m: float,
 ) -> NDArray[np.float64]:
-    """Return (n, 2) tangents from the rig's origin of places about the gaze, (n,) each, at 1/Z = `q`."""
+    """Return (n, 2) rig tangents of positions relative to the gaze, (n,) each, at 1/Z = `q`."""
     about = np.column_stack([hx, hy])
-    places = look.gaze_px + look.pivot_px_m * q[:, None] + (1.0 + look.pupil_m * q[:, None]) * about
-    tangents = places / calibration.fovea_f_px
+    positions = look.gaze_px + look.pivot_px_m * q[:, None] + (1.0 + look.pupil_m * q[:, None]) * about
+    tangents = positions / calibration.fovea_f_px
     tangents[:, 0] += x_m * q
     return np.asarray(tangents, dtype=np.float64)
 
@@ -191,14 +191,14 @@ def _directions(
 def contradicted(
     samples: DepthSamples, *, by: DepthSamples, block_tan: float, sigmas: float = AGREE_SIGMAS
 ) -> NDArray[np.bool_]:
-    """Return (n,) bool: samples beyond all that others in the same block of directions found.
+    """Return (n,) bool: the samples outside the depth range of the samples `by` in the same block.
 
-    `block_tan`: side of a block, tangent units. Where the others found nothing, nothing is contradicted.
+    `block_tan`: side of a block, tangent units. A block without samples of `by` contradicts nothing.
     """
     if len(samples) == 0 or len(by) == 0:
         return np.zeros(len(samples), dtype=np.bool_)
-    places = np.floor(np.concatenate([samples.tangents, by.tangents]) / block_tan).astype(np.int64)
-    _, block = np.unique(places, axis=0, return_inverse=True)
+    blocks = np.floor(np.concatenate([samples.tangents, by.tangents]) / block_tan).astype(np.int64)
+    _, block = np.unique(blocks, axis=0, return_inverse=True)
     block = block.ravel()
     own, others = block[: len(samples)], block[len(samples) :]
     low, high, error = (

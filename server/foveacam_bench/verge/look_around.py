@@ -106,7 +106,7 @@ def wrong(rel_error: NDArray[np.float64], sigmas: NDArray[np.float64]) -> NDArra
 
 
 def _see(context: WideContext, rig: Rig) -> None:
-    context.see(gray(to_uint8(rig.wide.latest(max_age_ms=500.0))))
+    context.detect_changes(gray(to_uint8(rig.wide.latest(max_age_ms=500.0))))
 
 
 def _account(judged: JudgedContext) -> dict[str, float]:

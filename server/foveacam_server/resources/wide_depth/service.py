@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Clock, FoveaError
 from foveacam_pipeline.context.look_around import LookedAround, look_around
 from foveacam_pipeline.context.looks import fuse_fixation
-from foveacam_pipeline.context.surface import (
+from foveacam_pipeline.context.rendering import (
     context_cloud,
     context_mesh,
     context_picture,
@@ -198,7 +198,7 @@ class WideDepthService:
         context, picture = self._keeper.present(), self._wide_picture()
         if context is None or picture is None:
             return
-        context.see(gray(picture))
+        context.detect_changes(gray(picture))
         self._turns += 1
         if self._turns % SHOW_EVERY == 0:
             self._show()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from foveacam_pipeline.context.surface import (
+from foveacam_pipeline.context.rendering import (
     BEHIND,
     context_cloud,
     context_mesh,

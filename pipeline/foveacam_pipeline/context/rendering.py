@@ -1,4 +1,4 @@
-"""The wide context for people: a textured surface, points, a picture."""
+"""Renderings of the wide context: a textured mesh, a point cloud and a picture of the depth."""
 
 from dataclasses import replace
 
@@ -14,15 +14,16 @@ from foveacam_pipeline.stereo.values import Cloud, DepthMap, DepthMesh
 TEAR_RELATIVE = 0.05
 """Neighbouring cells whose 1/Z differs by a larger share are not joined."""
 BEHIND = 1.004
-"""The surface is drawn farther away by this factor, so that a fovea's fine surface stands before it."""
+"""Factor by which the mesh is moved away, so that the fine mesh of a fovea is drawn in front of it."""
 PICTURE_CELL_PX = 4
+"""Side of a cell in the picture, px."""
 TEXTURE_WIDTH_PX = 1024
 
 
 def context_mesh(known: ContextMap, picture: NDArray[np.uint8], wide: Intrinsics) -> DepthMesh:
-    """Return the primary surfaces as a mesh with a vertex each cell, textured by the wide image (h, w, 3).
+    """Return the primary surfaces as a mesh with one vertex a cell, textured by the wide image (h, w, 3).
 
-    Torn where depth jumps. It has no faces where too little is known.
+    There are no faces across jumps of depth, nor between cells without depth.
     """
     q = known.inverse_z_per_m[0]
     faces = _faces(q)
@@ -41,7 +42,7 @@ def context_mesh(known: ContextMap, picture: NDArray[np.uint8], wide: Intrinsics
 
 
 def context_cloud(known: ContextMap, picture: NDArray[np.uint8] | None, wide: Intrinsics) -> Cloud:
-    """Return every surface as a point, coloured by the wide image (h, w, 3), grey without one."""
+    """Return one point for each surface, coloured by the wide image (h, w, 3), or grey without an image."""
     at = known.known
     tangents, q = known.tangents[at], known.inverse_z_per_m[at]
     z_m = 1.0 / q
@@ -58,14 +59,14 @@ def context_cloud(known: ContextMap, picture: NDArray[np.uint8] | None, wide: In
 
 
 def context_picture(known: ContextMap) -> NDArray[np.uint8]:
-    """Return (h, w, 3) uint8: depth as colours with a scale, 4 px a cell, what is unknown striped."""
+    """Return (h, w, 3) uint8: depth as colours with a scale, 4 px a cell; cells without depth are striped."""
     z_m = (1.0 / known.inverse_z_per_m[0]).astype(np.float32)
     enlarged = np.repeat(np.repeat(z_m, PICTURE_CELL_PX, axis=0), PICTURE_CELL_PX, axis=1)
     return depth_picture(DepthMap(z_m=enlarged, sigma_m=enlarged, pose_sigma_m=enlarged))
 
 
 def without_specks(known: ContextMap) -> ContextMap:
-    """Return the map without primary surfaces that none of the eight neighbours continues: mismatches."""
+    """Return the map without primary surfaces that none of the eight neighbours continues (mismatches)."""
     q = known.inverse_z_per_m[0]
     padded = np.pad(q, 1, constant_values=np.nan)
     rows, columns = q.shape
