@@ -21,7 +21,7 @@ _IRLS_STOP = 1e-7
 _OUTLIER_SIGMAS = 4.0
 _SAMPLES_PER_TERM = 3
 OUTLIER_WEIGHT = HUBER_K / _OUTLIER_SIGMAS
-"""Weight of a residual of four robust standard deviations; what weighs less is left out of statistics."""
+"""Weight of a residual of four robust standard deviations; residuals of less weight are outliers."""
 
 
 def exponents(order: int) -> list[tuple[int, int]]:
@@ -87,10 +87,10 @@ class BivariatePolynomial:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PolynomialFit:
-    """A fitted polynomial and how well it does.
+    """A fitted polynomial and the quality of the fit.
 
     `residuals`, `loo_residuals`, `weights`, `leverage`: (n, m); value minus fit, the same with the row left
-    out, the final robust weights (1 = full), and the diagonal of the hat matrix.
+    out (leave-one-out), the final robust weights (1 = full), and the diagonal of the hat matrix.
     """
 
     polynomial: BivariatePolynomial
@@ -111,23 +111,25 @@ class PolynomialFit:
 
     @property
     def scatter(self) -> NDArray[np.float64]:
-        """(m,) standard deviation of a value about the fit (degrees of freedom paid; outliers left out)."""
-        kept = self.weights > OUTLIER_WEIGHT
-        free = np.sum(kept * (1.0 - self.leverage), axis=0)
-        sigma: NDArray[np.float64] = np.sqrt(np.sum(kept * self.residuals**2, axis=0) / np.maximum(free, 1.0))
+        """(m,) standard deviation of a value about the fit (by degrees of freedom; outliers left out)."""
+        inlier = self.weights > OUTLIER_WEIGHT
+        free = np.sum(inlier * (1.0 - self.leverage), axis=0)
+        sigma: NDArray[np.float64] = np.sqrt(
+            np.sum(inlier * self.residuals**2, axis=0) / np.maximum(free, 1.0)
+        )
         return sigma
 
 
 def _rms_without_outliers(
     residuals: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    kept = weights > OUTLIER_WEIGHT
-    rms: NDArray[np.float64] = np.sqrt(np.sum(kept * residuals**2, axis=0) / np.sum(kept, axis=0))
+    inlier = weights > OUTLIER_WEIGHT
+    rms: NDArray[np.float64] = np.sqrt(np.sum(inlier * residuals**2, axis=0) / np.sum(inlier, axis=0))
     return rms
 
 
 def huber_weights(residuals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n,) weights of (n,) residuals about zero; their scale is the median absolute one."""
+    """Return (n,) Huber weights of (n,) residuals about zero, scaled by their median absolute value."""
     size = np.abs(residuals)
     tiny = float(np.finfo(np.float64).tiny)
     sigma = max(1.4826 * float(np.median(size)), tiny)
@@ -160,7 +162,7 @@ def _solve(
 
 
 def scaling_of(xy: NDArray[np.float64]) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return centre and scale that bring (n, 2) rows to -1..1 per column."""
+    """Return the centre and scale that map (n, 2) rows to -1..1 in each column."""
     low, high = xy.min(axis=0), xy.max(axis=0)
     centre, half = (low + high) / 2.0, (high - low) / 2.0
     half = np.where(half > 0.0, half, 1.0)
@@ -209,8 +211,8 @@ def fit_best_order(
 ) -> PolynomialFit:
     """Fit the lowest order whose leave-one-out error is within `tolerance` of the best one's.
 
-    Errors are compared with one limit for all orders, so that no order hides its misses as outliers; an order
-    with fewer than three samples a coefficient is not tried, because robust weights would serve its noise.
+    Errors are clipped at one limit for all orders, so that no order hides its misfits as outliers. An order
+    with fewer than three samples per coefficient is not tried, because robust weights would then fit noise.
     """
     rows = as_finite_rows(xy, columns=2, name="xy")
     feasible = [order for order in orders if _SAMPLES_PER_TERM * len(exponents(order)) <= len(rows)]

@@ -1,4 +1,4 @@
-"""The one check of array arguments: float64 rows of a fixed width, finite unless said otherwise."""
+"""Check array arguments: float64 rows of a fixed width."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

@@ -1,4 +1,4 @@
-"""From total disparity or from two rays to a point of the rig frame, with its standard error.
+"""Triangulate points of the rig frame from total disparity or from two rays, with standard errors.
 
 The eyes' reference points lie at (-B/2, 0, 0) and (+B/2, 0, 0) m, left then right. Total disparity is
 d = (uL + u0L) - (uR + u0R) on the virtual pinhole planes; Z = f B / d holds off the axis as on it, and
@@ -80,11 +80,11 @@ def range_sigma_m(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RayIntersection:
-    """Where two rays come nearest to each other.
+    """The closest approach of two rays.
 
     `point_m`: (3,) middle of the shortest segment. `gap_m`: (3,) from the first ray to the second.
-    `vertical_rad`: how much lower the second ray aims than the first, as an angle seen from the eyes.
-    `in_front`: false when the rays part (they meet behind the rig, or nowhere).
+    `vertical_rad`: angle by which the second ray passes below the first, seen from the eyes.
+    `in_front`: false when the rays diverge (they meet behind the rig, or nowhere).
     """
 
     point_m: NDArray[np.float64]

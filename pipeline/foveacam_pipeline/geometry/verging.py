@@ -1,4 +1,4 @@
-"""Where each eye must look so that both meet on one target.
+"""Compute the gaze of each eye so that both meet on one target.
 
 A target is a direction from the rig's origin (the wide camera's centre) and a distance from there.
 """

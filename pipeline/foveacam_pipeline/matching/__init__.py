@@ -1,1 +1,1 @@
-"""Where a point of one picture is in another, to a fraction of a pixel, with an error that can be trusted."""
+"""Sub-pixel matching: find a point of one picture in another, with a trustworthy standard error."""

@@ -1,7 +1,7 @@
-"""A point of one picture found in another: whole pixels by correlation, the rest by `match_point`.
+"""Search a point of one picture in another: whole pixels by correlation, the fraction by `match_point`.
 
-Two errors are told apart: the spread of the place about the right one, and the chance that it is a wrong one,
-which looks alike. The second follows from how far the best place leads the second best.
+Two errors are stated: the standard error of a right match, and the probability that the match is wrong
+because another position looks alike, which follows from the lead of the best score over the second best.
 """
 
 import math
@@ -12,25 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
-from foveacam_pipeline.matching.point import PlacePrior, match_point
+from foveacam_pipeline.matching.point import PositionPrior, match_point
 from foveacam_pipeline.matching.windows import MatchWindow
 
 GUARD_PX = 3
-"""Places so near to the best one are the best one."""
+"""Positions this near to the best one do not count as the second best."""
 SPARE_PX = 6
 WRONG_OFFSET, WRONG_PER_LEAD, WRONG_PER_LOSS = -1.7, -3.6, 11.9
-"""The logarithm of the odds of a wrong place: constant, per lead over the second best, per correlation
-missing to 1. Fitted to every second point of three real pairs; `bench.matching` judges by the others."""
-
+"""Log-odds of a wrong match: constant, per unit of lead over the second best, per unit of 1 - correlation.
+Fitted to every second point of three real pairs; `bench.matching` tests with the others."""
 
 STRUCTURE, FLOOR_SIGMA_PX = 3.5, 0.05
-"""Real surfaces are no planes, and shine: they pull all of a window to one side, which the differences left
-within it do not show. Their errors are so many times larger, and never below the floor (the same pairs)."""
+"""Factor and least value of the standard error on real surfaces, which are not planar and have highlights:
+these shift a whole window, which the residuals within it do not show (fitted to the same pairs)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchReach:
-    """How far a point is looked for, px: `low_px` to `high_px` along x, `rows_px` either way along y."""
+    """Search range, px: `low_px` to `high_px` along x, `rows_px` up and down along y."""
 
     low_px: int
     high_px: int
@@ -39,7 +38,7 @@ class SearchReach:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundPoint:
-    """Second minus first place, px; its standard errors if the place is right; the chance that it is not."""
+    """Second minus first position, px, its standard errors if the match is right, and how distinct it is."""
 
     x_px: float
     y_px: float
@@ -50,7 +49,7 @@ class FoundPoint:
 
     @property
     def wrong_probability(self) -> float:
-        """The chance that another place is meant."""
+        """Probability that the match is wrong."""
         odds = WRONG_OFFSET + WRONG_PER_LEAD * self.lead + WRONG_PER_LOSS * (1.0 - self.score)
         return 1.0 / (1.0 + math.exp(-odds))
 
@@ -62,11 +61,11 @@ def find_point(
     *,
     reach: SearchReach,
     window: MatchWindow,
-    prior: PlacePrior,
+    prior: PositionPrior,
 ) -> FoundPoint | None:
-    """Return where the point `at_px` (x, y) of the first picture is in the second, both (h, w) float32.
+    """Return where the point `at_px` (x, y) of the first picture lies in the second, both (h, w) float32.
 
-    None where the window leaves a picture, or shows nothing, or no place within reach fits.
+    None if the window leaves a picture or has no contrast, or if nothing within reach matches.
     """
     x, y = at_px
     half = window.half_px
@@ -85,20 +84,24 @@ def find_point(
     one, two = _part(first, x, y, spare, half), _part(second, x + dx, y + dy, spare, spare)
     if one is None or two is None:
         return None
-    told = PlacePrior(
+    shifted = PositionPrior(
         y_px=prior.y_px - dy,
         y_sigma_px=prior.y_sigma_px,
         slope_sigma=prior.slope_sigma,
         slopes=prior.slopes,
     )
     found = match_point(
-        InterpolatedPicture.of(one), InterpolatedPicture.of(two), WindowPlacement(), window=window, prior=told
+        InterpolatedPicture.of(one),
+        InterpolatedPicture.of(two),
+        WindowPlacement(),
+        window=window,
+        prior=shifted,
     )
     if found is None or not math.isfinite(found.sigma_px[0]):
         return None
     return FoundPoint(
-        x_px=dx + found.place.x_px,
-        y_px=dy + found.place.y_px,
+        x_px=dx + found.placement.x_px,
+        y_px=dy + found.placement.y_px,
         sigma_x_px=math.hypot(STRUCTURE * found.sigma_px[0], FLOOR_SIGMA_PX),
         sigma_y_px=math.hypot(STRUCTURE * found.sigma_px[1], FLOOR_SIGMA_PX),
         score=found.score,
@@ -107,7 +110,7 @@ def find_point(
 
 
 def _part(image: NDArray[np.float32], x: int, y: int, half_x: int, half_y: int) -> NDArray[np.float32] | None:
-    """Return the window about a whole pixel, its border continued by at most the spare; None far outside."""
+    """Return the window about a whole pixel, the border repeated; None if more than the spare is missing."""
     height, width = image.shape
     if not (half_x - SPARE_PX <= x < width - half_x + SPARE_PX and 0 <= y < height):
         return None

@@ -1,4 +1,4 @@
-"""Windows about a point: their weights, their brightness made comparable, their slopes."""
+"""Windows about a point: weights, normalised brightness and gradients."""
 
 import math
 from dataclasses import dataclass
@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 Image = NDArray[np.float32]
 LEAST_DEVIATION = 1e-3
+"""Weighted standard deviation below which a window has no contrast, grey levels."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchWindow:
-    """Half side of the window, px, and the standard deviation of its bell of weights."""
+    """Half side of the window, px, and the standard deviation of its Gaussian weights."""
 
     half_px: int
     weight_sigma_px: float
@@ -21,7 +22,7 @@ class MatchWindow:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WindowWeights:
-    """The weights of a window, (n, n) float32 of sum 1, and the sum before they were normalised."""
+    """The weights of a window, (n, n) float32 of sum 1; `samples`: their sum before normalisation."""
 
     weights: Image
     axis: Image
@@ -38,13 +39,13 @@ class WindowWeights:
         return float(np.vdot(self.weights, image))
 
     def normalised(self, image: Image) -> Image | None:
-        """Return the image with weighted mean 0 and variance 1; None when it is all one grey."""
+        """Return the image with weighted mean 0 and variance 1; None when it has no contrast."""
         centred = image - np.float32(self.mean(image))
         deviation = math.sqrt(max(0.0, self.mean(centred * centred)))
         return centred / np.float32(deviation) if deviation > LEAST_DEVIATION else None
 
     def slopes(self, image: Image, count: int) -> Image:
-        """Return (2 + count, n²): how brightness changes with x, y and with `count` slopes of the place."""
+        """Return (2 + count, n²): derivatives of the brightness by x, y and `count` slopes of the window."""
         side = len(self.axis)
         columns = np.zeros((2 + count, side, side), dtype=np.float32)
         columns[0, :, 1:-1] = (image[:, 2:] - image[:, :-2]) * np.float32(0.5)
@@ -57,7 +58,7 @@ class WindowWeights:
 
 @lru_cache(maxsize=16)
 def bell(window: MatchWindow) -> WindowWeights:
-    """Return the weights of a window."""
+    """Return the Gaussian weights of a window."""
     axis = np.arange(-window.half_px, window.half_px + 1, dtype=np.float64)
     side = np.exp(-0.5 * (axis / window.weight_sigma_px) ** 2)
     samples = float(side.sum()) ** 2

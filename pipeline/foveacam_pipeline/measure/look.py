@@ -1,8 +1,8 @@
-"""The dense depth of one look, with all that turns a pixel of any of its pictures into a point.
+"""The dense depth of one look, with the geometry that converts a pixel of any of its pictures to a point.
 
-Errors: each pixel's disparity has a matching error of its own; the errors of the two gazes are shared by
-all pixels of the look. Pose errors are three: how far the left and the right window really lie along u, and
-how far both lie along v, px at the window's scale.
+Errors: the disparity of each pixel has its own matching error; all pixels of the look share three pose
+errors: the shifts of the left and of the right window along u, and the common shift of both along v, px at
+the window's scale.
 """
 
 from dataclasses import dataclass
@@ -54,14 +54,14 @@ class LookDepth:
         return float(np.median(known)) if known.size else float("nan")
 
     def residual_px(self, z_m: float) -> float:
-        """Return how far left of the left window's pixel the right window shows what is at depth `z_m`."""
+        """Return the residual disparity of a surface at depth `z_m`, px (left minus right column)."""
         return self.f_px * self.baseline_m / z_m - (self.u0_left_px - self.u0_right_px)
 
 
 def look_depth(
     pair: RectifiedPair, depth: DepthMap, *, calibration: Calibration, volts: StereoVolts, scale: float
 ) -> LookDepth:
-    """Return the depth of a look together with its geometry and the errors of its pose."""
+    """Return the depth of a look with its geometry and its pose errors."""
     z_m = crossing_z_m(calibration, volts)
     left_rad, right_rad = (eye.angle_sigma_rad(z_m) for eye in (calibration.left, calibration.right))
     per_px = depth.z_m * depth.z_m / np.float32(pair.f_px * pair.baseline_m)

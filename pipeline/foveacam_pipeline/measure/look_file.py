@@ -1,4 +1,4 @@
-"""The depth of a look as a file: a compressed npz with its format and version."""
+"""Save and load the depth of a look as a compressed npz file with format and version."""
 
 from pathlib import Path
 from zipfile import BadZipFile
@@ -13,7 +13,7 @@ VERSION = 1
 
 
 def save_look(look: LookDepth, path: Path) -> None:
-    """Write a look's depth; `sigma_px` is kept as float16 (relative error below 1e-3)."""
+    """Write the depth of a look; `sigma_px` is stored as float16 (relative error below 1e-3)."""
     drives = (look.volts.left, look.volts.right)
     with path.open("wb") as file:
         np.savez_compressed(
@@ -37,7 +37,7 @@ def save_look(look: LookDepth, path: Path) -> None:
 
 
 def load_look(path: Path) -> LookDepth:
-    """Read what `save_look` wrote; raise InvalidInput for another format or version or a damaged file."""
+    """Load a file of `save_look`; raise InvalidInput for another format or version or a damaged file."""
     try:
         with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             found = {name: file[name] for name in file.files}

@@ -1,7 +1,7 @@
-"""A plane through the depth of a region of a look: robust, with the errors of matching and of the pose.
+"""Fit a plane to the depth of a region of a look, robustly, with the errors of matching and of the pose.
 
 A plane is linear in disparity: d = a u + b v + c means a X' + b Y + (c / f) Z = B with X' = X + B/2. The fit
-is therefore linear in the quantity whose errors are even, and an error of the pose changes c alone.
+is therefore linear in the quantity whose errors are uniform, and a pose error changes only c.
 """
 
 import math
@@ -14,20 +14,21 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.measure.look import LookDepth
 
 FEWEST = 30
-"""Pixels that a plane needs: fewer say nothing of flatness."""
+"""Least number of pixels of a plane; fewer do not determine its flatness."""
 MOST = 20_000
-"""Pixels that are used of a larger region, spread evenly over it."""
+"""Largest number of pixels used, spread evenly over the region."""
 ROUNDS = 12
+"""Iterations of the robust fit."""
 TUKEY = 4.685
 """Residuals beyond so many robust standard deviations have no weight (95 % efficiency on normal errors)."""
 OUTLIER = 4.0
 CORRELATED_PX = 8.0
-"""Matching errors of pixels nearer than this are taken as one: a matcher's window and smoothing join them."""
+"""Correlation length of matching errors: the window and the smoothing of the matcher correlate them."""
 LEAST_SIGMA_PX, LEAST_SCALE = 1e-4, 1e-3
-"""Perfect data must not divide by zero."""
+"""Lower limits that prevent a division by zero on perfect data."""
 STARTS, JUDGES = 300, 400
-"""Planes through three samples that are tried, and samples that judge each: with 45 % outliers a sixth of the
-triples are clean, so that 300 draws miss them all with a chance below 1e-23."""
+"""Number of planes through three samples tried, and of samples on which each is tested. With 45 % outliers a
+sixth of the triples are clean, so that 300 draws miss them all with a probability below 1e-23."""
 LEAST_AREA_PX2 = 25.0
 
 
@@ -36,10 +37,10 @@ class MeasuredPlane:
     """A fitted plane, rig frame.
 
     `normal`: unit vector towards the rig; `normal_sigma_rad`: rms angle between it and the true one.
-    `pan_rad`: how far it is turned to the right about the vertical, `tilt_rad`: how far it faces up.
+    `pan_rad`: rotation to the right about the vertical, `tilt_rad`: rotation upwards.
     `distance_m`: of the rig's origin from the plane. `centre_rig_m`: of the pixels used. `residual_rms_m`,
     `flatness_m`: of the pixels that are no outliers, across the plane; flatness holds their middle 95 %.
-    `expected_rms_m`: what matching errors alone would leave.
+    `expected_rms_m`: residual expected from matching errors alone.
     """
 
     normal: tuple[float, float, float]
@@ -70,7 +71,7 @@ class _Samples:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Fit:
-    """Coefficients (a, b, c), their covariance from matching, residuals in px, and which samples belong."""
+    """Coefficients (a, b, c), their covariance from matching, residuals, px, and the inliers."""
 
     abc: NDArray[np.float64]
     cov: NDArray[np.float64]
@@ -83,7 +84,7 @@ def fit_plane(
 ) -> MeasuredPlane:
     """Fit the known pixels of `region`, (h, w) bool of the left window.
 
-    `outline_px`: (n, 2) window pixels whose places on the plane become `corners_rig_m`.
+    `outline_px`: (n, 2) window pixels whose points on the plane become `corners_rig_m`.
     """
     samples = _samples(look, region)
     if len(samples.d_px) < FEWEST:
@@ -119,14 +120,14 @@ def _robust(samples: _Samples) -> _Fit:
     weights = 1.0 / samples.sigma_px**2
     abc = _start(design, samples.d_px, samples.sigma_px)
     for _ in range(ROUNDS):
-        pull = (samples.d_px - design @ abc) / samples.sigma_px
-        scale = max(1.4826 * float(np.median(np.abs(pull))), LEAST_SCALE)
-        share = np.clip(1.0 - (pull / (TUKEY * scale)) ** 2, 0.0, None) ** 2
+        normalised = (samples.d_px - design @ abc) / samples.sigma_px
+        scale = max(1.4826 * float(np.median(np.abs(normalised))), LEAST_SCALE)
+        share = np.clip(1.0 - (normalised / (TUKEY * scale)) ** 2, 0.0, None) ** 2
         abc = _weighted(design, samples.d_px, weights * share)
-    pull = (samples.d_px - design @ abc) / samples.sigma_px
-    inlier = np.abs(pull) <= OUTLIER * scale
+    normalised = (samples.d_px - design @ abc) / samples.sigma_px
+    inlier = np.abs(normalised) <= OUTLIER * scale
     information = (design[inlier] * weights[inlier, None]).T @ design[inlier]
-    alike = max(1.0, (CORRELATED_PX / samples.step_px) ** 2)  # samples that say the same thing
+    alike = max(1.0, (CORRELATED_PX / samples.step_px) ** 2)  # correlated samples
     cov = np.linalg.inv(information) * max(1.0, scale**2) * alike
     shift = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-origin[0], -origin[1], 1.0]])
     return _Fit(
@@ -140,20 +141,20 @@ def _robust(samples: _Samples) -> _Fit:
 def _start(
     design: NDArray[np.float64], d_px: NDArray[np.float64], sigma_px: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the coefficients with the least median residual of planes through three samples.
+    """Return the coefficients with the least median residual among planes through three samples.
 
-    Whatever fills less than half of the region does not move it. Samples are drawn with a fixed seed.
+    Objects that fill less than half of the region do not influence it. Samples are drawn with a fixed seed.
     """
     rng = np.random.default_rng(len(d_px))
-    few = rng.choice(len(d_px), min(JUDGES, len(d_px)), replace=False)
+    judges = rng.choice(len(d_px), min(JUDGES, len(d_px)), replace=False)
     best = _weighted(design, d_px, 1.0 / sigma_px**2)
-    least = float(np.median(np.abs(d_px[few] - design[few] @ best) / sigma_px[few]))
+    least = float(np.median(np.abs(d_px[judges] - design[judges] @ best) / sigma_px[judges]))
     for three in rng.integers(0, len(d_px), (STARTS, 3)):
         corner = design[three]
         if abs(np.linalg.det(corner)) < LEAST_AREA_PX2:
             continue
         abc = np.linalg.solve(corner, d_px[three])
-        middle = float(np.median(np.abs(d_px[few] - design[few] @ abc) / sigma_px[few]))
+        middle = float(np.median(np.abs(d_px[judges] - design[judges] @ abc) / sigma_px[judges]))
         if middle < least:
             least, best = middle, abc
     return best

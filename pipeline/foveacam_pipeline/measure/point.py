@@ -1,7 +1,7 @@
-"""One pixel of a look as a point of the rig frame, with its covariance in two parts.
+"""Convert a pixel of a look to a point of the rig frame, with its covariance in two parts.
 
-P = (u Z / f - B/2, v Z / f, Z) with Z = f B / d. The matching error of d moves a point along its ray alone;
-the pose errors, shared by all points of a look, move it along and across.
+P = (u Z / f - B/2, v Z / f, Z) with Z = f B / d. The matching error of d moves a point along its ray only;
+the pose errors, which all points of a look share, move it along and across.
 """
 
 import math
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from foveacam_pipeline.measure.look import LookDepth
 
 EDGE_JUMP_PX = 2.0
-"""Where disparity differs by more within the 5 x 5 surroundings, the point may be of either surface."""
+"""A point may be of either surface where disparity varies by more in the 5 x 5 window."""
 EDGE_REACH_PX = 2
 
 
@@ -22,8 +22,8 @@ class MeasuredPoint:
     """A point with its errors.
 
     `point_rig_m`: (3,). `own_cov_m2`: (3, 3) covariance that no other point shares. `pose_jacobian`: (3, 3)
-    m per px of each pose error; `pose_sigma_px`: (3,) of them; both zero for a point whose pose is not known
-    apart. `look_id`: points of one look share its pose errors; None for a point that shares none.
+    m per px of each pose error; `pose_sigma_px`: (3,) of them; both zero for a point whose pose errors are
+    not known separately. `look_id`: points of one look share its pose errors; None: it shares none.
     """
 
     point_rig_m: NDArray[np.float64]
@@ -86,7 +86,7 @@ def point_of(
 
 
 def lone_point(point_rig_m: tuple[float, float, float], *, sigma_z_m: float) -> MeasuredPoint:
-    """Return a point known by its depth's whole standard error alone; it shares its errors with no other."""
+    """Return a point of which only the total standard error of depth is known; it shares no error."""
     point = np.array(point_rig_m)
     step = point / point[2] * sigma_z_m
     none = np.zeros(3)
@@ -100,7 +100,7 @@ def lone_point(point_rig_m: tuple[float, float, float], *, sigma_z_m: float) -> 
 
 
 def nearest_known(look: LookDepth, x_px: float, y_px: float, *, reach_px: float) -> tuple[int, int] | None:
-    """Return the (x, y) of the known window pixel nearest to a place, None when none is within `reach_px`."""
+    """Return the (x, y) of the nearest window pixel with depth, None when none is within `reach_px`."""
     width, height = look.size_px
     left, right = max(0, math.ceil(x_px - reach_px)), min(width - 1, math.floor(x_px + reach_px))
     top, bottom = max(0, math.ceil(y_px - reach_px)), min(height - 1, math.floor(y_px + reach_px))
@@ -118,7 +118,7 @@ def nearest_known(look: LookDepth, x_px: float, y_px: float, *, reach_px: float)
 
 
 def beside_edge(look: LookDepth, x_px: int, y_px: int) -> bool:
-    """Tell whether depth jumps so near to a window pixel that its depth may be of either surface."""
+    """Return whether depth jumps so near to a window pixel that its depth may be of either surface."""
     reach = EDGE_REACH_PX
     near = look.z_m[max(0, y_px - reach) : y_px + reach + 1, max(0, x_px - reach) : x_px + reach + 1]
     known = near[np.isfinite(near)]

@@ -1,4 +1,4 @@
-"""Depth along a line of a look's window."""
+"""Measure depth along a line in the window of a look."""
 
 import math
 from dataclasses import dataclass
@@ -10,13 +10,13 @@ from foveacam_pipeline.measure.look import LookDepth
 from foveacam_pipeline.measure.point import point_of
 
 MOST = 400
-"""Samples of the longest line."""
+"""Largest number of samples of a profile."""
 SHORTEST_PX = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProfileSample:
-    """One place of the line: window pixel, way along, depth and its matching error; None where unknown."""
+    """One sample of the line: window pixel, length along it, depth and its matching error (None unknown)."""
 
     x_px: float
     y_px: float
@@ -29,7 +29,7 @@ class ProfileSample:
 class DepthProfile:
     """Depth along a line.
 
-    `along_m` of the samples counts on a surface that faces the rig at the profile's median depth.
+    `along_m` of the samples is measured on a surface that faces the rig at the profile's median depth.
     `pose_sigma_m`: standard error of Z that all samples share, m.
     """
 
@@ -51,9 +51,9 @@ def profile_along(
             remedy="drag a longer line",
         )
     count = min(MOST, math.ceil(long_px) + 1)
-    places = start + (end - start) * np.linspace(0.0, 1.0, count)[:, None]
+    pixels = start + (end - start) * np.linspace(0.0, 1.0, count)[:, None]
     width, height = look.size_px
-    columns, rows = np.rint(places).astype(np.int64).T
+    columns, rows = np.rint(pixels).astype(np.int64).T
     inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
     z_m, sigma_px = np.full(count, np.nan), np.full(count, np.nan)
     z_m[inside] = look.z_m[rows[inside], columns[inside]]
@@ -67,7 +67,7 @@ def profile_along(
         )
     median_z_m = float(np.nanmedian(z_m))
     middle = point_of(
-        look, (float(places[:, 0].mean()), float(places[:, 1].mean())), median_z_m, sigma_px=0.0, look_id=""
+        look, (float(pixels[:, 0].mean()), float(pixels[:, 1].mean())), median_z_m, sigma_px=0.0, look_id=""
     )
     along_m = np.linspace(0.0, 1.0, count) * long_px * median_z_m / look.f_px
     sigma_m = z_m**2 / (look.f_px * look.baseline_m) * sigma_px
@@ -80,7 +80,7 @@ def profile_along(
             z_sigma_m=sigma if math.isfinite(z) else None,
         )
         for (x, y), along, z, sigma in zip(
-            places.tolist(), along_m.tolist(), z_m.tolist(), sigma_m.tolist(), strict=True
+            pixels.tolist(), along_m.tolist(), z_m.tolist(), sigma_m.tolist(), strict=True
         )
     )
     return DepthProfile(samples=samples, median_z_m=median_z_m, pose_sigma_m=middle.sigma_m[2])

@@ -1,7 +1,7 @@
-"""Which window pixel of a look a pixel of another view shows, and the way back.
+"""Convert pixels between the views of a look and its left window, in both directions.
 
 Views: `depth`, `anaglyph` and `difference` are the left window itself; `left` and `right` are the raw foveae;
-`wide` is the wide camera. `right` and `wide` see the scene from elsewhere: there it takes the depth as well.
+`wide` is the wide camera. `right` and `wide` have another viewpoint, so the conversion needs the depth.
 """
 
 import math
@@ -17,7 +17,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 
 Pixel = tuple[float, float]
 TIE_PX = 0.75
-"""Of pixels of the right window as near as this to each other the one nearer to the rig hides the other."""
+"""Of two right window pixels closer than this, the one nearer to the rig hides the other."""
 
 
 class MeasuredView(StrEnum):
@@ -36,13 +36,13 @@ WINDOWS = frozenset({MeasuredView.ANAGLYPH, MeasuredView.DIFFERENCE, MeasuredVie
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ViewMap:
-    """The views of one look."""
+    """Converts pixels between the views of one look."""
 
     look: LookDepth
     wide: Intrinsics
 
     def size_px(self, view: MeasuredView) -> tuple[int, int]:
-        """Return width and height of a view's picture, without a scale beside it."""
+        """Return width and height of a view's picture, without its scale bar."""
         if view is MeasuredView.WIDE:
             return self.wide.width, self.wide.height
         width, height = self.look.size_px
@@ -51,7 +51,7 @@ class ViewMap:
         return round(width / self.look.scale), round(height / self.look.scale)
 
     def to_window(self, view: MeasuredView, pixel: Pixel, *, z_m: float) -> Pixel:
-        """Return the place in the left window of what a view shows at `pixel`, which is at depth `z_m`."""
+        """Return the left window position of what a view shows at `pixel`, which is at depth `z_m`."""
         look = self.look
         if view in WINDOWS:
             return pixel
@@ -66,11 +66,11 @@ class ViewMap:
         return u_px - look.u0_left_px, v_px - look.v0_px
 
     def to_right_window(self, pixel: Pixel) -> Pixel:
-        """Return the place in the right window of a pixel of the raw right fovea."""
+        """Return the right window position of a pixel of the raw right fovea."""
         return _mapped(self.look.window_from_right, pixel)
 
     def from_window(self, view: MeasuredView, window_px: Pixel, *, z_m: float) -> Pixel:
-        """Return the pixel of a view that shows the place in the left window, which is at depth `z_m`."""
+        """Return the pixel of a view for a position in the left window, which is at depth `z_m`."""
         look = self.look
         if view in WINDOWS:
             return window_px
@@ -91,9 +91,9 @@ def wide_pixel(wide: Intrinsics, point_rig_m: tuple[float, float, float]) -> Pix
 
 
 def nearest_known_right(look: LookDepth, right_px: Pixel, *, reach_px: float) -> tuple[int, int] | None:
-    """Return the (x, y) of the left window's known pixel whose surface the right window shows at a place.
+    """Return the (x, y) of the left window pixel with depth that the right window shows at `right_px`.
 
-    None when no known pixel comes within `reach_px` of it.
+    None when no such pixel is within `reach_px` of it.
     """
     width, height = look.size_px
     x_px, y_px = right_px

@@ -1,4 +1,4 @@
-"""Calibrated models, frozen, and the versioned file that holds them."""
+"""Calibrated models (immutable) and the versioned calibration file."""
 
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration, eye_volts
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration

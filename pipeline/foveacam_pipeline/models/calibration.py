@@ -1,7 +1,7 @@
-"""The calibration of a whole rig: wide camera, mirrors, rectifications, and how far to trust them.
+"""The calibration of a whole rig: wide camera, mirrors, rectifications and their standard errors.
 
-An eye's gaze leaves its pivot. The pivots are kept as offsets from the reference points at
-(-B/2, 0, 0) and (+B/2, 0, 0), from which Z = f B / d counts.
+The gaze of an eye starts at its pivot. The pivots are stored as offsets from the reference points at
+(-B/2, 0, 0) and (+B/2, 0, 0), to which Z = f B / d refers.
 """
 
 import math
@@ -23,11 +23,11 @@ from foveacam_pipeline.models.mirror import MirrorModel
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EyeCalibration:
-    """One eye: its mirror, its rectification, and where its gaze really starts.
+    """One eye: its mirror, its rectification, and the start point of its gaze.
 
     `pivot_offset_m`: (x, y, z) of the pivot from the eye's reference point, rig frame.
     `pivot_sigma_m`: standard error of the offset's x and y. `reference_depth_m`: the depth at which the
-    angles were measured, where an error of the offset does no harm; None means infinity.
+    angles were measured, where an error of the offset has no effect; None means infinity.
     """
 
     mirror: MirrorModel
@@ -39,7 +39,7 @@ class EyeCalibration:
     def angle_sigma_rad(self, depth_m: float) -> tuple[float, float]:
         """Return the standard error of the gaze (ax, ay), rad, as seen from the reference point.
 
-        The error of the pivot's place is felt in proportion to how far 1/Z is from where it was measured.
+        The error of the pivot's position counts in proportion to 1/Z minus that of the reference depth.
         """
         reference = 0.0 if self.reference_depth_m is None else 1.0 / self.reference_depth_m
         walk = self.pivot_sigma_m * abs(1.0 / depth_m - reference)
@@ -48,7 +48,7 @@ class EyeCalibration:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Calibration:
-    """Everything that turns volts and pixels of one rig into angles and metres.
+    """The models that convert volts and pixels of one rig to angles and metres.
 
     `created_utc`: ISO 8601. `origin`: "factory", "measured" (by the procedures), "corrected" (for drift; then
     `parent_id` names what was corrected) or "imported". `session_id`: the session that measured it.
@@ -73,12 +73,12 @@ class Calibration:
 
     @property
     def id(self) -> str:
-        """Name of the calibration: a hash of its content."""
+        """Id of the calibration: a hash of its content."""
         return content_id(plain(self))
 
     @property
     def created(self) -> datetime:
-        """When it was made, with its time zone."""
+        """Time of creation, with time zone."""
         return datetime.fromisoformat(self.created_utc)
 
     def check_rig(self, rig_id: str) -> None:
@@ -141,20 +141,20 @@ class Calibration:
         """Return (n, 3, 3) homographies from raw fovea px to (du, dv, 1) for what lies at Z = `depths_m`.
 
         `gazes_rad`: (n, 2) rad; `depths_m`: (n,) m, or infinity. Like `HomographyField.at_each`, with what a
-        finite depth adds: the pupil stands `pupil_m` behind the pivot, which widens the field by
-        1 + pupil cos(gaze) / Z, and the pivot stands beside the eye's reference point, from which (du, dv)
-        counts.
+        finite depth adds: the pupil lies `pupil_m` behind the pivot, which widens the field by
+        1 + pupil cos(gaze) / Z, and the pivot lies beside the eye's reference point, to which (du, dv)
+        refers.
         """
         eye = self.eye(role)
         tangents = np.tan(gazes_rad)
-        place = np.zeros((len(tangents), 3, 3))
+        displacement = np.zeros((len(tangents), 3, 3))
         widening = 1.0 + self.pupil_m / (depths_m * np.sqrt(1.0 + np.sum(tangents**2, axis=1)))
-        place[:, 0, 0] = place[:, 1, 1] = widening
+        displacement[:, 0, 0] = displacement[:, 1, 1] = widening
         x_m, y_m, z_m = eye.pivot_offset_m
         shifts_m = np.array([x_m, y_m]) - z_m * tangents
-        place[:, :2, 2] = self.fovea_f_px * shifts_m / depths_m[:, None]
-        place[:, 2, 2] = 1.0
-        homographies: NDArray[np.float64] = place @ eye.homography.at_each(gazes_rad)
+        displacement[:, :2, 2] = self.fovea_f_px * shifts_m / depths_m[:, None]
+        displacement[:, 2, 2] = 1.0
+        homographies: NDArray[np.float64] = displacement @ eye.homography.at_each(gazes_rad)
         homographies /= homographies[:, 2:, 2:]
         return homographies
 
@@ -164,14 +164,14 @@ class Calibration:
         return self.fovea_f_px * math.hypot(left[0], right[0])
 
     def epipolar_sigma_px(self, depth_m: float = math.inf) -> float:
-        """Return the standard error of the rows' match between the eyes at `depth_m`, fovea px."""
+        """Return the standard error of the row difference between the eyes at `depth_m`, fovea px."""
         left, right = self.left.angle_sigma_rad(depth_m), self.right.angle_sigma_rad(depth_m)
         return self.fovea_f_px * math.hypot(left[1], right[1])
 
     def reach_rad(self) -> tuple[float, float, float, float]:
-        """Return a box (ax min, ax max, ay min, ay max), rad, in which both eyes can look anywhere.
+        """Return a box (ax min, ax max, ay min, ay max), rad, that both eyes reach entirely.
 
-        It has the shape of the common bounding box of both fields, as large as fits inside them.
+        It is the common bounding box of both fields, shrunk until it lies inside them.
         """
         hulls = [self.left.mirror.hull_rad, self.right.mirror.hull_rad]
         low = np.max([hull.min(axis=0) for hull in hulls], axis=0)
@@ -189,5 +189,5 @@ class Calibration:
 
 
 def eye_volts(volts: StereoVolts, role: Role) -> MirrorVolts:
-    """Return the drive of one eye."""
+    """Return the volts of one eye's mirror."""
     return volts.left if role is Role.LEFT else volts.right

@@ -1,4 +1,4 @@
-"""The calibration file: JSON with format, version and content hash, written whole, then renamed."""
+"""Read and write the calibration file: JSON with format, version and content hash, written atomically."""
 
 import json
 from datetime import datetime
@@ -22,7 +22,7 @@ FORMAT = "foveacam-calibration"
 VERSION = 2
 
 Number: TypeAlias = Annotated[float, Field(ge=-1e12, le=1e12)]
-"""Of any kind: the bounds only keep what is computed with it finite."""
+"""Any number; the bounds keep results computed with it finite."""
 Positive: TypeAlias = Annotated[float, Field(gt=0.0, le=1e12)]
 NotNegative: TypeAlias = Annotated[float, Field(ge=0.0, le=1e12)]
 Pair: TypeAlias = tuple[Number, Number]
@@ -167,7 +167,7 @@ class _Content(_Document):
 
 
 def save_calibration(calibration: Calibration, path: Path) -> None:
-    """Write the calibration to `path`: whole and on disk first, then renamed into place."""
+    """Write the calibration to `path` atomically and durably."""
     content = calibration_bytes(calibration)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_file(path, content)
@@ -179,7 +179,7 @@ def calibration_bytes(calibration: Calibration) -> bytes:
 
 
 def calibration_document(calibration: Calibration) -> dict[str, Plain]:
-    """Return what a calibration file holds; `calibration_from` makes a calibration of it again."""
+    """Return the document of a calibration file; `calibration_from` reads it."""
     content = plain(calibration)
     return {"format": FORMAT, "version": VERSION, "hash": content_id(content), "calibration": content}
 
@@ -190,9 +190,9 @@ def load_calibration(path: Path) -> Calibration:
 
 
 def calibration_from(document: object, *, what: str) -> Calibration:
-    """Return the calibration of a file's document that another JSON library may have written anew.
+    """Return the calibration of a document that another JSON library may have rewritten.
 
-    Its numbers may look otherwise (1 for 1.0) while they say the same; `what` names it in refusals.
+    Its numbers may be written differently (1 for 1.0); `what` names the document in error messages.
     """
     content = _version_of(_as_file(document, what), what)
     calibration = _built(content, what)

@@ -1,4 +1,4 @@
-"""The content of a calibrated model as plain JSON values, and the hash that names it."""
+"""Convert a calibrated model to plain JSON values and compute its content hash."""
 
 import dataclasses
 import hashlib
@@ -8,14 +8,14 @@ from typing import TypeAlias
 import numpy as np
 
 Plain: TypeAlias = dict[str, "Plain"] | list["Plain"] | str | float | int | bool | None
-"""What JSON can hold."""
+"""A JSON value."""
 
 ID_LENGTH = 16
-"""Hexadecimal digits of the SHA-256 that name a calibration: 64 bits, plenty for one rig's lifetime."""
+"""Hexadecimal digits of the SHA-256 in a calibration's id: 64 bits, plenty for one rig's lifetime."""
 
 
 def plain(value: object) -> Plain:
-    """Return a frozen model, array or number as JSON values; floats keep every bit when printed."""
+    """Return a frozen model, array or number as JSON values; floats are exact when printed."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, np.ndarray):
@@ -30,6 +30,6 @@ def plain(value: object) -> Plain:
 
 
 def content_id(content: Plain) -> str:
-    """Return the name of `content`: the head of the SHA-256 of its canonical JSON."""
+    """Return the id of `content`: the first digits of the SHA-256 of its canonical JSON."""
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:ID_LENGTH]

@@ -1,4 +1,4 @@
-"""Where a fovea's field lies in the wide image."""
+"""Compute where the field of a fovea lies in the wide image."""
 
 import math
 

@@ -1,7 +1,7 @@
 """The rectifying homography of one fovea as a smooth function of its gaze (Eq. 4).
 
 Every entry is a polynomial of (ax, ay). The image centre is the gaze itself, so it maps to (0, 0) by
-construction: the entries are fitted in pixels counted from the image centre.
+construction: the entries are fitted in pixels relative to the image centre.
 """
 
 from dataclasses import dataclass

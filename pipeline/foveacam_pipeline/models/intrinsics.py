@@ -1,4 +1,4 @@
-"""A calibrated camera: pixels <-> axis-wise angles, with OpenCV's five-coefficient lens distortion."""
+"""The intrinsics of a camera: pixels <-> axis-wise angles, with OpenCV's five-coefficient distortion."""
 
 import math
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
-"""One steering mirror: drive volts <-> gaze angles (Eqs. 2 and 3).
+"""The model of a steering mirror: drive volts <-> gaze angles (Eqs. 2 and 3).
 
-The forward polynomial is the model. Its inverse is a polynomial too, but only as the starting point of a
-Newton iteration on the forward one: a round trip closes far below one step of the DAC.
+The forward polynomial is the model. The inverse polynomial is only the starting point of a Newton iteration
+on the forward one, so that a round trip is exact to far below one step of the DAC.
 """
 
 import math
@@ -15,7 +15,7 @@ from foveacam_pipeline.geometry.polynomial import BivariatePolynomial
 from foveacam_pipeline.geometry.shapes import as_rows
 
 DAC_STEP_V = 200.0 / 65_535.0
-"""One code of one channel: the smallest change of a differential drive (200 V full scale, 16 bits)."""
+"""Volts of one DAC code: the smallest change of a differential drive (200 V full scale, 16 bits)."""
 _NEWTON_ROUNDS = 20
 _NEWTON_STOP_V = 1e-6 * DAC_STEP_V
 
@@ -53,7 +53,7 @@ class MirrorModel:
         return MirrorVolts(x_v=x_v, y_v=y_v)
 
     def volts_for(self, angles_rad: ArrayLike) -> NDArray[np.float64]:
-        """Return (n, 2) float64 volts for `angles_rad`: (n, 2), or raise OutOfRange for the first beyond."""
+        """Return (n, 2) float64 volts for `angles_rad`: (n, 2), or raise OutOfRange for the first outside."""
         angles = as_rows(angles_rad, columns=2, name="angles_rad")
         inside, volts = self._solve(angles)
         if not inside.all():
@@ -76,7 +76,7 @@ class MirrorModel:
         return np.asarray((beyond <= self.margin_rad).all(axis=1))
 
     def _solve(self, angles: NDArray[np.float64]) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-        """Return which rows are in the domain, and their volts (rows outside hold what was reached)."""
+        """Return which rows are in the domain, and their volts (clipped values for rows outside)."""
         inside = self._in_hull(angles)
         volts = np.zeros_like(angles)
         if not inside.any():

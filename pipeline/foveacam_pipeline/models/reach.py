@@ -1,4 +1,4 @@
-"""Where each eye can look, as an outline in the wide image."""
+"""Compute the field that each eye reaches, as an outline in the wide image."""
 
 import math
 
@@ -11,13 +11,13 @@ from foveacam_pipeline.geometry.verging import point_on_ray
 from foveacam_pipeline.models.calibration import Calibration
 
 SAMPLE_RAD = math.radians(1.0)
-"""An edge of the mirror's field is sampled so closely: it bends by less than half a wide pixel between."""
+"""Sampling of the edges of a mirror's field; between samples they bend by less than half a wide pixel."""
 
 
 def reach_outline_px(
     calibration: Calibration, role: Role, *, distance_m: float = math.inf
 ) -> NDArray[np.float64]:
-    """Return (n, 2) float64 wide px of the outline of where an eye is calibrated to look.
+    """Return (n, 2) float64 wide px of the outline of the calibrated field of an eye.
 
     The outline is taken at `distance_m` from the rig's origin, or at infinity, and may leave the wide image.
     Raise OutOfRange for a distance nearer than the eye itself.
@@ -26,12 +26,12 @@ def reach_outline_px(
     rays = np.column_stack([tangents, np.ones(len(tangents))])
     if math.isfinite(distance_m):
         pivot = calibration.pivot_rig_m(role)
-        rays = np.array([point_on_ray(pivot, way, distance_m) for way in rays])
+        rays = np.array([point_on_ray(pivot, ray, distance_m) for ray in rays])
     return calibration.wide.pixels(angles_from_rays(rays))
 
 
 def outline_margin_px(outline_px: NDArray[np.float64], points_px: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n,) how far points (n, 2) lie inside a convex outline (m, 2), px; negative outside."""
+    """Return (n,) the distance of points (n, 2) from a convex outline (m, 2), px; negative outside."""
     edges = np.roll(outline_px, -1, axis=0) - outline_px
     lengths = np.linalg.norm(edges, axis=1)
     edges, starts = edges[lengths > 0.0] / lengths[lengths > 0.0, None], outline_px[lengths > 0.0]

@@ -1,1 +1,1 @@
-"""From a fovea pair to disparity, depth with its error, clouds and meshes."""
+"""Dense stereo of a fovea pair: rectification, disparity, depth with its error, clouds and meshes."""

@@ -1,7 +1,7 @@
-"""Several disparity maps of one gaze on a static target, fused into one.
+"""Fuse several disparity maps of one gaze on a static target.
 
-Matching errors of looks differ by their noise, but share what texture, slant and edges do to the matcher; the
-pose error is one and the same in all of them. Only the noise falls with the number of looks.
+The noise of the looks is independent; the errors of the matcher by texture, slant and edges, and the pose
+error, are common to all of them. Only the noise decreases with the number of looks.
 """
 
 from dataclasses import dataclass
@@ -14,21 +14,21 @@ from foveacam_pipeline.stereo.refine import FloatImage
 from foveacam_pipeline.stereo.values import DisparityMap
 
 OUTLIER_SIGMA = 3.0
-"""A map whose pixel lies farther from the median of all maps is left out there."""
+"""A map is left out at a pixel where it lies more standard errors than this from the median of all maps."""
 LEAST_SHARE = 0.5
-"""Share of the maps that must know a pixel and agree on it."""
+"""Least share of the maps that must have a pixel and agree on it."""
 SMALLEST_SCATTER_SHARE = 0.1
-"""The noise of a pixel is at least this share of its stated error: few looks tell scatter poorly."""
+"""Least share of noise in a stated error: the scatter of few looks is a poor estimate."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DisparityStack:
-    """Disparity maps of one gaze; adding one gives a new stack."""
+    """Disparity maps of one gaze (immutable)."""
 
     maps: tuple[DisparityMap, ...] = ()
 
     def with_map(self, disparity: DisparityMap) -> "DisparityStack":
-        """Return the stack with one more map of the same size."""
+        """Return a new stack with one more map of the same size."""
         if self.maps and disparity.residual_px.shape != self.maps[0].residual_px.shape:
             raise InvalidInput(
                 f"a disparity map of {disparity.residual_px.shape} px cannot be added to maps of "
@@ -59,13 +59,13 @@ class DisparityStack:
         )
 
     def _occluded(self) -> NDArray[np.bool_] | None:
-        """Return what most maps call hidden from the right eye."""
+        """Return the pixels that most maps mark as hidden from the right eye."""
         found = [each.occluded for each in self.maps if each.occluded is not None]
         return np.mean(found, axis=0) > LEAST_SHARE if found else None
 
 
 def _median(values: FloatImage, known: NDArray[np.bool_]) -> FloatImage:
-    """Return (h, w) the median over the known of (n, h, w); 0 where none is known."""
+    """Return (h, w) the median over the known values of (n, h, w); 0 where none is known."""
     ordered = np.sort(np.where(known, values, np.inf), axis=0)
     count = known.sum(axis=0)[None]
     low, high = (
@@ -78,9 +78,9 @@ def _median(values: FloatImage, known: NDArray[np.bool_]) -> FloatImage:
 def _fused_sigma(
     values: FloatImage, sigmas: FloatImage, known: NDArray[np.bool_], mean: FloatImage
 ) -> FloatImage:
-    """Return (h, w) the error of the mean: of the stated variance only the scatter seen between maps falls.
+    """Return (h, w) the standard error of the mean.
 
-    Stated variance = scatter (differs from look to look) + what all looks share.
+    Stated variance = scatter between maps, which averaging reduces, + a part that all looks share.
     """
     count = np.maximum(known.sum(axis=0), 1)
     stated = np.where(known, np.square(np.nan_to_num(sigmas)), 0.0).sum(axis=0) / count

@@ -1,7 +1,7 @@
-"""From disparity to metres: depth with its error for every pixel, and the cloud of points in the rig frame.
+"""Convert disparity to metres: depth with its error for every pixel, and a point cloud in the rig frame.
 
-Z = f B / d is exact off the axis as on it (virtual pinholes are parallel); its error is Z^2 / (B f) times
-that of d (Sec. 4.1). Knows nothing of how disparity was found.
+Z = f B / d is exact off the axis as on it (the virtual pinholes are parallel); its error is Z^2 / (B f)
+times that of d (Sec. 4.1). Independent of how the disparity was measured.
 """
 
 import math
@@ -15,7 +15,7 @@ from foveacam_pipeline.geometry.triangulate import points_from_plane
 from foveacam_pipeline.stereo.values import Cloud, DepthMap, DisparityMap, RectifiedPair
 
 EDGE_JUMP_PX = 2.0
-"""A pixel whose 5 x 5 surroundings differ by more in disparity lies on an edge: it may be of either side."""
+"""A pixel lies on an edge, and may be of either side, if disparity in its 5 x 5 window varies by more."""
 EDGE_WINDOW = 5
 
 
@@ -33,9 +33,9 @@ def depth_map(pair: RectifiedPair, disparity: DisparityMap) -> DepthMap:
 
 
 def cloud(pair: RectifiedPair, depth: DepthMap, max_points: int = 50_000) -> Cloud:
-    """Return at most `max_points` points of the rig frame with colour and error, edge pixels left out.
+    """Return at most `max_points` points of the rig frame with colour and error, without edge pixels.
 
-    A point's sigma holds both parts: its own matching error and the one that all share from the pose.
+    The sigma of a point combines its matching error with the pose error that all points share.
     """
     if max_points < 1:
         raise InvalidInput(f"cloud of {max_points} points: at least 1 is needed")
@@ -76,7 +76,7 @@ def disparity_px(pair: RectifiedPair, depth: DepthMap) -> NDArray[np.float32]:
 
 
 def edge_mask(pair: RectifiedPair, depth: DepthMap) -> NDArray[np.bool_]:
-    """Return (h, w) bool: known pixels near which depth jumps. Unknown neighbours do not count."""
+    """Return (h, w) bool: the known pixels near a jump of depth. Unknown neighbours do not count."""
     disparity = disparity_px(pair, depth)
     unknown = ~np.isfinite(disparity)
     kernel = np.ones((EDGE_WINDOW, EDGE_WINDOW), dtype=np.uint8)

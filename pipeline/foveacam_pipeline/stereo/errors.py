@@ -2,7 +2,7 @@
 
 Both are fitted, once, for each matcher: the logarithm of the 68.3 % quantile of the error, and the log-odds
 of an error above 1 px, are linear in eight cues. Data: the Motorcycle pair (half the weight) and 36 rendered
-looks of both simulated scenes, 1.5 to 30 m. Aloe, Tsukuba and 28 other rendered looks served for checks only.
+looks of both simulated scenes, 1.5 to 30 m. Aloe, Tsukuba and 28 other rendered looks are for checks only.
 """
 
 from collections.abc import Iterator
@@ -32,20 +32,20 @@ class CueWeights:
     step: float
     """Of log(0.1 px + size of the sub-pixel step that the images ask for)."""
     spread: float
-    """Of log(0.25 px + spread of disparity in `CueWindows.spread`): slant, and the edge of a thing."""
+    """Of log(0.25 px + spread of disparity in `CueWindows.spread`): slanted surfaces and edges."""
     wide_spread: float
     """Of log(0.25 px + spread of disparity in `CueWindows.wide_spread`)."""
     holes: float
-    """Of the share in `CueWindows.holes` that the matcher left out: ambiguous, or unlike the right."""
+    """Of the share in `CueWindows.holes` that the matcher rejected: ambiguous, or unlike at right."""
     wide_holes: float
-    """Of the share in `CueWindows.wide_holes` that the matcher left out."""
+    """Of the share in `CueWindows.wide_holes` that the matcher rejected."""
     likeness: float
     """Of the correlation of both windows' gradients in 6 x 6 pixels."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CueWindows:
-    """Sides of the windows of the cues that look around a pixel, pixels of the matcher's map."""
+    """Sides of the windows of the neighbourhood cues, pixels of the matcher's map."""
 
     spread: int = 5
     wide_spread: int = 13
@@ -60,16 +60,70 @@ HALF_SIZE = CueWindows(spread=3, wide_spread=7, holes=5, wide_holes=13)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorModel:
-    """What the cues say of a matcher's errors."""
+    """The fitted weights of the cues for one matcher."""
 
     windows: CueWindows
     log_sigma: CueWeights
     log_odds_wrong: CueWeights
 
 
+SEMI_GLOBAL = ErrorModel(
+    windows=FULL_SIZE,
+    log_sigma=CueWeights(
+        constant=-0.858,
+        noise_sigma=0.257,
+        noise=0.223,
+        step=0.028,
+        spread=0.646,
+        wide_spread=0.017,
+        holes=1.884,
+        wide_holes=-0.185,
+        likeness=0.050,
+    ),
+    log_odds_wrong=CueWeights(
+        constant=-3.041,
+        noise_sigma=0.039,
+        noise=0.742,
+        step=0.149,
+        spread=0.780,
+        wide_spread=0.272,
+        holes=0.393,
+        wide_holes=1.259,
+        likeness=-0.665,
+    ),
+)
+"""Error model of `match`."""
+LIVE = ErrorModel(
+    windows=HALF_SIZE,
+    log_sigma=CueWeights(
+        constant=-0.014,
+        noise_sigma=0.362,
+        noise=0.294,
+        step=-0.158,
+        spread=0.36,
+        wide_spread=0.17,
+        holes=0.937,
+        wide_holes=0.444,
+        likeness=-1.146,
+    ),
+    log_odds_wrong=CueWeights(
+        constant=-1.206,
+        noise_sigma=0.227,
+        noise=0.614,
+        step=0.01,
+        spread=0.384,
+        wide_spread=0.449,
+        holes=-0.216,
+        wide_holes=3.817,
+        likeness=-2.455,
+    ),
+)
+"""Error model of `live`."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchErrors:
-    """Both (h, w), meaningful where the matcher gave a disparity."""
+    """Errors of a disparity map, both (h, w); valid where the matcher gave a disparity."""
 
     sigma_px: FloatImage
     wrong_log_odds: FloatImage
@@ -145,6 +199,6 @@ def _share(mask: FloatImage, side: int) -> FloatImage:
 
 
 def _log(image: FloatImage) -> FloatImage:
-    """Return the image with its logarithm in place: fresh arrays cost more than the arithmetic."""
+    """Take the logarithm in place: allocating arrays costs more than the arithmetic."""
     cv2.log(image, dst=image)
     return image

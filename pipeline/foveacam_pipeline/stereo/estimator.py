@@ -1,7 +1,7 @@
-"""Dense depth behind one Protocol: from a rectified pair to a disparity map, by a backend chosen by name.
+"""The interface of dense depth: backends, chosen by name, that compute the disparity map of a pair.
 
-`sgbm` is the default; `live` is several times faster, for moving pictures. Another backend is a class with
-the same two members, added to `BACKENDS`.
+`sgbm` is the default; `live` is several times faster, for live views. A further backend is a class with the
+members of `DepthEstimator`, added to `BACKENDS`.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class DepthEstimator(Protocol):
         ...
 
     def estimate(self, pair: RectifiedPair) -> DisparityMap:
-        """Return signed residual disparity, its error, what is known and what only the left eye sees."""
+        """Return signed residual disparity, its error, what is unknown, and what only the left eye sees."""
         ...
 
 

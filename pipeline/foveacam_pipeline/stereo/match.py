@@ -1,7 +1,7 @@
 """Signed disparity of a rectified pair by semi-global matching at full size.
 
-`search` chooses the range; OpenCV's matcher finds disparities, checks them left against right and drops
-speckles; `refine` measures each pixel's sub-pixel remainder, `errors` its sigma and whether it is believed.
+`search` chooses the range; OpenCV's matcher finds disparities, checks left against right and drops
+speckles; `refine` measures the sub-pixel part, `errors` its sigma and the probability that it is wrong.
 """
 
 import math
@@ -11,26 +11,25 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.stereo.error_models import SEMI_GLOBAL
-from foveacam_pipeline.stereo.errors import ErrorModel, match_errors
+from foveacam_pipeline.stereo.errors import SEMI_GLOBAL, ErrorModel, match_errors
 from foveacam_pipeline.stereo.occlusion import occluded_pixels
 from foveacam_pipeline.stereo.refine import FloatImage, Refinement, refine
 from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings, scene_window, semi_global
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 LEAST_LIKENESS = 0.1
-"""Gradients of both windows must correlate by so much about a pixel: below it only noise was compared. Of the
+"""Least correlation of the gradients of both windows about a pixel; below it only noise was compared. Of the
 rendered fitting data, 69 % of the wrong matches on blank surfaces lie below it, 2.7 % of the right ones."""
 
 CLEAR_LIKENESS, LEAST_LOCAL_LIKENESS = 0.25, 0.4
-"""Where gradients correlate by less than the first about a pixel, they must by the second right at it."""
+"""Where gradients correlate by less than the first about a pixel, they must correlate by the second at it."""
 
 
 def match(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMap:
     """Return the signed residual disparity of every left pixel, its error, and NaN where unknown."""
     started = time.perf_counter()
     found, refinement = find_and_refine(pair, settings)
-    residual, sigma = believed(found, refinement, model=SEMI_GLOBAL, settings=settings)
+    residual, sigma = accept_matches(found, refinement, model=SEMI_GLOBAL, settings=settings)
     occluded = occluded_pixels(residual)
     return DisparityMap(
         residual_px=residual,
@@ -51,16 +50,16 @@ def find_and_refine(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> t
     return found, refine(left, right, np.nan_to_num(found), pair.valid_right)
 
 
-def believed(
+def accept_matches(
     found_px: FloatImage, refinement: Refinement, *, model: ErrorModel, settings: MatchSettings
 ) -> tuple[FloatImage, FloatImage]:
-    """Return the refined disparities and their sigmas, px, NaN where unknown or not believed.
+    """Return the refined disparities and their sigmas, px, NaN where unknown or too doubtful.
 
     `found_px`: (h, w) disparities of a matcher, NaN where it gave none. Overwrites `refinement.residual_px`.
     """
     errors = match_errors(found_px, refinement, model)
     known = np.isfinite(found_px) & refinement.seen & (errors.sigma_px <= settings.max_sigma_px)
-    known &= alike(refinement)
+    known &= gradients_correlate(refinement)
     known &= errors.wrong_log_odds <= math.log(settings.max_wrong / (1.0 - settings.max_wrong))
     residual, sigma = refinement.residual_px, errors.sigma_px
     residual[~known] = np.nan
@@ -68,8 +67,8 @@ def believed(
     return residual, sigma
 
 
-def alike(refinement: Refinement) -> NDArray[np.bool_]:
-    """Return (h, w) where the gradients of both windows correlate by more than those of noise."""
+def gradients_correlate(refinement: Refinement) -> NDArray[np.bool_]:
+    """Return (h, w) bool: where the gradients of both windows correlate more than those of noise."""
     return (refinement.wide_likeness >= np.float32(LEAST_LIKENESS)) & (
         (refinement.wide_likeness >= np.float32(CLEAR_LIKENESS))
         | (refinement.likeness >= np.float32(LEAST_LOCAL_LIKENESS))

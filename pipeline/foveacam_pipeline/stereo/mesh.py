@@ -1,4 +1,4 @@
-"""A textured surface through a depth map: a grid of triangles that is torn wherever depth jumps."""
+"""Build a textured mesh from a depth map: a grid of triangles, without those across jumps of depth."""
 
 import cv2
 import numpy as np
@@ -9,7 +9,7 @@ from foveacam_pipeline.stereo.depth import disparity_px, edge_mask, points_rig_m
 from foveacam_pipeline.stereo.values import DepthMap, DepthMesh, RectifiedPair
 
 TEAR_PX = 1.5
-"""A triangle whose corners differ by more in disparity, beyond the slope of a steep surface, is left out."""
+"""A triangle is left out if its corners differ by more in disparity, beyond the slope of a steep surface."""
 SLOPE_PX = 0.25
 """Disparity that a steep surface may gain in one pixel: 0.2 m of baseline at 1.5 m, 60 degrees off."""
 

@@ -1,4 +1,4 @@
-"""Pictures of a stereo look for people: anaglyph, left-right difference, depth as colours with a scale."""
+"""Pictures of a stereo look: anaglyph, left-right difference, depth as colours with a scale."""
 
 import cv2
 import numpy as np
@@ -8,9 +8,9 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
 
 BAR_WIDTH = 112
-"""Width of the scale at the right of a depth picture, px, for a picture 540 px high; it grows along."""
-GROUND = (17, 20, 26)
-INK = (214, 220, 228)
+"""Width of the scale of a depth picture 540 px high, px; it scales with the height."""
+BACKGROUND = (17, 20, 26)
+FOREGROUND = (214, 220, 228)
 HOLE = ((38, 42, 50), (52, 57, 66))
 """Two shades of the diagonal stripes that mark pixels without depth."""
 STRIPE_PX = 6
@@ -18,7 +18,7 @@ STEPS_M = (1.0, 2.0, 2.5, 5.0)
 
 
 def anaglyph(pair: RectifiedPair) -> NDArray[np.uint8]:
-    """Return (h, w, 3) uint8: left in red, right in green and blue; what only one eye sees is dimmed."""
+    """Return (h, w, 3) uint8: left in red, right in green and blue; parts that one eye sees are dimmed."""
     left, right = gray(pair.left), gray(pair.right)
     picture = np.stack([left, right, right], axis=2)
     picture[~(pair.valid_left & pair.valid_right)] //= 3
@@ -26,7 +26,7 @@ def anaglyph(pair: RectifiedPair) -> NDArray[np.uint8]:
 
 
 def difference(pair: RectifiedPair) -> NDArray[np.uint8]:
-    """Return (h, w, 3) uint8: left minus right about middle grey, each window's mean brightness taken out."""
+    """Return (h, w, 3) uint8: left minus right about middle grey, after equalising the mean brightness."""
     both = pair.valid_left & pair.valid_right
     left, right = gray(pair.left).astype(np.int16), gray(pair.right).astype(np.int16)
     shift = 0
@@ -34,7 +34,7 @@ def difference(pair: RectifiedPair) -> NDArray[np.uint8]:
         shift = round(float(left[both].mean() - right[both].mean()))
     signed = np.clip(128 + left - right - shift, 0, 255).astype(np.uint8)
     picture = np.stack([signed, signed, signed], axis=2)
-    picture[~both] = GROUND
+    picture[~both] = BACKGROUND
     return picture
 
 
@@ -43,7 +43,7 @@ def depth_picture(
 ) -> NDArray[np.uint8]:
     """Return (h, w + bar, 3) uint8: depth as colours, near warm, with a scale in metres; holes are striped.
 
-    Without `near_m` and `far_m` the scale spans the depths present, but for their outer 2 %.
+    Without `near_m` and `far_m` the scale spans the depths present, without the outer 2 % at either end.
     """
     known = np.isfinite(depth.z_m)
     low, high = _span(depth.z_m[known], near_m, far_m)
@@ -84,23 +84,23 @@ def _bar(height: int, low_m: float, high_m: float, *, coverage: float) -> NDArra
     """Return the scale (height, bar width, 3): near at the bottom, round depths labelled, holes explained."""
     zoom = height / 540.0
     width = round(BAR_WIDTH * zoom)
-    panel = np.full((height, width, 3), GROUND, dtype=np.uint8)
+    panel = np.full((height, width, 3), BACKGROUND, dtype=np.uint8)
     top, bottom = round(46 * zoom), height - round(62 * zoom)
     left, right = round(14 * zoom), round(34 * zoom)
     ramp = np.linspace(0.0, 1.0, bottom - top, dtype=np.float32)[:, None]
     panel[top:bottom, left:right] = _colours(np.repeat(ramp, right - left, axis=1))
-    cv2.rectangle(panel, (left - 1, top - 1), (right, bottom), INK, 1)
+    cv2.rectangle(panel, (left - 1, top - 1), (right, bottom), FOREGROUND, 1)
     _text(panel, "depth z", (left, round(28 * zoom)), zoom)
     for value_m in _ticks(low_m, high_m):
         y = round(bottom - 1 - (value_m - low_m) / (high_m - low_m) * (bottom - 1 - top))
-        cv2.line(panel, (right, y), (right + round(5 * zoom), y), INK, 1)
+        cv2.line(panel, (right, y), (right + round(5 * zoom), y), FOREGROUND, 1)
         _text(panel, _label(value_m, high_m - low_m), (right + round(9 * zoom), y + round(5 * zoom)), zoom)
     swatch = round(14 * zoom)
     y = height - round(38 * zoom)
     panel[y : y + swatch, left : left + swatch] = _stripes((swatch, swatch))
-    cv2.rectangle(panel, (left - 1, y - 1), (left + swatch, y + swatch), INK, 1)
-    words = f"none {100.0 * (1.0 - coverage):.0f} %"
-    _text(panel, words, (left + swatch + round(6 * zoom), y + round(12 * zoom)), zoom)
+    cv2.rectangle(panel, (left - 1, y - 1), (left + swatch, y + swatch), FOREGROUND, 1)
+    label = f"none {100.0 * (1.0 - coverage):.0f} %"
+    _text(panel, label, (left + swatch + round(6 * zoom), y + round(12 * zoom)), zoom)
     return np.asarray(panel, dtype=np.uint8)
 
 
@@ -119,5 +119,5 @@ def _label(value_m: float, span_m: float) -> str:
     return f"{value_m:.{digits}f} m"
 
 
-def _text(panel: NDArray[np.uint8], words: str, place: tuple[int, int], zoom: float) -> None:
-    cv2.putText(panel, words, place, INK, cv2.FontFace("sans"), max(8, round(14 * zoom)), 400)
+def _text(panel: NDArray[np.uint8], text: str, origin_px: tuple[int, int], zoom: float) -> None:
+    cv2.putText(panel, text, origin_px, FOREGROUND, cv2.FontFace("sans"), max(8, round(14 * zoom)), 400)

@@ -1,4 +1,4 @@
-"""A cloud as a PLY file: binary little endian, one vertex a point, units and frame in its comments."""
+"""Write a point cloud as PLY: binary little endian, one vertex a point, units and frame in comments."""
 
 from pathlib import Path
 
@@ -33,7 +33,7 @@ def write_ply(cloud: Cloud, path: Path) -> None:
 
 
 def ply_bytes(cloud: Cloud) -> bytes:
-    """Return the whole file."""
+    """Return the content of the PLY file."""
     vertices = np.empty(len(cloud), dtype=VERTEX)
     vertices["x"], vertices["y"], vertices["z"] = cloud.points_rig_m.T
     vertices["red"], vertices["green"], vertices["blue"] = cloud.colors.T

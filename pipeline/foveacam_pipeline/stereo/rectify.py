@@ -1,6 +1,6 @@
-"""From two raw foveae to a rectified pair: windows of the virtual pinholes of Sec. 3.2.
+"""Rectify two raw foveae to windows of the virtual pinholes of Sec. 3.2.
 
-Each raw image is warped once, by H(ax, ay) of its pose, straight to the scale asked for. Knows no matching.
+Each raw image is warped once, by H(ax, ay) of its pose, directly to the requested scale.
 """
 
 import math
@@ -16,7 +16,7 @@ from foveacam_pipeline.stereo.values import RectifiedPair
 
 SCALES = (0.5, 1.0)
 EDGE_PX = 2.0
-"""Width of the rim of a raw frame that counts as not seen: interpolation and filter reach over it."""
+"""Width of the border of a raw frame that counts as invalid, because interpolation and filter cross it."""
 
 
 def rectify(sighting: Sighting, calibration: Calibration, *, scale: float = 0.5) -> RectifiedPair:
@@ -84,8 +84,8 @@ def plane_from_raw(
 ) -> NDArray[np.float64]:
     """Return (3, 3) float64: raw fovea px to px of the eye's virtual plane, for what is at `depth_m`.
 
-    Pupil and pivot stand a little beside the pinhole; their parallax is taken out for that depth, and what
-    remains at others is of second order and nearly the same in both eyes.
+    Pupil and pivot lie a little beside the pinhole. Their parallax is removed for that depth; the remainder
+    at other depths is of second order and nearly the same in both eyes.
     """
     drive = volts.left if role is Role.LEFT else volts.right
     ax_rad, ay_rad = calibration.eye(role).mirror.angles_rad(drive)
@@ -126,9 +126,9 @@ def warp(
 ) -> NDArray[np.uint8]:
     """Resample a raw image into a window of `size` (width, height).
 
-    At half scale it is halved first by the mean of 2 x 2 pixels, which is all the filter that is needed: the
-    optics pass hardly anything above a quarter cycle a pixel (f/21.5, Table 2). A warp of the full image
-    would be a tenth more exact and cost twice as much.
+    At half scale the image is first halved by the mean of 2 x 2 pixels. No other filter is needed, since the
+    optics pass hardly anything above a quarter cycle a pixel (f/21.5, Table 2). Warping the full image would
+    be a tenth more exact and cost twice as much.
     """
     if scale < 1.0:
         height, width = image.shape[:2]

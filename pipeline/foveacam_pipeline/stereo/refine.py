@@ -1,7 +1,7 @@
-"""The sub-pixel remainder of a disparity map, and what the images say about it.
+"""Refine a disparity map to sub-pixel precision by one Gauss-Newton step.
 
-One Gauss-Newton step of the brightness difference over a small window, after taking out its mean (the two
-cameras differ in gain). The noise and the gradient energy of each window are kept for `errors`.
+The step minimises the brightness difference over a small window after its mean is removed (the two cameras
+differ in gain). `errors` uses the noise and the gradient energy of each window.
 """
 
 from dataclasses import dataclass
@@ -21,17 +21,17 @@ PRE_SIGMA_PX = 0.8
 SLOPE = np.array([[1.0, -8.0, 0.0, 8.0, -1.0]], dtype=np.float32) / 12.0
 """Derivative along x, right to fourth order."""
 LARGEST_STEP_PX = 0.75
-"""A remainder beyond this contradicts the whole disparity; it is not applied, and counts as error."""
+"""A larger step contradicts the whole-pixel disparity; it is not applied and counts as an error."""
 PRIOR_SIGMA_PX = 0.4
-"""Assumed error of the disparity that is refined: where texture says less, the step is shortened. The median
+"""Assumed error of the disparity before refinement: with little texture the step is shortened. The median
 errors of the fitting data (see `errors`) change by 10 % between 0.3 and 0.6."""
 CORRELATION = 2.0
-"""Blur ties neighbouring pixels together: a window holds fewer samples than pixels, by this squared."""
+"""Blur correlates neighbouring pixels: the samples of a window are its pixels over the square of this."""
 LEAST_NOISE = 0.5
 """Least brightness noise assumed, grey levels: quantisation alone is 0.3 in each image."""
 LEAST_ENERGY = 1e-4
 WIDE_CELLS = 13
-"""Side of the surroundings in which gradients are compared, cells of 2 x 2 pixels."""
+"""Side of the larger window in which gradients are compared, cells of 2 x 2 pixels."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,15 +40,15 @@ class Refinement:
 
     residual_px: FloatImage
     step_px: FloatImage
-    """The step that the images ask for, before it is limited and shortened."""
+    """The step before it is limited and shortened."""
     noise: FloatImage
     """Standard deviation of the brightness difference in the window, grey levels, at least `LEAST_NOISE`."""
     noise_sigma_px: FloatImage
     """Standard error of the step from noise and gradient energy alone."""
     likeness: FloatImage
-    """Correlation of the two windows' gradients, -1 to 1: near 0 where only noise is compared."""
+    """Correlation of the gradients of both windows, -1 to 1; near 0 where only noise is compared."""
     wide_likeness: FloatImage
-    """The same over `WIDE_CELLS` windows, which tells texture from noise where each window alone cannot."""
+    """The same over `WIDE_CELLS` windows, which separates texture from noise where one window cannot."""
     seen: NDArray[np.bool_]
     """Whether the matched pixel lies in the valid part of the right window."""
 
@@ -59,7 +59,7 @@ def refine(
     disparity_px: FloatImage,
     valid_right: NDArray[np.bool_],
 ) -> Refinement:
-    """Measure the remainder of a finite disparity map (h, w), px, from two grey images (h, w)."""
+    """Refine a finite disparity map (h, w), px, of two grey images (h, w)."""
     height, width = left.shape
     columns = np.arange(width, dtype=np.float32)[None, :] - disparity_px
     rows = np.repeat(np.arange(height, dtype=np.float32)[:, None], width, axis=1)
@@ -86,7 +86,7 @@ def refine(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Sums:
-    """What the windows add up to, on a grid of half the size."""
+    """The sums over the windows, on a grid of half the size."""
 
     step_px: FloatImage
     variance: FloatImage
@@ -100,9 +100,9 @@ class _Sums:
 def _gauss_newton(left: NDArray[np.uint8], matched: NDArray[np.uint8]) -> _Sums:
     """Return the sums of one step, images (h, w).
 
-    left = matched - slope * step, in the least squares over each window, brightness offset free. Gradient
-    energy is the product of both images' slopes: what noise adds to either cancels, and where nothing is left
-    there is no texture. Done in place: at these sizes fresh arrays cost more than the arithmetic.
+    left = matched - slope * step, by least squares over each window with a free brightness offset. Gradient
+    energy is the mean product of both images' slopes, in which independent noise cancels; without texture it
+    is about zero. Arrays are reused because allocating them costs more than the arithmetic.
     """
     difference = _float(cv2.subtract(left, matched, dtype=cv2.CV_32F))
     cv2.GaussianBlur(difference, (3, 3), PRE_SIGMA_PX, dst=difference)

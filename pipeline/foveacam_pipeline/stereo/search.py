@@ -1,7 +1,7 @@
-"""Which disparities to search: the limits that the caller sets, and within them the span of the scene.
+"""Choose the disparities to search: the limits of the caller, or else the span of the scene.
 
-A coarse search at a quarter of the size finds what depths there are; the fine search then looks at that range
-alone, so that a thin range is fast and a wide one complete.
+A coarse search at a quarter of the size finds the depths of the scene; the fine search covers that range
+only, so that a thin range is fast and a wide one complete.
 """
 
 import math
@@ -18,27 +18,27 @@ STEP = 16
 """OpenCV counts disparities in sixteens, and stores them in sixteenths."""
 MAX_DISPARITIES = 256
 MAX_SCENE_DISPARITIES = 384
-"""As far as the search follows a scene that spans more than a caller may ask for."""
+"""Largest number for a range that the scene decides; a caller may set at most `MAX_DISPARITIES`."""
 FALLBACK_DISPARITIES = 128
-"""Searched about the verged depth where the coarse search finds too little."""
+"""Number searched about the verged depth when the coarse search finds too little."""
 COARSE_SHRINK = 4
 COARSE_REACH_PX = 256
-"""How far from the verged depth the coarse search looks, either way, px."""
+"""Range of the coarse search on either side of the verged depth, px."""
 COARSE_SPECKLE_PX = 8
 LEAST_COARSE_SHARE = 0.02
-"""Share of coarse pixels that must match for their span to be believed."""
+"""Least share of coarse pixels that must match for their span to be used."""
 BIN_PX = 8
 SPAN_MARGIN_PX = 8.0
-"""Searched beyond the coarse span, px: two coarse px, for what is too thin or too steep for it."""
+"""Margin added to the coarse span, px: two coarse px, for objects too thin or too steep for it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchSettings:
-    """How to search; px at the window's scale.
+    """Settings of the matcher; px at the window's scale.
 
-    `near_m`, `far_m`: search this range of depths (along z), as far as 256 disparities reach. `disparities`:
-    search so many, centred on the verged depth. With none of them the scene decides. Beyond infinity nothing
-    is searched.
+    `near_m`, `far_m`: range of depths (along z) to search, limited to 256 disparities. `disparities`: number
+    to search, centred on the verged depth. With none of them the scene decides. Disparities beyond infinity
+    are not searched.
     """
 
     disparities: int | None = None
@@ -48,9 +48,9 @@ class MatchSettings:
     uniqueness_percent: int = 10
     speckle_px: int = 150
     max_sigma_px: float = 4.0
-    """A pixel whose own error is larger is called unknown: nothing there to match."""
+    """A pixel with a larger error counts as unknown: there is nothing to match."""
     max_wrong: float = 0.55
-    """A pixel whose error exceeds 1 px with a larger probability is called unknown."""
+    """A pixel whose error exceeds 1 px with a larger probability counts as unknown."""
 
     @property
     def scene_decides(self) -> bool:
@@ -63,21 +63,21 @@ DEFAULT = MatchSettings()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoarseSearch:
-    """How closely to look for the span of the scene."""
+    """Settings of the coarse search for the span of the scene."""
 
     row_px: int
     """Height of the rows compared, px at the window's scale; their pixels are `COARSE_SHRINK` wide."""
     least_share: float
-    """Share of the coarse matches that must lie within `BIN_PX` of disparity to count: stray ones scatter."""
+    """Least share of the coarse matches in a bin of `BIN_PX`; bins with less are mismatches."""
 
 
 THOROUGH = CoarseSearch(row_px=COARSE_SHRINK, least_share=0.004)
 QUICK = CoarseSearch(row_px=2 * COARSE_SHRINK, least_share=0.012)
-"""Half the time of `THOROUGH`, spans 3/4 as wide; of the pixels of 52 looks 0.7 % more lie beyond."""
+"""Half the time of `THOROUGH`, spans 3/4 as wide; misses 0.7 % more of the pixels of 52 looks."""
 
 
 def search_window(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple[int, int]:
-    """Return the first residual disparity of the set range and how many: a multiple of 16, at most 256."""
+    """Return the first residual disparity of the set range and their number, a multiple of 16 up to 256."""
     return _window(search_span(pair, settings))
 
 
@@ -102,7 +102,7 @@ def search_span(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple
 def scene_window(
     pair: RectifiedPair, grays: tuple[NDArray[np.uint8], NDArray[np.uint8]], settings: MatchSettings = DEFAULT
 ) -> tuple[int, int]:
-    """Return the first residual disparity to search and how many, px; `grays`: (h, w) of both windows."""
+    """Return the first residual disparity to search and their number; `grays`: (h, w) of both windows."""
     return _window(scene_span(pair, grays, settings))
 
 
@@ -125,7 +125,7 @@ def scene_span(
 
 
 def half_window(span_px: tuple[float, float]) -> tuple[int, int]:
-    """Return the first disparity at half the size and how many, for a span at the full size."""
+    """Return the first disparity at half the size and their number, for a span at full size."""
     low_px, high_px = span_px
     return _window((low_px / 2.0, high_px / 2.0))
 
@@ -136,9 +136,9 @@ def _window(span_px: tuple[float, float]) -> tuple[int, int]:
 
 
 def _span_px(found_px: NDArray[np.float32], least_share: float) -> tuple[float, float]:
-    """Return the least and the largest disparity, px, that `least_share` of the coarse matches (n,) have.
+    """Return the least and the largest disparity, px, of bins with `least_share` of the coarse matches (n,).
 
-    Of a span that is too wide to search, the part that holds most of them.
+    Of a span that is too wide to search, return the part with the most matches.
     """
     bins = np.floor(found_px / BIN_PX).astype(np.intp)
     lowest = int(bins.min())
@@ -157,7 +157,7 @@ def _coarse_px(
     settings: MatchSettings,
     row_px: int,
 ) -> tuple[NDArray[np.float32], int]:
-    """Return (n,) the disparities of the coarse search, px at the window's scale, and of how many cells."""
+    """Return (n,) the disparities of the coarse search, px at the window's scale, and its pixel count."""
     height, width = grays[0].shape
     size = (max(1, width // COARSE_SHRINK), max(1, height // row_px))
     whole_cells = (slice(size[1] * row_px), slice(size[0] * COARSE_SHRINK))  # several times faster to shrink
@@ -202,7 +202,7 @@ def semi_global(
 def with_margins(
     images: tuple[NDArray[np.uint8], NDArray[np.uint8]], *, first: int, count: int
 ) -> tuple[tuple[NDArray[np.uint8], NDArray[np.uint8]], int]:
-    """Return the images with repeated borders, so that their rims are searched, and the left margin, px."""
+    """Return the images with repeated borders, so that their edges are searched, and the left margin, px."""
     pad_left, pad_right = max(0, first + count - 1), max(0, -first)
     left, right = (
         np.asarray(cv2.copyMakeBorder(image, 0, 0, pad_left, pad_right, cv2.BORDER_REPLICATE), dtype=np.uint8)
@@ -212,7 +212,7 @@ def with_margins(
 
 
 def matcher(*, first: int, count: int, settings: MatchSettings, speckle_px: int) -> cv2.StereoSGBM:
-    """Return OpenCV's matcher; `speckle_px`: smallest connected region that is kept, px."""
+    """Return OpenCV's matcher; `speckle_px`: smallest connected region that is not removed, px."""
     return cv2.StereoSGBM.create(
         minDisparity=first,
         numDisparities=count,

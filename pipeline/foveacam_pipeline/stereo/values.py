@@ -1,4 +1,4 @@
-"""Value types of stereo: a rectified pair, its disparity, the cloud and the mesh made of them."""
+"""Value types of stereo: rectified pair, disparity map, depth map, point cloud and mesh."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ class RectifiedPair:
     `left`, `right`: (h, w) or (h, w, 3) uint8 RGB. `valid_left`, `valid_right`: (h, w) bool, false where the
     window looks past the fovea's frame. A pixel (x, y) of a window lies at (x + u0, y + v0) px from the
     principal point of its virtual pinhole, whose focal length is `f_px` at this window's scale. The pinholes
-    stand at (-B/2, 0, 0) and (+B/2, 0, 0) in the rig frame.
+    lie at (-B/2, 0, 0) and (+B/2, 0, 0) in the rig frame.
     """
 
     left: NDArray[np.uint8]
@@ -31,7 +31,7 @@ class RectifiedPair:
 
     @property
     def offset_px(self) -> float:
-        """What the windows' origins add to the residual disparity: d = residual + offset."""
+        """Disparity of the windows' origins: total disparity d = residual + offset, px."""
         return self.u0_left_px - self.u0_right_px
 
     @property
@@ -48,10 +48,10 @@ class DisparityMap:
 
     residual_px: NDArray[np.float32]
     sigma_px: NDArray[np.float32]
-    """(h, w) matching error, px: the true disparity is within it with probability 0.683; NaN unknown."""
+    """(h, w) matching error, px, which contains the true disparity with probability 0.683; NaN unknown."""
     compute_ms: float
     occluded: NDArray[np.bool_] | None = None
-    """(h, w), true where only the left eye sees the surface; None where that was not worked out."""
+    """(h, w), true where only the left eye sees the surface; None if not computed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +64,7 @@ class DepthMap:
     pose_sigma_m: NDArray[np.float32]
     """(h, w) standard error along z that all pixels share: the calibration's, metres."""
     occluded: NDArray[np.bool_] | None = None
-    """(h, w), true where only the left eye sees the surface; None where that was not worked out."""
+    """(h, w), true where only the left eye sees the surface; None if not computed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

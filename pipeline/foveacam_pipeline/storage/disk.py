@@ -1,7 +1,7 @@
 """Atomic, durable writes and disk errors, for every package of the pipeline and for the server.
 
-A file gets its name only when its content is on the disk. `sync_folder` makes the folder's entries durable,
-once for several files.
+A file gets its name only after its content is on the disk. `sync_folder` makes the entries of a folder
+durable, once for several files.
 """
 
 import errno
@@ -16,7 +16,7 @@ from foveacam_hardware.contract import DeviceFault, FoveaError, StorageFull
 PART = ".part"
 """Suffix of an unfinished file, whose name begins with a dot."""
 TRY_AGAIN = "then try again"
-"""What an error advises after the disk is repaired, where the caller names nothing better."""
+"""Default advice of an error for the time after the disk is repaired."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _NOT_WRITABLE = (errno.EROFS, errno.EACCES, errno.EPERM, errno.EEXIST, errno.ENOTDIR)
 
@@ -69,7 +69,7 @@ def disk_errors(what: str, folder: Path, *, again: str = TRY_AGAIN) -> Iterator[
 
 
 def disk_fault(error: OSError, *, what: str, folder: Path, again: str = TRY_AGAIN) -> FoveaError:
-    """Return the contract's error for an OSError met while writing.
+    """Return the contract's error for an OSError raised while writing.
 
     `what`: what was written. `again`: what to do after the disk is repaired.
     """

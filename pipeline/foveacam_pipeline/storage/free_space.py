@@ -1,4 +1,4 @@
-"""The free space of a disk, and the reserve that recordings, captures and other large files leave free."""
+"""Free space of a disk, and the reserve that recordings, captures and other large files must leave."""
 
 import shutil
 from pathlib import Path
@@ -6,8 +6,8 @@ from pathlib import Path
 from foveacam_hardware.contract import FoveaError, OutOfRange, StorageFull
 
 RESERVE_BYTES = 512 << 20
-"""Space that stays free for the database, the events and the ends of files: nothing large is started that
-would use it, and a recording that reaches it ends."""
+"""Space reserved for the database, the events and the ends of files: no large write is started that would use
+it, and a recording that reaches it ends."""
 
 FULL_BYTES = 1 << 20
 """Free space below which a disk counts as full: not one image fits."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
-from foveacam_pipeline.matching.point import PlacePrior, match_point
+from foveacam_pipeline.matching.point import PositionPrior, match_point
 from foveacam_pipeline.matching.windows import MatchWindow, bell
 
 ROW_SIGMA_PX = 4.0
@@ -47,7 +47,7 @@ def least_squares(
     told_px: NDArray[np.float64],
 ) -> SubpixelPlace:
     """Refine a start: right minus left place. `told_px`: (2,) the place at which the rows match."""
-    prior = PlacePrior(y_px=float(told_px[1]), y_sigma_px=ROW_SIGMA_PX, slope_sigma=SLOPE_SIGMA)
+    prior = PositionPrior(y_px=float(told_px[1]), y_sigma_px=ROW_SIGMA_PX, slope_sigma=SLOPE_SIGMA)
     found = match_point(left, right, start, window=window, prior=prior)
     if found is None:
         unknown = (math.inf, math.inf)
@@ -59,12 +59,12 @@ def least_squares(
         )
     sigma_x_px, sigma_y_px = (math.hypot(sigma, FLOOR_SIGMA_PX) for sigma in found.sigma_px)
     if math.isfinite(sigma_x_px):
-        lead = found.score - _elsewhere(left, right, found.place, window)
+        lead = found.score - _elsewhere(left, right, found.placement, window)
         if lead < max(LEAST_LEAD, 2.0 * (1.0 - found.score)):
             sigma_x_px = math.inf
     return SubpixelPlace(
-        place_px=found.place_px,
-        slope=np.array([found.place.xx, found.place.xy]),
+        place_px=found.position_px,
+        slope=np.array([found.placement.xx, found.placement.xy]),
         sigma_px=(sigma_x_px, sigma_y_px),
         score=found.score,
     )

@@ -18,12 +18,11 @@ from scipy.optimize import minimize
 from foveacam_bench.depth.dense import ONE_SIGMA, WRONG_PX, rectified_real
 from foveacam_bench.depth.real_pairs import real_pairs
 from foveacam_bench.depth.rendered_looks import true_looks
-from foveacam_pipeline.stereo.cell_kernels import enlarge_cells
-from foveacam_pipeline.stereo.cell_match import LARGEST_BEND_PX, match_cells, refine_match
-from foveacam_pipeline.stereo.error_models import LIVE, SEMI_GLOBAL
-from foveacam_pipeline.stereo.errors import CueWeights, match_cues
+from foveacam_pipeline.stereo.errors import LIVE, SEMI_GLOBAL, CueWeights, match_cues
 from foveacam_pipeline.stereo.estimator import DepthBackend
-from foveacam_pipeline.stereo.match import alike, find_and_refine
+from foveacam_pipeline.stereo.kernels import enlarge_cells
+from foveacam_pipeline.stereo.live import LARGEST_BEND_PX, match_cells, refine_match
+from foveacam_pipeline.stereo.match import find_and_refine, gradients_correlate
 from foveacam_pipeline.stereo.refine import FloatImage, Refinement
 from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings
 from foveacam_pipeline.stereo.values import RectifiedPair
@@ -50,7 +49,7 @@ class FitData:
     cues: F64
     error_px: F64
     weight: F64
-    alike: NDArray[np.bool_]
+    gradients_correlate: NDArray[np.bool_]
 
 
 def fit(backend: DepthBackend) -> tuple[CueWeights, CueWeights]:
@@ -86,7 +85,7 @@ class MatchedPixels:
 
     residual_px: FloatImage
     cues: tuple[FloatImage, ...]
-    alike: NDArray[np.bool_]
+    gradients_correlate: NDArray[np.bool_]
     step: int
 
 
@@ -109,7 +108,7 @@ def _as_matched(
 ) -> MatchedPixels:
     windows = (SEMI_GLOBAL if step == 1 else LIVE).windows
     cues = match_cues(found_px, refinement, windows)
-    return MatchedPixels(residual_px=residual_px, cues=cues, alike=alike(refinement), step=step)
+    return MatchedPixels(residual_px=residual_px, cues=cues, alike=gradients_correlate(refinement), step=step)
 
 
 def _sampled(

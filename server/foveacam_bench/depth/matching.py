@@ -23,7 +23,7 @@ from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 from foveacam_hardware.sim.sensor import PSF_SIGMA_PX, REFERENCE_S
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
-from foveacam_pipeline.matching.point import PlacePrior, match_point
+from foveacam_pipeline.matching.point import PositionPrior, match_point
 from foveacam_pipeline.matching.windows import MatchWindow
 
 F32 = NDArray[np.float32]
@@ -92,10 +92,10 @@ def bias_curve(through_optics: bool, *, scenes: int) -> NDArray[np.float64]:
         for k, phase in enumerate(PHASES):
             second = _seen(_shifted(scene, phase, 1.0 - phase), through_optics, key=(scene, 1, k))
             start = WindowPlacement(x_px=round(phase), y_px=1.0 - round(phase))
-            found = match_point(first, second, start, window=BELL, prior=PlacePrior())
+            found = match_point(first, second, start, window=BELL, prior=PositionPrior())
             if found is None:
                 raise AssertionError(f"bench matching: scene {scene} at phase {phase} was not matched")
-            errors[scene, k] = found.place_px - (phase, 1.0 - phase)
+            errors[scene, k] = found.position_px - (phase, 1.0 - phase)
     by_phase = errors.transpose(1, 0, 2).reshape(len(PHASES), -1)
     worst = np.abs(by_phase).argmax(axis=1)
     return np.asarray(by_phase[np.arange(len(PHASES)), worst], dtype=np.float64)
@@ -112,10 +112,10 @@ def against_bound(*, pairs: int) -> dict[str, float]:
             _picture(expose(image, EXPOSURE, (SEED, eye, pair)).astype(np.float32))
             for eye, image in enumerate(shown)
         )
-        found = match_point(one, two, WindowPlacement(), window=FLAT, prior=PlacePrior())
+        found = match_point(one, two, WindowPlacement(), window=FLAT, prior=PositionPrior())
         if found is None:
             raise AssertionError(f"bench matching: pair {pair} was not matched")
-        errors.append(found.place.x_px - x)
+        errors.append(found.placement.x_px - x)
         sigmas.append(found.sigma_px[0])
         bounds.append(_bound_px(shown[0]))
     error, sigma = np.array(errors), np.array(sigmas)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.depth.stereo import motorcycle
-from foveacam_pipeline.matching.point import PlacePrior
+from foveacam_pipeline.matching.point import PositionPrior
 from foveacam_pipeline.matching.search import FoundPoint, SearchReach, find_point
 from foveacam_pipeline.matching.windows import MatchWindow
 
@@ -87,7 +87,7 @@ def _found(pair: RealPair, *, points: int) -> Iterator[tuple[FoundPoint | None, 
     for k in np.random.default_rng(SEED).choice(len(rows), points, replace=False).tolist():
         x, y = int(columns[k]), int(rows[k])
         one = find_point(
-            left, right, (x, y), reach=reach, window=WINDOW, prior=PlacePrior(y_sigma_px=ROW_SIGMA_PX)
+            left, right, (x, y), reach=reach, window=WINDOW, prior=PositionPrior(y_sigma_px=ROW_SIGMA_PX)
         )
         yield one, math.nan if one is None else -one.x_px - float(pair.truth_px[y, x])
 

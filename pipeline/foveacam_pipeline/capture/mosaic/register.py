@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
-from foveacam_pipeline.matching.point import PlacePrior, match_point
+from foveacam_pipeline.matching.point import PositionPrior, match_point
 from foveacam_pipeline.matching.windows import MatchWindow
 
 REACH_PX = 16
@@ -65,11 +65,11 @@ def _refine(
         second,
         WindowPlacement(x_px=x_px, y_px=y_px),
         window=MatchWindow(half_px=half_px, weight_sigma_px=UNIFORM_WEIGHT_SIGMA_PX),
-        prior=PlacePrior(slopes=0),
+        prior=PositionPrior(slopes=0),
     )
-    if found is None or found.score < LEAST_SCORE or float(np.abs(found.place_px).max()) > REACH_PX - 2:
+    if found is None or found.score < LEAST_SCORE or float(np.abs(found.position_px).max()) > REACH_PX - 2:
         return None
     covariance = found.covariance + FLOOR_SIGMA_PX**2 * np.eye(2)
     if not np.isfinite(covariance).all() or float(np.linalg.eigvalsh(covariance).max()) > WORST_SIGMA_PX**2:
         return None
-    return RegisteredShift(shift_px=found.place_px, covariance=covariance, score=found.score)
+    return RegisteredShift(shift_px=found.position_px, covariance=covariance, score=found.score)

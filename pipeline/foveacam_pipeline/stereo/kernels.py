@@ -1,7 +1,9 @@
-"""Kernels of the live backend on cells of 2 x 2 px: one sub-pixel step, and a map of cells at full size.
+"""Compiled kernels: the sub-pixel step of `live` on cells of 2 x 2 px, map enlargement, and occlusion.
 
-`cell_match` says what they serve. Windows are (h, w) uint8, maps of cells (h / 2, w / 2) float32, with
-disparities in px of the full size, NaN where unknown; what is of rows of a window is float32.
+The module is imported when depth is first computed, because it loads numba.
+
+Windows are (h, w) uint8, maps of cells (h / 2, w / 2) float32, with
+disparities in px of the full size, NaN where unknown; rows of a window are float32.
 """
 
 import numpy as np
@@ -18,17 +20,19 @@ RIM, MIDDLE = np.float32(0.23899), np.float32(0.52202)
 NEAR_TAP, FAR_TAP = np.float32(8 / 12), np.float32(1 / 12)
 """Derivative along x, right to fourth order, as `refine.SLOPE`."""
 OWN, OTHER = np.float32(0.75), np.float32(0.25)
-"""Shares of a cell and of its neighbour in a pixel, which lies a quarter of a cell from its cell's centre."""
+"""Interpolation weights of a cell and its neighbour at a pixel, a quarter of a cell from the centre."""
 
 ENERGY, OWN_ENERGY, SLOPE, DIFFERENCE, PRODUCT, SQUARE, KNOWN = range(7)
 """Sums of a cell over its four pixels, and 1 where its disparity is known."""
 REFINED, STEP, NOISE, NOISE_SIGMA, MEAN_ENERGY, MEAN_OWN_ENERGY = range(6)
-"""What `refine_cells` gives of each cell; the fields of `refine.Refinement` are made of them."""
+"""Rows of the result of `refine_cells`; `refine.Refinement` is built from them."""
 
 _ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 _LEAST_VARIANCE, _LEAST_ENERGY = np.float32(LEAST_NOISE**2), np.float32(LEAST_ENERGY)
 _PER_CELL = np.float32(CORRELATION**2 / 4)
 _PER_PRIOR = np.float32(1.0 / PRIOR_SIGMA_PX**2)
+_NOTHING = np.float32(-1e6)
+"""Disparity of no surface: farther than everything."""
 
 
 @kernel
@@ -83,15 +87,15 @@ def enlarge_cells(cells: F32, bend: np.float32, begin: int, valid: NDArray[np.bo
 def _compare_row(
     left: F32, right: F32, disparity: F32, index: NDArray[np.int32], part: F32, out: F32
 ) -> None:
-    """Fill `out` (2, w) with the difference to the matched pixels and with their slopes."""
+    """Fill `out` (2, w) with the difference to the matched pixels and with the slopes of these."""
     w = left.shape[1]
     last = np.float32(w - 1)
     for x in range(w):
-        place = min(max(np.float32(x) - disparity[x], _ZERO), last)
-        if not place >= _ZERO:  # of an unknown disparity
-            place = _ZERO
-        index[x] = min(np.int32(place), np.int32(w - 2))
-        part[x] = place - np.float32(index[x])
+        column = min(max(np.float32(x) - disparity[x], _ZERO), last)
+        if not column >= _ZERO:  # of an unknown disparity
+            column = _ZERO
+        index[x] = min(np.int32(column), np.int32(w - 2))
+        part[x] = column - np.float32(index[x])
     for x in range(w):
         i, f = index[x], part[x]
         a, b = right[0, i], right[0, i + 1]
@@ -102,7 +106,7 @@ def _compare_row(
 
 @kernel
 def _add_row(left_slope: F32, compared: F32, disparity: F32, sums: F32) -> None:
-    """Add a row of pixels to the sums (7, m) of its cells, unknown cells as nothing."""
+    """Add a row of pixels to the sums (7, m) of its cells; pixels of unknown disparity are left out."""
     for k in range(sums.shape[1]):
         x = 2 * k
         a, b, d = left_slope[x], compared[1, x], compared[0, x]
@@ -133,9 +137,9 @@ def _solve_row(tall: F32, disparity: F32, largest_step: np.float32, out: F32) ->
         square = (tall[SQUARE, k] + tall[SQUARE, k + 1] + tall[SQUARE, k + 2]) * share
         energy -= slope * slope
         variance = max(square - difference * difference, _LEAST_VARIANCE)
-        held = max(energy, _LEAST_ENERGY)
-        step = (slope * difference - product) / held
-        step_variance = _PER_CELL * variance / (held * count)
+        safe_energy = max(energy, _LEAST_ENERGY)
+        step = (slope * difference - product) / safe_energy
+        step_variance = _PER_CELL * variance / (safe_energy * count)
         applied = step / (_ONE + step_variance * _PER_PRIOR)
         out[REFINED, k] = disparity[k] + (applied if abs(step) <= largest_step else _ZERO)
         out[STEP, k] = step
@@ -147,7 +151,7 @@ def _solve_row(tall: F32, disparity: F32, largest_step: np.float32, out: F32) ->
 
 @kernel
 def refine_cells(left: U8, right: U8, cells: F32, bend: np.float32, largest_step: np.float32) -> F32:
-    """Return (6, n, m) what one Gauss-Newton step over 3 x 3 cells says of a map of cells (n, m).
+    """Return (6, n, m) the result of one Gauss-Newton step over 3 x 3 cells on a map of cells (n, m).
 
     `left`, `right`: (2 n, 2 m) grey windows. A step beyond `largest_step` is not applied.
     """
@@ -175,3 +179,62 @@ def refine_cells(left: U8, right: U8, cells: F32, bend: np.float32, largest_step
                     tall[q, k + 1] = above[q, k] + own[q, k] + sums[q, k]
             _solve_row(tall, cells[r - 1], largest_step, out[:, r - 1])
     return out
+
+
+@kernel
+def _fill_background(disparity: F32, filled: F32) -> None:
+    """Fill the holes of a row with the farther of their two known neighbours."""
+    w = disparity.shape[0]
+    latest = _NOTHING
+    for x in range(w):
+        if disparity[x] == disparity[x]:
+            latest = disparity[x]
+        filled[x] = latest
+    latest = _NOTHING
+    for x in range(w - 1, -1, -1):
+        if disparity[x] == disparity[x]:
+            latest = disparity[x]
+        elif filled[x] == _NOTHING or (latest != _NOTHING and latest < filled[x]):
+            filled[x] = latest
+
+
+@kernel
+def _nearest_at_right(disparity: F32, column: NDArray[np.int32], nearest: F32) -> None:
+    """Fill `nearest` (w + 4,), a rim of 2 px on either side, with the nearest surface at each right pixel.
+
+    Gaps of up to 2 px are closed: the largest of three, then the smallest of three.
+    """
+    w = disparity.shape[0]
+    nearest[:] = _NOTHING
+    for x in range(w):
+        if column[x] >= 0 and disparity[x] == disparity[x]:
+            nearest[column[x] + 2] = max(nearest[column[x] + 2], disparity[x])
+    before = nearest[0]
+    for x in range(1, w + 3):
+        here = nearest[x]
+        nearest[x] = max(before, here, nearest[x + 1])
+        before = here
+    before = nearest[1]
+    for x in range(2, w + 2):
+        here = nearest[x]
+        nearest[x] = min(before, here, nearest[x + 1])
+        before = here
+
+
+@kernel
+def mark_hidden(disparity: F32, per_px: np.float32, nearer: np.float32, hidden: NDArray[np.uint8]) -> None:
+    """Fill `hidden` (h, w) with 1 where a surface nearer by `nearer` px hides the pixel at right, else 0.
+
+    `disparity`: (h, w) px, NaN where unknown; `per_px`: shift in columns per px of disparity.
+    """
+    h, w = disparity.shape
+    filled, nearest, column = np.empty(w, np.float32), np.empty(w + 4, np.float32), np.empty(w, np.int32)
+    for y in range(h):
+        _fill_background(disparity[y], filled)
+        for x in range(w):
+            at = np.int32(np.floor(np.float32(x) - per_px * filled[x] + np.float32(0.5)))
+            column[x] = at if filled[x] != _NOTHING and 0 <= at < w else -1
+        _nearest_at_right(disparity[y], column, nearest)
+        for x in range(w):
+            visible = column[x] < 0 or nearest[column[x] + 2] <= filled[x] + nearer
+            hidden[y, x] = 0 if visible else 1
