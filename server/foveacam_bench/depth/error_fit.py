@@ -49,7 +49,7 @@ class FitData:
     cues: F64
     error_px: F64
     weight: F64
-    gradients_correlate: NDArray[np.bool_]
+    alike: NDArray[np.bool_]
 
 
 def fit(backend: DepthBackend) -> tuple[CueWeights, CueWeights]:
@@ -85,7 +85,7 @@ class MatchedPixels:
 
     residual_px: FloatImage
     cues: tuple[FloatImage, ...]
-    gradients_correlate: NDArray[np.bool_]
+    alike: NDArray[np.bool_]
     step: int
 
 
