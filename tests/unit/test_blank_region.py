@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.blank_region import blank_region
+from foveacam_pipeline.verge.surroundings.blank_region import blank_region
 
 NOISE = 1.5
 CARD = (300, 420, 200, 330)

@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.verge.border_depth import RIM_PX, BorderPlace, border_patch
-from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.wide_patch import survey_f_px
+from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.matching.wide_patch import survey_f_px
+from foveacam_pipeline.verge.surroundings.border_depth import RIM_PX, BorderPlace, border_patch
 
 from .plane_head import CALIBRATION
 

@@ -6,9 +6,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.centre import shows_another
-from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.wide_patch import evened, survey_f_px
+from foveacam_pipeline.verge.matching.centre import shows_another
+from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.matching.wide_patch import evened, survey_f_px
 
 from .plane_head import CALIBRATION
 

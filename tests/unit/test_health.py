@@ -15,7 +15,7 @@ from foveacam_pipeline.calibrate.drift.health import (
 from foveacam_pipeline.calibrate.drift.values import EyeTurn
 from foveacam_pipeline.geometry.triangulate import closest_approach
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, volts_for
-from foveacam_pipeline.verge.target_offset import TargetOffset
+from foveacam_pipeline.verge.matching.target_offset import TargetOffset
 from foveacam_pipeline.verge.values import Fixation, FixationState
 
 from .drift_scenes import STILL, undone

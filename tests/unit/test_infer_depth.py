@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_pipeline.verge.infer import infer_depth
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.infer import infer_depth
 
 TARGET = np.array([0.05, -0.02])
 RING = 0.03 * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [0.7, 0.7]])

@@ -10,7 +10,7 @@ from foveacam_pipeline.context.values import DepthSource
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.context.wide_matches import contradicted, eye_matches, wide_matches
 from foveacam_pipeline.verge.aim import aim_at, volts_for
-from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 
 from .plane_head import CALIBRATION, PlaneHead, noise_texture, plain_texture
 

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.blank_region import blank_region
-from foveacam_pipeline.verge.border_depth import BorderDepth
-from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_pipeline.verge.infer import OWN_CHANCE, encloses
-from foveacam_pipeline.verge.neighbours import (
+from foveacam_pipeline.verge.matching.wide_patch import cut_template
+from foveacam_pipeline.verge.surroundings.blank_region import blank_region
+from foveacam_pipeline.verge.surroundings.border_depth import BorderDepth
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.infer import OWN_CHANCE, encloses
+from foveacam_pipeline.verge.surroundings.neighbours import (
     INSIDE_CHANCE,
     OWN_EDGE_CHANCE,
     SHARED_EDGE_CHANCE,
@@ -19,7 +20,6 @@ from foveacam_pipeline.verge.neighbours import (
     repeats_in_row,
     textured_chances,
 )
-from foveacam_pipeline.verge.wide_patch import cut_template
 
 from .plane_head import CALIBRATION
 

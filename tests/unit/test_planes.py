@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from foveacam_pipeline.verge.planes import LEVEL_SIGMA_PER_M, SLOPE_SIGMAS, planes_through, subset_of
+from foveacam_pipeline.verge.surroundings.planes import (
+    LEVEL_SIGMA_PER_M,
+    SLOPE_SIGMAS,
+    planes_through,
+    subset_of,
+)
 
 LEVEL = 0.37
 OFFSETS = np.array([[-0.05, 0.0], [0.03, 0.02], [0.01, -0.04], [0.06, 0.01]])

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.support import FOVEA_SCALE, MatchSupport, support_of
+from foveacam_pipeline.verge.matching.support import FOVEA_SCALE, MatchSupport, support_of
 
 SIDE = 129
 NOISE_STD = 0.15

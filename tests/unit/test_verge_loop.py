@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, Role
 from foveacam_pipeline.models import Calibration
-from foveacam_pipeline.verge.depth_samples import DepthSamples
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import (
     Basis,
     DirectionTarget,

@@ -5,9 +5,8 @@ import pytest
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.distance import place_on_ray
-from foveacam_pipeline.verge.infer import InferredDepth
-from foveacam_pipeline.verge.single_eye import EyeMatch
-from foveacam_pipeline.verge.weighing import (
+from foveacam_pipeline.verge.single_eye.eye_match import EyeMatch
+from foveacam_pipeline.verge.single_eye.weighing import (
     agree,
     confirmed,
     only_sure,
@@ -16,6 +15,7 @@ from foveacam_pipeline.verge.weighing import (
     spread_per_m,
     weighted,
 )
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth
 
 
 def _match(

@@ -10,7 +10,7 @@ from foveacam_pipeline.context.context_file import ContextIdentity, load_context
 from foveacam_pipeline.context.values import AgeingModel, DepthSource
 from foveacam_pipeline.context.wide_context import FORGET_AFTER_S, WideContext
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 
 WIDE = Intrinsics(width=200, height=161, fx_px=500.0, fy_px=500.0, cx_px=99.5, cy_px=80.0)
 CENTRE = np.array([0.0, 0.0])

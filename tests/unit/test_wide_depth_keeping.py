@@ -9,7 +9,7 @@ import pytest
 from foveacam_hardware.contract import DeviceInfo, PanTiltLimits, PanTiltPose, PanTiltState, RailState
 from foveacam_pipeline.context.values import DepthSource
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.rig.status import PanTiltStatus, RigStatus
 

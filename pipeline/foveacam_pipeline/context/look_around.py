@@ -17,7 +17,7 @@ from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.context.wide_matches import NEAREST_M
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import aim_at, reach_span, volts_for
-from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 
 SPACING = 0.85
 """Distance of neighbouring directions as a share of a fovea's field."""

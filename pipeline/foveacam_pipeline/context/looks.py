@@ -11,7 +11,7 @@ from foveacam_pipeline.context.wide_matches import BLOCK_PX, contradicted, wide_
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import crossing_z_m, halved, rectify, to_uint8
-from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import Basis, Fixation
 
 LEAST_OVERLAP = 0.5

@@ -18,8 +18,8 @@ from foveacam_pipeline.context.fusing import fuse_surfaces
 from foveacam_pipeline.context.surfaces import cell_surfaces
 from foveacam_pipeline.context.values import AgeingModel, ContextMap, DepthSource
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_pipeline.verge.texture import LEAST_VARIANCE, noise_level
+from foveacam_pipeline.verge.matching.texture import LEAST_VARIANCE, noise_level
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 
 CELL_PX = 8
 FORGET_AFTER_S = 5.0

@@ -20,7 +20,7 @@ from foveacam_pipeline.stereo.rectify import crossing_z_m, to_uint8
 from foveacam_pipeline.stereo.search import MatchSettings
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_pipeline.verge.aim import EYES
-from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 
 NEAREST_M, FARTHEST_M = 1.4, 1e4
 REDUCED = 8

@@ -17,20 +17,20 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import Gazes, aim_at
-from foveacam_pipeline.verge.centre import shows_another
-from foveacam_pipeline.verge.centre_match import ways_back
 from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
-from foveacam_pipeline.verge.fine import FineMatch, MatchGuess, eye_patch, guessed_depth_m
-from foveacam_pipeline.verge.fixation_head import FixationEnded, FixationHead, Observation, StepResult
+from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation, StepResult
+from foveacam_pipeline.verge.looking.motion import TargetMotion, TargetTracker
+from foveacam_pipeline.verge.looking.passing_detector import PassingDetector
+from foveacam_pipeline.verge.matching.centre import shows_another
+from foveacam_pipeline.verge.matching.centre_match import ways_back
+from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, eye_patch, guessed_depth_m
+from foveacam_pipeline.verge.matching.support import FOVEA_SCALE, MatchSupport, SupportReport, support_of
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, fit_at
 from foveacam_pipeline.verge.measure import Measurement, measure
-from foveacam_pipeline.verge.motion import TargetMotion, TargetTracker
-from foveacam_pipeline.verge.passing_detector import PassingDetector
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget, patches_for
 from foveacam_pipeline.verge.search import FoundTarget, TargetSearch
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.support import FOVEA_SCALE, MatchSupport, SupportReport, support_of
 from foveacam_pipeline.verge.values import FixationState, VergePhase
-from foveacam_pipeline.verge.wide_patch import WidePatch, fit_at
 
 LAG_GAIN = 0.7
 LAG_MAX_PX = 1.5

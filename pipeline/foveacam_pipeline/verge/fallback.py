@@ -14,17 +14,25 @@ from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_pipeline.verge.answer import Answer, alternative, beyond_reach, both_foveae
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, UnsupportedMatch, VergedTarget
-from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
-from foveacam_pipeline.verge.fixation_head import FixationEnded, FixationHead, Observation
-from foveacam_pipeline.verge.infer import InferredDepth
 from foveacam_pipeline.verge.last_look import LOOKS, SECONDS, LastLook
-from foveacam_pipeline.verge.motion import TargetMotion
+from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation
+from foveacam_pipeline.verge.looking.motion import TargetMotion
+from foveacam_pipeline.verge.matching.support import MatchSupport
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.single_eye_search import EyeSighting, OwnSide, SingleEyeSearch
-from foveacam_pipeline.verge.support import MatchSupport
-from foveacam_pipeline.verge.surroundings import SurroundingDepth, SurroundingsEstimator
+from foveacam_pipeline.verge.single_eye.search import EyeSighting, OwnSide, SingleEyeSearch
+from foveacam_pipeline.verge.single_eye.weighing import (
+    agree,
+    confirmed,
+    plausible,
+    slack_per_m,
+    spread_per_m,
+    weighted,
+)
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
+from foveacam_pipeline.verge.surroundings.estimator import SurroundingDepth, SurroundingsEstimator
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth
 from foveacam_pipeline.verge.values import (
     Alternative,
     Basis,
@@ -32,7 +40,6 @@ from foveacam_pipeline.verge.values import (
     DistanceRange,
     FixationState,
 )
-from foveacam_pipeline.verge.weighing import agree, confirmed, plausible, slack_per_m, spread_per_m, weighted
 
 SURE_PROBABILITY = 0.8
 """A less probable inference states the spread of all as its error."""

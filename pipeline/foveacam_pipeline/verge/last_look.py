@@ -7,8 +7,8 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, reachable_eyes
 from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
-from foveacam_pipeline.verge.fixation_head import FixationHead, StepResult
-from foveacam_pipeline.verge.motion import TargetMotion
+from foveacam_pipeline.verge.looking.fixation_head import FixationHead, StepResult
+from foveacam_pipeline.verge.looking.motion import TargetMotion
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import EyeView, VergePhase
 
@@ -21,8 +21,8 @@ REACH_LEVELS = 9
 class LastLook:
     """Looks at answers. Depths are 1/Z, 1/m, 0 at infinity; Z along the rig's axis."""
 
-    def __init__(self, looker: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
-        self._looker = looker
+    def __init__(self, fixation_head: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
+        self._fixation_head = fixation_head
         self._calibration = calibration
         self._limits = limits
 
@@ -34,15 +34,15 @@ class LastLook:
     def look(self, inverse_z_per_m: float, sigma_per_m: float, motion: TargetMotion) -> LocatedPoint:
         """Look at the answer; return the place."""
         self.steer(inverse_z_per_m, motion)
-        last = self._looker.last
-        t_ns = self._looker.next_ns if last is None else last.sighting.left.t_ns
+        last = self._fixation_head.last
+        t_ns = self._fixation_head.next_ns if last is None else last.sighting.left.t_ns
         return place_on_ray(motion.at(t_ns), inverse_z_per_m, sigma_per_m)
 
     def steer(self, inverse_z_per_m: float, motion: TargetMotion) -> None:
         """Look once with both eyes, each as near as it can turn."""
-        self._looker.grant(looks=LOOKS, seconds=SECONDS)
-        seen = self._looker.look_clamped(self._gazes(inverse_z_per_m, motion), VergePhase.FINE)
-        self._looker.record(seen, StepResult(score=0.0))
+        self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
+        seen = self._fixation_head.look_clamped(self._gazes(inverse_z_per_m, motion), VergePhase.FINE)
+        self._fixation_head.record(seen, StepResult(score=0.0))
 
     def views(
         self, inverse_z_per_m: float, motion: TargetMotion, *, seeing: set[Role]
@@ -52,11 +52,11 @@ class LastLook:
         return {role: self._view(role, reached=role in reaching, hidden=role not in seeing) for role in EYES}
 
     def _view(self, role: Role, *, reached: bool, hidden: bool) -> EyeView:
-        if role is self._looker.missing:
+        if role is self._fixation_head.missing:
             return EyeView(sees_target=False, reason=verdict.NO_CAMERA)
         if not reached:
             return EyeView(sees_target=False, reason=verdict.CANNOT_TURN)
         return EyeView(sees_target=False, reason=verdict.HIDDEN) if hidden else EyeView(sees_target=True)
 
     def _gazes(self, inverse_z_per_m: float, motion: TargetMotion) -> Gazes:
-        return aim_at(self._calibration, motion.at(self._looker.next_ns), inverse_z_per_m)
+        return aim_at(self._calibration, motion.at(self._fixation_head.next_ns), inverse_z_per_m)

@@ -9,11 +9,11 @@ from foveacam_hardware.contract import Clock, Frame, Head
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.answer import Answer, both_foveae
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, UnsupportedMatch, VergedTarget
-from foveacam_pipeline.verge.depth_samples import DepthContext
 from foveacam_pipeline.verge.fallback import FallbackEstimator
-from foveacam_pipeline.verge.fixation_head import FixationEnded, FixationHead
+from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget, resolve
 from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_pipeline.verge.values import DistanceRange, Fixation, FixationState, Target, VergeStep
 
 DEFAULT = VergeSettings()
@@ -50,18 +50,22 @@ def fixate(
     Raise OutOfRange for a target outside the wide image, Cancelled when `cancelled()` says so.
     """
     aim = resolve(target, calibration.wide, limits)
-    looker = FixationHead(head, calibration, clock=clock, limits=limits, on_step=on_step, cancelled=cancelled)
+    fixation_head = FixationHead(
+        head, calibration, clock=clock, limits=limits, on_step=on_step, cancelled=cancelled
+    )
     loop = ClosedLoop(
-        looker, calibration, limits, expected_per_m=_expected_per_m(known.context, aim, calibration)
+        fixation_head, calibration, limits, expected_per_m=_expected_per_m(known.context, aim, calibration)
     )
     ended: FixationEnded | None = None
     try:
         answer = both_foveae(_within(loop.run(aim, clicked=clicked), known.within))
     except FixationEnded as end:
         ended = end
-        answering = FallbackEstimator(looker, calibration, limits, context=known.context, within=known.within)
+        answering = FallbackEstimator(
+            fixation_head, calibration, limits, context=known.context, within=known.within
+        )
         answer = answering.answer(aim, loop, end)
-    return _fixation(aim, looker, answer, ended)
+    return _fixation(aim, fixation_head, answer, ended)
 
 
 def _expected_per_m(
@@ -86,17 +90,17 @@ def _within(verged: VergedTarget, span: DistanceRange | None) -> VergedTarget:
 
 
 def _fixation(
-    aim: ResolvedTarget, looker: FixationHead, answer: Answer, ended: FixationEnded | None
+    aim: ResolvedTarget, fixation_head: FixationHead, answer: Answer, ended: FixationEnded | None
 ) -> Fixation:
     ax_rad, ay_rad = aim.angles_rad
-    seen, place, verged = looker.last, answer.place, answer.verged
+    seen, place, verged = fixation_head.last, answer.place, answer.verged
     state = FixationState.VERGED if ended is None or verged is not None else ended.state
     return Fixation(
         state=state,
         reason=answer.reason,
         target_ax_rad=ax_rad,
         target_ay_rad=ay_rad,
-        steps=looker.steps,
+        steps=fixation_head.steps,
         basis=answer.basis,
         bound=answer.bound,
         alternatives=answer.alternatives,
@@ -109,6 +113,6 @@ def _fixation(
         score=answer.score,
         volts=seen.sighting.volts if seen else None,
         sighting=seen.sighting if seen else None,
-        duration_ms=looker.elapsed_ms,
+        duration_ms=fixation_head.elapsed_ms,
         astray=None if ended is None else ended.astray,
     )

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.centre_fit import vicinity
-from foveacam_pipeline.verge.fine import FAR_REACH_PX, FineMatch, MatchGuess, match_fine
-from foveacam_pipeline.verge.fixation_head import Observation
+from foveacam_pipeline.verge.looking.fixation_head import Observation
+from foveacam_pipeline.verge.matching.centre_fit import vicinity
+from foveacam_pipeline.verge.matching.fine import FAR_REACH_PX, FineMatch, MatchGuess, match_fine
+from foveacam_pipeline.verge.matching.survey import ReducedLook
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.survey import ReducedLook
-from foveacam_pipeline.verge.wide_patch import WidePatch
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

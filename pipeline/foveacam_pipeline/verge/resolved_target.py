@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, OutOfRange
 from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.verge.matching.texture import noise_level
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_template, room_px
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.texture import noise_level
 from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget, Target
-from foveacam_pipeline.verge.wide_patch import WidePatch, cut_template, room_px
 
 GROWTH = 1.35
 

@@ -16,15 +16,15 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import Gazes, aim_at, reach_span
-from foveacam_pipeline.verge.fine import FineMatch, MatchGuess, match_fine
-from foveacam_pipeline.verge.fixation_head import FixationHead, Observation, StepResult
-from foveacam_pipeline.verge.motion import TargetMotion, TargetTracker
-from foveacam_pipeline.verge.register import MOVING_SLACK_PX, SLACK_PX, MatchCandidate, candidates
+from foveacam_pipeline.verge.looking.fixation_head import FixationHead, Observation, StepResult
+from foveacam_pipeline.verge.looking.motion import TargetMotion, TargetTracker
+from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, match_fine
+from foveacam_pipeline.verge.matching.register import MOVING_SLACK_PX, SLACK_PX, MatchCandidate, candidates
+from foveacam_pipeline.verge.matching.survey import epipolar_looks
+from foveacam_pipeline.verge.matching.target_offset import TargetOffset, find_astray, stands_alone
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.survey import epipolar_looks
-from foveacam_pipeline.verge.target_offset import TargetOffset, find_astray, stands_alone
 from foveacam_pipeline.verge.values import VergePhase
-from foveacam_pipeline.verge.wide_patch import WidePatch
 
 ALIKE = 0.08
 """Candidates whose correlations differ by less fit alike."""
@@ -59,8 +59,8 @@ class _Sure:
 class TargetSearch:
     """Looks for a target in both foveae."""
 
-    def __init__(self, looker: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
-        self._looker = looker
+    def __init__(self, fixation_head: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
+        self._fixation_head = fixation_head
         self._calibration = calibration
         self._limits = limits
         self._looks: list[Observation] = []
@@ -79,13 +79,13 @@ class TargetSearch:
         self._looks = []
         inverse_z = 0.0
         for inverse_z in self._depths(templates[-1], expected_per_m):
-            gazes = aim_at(self._calibration, watch.motion.at(self._looker.next_ns), inverse_z)
-            seen = self._looker.look(gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL)
+            gazes = aim_at(self._calibration, watch.motion.at(self._fixation_head.next_ns), inverse_z)
+            seen = self._fixation_head.look(gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL)
             self._looks.append(seen)
             watch.follow(seen.sighting.wide)
             slack_px = MOVING_SLACK_PX if watch.motion.moves else SLACK_PX
             outcome = self._examine(seen, templates, watch.motion, slack_px=slack_px)
-            self._looker.record(seen, self._step(outcome))
+            self._fixation_head.record(seen, self._step(outcome))
             if seen.sighting.missing is not None:
                 raise verdict.camera_gone(seen.sighting.missing)
             if blank:

@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import TypeAlias
 
 from foveacam_hardware.contract import Sighting, StereoVolts
-from foveacam_pipeline.verge.target_offset import TargetOffset
+from foveacam_pipeline.verge.matching.target_offset import TargetOffset
 
 
 class FixationState(StrEnum):

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.distance import LocatedPoint
-from foveacam_pipeline.verge.fine import FineMatch
-from foveacam_pipeline.verge.fixation_head import FixationEnded
+from foveacam_pipeline.verge.looking.fixation_head import FixationEnded
+from foveacam_pipeline.verge.matching.fine import FineMatch
+from foveacam_pipeline.verge.matching.target_offset import TargetOffset
 from foveacam_pipeline.verge.measure import Measurement
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.target_offset import TargetOffset
 from foveacam_pipeline.verge.values import DistanceBound, EyeView, FixationState
 
 NEAR_ENOUGH = 1.6

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.target_offset import TargetOffset
+from foveacam_pipeline.verge.matching.target_offset import TargetOffset
 from foveacam_pipeline.verge.values import Fixation, FixationState
 
 MAX_RESIDUALS = 60

@@ -19,9 +19,9 @@ from foveacam_pipeline.calibrate.sweep.markers import find_markers
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
-from foveacam_pipeline.verge.contrast import even
-from foveacam_pipeline.verge.texture import noise_level
-from foveacam_pipeline.verge.wide_patch import WidePatch, cut_template
+from foveacam_pipeline.verge.matching.contrast import even
+from foveacam_pipeline.verge.matching.texture import noise_level
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_template
 
 SHADING_PX = 6.0
 CONTRAST_PX = 4.0

@@ -20,10 +20,10 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import Gazes, aim_at, gazes_under, reach_span, volts_for
-from foveacam_pipeline.verge.centre_fit import vicinity
-from foveacam_pipeline.verge.fine import FineMatch, MatchGuess, match_fine
-from foveacam_pipeline.verge.survey import ReducedEye, reduce_look
-from foveacam_pipeline.verge.wide_patch import WidePatch, follow, peak
+from foveacam_pipeline.verge.matching.centre_fit import vicinity
+from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, match_fine
+from foveacam_pipeline.verge.matching.survey import ReducedEye, reduce_look
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, follow, peak
 
 SEARCH_INVERSE_DEPTHS = (0.0, 0.2, 0.4, 0.6)
 """Inverse depths that are searched when nothing is known, 1/m: infinity to 1.7 m."""

@@ -21,7 +21,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import aim_at, gazes_under
-from foveacam_pipeline.verge.fine import MatchGuess, match_fine
+from foveacam_pipeline.verge.matching.fine import MatchGuess, match_fine
 
 PAUSE_NS = 300_000_000
 """Pause between the two wide pictures that show what moves."""

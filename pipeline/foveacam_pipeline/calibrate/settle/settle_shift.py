@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.contrast import even
-from foveacam_pipeline.verge.wide_patch import peak
+from foveacam_pipeline.verge.matching.contrast import even
+from foveacam_pipeline.verge.matching.wide_patch import peak
 
 REDUCTION = 4
 HALF_PX = 136

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import Clock, Frame
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.depth_samples import DepthContext
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_pipeline.verge.values import Basis, Fixation, VergeStep
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job

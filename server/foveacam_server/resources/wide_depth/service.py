@@ -24,7 +24,7 @@ from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.ply import ply_bytes
-from foveacam_pipeline.verge.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog

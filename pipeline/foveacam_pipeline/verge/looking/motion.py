@@ -13,7 +13,7 @@ from foveacam_hardware.contract import Frame
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.verge.wide_patch import WidePatch, follow
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, follow
 
 STILL_TAN = 4.0e-4
 """Smaller changes between two sights are noise of the registration: 1.3 wide px."""

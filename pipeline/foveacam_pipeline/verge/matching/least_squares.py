@@ -26,13 +26,13 @@ FLOOR_SIGMA_PX = 0.03
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SubpixelPlace:
+class SubpixelPosition:
     """Right minus left place, (2,) fovea px; its error along x and y; weighted correlation there.
 
     `slope`: (2,) how much further right the place is per px along x and along y.
     """
 
-    place_px: NDArray[np.float64]
+    position_px: NDArray[np.float64]
     slope: NDArray[np.float64]
     sigma_px: tuple[float, float]
     score: float
@@ -44,15 +44,15 @@ def least_squares(
     start: WindowPlacement,
     *,
     window: MatchWindow,
-    told_px: NDArray[np.float64],
-) -> SubpixelPlace:
-    """Refine a start: right minus left place. `told_px`: (2,) the place at which the rows match."""
-    prior = PositionPrior(y_px=float(told_px[1]), y_sigma_px=ROW_SIGMA_PX, slope_sigma=SLOPE_SIGMA)
+    expected_px: NDArray[np.float64],
+) -> SubpixelPosition:
+    """Refine a start: right minus left place. `expected_px`: (2,) the place at which the rows match."""
+    prior = PositionPrior(y_px=float(expected_px[1]), y_sigma_px=ROW_SIGMA_PX, slope_sigma=SLOPE_SIGMA)
     found = match_point(left, right, start, window=window, prior=prior)
     if found is None:
         unknown = (math.inf, math.inf)
-        return SubpixelPlace(
-            place_px=np.array([start.x_px, start.y_px]),
+        return SubpixelPosition(
+            position_px=np.array([start.x_px, start.y_px]),
             slope=np.array([start.xx, start.xy]),
             sigma_px=unknown,
             score=0.0,
@@ -62,8 +62,8 @@ def least_squares(
         lead = found.score - _elsewhere(left, right, found.placement, window)
         if lead < max(LEAST_LEAD, 2.0 * (1.0 - found.score)):
             sigma_x_px = math.inf
-    return SubpixelPlace(
-        place_px=found.position_px,
+    return SubpixelPosition(
+        position_px=found.position_px,
         slope=np.array([found.placement.xx, found.placement.xy]),
         sigma_px=(sigma_x_px, sigma_y_px),
         score=found.score,

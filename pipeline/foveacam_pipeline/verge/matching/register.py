@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.wide_patch import WidePatch, peak
+from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, peak
 
 BAND_PX = 14
 """How far above or below its row a target may appear: calibration drift, survey px."""

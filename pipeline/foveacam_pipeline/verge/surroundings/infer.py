@@ -13,8 +13,8 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_pipeline.verge.planes import PlaneHypotheses, planes_through, subset_of
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.planes import PlaneHypotheses, planes_through, subset_of
 
 MAX_SAMPLES = 8
 """The nearest ones; 2 to the power of it divisions are weighed."""

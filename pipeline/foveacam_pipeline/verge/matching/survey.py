@@ -12,7 +12,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import crossing_z_m, plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import EYES
-from foveacam_pipeline.verge.wide_patch import WidePatch, evened
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, evened
 
 REDUCTION = 4
 """Whole-number part of the zoom, averaged away before the warp."""

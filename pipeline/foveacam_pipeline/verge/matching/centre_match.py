@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.wide_patch import ENLARGED, WidePatch, cut_view, leaning, peak
+from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.matching.wide_patch import ENLARGED, WidePatch, cut_view, leaning, peak
 
 REACH_PX = 140
 """How far along the row a neighbour is looked for, survey px: the shift between infinity and 3 m."""

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_pipeline.verge.register import BAND_PX, GUARD_PX, LEAST_SEEN, SLACK_PX, UNSEEN
-from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.wide_patch import WidePatch, cut_view, peak
+from foveacam_pipeline.verge.matching.register import BAND_PX, GUARD_PX, LEAST_SEEN, SLACK_PX, UNSEEN
+from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_view, peak
 
 SURE_SCORE = 0.75
 """Least correlation of each fovea with the patch."""

@@ -16,10 +16,10 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
 from foveacam_pipeline.matching.windows import MatchWindow
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.least_squares import SubpixelPlace, least_squares
-from foveacam_pipeline.verge.register import LEAST_SEEN, UNSEEN
-from foveacam_pipeline.verge.survey import ReducedEye
-from foveacam_pipeline.verge.wide_patch import WidePatch
+from foveacam_pipeline.verge.matching.least_squares import SubpixelPosition, least_squares
+from foveacam_pipeline.verge.matching.register import LEAST_SEEN, UNSEEN
+from foveacam_pipeline.verge.matching.survey import ReducedEye
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 
 ROWS_PX = 5
 """How far above or below its row a target may appear, survey px."""
@@ -128,20 +128,20 @@ def register_eye(
     """
     half_baseline_m = side_of(role) * 0.5 * calibration.baseline_m
     u_px = f_px * (float(target[0]) + half_baseline_m * inverse_z_per_m)
-    place_px = (u_px - eye.u0_px, float(target[1]) * f_px - eye.v0_px)
+    position_px = (u_px - eye.u0_px, float(target[1]) * f_px - eye.v0_px)
     best: EyeMatch | None = None
     for window in WINDOWS:
-        placed = _registered(eye, wide_view, place_px, window)
+        placed = _registered(eye, wide_view, position_px, window)
         if placed is None:
             continue
         sigma_px = math.hypot(placed.sigma_px[0], PLACED_SIGMA_PX)
         slope_rad = calibration.eye(role).angle_sigma_rad(1.0 / max(inverse_z_per_m, 1e-3))[0]
         match = EyeMatch(
             role=role,
-            inverse_z_per_m=inverse_z_per_m + float(placed.place_px[0]) / (f_px * half_baseline_m),
+            inverse_z_per_m=inverse_z_per_m + float(placed.position_px[0]) / (f_px * half_baseline_m),
             sigma_per_m=math.hypot(sigma_px / f_px, slope_rad) / abs(half_baseline_m),
             score=placed.score,
-            row_px=float(placed.place_px[1]),
+            row_px=float(placed.position_px[1]),
         )
         if best is None or match.sigma_per_m < 0.5 * best.sigma_per_m:
             best = match
@@ -157,12 +157,12 @@ def view_half_px() -> tuple[int, int]:
 
 
 def _registered(
-    eye: ReducedEye, wide_view: NDArray[np.float32], place_px: tuple[float, float], window: MatchWindow
-) -> SubpixelPlace | None:
+    eye: ReducedEye, wide_view: NDArray[np.float32], position_px: tuple[float, float], window: MatchWindow
+) -> SubpixelPosition | None:
     """Register the middle of the wide view about a place of one fovea; None where that is not seen."""
     half = window.half_px + MARGIN_PX
     height, width = eye.image.shape
-    x, y = place_px
+    x, y = position_px
     if not (window.half_px <= x <= width - 1 - window.half_px and 0.0 <= y <= height - 1):
         return None
     column, row = round(x), round(y)
@@ -176,6 +176,6 @@ def _registered(
         InterpolatedPicture.of(np.ascontiguousarray(eye.image[np.ix_(rows, columns)])),
         WindowPlacement(x_px=float(away[0]), y_px=float(away[1])),
         window=window,
-        told_px=away,
+        expected_px=away,
     )
-    return replace(placed, place_px=placed.place_px - away)
+    return replace(placed, position_px=placed.position_px - away)

@@ -1,4 +1,4 @@
-"""The looks of one fixation: steer, see, keep the record; stop at a limit, a deadline or on request."""
+"""Make the looks of one fixation and record its steps; stop at a limit, a deadline or on request."""
 
 import math
 import time
@@ -9,16 +9,16 @@ from dataclasses import dataclass, field
 from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Role, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import Gazes, clamp_gazes, gazes_under, volts_for
-from foveacam_pipeline.verge.passing_detector import PassingDetector, wait_until_still
+from foveacam_pipeline.verge.looking.passing_detector import PassingDetector, wait_until_still
+from foveacam_pipeline.verge.matching.survey import ReducedLook, reduce_look
+from foveacam_pipeline.verge.matching.target_offset import TargetOffset
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.survey import ReducedLook, reduce_look
-from foveacam_pipeline.verge.target_offset import TargetOffset
 from foveacam_pipeline.verge.values import FixationState, VergePhase, VergeStep
 
-HAIR = 1.0e-3
+EDGE_TOLERANCE = 1.0e-3
 """Share of a gaze by which it may lie beyond the edge of the field: half a wide px."""
 FIRST_LEAD_NS = 20_000_000
-"""From asking for a look to the middle of its exposure, before one was timed: filter, settling, exposure."""
+"""Time from the request of a look to the middle of its exposure, until measured (settling, exposure)."""
 
 
 class FixationEnded(Exception):
@@ -69,7 +69,7 @@ class StepResult:
 
 
 class FixationHead:
-    """Looks through the head within the limits of one fixation, and keeps its list of steps."""
+    """Makes looks with the head within the limits of one fixation, and records its steps."""
 
     def __init__(
         self,
@@ -148,10 +148,10 @@ class FixationHead:
                 f"Not settled after {len(self._steps)} looks: the target may move too fast; try again.",
             )
         volts = self._volts(gazes)
-        asked_ns = self._clock.now_ns()
+        requested_ns = self._clock.now_ns()
         with self._own.paused():
             sighting = self._head.look(volts)
-        self._lead_ns = max(0, sighting.left.t_ns - asked_ns)
+        self._lead_ns = max(0, sighting.left.t_ns - requested_ns)
         self.last = Observation(
             phase=phase, gazes=gazes_under(self._calibration, sighting.volts), sighting=sighting
         )
@@ -178,8 +178,8 @@ class FixationHead:
                 self._on_step(step)
 
     def _volts(self, gazes: Gazes) -> StereoVolts:
-        """Return the drive for both gazes; a hair beyond the calibrated field counts as its edge."""
-        nearer = Gazes(left=gazes.left * (1.0 - HAIR), right=gazes.right * (1.0 - HAIR))
+        """Return the drive for both gazes; gazes barely beyond the field count as its edge."""
+        nearer = Gazes(left=gazes.left * (1.0 - EDGE_TOLERANCE), right=gazes.right * (1.0 - EDGE_TOLERANCE))
         with suppress(OutOfRange):
             return volts_for(self._calibration, gazes)
         try:
@@ -198,7 +198,7 @@ class FixationHead:
 
 
 class _Stopwatch:
-    """Wall time of our own work: it stands still while somebody else works."""
+    """Wall time of the own computation; pauses while devices or callbacks work."""
 
     def __init__(self) -> None:
         self._since = time.perf_counter()
@@ -211,7 +211,7 @@ class _Stopwatch:
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """Stand still; a pause within a pause counts once."""
+        """Pause; nested pauses count once."""
         began = time.perf_counter()
         self._pauses += 1
         try:

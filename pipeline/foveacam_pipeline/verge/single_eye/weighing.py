@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from foveacam_pipeline.verge.infer import InferredDepth
-from foveacam_pipeline.verge.single_eye import EyeMatch
+from foveacam_pipeline.verge.single_eye.eye_match import EyeMatch
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth
 
 AGREE_SIGMAS = 4.0
 SURE_SCORE = 0.7

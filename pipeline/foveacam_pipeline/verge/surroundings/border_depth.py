@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_pipeline.verge.register import UNSEEN
-from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.wide_patch import bell, wide_window
+from foveacam_pipeline.verge.matching.register import UNSEEN
+from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.matching.wide_patch import bell, wide_window
 
 HALF_PX = 22
 """Half side of the part of the wide view that is compared, survey px: 11 wide px."""

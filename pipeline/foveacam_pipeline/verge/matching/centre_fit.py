@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.survey import ReducedLook
-from foveacam_pipeline.verge.wide_patch import WidePatch, bell, leaning, peak
+from foveacam_pipeline.verge.matching.survey import ReducedLook
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, bell, leaning, peak
 
 REACH_PX = 16
 """How far from the centres a target is looked for, survey px: 73 fovea px."""

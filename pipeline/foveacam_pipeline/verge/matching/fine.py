@@ -15,9 +15,9 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import gazes_under
-from foveacam_pipeline.verge.contrast import even
-from foveacam_pipeline.verge.least_squares import SubpixelPlace, least_squares
-from foveacam_pipeline.verge.wide_patch import peak
+from foveacam_pipeline.verge.matching.contrast import even
+from foveacam_pipeline.verge.matching.least_squares import SubpixelPosition, least_squares
+from foveacam_pipeline.verge.matching.wide_patch import peak
 
 WIDER = MatchWindow(half_px=64, weight_sigma_px=28.0)
 """Its weights are three wide px wide: as well as anybody can click."""
@@ -88,13 +88,13 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: MatchGuess) 
     """
     z_m = guessed_depth_m(calibration, sighting, guess)
     left_px, right_px = guess.left * calibration.fovea_f_px, guess.right * calibration.fovea_f_px
-    told_px = left_px - right_px
+    expected_px = left_px - right_px
     half = WIDER.half_px + MARGIN_PX
     left = eye_patch(sighting, calibration, Role.LEFT, z_m, left_px, (half, half))
     size = (half + guess.reach_px[0], half + guess.reach_px[1])
     right = eye_patch(sighting, calibration, Role.RIGHT, z_m, right_px, size)
-    best = _best_placed(left, right, guess.reach_px, told_px)
-    residual = told_px - best.place_px
+    best = _best_placed(left, right, guess.reach_px, expected_px)
+    residual = expected_px - best.position_px
     return FineMatch(
         residual_x_px=float(residual[0]),
         residual_y_px=float(residual[1]),
@@ -110,19 +110,19 @@ def _best_placed(
     left: InterpolatedPicture,
     right: InterpolatedPicture,
     reach_px: tuple[int, int],
-    told_px: NDArray[np.float64],
-) -> SubpixelPlace:
+    expected_px: NDArray[np.float64],
+) -> SubpixelPosition:
     """Return the first match that fits and tells; else the first that fits; else the best of all."""
-    best = _placed(left, right, WIDER, reach_px, told_px)
+    best = _placed(left, right, WIDER, reach_px, expected_px)
     for across in LEANS:
         if best.score >= GOOD_SCORE:
             break
-        leaning = _placed(left, right, NARROWER, reach_px, told_px, across=across)
+        leaning = _placed(left, right, NARROWER, reach_px, expected_px, across=across)
         best = max(best, leaning, key=lambda placed: placed.score)
     if best.score < GOOD_SCORE or best.sigma_px[0] <= GOOD_SIGMA_PX:
         return best
     for window, across in product((NARROWER, BETWEEN), LEANS):
-        leaning = _placed(left, right, window, reach_px, told_px, across=across)
+        leaning = _placed(left, right, window, reach_px, expected_px, across=across)
         if leaning.score >= SURE_SCORE and leaning.sigma_px[0] < best.sigma_px[0]:
             best = leaning
         if best.sigma_px[0] <= GOOD_SIGMA_PX:
@@ -192,10 +192,10 @@ def _placed(
     right: InterpolatedPicture,
     window: MatchWindow,
     reach_px: tuple[int, int],
-    told_px: NDArray[np.float64],
+    expected_px: NDArray[np.float64],
     *,
     across: float = 0.0,
-) -> SubpixelPlace:
+) -> SubpixelPosition:
     """Find the left window in the right eye, leaning by `across`; the place is right minus left, fovea px."""
     half = window.half_px
     patch = left.cut((half, half))
@@ -206,4 +206,4 @@ def _placed(
     x, y, _ = peak(scores)
     down_px = y - reach_px[1]
     start = WindowPlacement(x_px=x - reach_px[0] + across * down_px, y_px=down_px, xy=across)
-    return least_squares(left, right, start, window=window, told_px=told_px)
+    return least_squares(left, right, start, window=window, expected_px=expected_px)

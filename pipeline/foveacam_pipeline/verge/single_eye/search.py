@@ -12,14 +12,22 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reaches
-from foveacam_pipeline.verge.blank_region import on_edge, side_of_edge
-from foveacam_pipeline.verge.border_depth import BorderDepth, BorderPlace, border_patch
 from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
-from foveacam_pipeline.verge.fine import MatchGuess, match_fine
-from foveacam_pipeline.verge.fixation_head import FixationHead, Observation, StepResult
-from foveacam_pipeline.verge.motion import TargetMotion
+from foveacam_pipeline.verge.looking.fixation_head import FixationHead, Observation, StepResult
+from foveacam_pipeline.verge.looking.motion import TargetMotion
+from foveacam_pipeline.verge.matching.fine import MatchGuess, match_fine
+from foveacam_pipeline.verge.matching.support import SURVEY_SCALE, MatchSupport, support_of
+from foveacam_pipeline.verge.matching.survey import (
+    ReducedEye,
+    epipolar_looks,
+    reduce_eye,
+    reduce_look,
+    shrink_look,
+)
+from foveacam_pipeline.verge.matching.texture import noise_level
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_view, survey_f_px
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.single_eye import (
+from foveacam_pipeline.verge.single_eye.eye_match import (
     CorrelationProfile,
     EyeMatch,
     profile_of,
@@ -27,12 +35,10 @@ from foveacam_pipeline.verge.single_eye import (
     side_of,
     view_half_px,
 )
-from foveacam_pipeline.verge.support import SURVEY_SCALE, MatchSupport, support_of
-from foveacam_pipeline.verge.survey import ReducedEye, epipolar_looks, reduce_eye, reduce_look, shrink_look
-from foveacam_pipeline.verge.texture import noise_level
+from foveacam_pipeline.verge.single_eye.weighing import AGREE_SIGMAS, only_sure, outdone, sound
+from foveacam_pipeline.verge.surroundings.blank_region import on_edge, side_of_edge
+from foveacam_pipeline.verge.surroundings.border_depth import BorderDepth, BorderPlace, border_patch
 from foveacam_pipeline.verge.values import VergePhase
-from foveacam_pipeline.verge.weighing import AGREE_SIGMAS, only_sure, outdone, sound
-from foveacam_pipeline.verge.wide_patch import WidePatch, cut_view, survey_f_px
 
 STEP_PX = 0.5
 """Step of the profiles along the line, survey px."""
@@ -101,8 +107,8 @@ class OwnSide:
 class SingleEyeSearch:
     """Finds a target in either fovea by the wide view alone."""
 
-    def __init__(self, looker: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
-        self._looker = looker
+    def __init__(self, fixation_head: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
+        self._fixation_head = fixation_head
         self._calibration = calibration
         self._limits = limits
         self._looks: list[Observation] = []
@@ -146,13 +152,13 @@ class SingleEyeSearch:
         calibration, role = self._calibration, match.role
         inverse_z = match.inverse_z_per_m
         for _ in range(ROUNDS):
-            gazes = aim_at(calibration, motion.at(self._looker.next_ns), max(inverse_z, 0.0))
-            seen = self._looker.look_clamped(gazes, VergePhase.FINE)
+            gazes = aim_at(calibration, motion.at(self._fixation_head.next_ns), max(inverse_z, 0.0))
+            seen = self._fixation_head.look_clamped(gazes, VergePhase.FINE)
             eye = self._eye(seen, role, inverse_z, f_px)
             view = self._wide_view(seen.sighting.wide, motion, f_px)
             target = motion.at(seen.sighting.left.t_ns)
             better = register_eye(eye, role, view, target, inverse_z, calibration=calibration, f_px=f_px)
-            self._looker.record(seen, StepResult(score=0.0 if better is None else better.score))
+            self._fixation_head.record(seen, StepResult(score=0.0 if better is None else better.score))
             if better is None or not sound(better):
                 return None
             moved_px = abs(better.inverse_z_per_m - inverse_z) * f_px * 0.5 * calibration.baseline_m
@@ -227,7 +233,7 @@ class SingleEyeSearch:
 
     def _between(self, seen: Observation, wanted: Gazes) -> float | None:
         """Return how well the foveae correlate where both are meant to look."""
-        if self._looker.missing is not None or not reaches(self._calibration, wanted):
+        if self._fixation_head.missing is not None or not reaches(self._calibration, wanted):
             return None
         offsets = MatchGuess(left=wanted.left - seen.gazes.left, right=wanted.right - seen.gazes.right)
         return match_fine(seen.sighting, self._calibration, offsets).score
@@ -238,7 +244,7 @@ class SingleEyeSearch:
         """Return looks that together show every depth, those made earlier among them."""
         looks = list(earlier)
         for inverse_z in epipolar_looks(self._calibration, template, self._limits.nearest_m):
-            gazes = aim_at(self._calibration, motion.at(self._looker.next_ns), inverse_z)
+            gazes = aim_at(self._calibration, motion.at(self._fixation_head.next_ns), inverse_z)
             gazes = clamp_gazes(self._calibration, gazes)
             if any(
                 np.abs(seen.gazes.left - gazes.left).max() < SAME_GAZE
@@ -246,8 +252,8 @@ class SingleEyeSearch:
                 for seen in looks
             ):
                 continue
-            seen = self._looker.look(gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL)
-            self._looker.record(seen, StepResult(score=0.0))
+            seen = self._fixation_head.look(gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL)
+            self._fixation_head.record(seen, StepResult(score=0.0))
             looks.append(seen)
         return looks
 

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import Clock, Frame
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.verge.texture import noise_level
+from foveacam_pipeline.verge.matching.texture import noise_level
 
 STRIP_PX = (160, 32)
 """Half sides of the strip, wide px: half a baseline of 0.12 m at 1.2 m."""

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_pipeline.verge.contrast import even
-from foveacam_pipeline.verge.texture import shift_sigma
+from foveacam_pipeline.verge.matching.contrast import even
+from foveacam_pipeline.verge.matching.texture import shift_sigma
 
 ENLARGED = 2.0
 """Survey px per wide px: enough for a smooth peak, little enough to be quick."""

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_pipeline.verge.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.wide_patch import cut_view
+from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.matching.wide_patch import cut_view
 
 HALF_PX = 4
 """Half side of the middle that is compared, survey px: two wide px."""

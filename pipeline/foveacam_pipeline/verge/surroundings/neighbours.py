@@ -16,12 +16,12 @@ from foveacam_pipeline.context.wide_matches import eye_matches
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
-from foveacam_pipeline.verge.blank_region import BlankRegion
-from foveacam_pipeline.verge.border_depth import BorderDepth
-from foveacam_pipeline.verge.depth_samples import DepthSamples
-from foveacam_pipeline.verge.fixation_head import Observation
-from foveacam_pipeline.verge.infer import OWN_CHANCE, SAME_SHARE
-from foveacam_pipeline.verge.wide_patch import WidePatch, cut_view
+from foveacam_pipeline.verge.looking.fixation_head import Observation
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_view
+from foveacam_pipeline.verge.surroundings.blank_region import BlankRegion
+from foveacam_pipeline.verge.surroundings.border_depth import BorderDepth
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.verge.surroundings.infer import OWN_CHANCE, SAME_SHARE
 
 REACH_TAN = 0.06
 """So far about a target earlier measurements count: 3.4 degrees."""

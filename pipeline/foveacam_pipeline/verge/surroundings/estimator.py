@@ -13,18 +13,21 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import aim_at
-from foveacam_pipeline.verge.blank_region import BlankRegion, blank_region
-from foveacam_pipeline.verge.border_depth import (
+from foveacam_pipeline.verge.distance import LocatedPoint
+from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation, StepResult
+from foveacam_pipeline.verge.matching.survey import shrink_look
+from foveacam_pipeline.verge.matching.texture import noise_level
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, survey_f_px
+from foveacam_pipeline.verge.surroundings.blank_region import BlankRegion, blank_region
+from foveacam_pipeline.verge.surroundings.border_depth import (
     STEP_PX,
     BorderDepth,
     BorderPlace,
     border_patch,
 )
-from foveacam_pipeline.verge.depth_samples import DepthContext, DepthSamples
-from foveacam_pipeline.verge.distance import LocatedPoint
-from foveacam_pipeline.verge.fixation_head import FixationEnded, FixationHead, Observation, StepResult
-from foveacam_pipeline.verge.infer import OWN_CHANCE, InferredDepth, encloses, infer_depth
-from foveacam_pipeline.verge.neighbours import (
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
+from foveacam_pipeline.verge.surroundings.infer import OWN_CHANCE, InferredDepth, encloses, infer_depth
+from foveacam_pipeline.verge.surroundings.neighbours import (
     INSIDE_CHANCE,
     REACH_TAN,
     TEXTURED_SHARE,
@@ -36,10 +39,7 @@ from foveacam_pipeline.verge.neighbours import (
     repeats_in_row,
     textured_chances,
 )
-from foveacam_pipeline.verge.survey import shrink_look
-from foveacam_pipeline.verge.texture import noise_level
 from foveacam_pipeline.verge.values import VergePhase
-from foveacam_pipeline.verge.wide_patch import WidePatch, survey_f_px
 
 LOOKS, SECONDS = 20, 4.0
 PLACES = 24
@@ -84,13 +84,13 @@ class SurroundingsEstimator:
 
     def __init__(
         self,
-        looker: FixationHead,
+        fixation_head: FixationHead,
         calibration: Calibration,
         *,
         context: DepthContext | None,
         span_per_m: tuple[float, float],
     ) -> None:
-        self._looker = looker
+        self._fixation_head = fixation_head
         self._calibration = calibration
         self._context = context
         self._f_px = survey_f_px(calibration.wide)
@@ -222,7 +222,7 @@ class SurroundingsEstimator:
         self, target: NDArray[np.float64], border: list[BorderPlace], found: dict[int, BorderDepth]
     ) -> Iterator[Observation]:
         """Look at stretches of the border that were not measured yet, nearest to the target first."""
-        self._looker.grant(looks=LOOKS, seconds=SECONDS)
+        self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
         places = [place.patch.tangents for place in border]
         tried: list[NDArray[np.float64]] = []
         for _ in range(DIRECTIONS):
@@ -232,8 +232,8 @@ class SurroundingsEstimator:
             tried.append(direction)
             for inverse_z in LEVELS_PER_M:
                 gazes = aim_at(self._calibration, direction, inverse_z)
-                seen = self._looker.look_clamped(gazes, VergePhase.SURROUNDINGS)
-                self._looker.record(seen, StepResult(score=0.0))
+                seen = self._fixation_head.look_clamped(gazes, VergePhase.SURROUNDINGS)
+                self._fixation_head.record(seen, StepResult(score=0.0))
                 yield seen
                 if _all_found(direction, places, found):
                     break

@@ -1,0 +1,1 @@
+"""The looks of one fixation: steering within its limits, the track of the target, and passers-by."""

@@ -1,0 +1,1 @@
+"""The depth of a target from one fovea and the wide camera, when only one eye sees it."""
