@@ -1,1 +1,1 @@
-"""From a click to both foveae on one point, and its distance (Sec. 3.4)."""
+"""Fixate a target: point both foveae at it and measure its distance (Sec. 3.4)."""

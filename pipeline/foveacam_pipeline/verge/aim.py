@@ -1,4 +1,4 @@
-"""Where the eyes look, as tangents on the rig's axes, and the volts for it.
+"""Compute the gazes of both eyes at a target, as tangents on the rig's axes, and their volts.
 
 A target seen from the rig's origin along (tx, ty) at depth 1/q along z is seen from an eye at (px, py, pz)
 along (tx - px q, ty - py q) / (1 - pz q); q = 0 is infinity.

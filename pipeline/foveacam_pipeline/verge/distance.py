@@ -1,4 +1,4 @@
-"""From two gazes and what remains between them to a point of the rig frame, with its error."""
+"""Triangulate a point of the rig frame, with its error, from two lines of sight or from a depth."""
 
 from dataclasses import dataclass
 

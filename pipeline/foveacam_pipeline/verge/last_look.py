@@ -1,4 +1,4 @@
-"""The look at an answer: both eyes where it says, each as near as it can turn, and what each shows there."""
+"""Point both eyes at a result, each as near as it can turn, and describe what each eye sees there."""
 
 import numpy as np
 

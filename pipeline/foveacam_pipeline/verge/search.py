@@ -1,4 +1,4 @@
-"""The first part of a fixation: look parallel, then farther in along the epipolar line, until it is found.
+"""Search the target in both foveae: look parallel first, then nearer along the epipolar line.
 
 A candidate counts as found when left and right agree on it at full resolution: then it is a surface on the
 target's line of sight, whatever the wide view alone would have taken it for.

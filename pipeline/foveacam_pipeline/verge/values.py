@@ -1,4 +1,4 @@
-"""What a fixation is asked for and what it answers."""
+"""Value types of a fixation: its target, its steps and its result."""
 
 from dataclasses import dataclass
 from enum import StrEnum

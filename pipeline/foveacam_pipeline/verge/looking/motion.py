@@ -1,4 +1,4 @@
-"""Where a target is at a moment: its directions seen so far, carried on at constant speed.
+"""Track the direction of a target and extrapolate it at constant speed.
 
 Wide frames and foveae are exposed at different times, and looks take time: a walker crosses a fovea in half
 a second. A target that was never seen to move stays where it is.

@@ -1,4 +1,4 @@
-"""Does something pass about a target? People cross a line of sight for a second, then it is free again.
+"""Detect movement near a target: people cross a line of sight for about a second.
 
 An eye's view may be crossed beside the target as the wide view has it: by half the baseline over the depth
 of who passes. So a strip along the row is watched, as far as somebody at 1.3 m may appear.

@@ -1,4 +1,4 @@
-"""Do the foveae show at their match what the wide view shows at the target itself?
+"""Check that the foveae show at their match what the wide view shows at the target itself.
 
 A large patch may fit by its rim alone, when something behind or beside the target has more contrast than the
 target: then left and right agree on the rim's depth. What they show in the middle differs from the wide view.

@@ -1,4 +1,4 @@
-"""The way back: which place of the wide view do the foveae's centres show?
+"""Match the centres of the foveae back to the wide view, to detect look-alikes beside the target.
 
 A wide patch may fit a fovea although the fovea looks at a neighbour that is nearly alike (letters, windows),
 when the target itself is hidden from that eye. What the fovea shows then fits the neighbour better.

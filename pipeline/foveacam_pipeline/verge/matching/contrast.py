@@ -1,4 +1,4 @@
-"""Evens out brightness and contrast: a stark edge behind a thing weighs no more than its texture."""
+"""Equalise local brightness and contrast, so that a strong edge does not outweigh fine texture."""
 
 import cv2
 import numpy as np

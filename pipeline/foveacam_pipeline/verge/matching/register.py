@@ -1,4 +1,4 @@
-"""Where in the two foveae may the patch of the wide image be? All candidates along the epipolar line.
+"""Find the candidate positions of a patch of the wide image in both foveae, along the epipolar line.
 
 Seen from the eyes, a target at depth Z lies B f / 2Z to the right in the left eye and as much to the left in
 the right one. So three correlations are added at equal and opposite shifts: the patch with either fovea, and

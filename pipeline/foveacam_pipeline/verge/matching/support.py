@@ -1,4 +1,4 @@
-"""Does a match speak for the point itself, or for something beside it?
+"""Decide whether a match is of the point itself or of another surface in its window.
 
 A match of two pictures is dominated by what has texture in its window. Here both pictures are laid on each
 other as matched and compared in windows of a wide pixel: where the point itself differs it belongs to another

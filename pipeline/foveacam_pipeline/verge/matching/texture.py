@@ -1,4 +1,4 @@
-"""Is there anything to match? Brightness noise of an image, and the error of a match that it causes."""
+"""Estimate the brightness noise of an image and the matching error that it causes."""
 
 import cv2
 import numpy as np

@@ -1,4 +1,4 @@
-"""The looks that find a target in one fovea: along the epipolar line, then at what was found."""
+"""Search a target in single foveae: looks along the epipolar line, then at the matches found."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Measured depths in directions from the rig's origin: what a fixation may know of its surroundings.
+"""Measured depths in directions from the rig's origin, and the Protocol of their source.
 
 Inverse depth along z is used throughout: a plane is a linear function of the tangents in it, and its error
 hardly depends on distance.

@@ -1,4 +1,4 @@
-"""Measures the border of what is blank and infers the depth of a point within."""
+"""Measure the border of a blank region and infer the depth of a target within it."""
 
 import math
 from collections.abc import Collection, Iterator

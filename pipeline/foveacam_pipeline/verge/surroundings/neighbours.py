@@ -1,4 +1,4 @@
-"""Measured points about a target: from the looks at it, a few that stand for all, and what they may tell.
+"""Collect measured points around a target and the chance that each is of the target's surface.
 
 Each look tells the depth of its whole field, coarsely: both foveae against the wide view. Of the hundreds of
 points about a target the nearest surfaces in each direction from it matter.
