@@ -11,7 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
@@ -43,6 +43,7 @@ class ClickResult:
 
     click: Click
     fixation: Fixation
+    """Without the frames of its last look."""
     error_m: float = math.nan
     residual_px: float = math.nan
 
@@ -93,14 +94,16 @@ def fixations(scene: str, quota: dict[ClickKind, int], *, seed: int = SEED) -> I
 def judge_click(rig: Rig, calibration: Calibration, click: Click) -> ClickResult:
     """Fixate one click and compare with the truth."""
     fixation = fixate(rig.head, calibration, PixelTarget(x_px=click.x_px, y_px=click.y_px), clock=rig.clock)
-    if fixation.distance_m is None or fixation.sighting is None or rig.truth is None:
-        return ClickResult(click=click, fixation=fixation)
-    point = clicked_point_at(rig.truth, click, fixation.sighting.left.t_ns)
+    sighting = fixation.sighting
+    without_frames = replace(fixation, sighting=None)  # about 20 MB a click
+    if fixation.distance_m is None or sighting is None or rig.truth is None:
+        return ClickResult(click=click, fixation=without_frames)
+    point = clicked_point_at(rig.truth, click, sighting.left.t_ns)
     return ClickResult(
         click=click,
-        fixation=fixation,
+        fixation=without_frames,
         error_m=fixation.distance_m - float(np.linalg.norm(point)),
-        residual_px=float(np.linalg.norm(residual_px(rig.truth, fixation.sighting, point))),
+        residual_px=float(np.linalg.norm(residual_px(rig.truth, sighting, point))),
     )
 
 
