@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Playwright, sync_playwright
 
-from foveacam_bench.stream.console import CHROMIUM, CHROMIUM_ARGUMENTS
+from foveacam_bench.stream.console_page import CHROMIUM, CHROMIUM_ARGUMENTS
 
 from .browsing import DESKTOP, Console, OpenConsole, Tabs
 from .own_server import Server, StartServer, servers

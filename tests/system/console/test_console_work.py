@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Playwright, expect
 
-from foveacam_bench.stream.console import CHROMIUM, CHROMIUM_ARGUMENTS
+from foveacam_bench.stream.console_page import CHROMIUM, CHROMIUM_ARGUMENTS
 
 from .browsing import PHONE, TOUCH, Console, OpenConsole, contexts, watched
 from .own_server import Server, StartServer

@@ -1,0 +1,123 @@
+"""Time from a mouse click on the wide view until the page shows the distance of that fixation, and its parts.
+
+Clicks fall on textured points of the default scene that both eyes can see, as the simulation's truth says,
+one at a time: the shape of one is computed before the next. The page's own clock measures from the pointer's
+press to the change of the result card; the parts come from the server's records, on the same wall clock.
+"""
+
+import math
+from datetime import datetime
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from foveacam_bench.servers import ServerProcess
+from foveacam_bench.stream.console_page import PATIENCE_S, page_position, wait_until
+from foveacam_bench.verge.click_truth import ClickKind, classify_click
+from foveacam_bench.verge.fixations import CERTIFICATE, FARTHEST_M, NEAREST_M
+from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_pipeline.models import load_calibration
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+SCENE = "bench"
+"""The server's default."""
+BORDER_PX = 200.0
+APART_PX = 90.0
+"""A click nearer to an earlier mark would correct that one."""
+SEED = 21
+_WATCH_CARD = """(patience_ms) => {
+  const card = document.getElementById("fixation");
+  const before = card.dataset.fixation;
+  let clicked_ms = null;
+  const click = (event) => { clicked_ms = event.timeStamp; };
+  document.addEventListener("pointerdown", click, { capture: true, once: true });
+  window.benchAnswer = new Promise((resolve) => {
+    const observer = new MutationObserver(() => {
+      const { fixation } = card.dataset;
+      if (clicked_ms === null || !fixation || fixation === before) return;
+      const shown_ms = performance.now();
+      observer.disconnect();
+      const distance = card.querySelector("[data-role=distance]")?.checkVisibility() ? true : false;
+      resolve({ fixation, clicked_ms, shown_ms, distance, origin_ms: performance.timeOrigin });
+    });
+    observer.observe(card, { attributes: true, childList: true, subtree: true });
+    setTimeout(() => { observer.disconnect(); resolve(null); }, patience_ms);
+  });
+}"""
+"""Set `benchAnswer` to a promise of the next fixation that the card shows after the next press."""
+
+
+def click_latency_figures(page: "Page", server: ServerProcess, *, clicks: int) -> dict[str, float]:
+    """Click on points one after the other; return the median and 90th percentile, and the parts' medians."""
+    times = [_click(page, server, pixel) for pixel in _textured_pixels(clicks)]
+    total_s = [parts.pop("total") for parts in times]
+    return {
+        "click_to_distance_s_median": round(median(total_s), 3),
+        "click_to_distance_s_p90": round(float(np.quantile(total_s, 0.9)), 3),
+        **{f"click_{part}_s": round(median(parts[part] for parts in times), 3) for part in times[0]},
+    }
+
+
+def _textured_pixels(count: int) -> list[tuple[float, float]]:
+    """Return wide pixels of textured points that both eyes see, apart from each other."""
+    calibration, rng = load_calibration(CERTIFICATE), np.random.default_rng(SEED)
+    size = np.array([calibration.wide.width, calibration.wide.height])
+    found: list[tuple[float, float]] = []
+    with open_simulated(scene=SCENE, inline=True) as rig:
+        if rig.truth is None:
+            raise DeviceFault("bench console: the simulated rig came without its truth")
+        while len(found) < count:
+            x_px, y_px = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
+            if any(math.dist((x_px, y_px), earlier) < APART_PX for earlier in found):
+                continue
+            click = classify_click(
+                rig.truth, calibration, scene=SCENE, pixel=(x_px, y_px), t_ns=rig.clock.now_ns()
+            )
+            if click is None or click.kind is not ClickKind.TEXTURED:
+                continue
+            if NEAREST_M <= click.range_m <= FARTHEST_M:
+                found.append((x_px, y_px))
+    return found
+
+
+def _click(page: "Page", server: ServerProcess, pixel: tuple[float, float]) -> dict[str, float]:
+    """Click on a wide pixel; return the time until its distance is shown and the parts of that time, s."""
+    position = page_position(page, *pixel)
+    page.evaluate(_WATCH_CARD, 1e3 * PATIENCE_S)
+    page.mouse.click(*position)
+    answer = page.evaluate("benchAnswer")
+    if answer is None or not answer["distance"]:
+        raise DeviceFault(f"a click on textured pixel {pixel} was answered without a distance: {answer}")
+    fixation = server.send("GET", f"/fixations/{answer['fixation']}").json()
+    if math.dist((fixation["request"]["pixel"]["x_px"], fixation["request"]["pixel"]["y_px"]), pixel) > 1.0:
+        raise DeviceFault(f"the page showed another fixation than that of the click on pixel {pixel}")
+    parts = _parts_s(answer, fixation, server.send("GET", f"/jobs/{fixation['job_id']}").json())
+    wait_until(page, lambda: any(cloud["fixation_id"] == fixation["id"] for cloud in server.clouds()))
+    return parts
+
+
+def _parts_s(
+    answer: dict[str, Any], fixation: dict[str, Any], job: dict[str, Any]
+) -> dict[str, float]:  # Any: JSON documents
+    """Return the total time and its parts, s; the server's times have steps of 1 ms."""
+    clicked_s = 1e-3 * (answer["origin_ms"] + answer["clicked_ms"])
+    shown_s = 1e-3 * (answer["origin_ms"] + answer["shown_ms"])
+    created_s, started_s, answered_s = (
+        datetime.fromisoformat(utc).timestamp()
+        for utc in (job["created_utc"], job["started_utc"], fixation["created_utc"])
+    )
+    loop_s = 1e-3 * fixation["duration_ms"]
+    compute_s = 1e-3 * sum(step["compute_ms"] for step in fixation["steps"])
+    return {
+        "total": shown_s - clicked_s,
+        "send": created_s - clicked_s,
+        "queue": started_s - created_s,
+        "rig_access": answered_s - started_s - loop_s,
+        "looks": loop_s - compute_s,
+        "compute": compute_s,
+        "show": shown_s - answered_s,
+    }
