@@ -44,7 +44,9 @@ def _alternate(items: list[pytest.Item]) -> None:
     for item in items:
         files.setdefault(item.path, []).append(item)
     driving = [path for path, found in files.items() if found[0].get_closest_marker("browser")]
-    waiting = [path for path in files if path not in driving and path.parent.name == "system"]
+    waiting = [
+        path for path in files if path not in driving and path.parent.name in ("system", "integration")
+    ]
     first = [path for pair in zip_longest(driving, waiting) for path in pair if path is not None]
     rest = [path for path in files if path not in first]
     items[:] = [item for path in [*first, *rest] for item in files[path]]

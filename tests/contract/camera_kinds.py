@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from tests.unit.fake_camera import FakeCamera, supervised
-from tests.unit.played import PlayedRig
+from tests.unit.memory_recording import PlayedRig
 
 from foveacam_hardware.camera_config import OpenCvCameraConfig, PylonCameraConfig
 from foveacam_hardware.contract import Camera, MonotonicClock, Role

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from tests.integration.marker_room import true_wide
 from tests.unit.settle_report import REPORT
 from tests.unit.swept_rig import swept, visited
 
@@ -22,8 +23,6 @@ from foveacam_server.resources.calibration_sessions.sessions import (
     SessionCollection,
 )
 from foveacam_server.resources.calibration_sessions.wide_documents import RESULT, views_id
-
-from .calibration_room import true_wide
 
 RIG = "sim-rig120"
 SEED = 0

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.integration.marker_room import changed_room
 
-from .calibration_room import changed_room
 from .conftest import API, Running, running
 from .stored_session import store_session, store_settle
 

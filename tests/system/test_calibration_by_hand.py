@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from .calibration_desk import Desk, virtual_desk
+from .calibration_server import Desk, virtual_desk
 from .stored_session import store_session
 
 MEASURED = 7

@@ -10,7 +10,7 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_server.resources.settle_time.records import SettleTime
 
-from .calibration_desk import Desk, virtual_desk
+from .calibration_server import Desk, virtual_desk
 from .conftest import API
 from .stored_session import RIG, store_session
 

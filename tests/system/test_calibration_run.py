@@ -7,7 +7,7 @@ import pytest
 
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
 
-from .calibration_desk import Desk, virtual_desk
+from .calibration_server import Desk, virtual_desk
 from .conftest import API, Running
 from .stored_session import store_sweep
 

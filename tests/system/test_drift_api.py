@@ -3,11 +3,11 @@
 import math
 
 import pytest
+from tests.integration.marker_room import make_grey
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.content import content_id
 
-from .calibration_room import make_grey
 from .conftest import PATIENCE_S, Running
 
 pytestmark = pytest.mark.timeout(300)

@@ -23,7 +23,7 @@ from foveacam_server.doctor.findings import (
 from foveacam_server.doctor.needs import NamedCamera, RigNeeds
 from foveacam_server.doctor.versions import check_versions
 
-from .made_up_machine import MadeUp
+from .fake_machine import MadeUp
 
 SIMULATED = RigNeeds(simulated=True)
 METAL = RigNeeds(

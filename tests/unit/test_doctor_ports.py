@@ -8,7 +8,7 @@ from foveacam_server.doctor import ports
 from foveacam_server.doctor.findings import Severity
 from foveacam_server.doctor.needs import RigNeeds
 
-from .made_up_machine import MadeUp
+from .fake_machine import MadeUp
 
 
 def needs(**named: str) -> RigNeeds:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.unit.played import PlayedRig
+from tests.unit.memory_recording import PlayedRig
 
 from foveacam_hardware.contract import InvalidInput, OutOfRange, VirtualClock
 from foveacam_hardware.rig_replay import replay_rig

@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import pytest
-from tests.unit.played import PlayedRig
+from tests.unit.memory_recording import PlayedRig
 
 from foveacam_hardware.contract import (
     PARKED,

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import cast
 
 import pytest
+from tests.contract import test_mirrors as contract
 
 from foveacam_hardware.contract import VirtualClock
 from foveacam_hardware.sim.cables import CAMERA_ROLES, RecordingCables, TriggerEdge
@@ -12,7 +13,6 @@ from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController, LoopbackLink
 from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus
 
-from ..contract import test_mirrors as contract  # noqa: TID252 - tests are no installed package
 from ..contract.mirror_benches import Bench, Make  # noqa: TID252 - as above
 from .firmware_board import FirmwareBoard, Item, Kind
 

@@ -10,8 +10,8 @@ from playwright.sync_api import Browser, Playwright, sync_playwright
 
 from foveacam_bench.stream.console_page import CHROMIUM, CHROMIUM_ARGUMENTS
 
-from .browsing import DESKTOP, Console, OpenConsole, Tabs
-from .own_server import Server, StartServer, servers
+from .console_page import DESKTOP, Console, OpenConsole, Tabs
+from .server_process import Server, StartServer, servers
 
 
 @pytest.fixture(scope="module")

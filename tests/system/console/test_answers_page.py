@@ -6,8 +6,8 @@ import pytest
 from playwright.sync_api import expect
 
 from .answer_documents import FAR, HIDDEN, NEAR, SEES, fixation, target
-from .browsing import PHONE, Console, OpenConsole, posted
-from .stand_in import StandIn, stood_in
+from .console_page import PHONE, Console, OpenConsole, posted
+from .stub_server import StandIn, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

@@ -8,9 +8,9 @@ import pytest
 from playwright.sync_api import expect
 
 from . import calibration_documents as documents
-from .browsing import TOUCH, Console, OpenConsole
 from .calibration_results import drift_check
-from .stand_in import StandIn, stood_in
+from .console_page import TOUCH, Console, OpenConsole
+from .stub_server import StandIn, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

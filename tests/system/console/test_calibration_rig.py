@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from .browsing import Console, OpenConsole
-from .own_server import Server, servers
+from .console_page import Console, OpenConsole
+from .server_process import Server, servers
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

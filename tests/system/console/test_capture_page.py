@@ -11,8 +11,8 @@ from tests.system.conftest import Running, running
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 
 from . import capture_documents as documents
-from .browsing import NO_STORAGE, TOUCH, Console, OpenConsole, posted, watched
-from .stand_in import StandIn, problem, stood_in
+from .console_page import NO_STORAGE, TOUCH, Console, OpenConsole, posted, watched
+from .stub_server import StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -7,8 +7,8 @@ from playwright.sync_api import Browser, Page
 
 from foveacam_bench.servers import free_port
 
-from .browsing import DESKTOP, OpenConsole, contexts, watched
-from .own_server import Server, StartServer
+from .console_page import DESKTOP, OpenConsole, contexts, watched
+from .server_process import Server, StartServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from .browsing import TOUCH, Console, OpenConsole, is_fixation, posted
-from .own_server import PATIENCE_S, Server
+from .console_page import TOUCH, Console, OpenConsole, is_fixation, posted
+from .server_process import PATIENCE_S, Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -8,8 +8,8 @@ from playwright.sync_api import Browser, Locator, Playwright, expect
 
 from foveacam_bench.stream.console_page import CHROMIUM, CHROMIUM_ARGUMENTS
 
-from .browsing import PHONE, TOUCH, Console, OpenConsole, contexts, watched
-from .own_server import Server, StartServer
+from .console_page import PHONE, TOUCH, Console, OpenConsole, contexts, watched
+from .server_process import Server, StartServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

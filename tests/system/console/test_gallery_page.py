@@ -13,10 +13,10 @@ from tests.unit.mosaic_scenes import scan
 
 from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter
 
-from .browsing import TOUCH, Console, OpenConsole
 from .capture_documents import CAPTURE_ID, JOB_ID, capture, job, reference
-from .own_server import Server, servers
-from .stand_in import Json, StandIn, problem, stood_in
+from .console_page import TOUCH, Console, OpenConsole
+from .server_process import Server, servers
+from .stub_server import Json, StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -5,8 +5,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from .browsing import OpenConsole
-from .own_server import Server
+from .console_page import OpenConsole
+from .server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -9,8 +9,8 @@ from playwright.sync_api import Page, expect
 from tests.unit.dataset_scenes import written
 from tests.unit.mosaic_scenes import Z_M, scan
 
-from .browsing import TOUCH, OpenConsole
-from .own_server import Server, servers
+from .console_page import TOUCH, OpenConsole
+from .server_process import Server, servers
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

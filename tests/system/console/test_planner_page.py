@@ -22,8 +22,8 @@ from foveacam_server.foundation import errors
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 
-from .browsing import NO_STORAGE, TOUCH, Console, OpenConsole, watched
-from .stand_in import StandIn, application
+from .console_page import NO_STORAGE, TOUCH, Console, OpenConsole, watched
+from .stub_server import StandIn, application
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

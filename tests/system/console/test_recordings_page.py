@@ -8,8 +8,8 @@ import pytest
 from playwright.sync_api import Locator, expect
 from tests.unit.recorded_looks import PERIOD_S, Z_M, look
 
-from .browsing import TOUCH, Console, OpenConsole
-from .own_server import Server, servers
+from .console_page import TOUCH, Console, OpenConsole
+from .server_process import Server, servers
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

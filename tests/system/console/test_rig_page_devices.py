@@ -7,8 +7,8 @@ import pytest
 from playwright.sync_api import Locator, expect
 
 from . import rig_documents as documents
-from .browsing import OpenConsole
-from .stand_in import StandIn, stood_in
+from .console_page import OpenConsole
+from .stub_server import StandIn, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

@@ -10,7 +10,7 @@ from tests.system.conftest import API, Running, running
 
 from foveacam_hardware.contract import AutoMode, Role
 
-from .browsing import Console, OpenConsole
+from .console_page import Console, OpenConsole
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

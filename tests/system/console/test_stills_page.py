@@ -11,10 +11,10 @@ from tests.system.conftest import Running, running
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 
 from . import calibration_documents as documents
-from .browsing import TOUCH, OpenConsole
 from .calibration_results import UTC
 from .capture_documents import estimate
-from .stand_in import StandIn, problem, stood_in
+from .console_page import TOUCH, OpenConsole
+from .stub_server import StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

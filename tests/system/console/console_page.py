@@ -9,7 +9,7 @@ from typing import Any
 
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Request, expect
 
-from .own_server import PATIENCE_S, Server
+from .server_process import PATIENCE_S, Server
 
 expect.set_options(timeout=1000.0 * PATIENCE_S)  # two cores are shared with servers and another browser
 _POLL_MS = 30

@@ -12,7 +12,7 @@ from foveacam_pipeline.calibrate.wide.fit_wide import choose_model
 from foveacam_pipeline.calibrate.wide.lens_accuracy import grid_px
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
 
-from .calibration_room import changed_room
+from .marker_room import changed_room
 
 EVERY_S = 0.5
 """Between looks at a board that is held for 1.6 s and shown elsewhere every 2 s: two looks see it at rest."""

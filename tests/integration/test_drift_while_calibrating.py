@@ -29,7 +29,7 @@ from foveacam_server.resources.calibration_sessions.sessions import (
 from foveacam_server.resources.calibration_sessions.wide_documents import RESULT
 from foveacam_server.resources.drift_checks.step import close_drift
 
-from .calibration_room import EYES, Silent, changed_room, make_grey, true_wide
+from .marker_room import EYES, Silent, changed_room, make_grey, true_wide
 
 pytestmark = pytest.mark.timeout(300)
 

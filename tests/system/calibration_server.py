@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.integration.marker_room import changed_room, make_grey
 
 from foveacam_hardware.contract import Clock, Station, StationTarget, VirtualClock
 from foveacam_hardware.rig import Rig
@@ -16,7 +17,6 @@ from foveacam_hardware.sim.rig import VIRTUAL_START_NS, simulated_rig
 from foveacam_server.assembly import first_services, opening
 from foveacam_server.foundation.events import Event
 
-from .calibration_room import changed_room, make_grey
 from .conftest import API, Running, running
 
 PATIENCE_S, PERIOD_S = 200.0, 0.2

@@ -24,8 +24,8 @@ from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 
-from .calibration_room import Notebook, changed_room, make_grey
-from .sweeping import PLAN, SETTINGS, sweep
+from .marker_room import Notebook, changed_room, make_grey
+from .small_sweeps import PLAN, SETTINGS, sweep
 
 LEFT_FAR = 'name = "far left"\nshape = "quad"\nmaterial = "marker_left"'
 RIGHT_FAR = 'name = "far right"\nshape = "quad"\nmaterial = "marker_right"'

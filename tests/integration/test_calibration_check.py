@@ -16,7 +16,7 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_server.resources.calibrations.service import SHIPPED
 
-from .calibration_room import make_grey
+from .marker_room import make_grey
 
 QUICK = CheckSettings(columns=4, rows=3)
 LOWERED_PX = 3.0

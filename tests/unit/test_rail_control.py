@@ -18,7 +18,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.rail_config import PAPER_PLACES
 from foveacam_server.resources.positioners.rail import RailService
 
-from .test_pan_tilt_desk import PATIENCE_S, Setup, never, setup
+from .test_pan_tilt_control import PATIENCE_S, Setup, never, setup
 
 __all__ = ["setup"]
 

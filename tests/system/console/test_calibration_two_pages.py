@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import expect
 
 from . import calibration_documents as documents
-from .browsing import Console, OpenConsole
-from .stand_in import StandIn, problem, stood_in
+from .console_page import Console, OpenConsole
+from .stub_server import StandIn, problem, stood_in
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

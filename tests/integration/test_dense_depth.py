@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.unit.plane_head import noise_texture
+from tests.unit.stereo_pairs import HEIGHT, WIDTH, flat, pair_of
 
 from foveacam_bench.depth.rendered_looks import RenderedLook, true_looks
 from foveacam_hardware.contract import InvalidInput
@@ -14,9 +16,6 @@ from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.search import half_window, scene_window
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
-
-from .plane_head import noise_texture
-from .stereo_pairs import HEIGHT, WIDTH, flat, pair_of
 
 FRONT = (slice(90, 180), slice(200, 300))
 NEAR_PX, FAR_PX = 24, 4

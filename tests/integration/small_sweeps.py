@@ -10,7 +10,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_pipeline.calibrate.sweep.sweep_run import run_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 
-from .calibration_room import Notebook, true_wide
+from .marker_room import Notebook, true_wide
 
 WIDE = true_wide()
 PLAN = SweepPlan(columns=3, rows=3, half_width_rad=math.radians(6.0), half_height_rad=math.radians(5.0))

@@ -16,7 +16,7 @@ from foveacam_pipeline.calibrate.settle.settle_resonance import settle_wait_us
 from foveacam_pipeline.calibrate.settle.settle_values import SettleReport, SettleSettings
 from foveacam_pipeline.verge.aim import EYES
 
-from .calibration_room import make_grey
+from .marker_room import make_grey
 
 pytestmark = pytest.mark.timeout(300)
 

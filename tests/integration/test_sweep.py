@@ -24,8 +24,8 @@ from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import base_pose
 
-from .calibration_room import EYES, Notebook, changed_room, gaze_error_px, make_grey
-from .sweeping import PLAN, SETTINGS, WIDE, station, sweep
+from .marker_room import EYES, Notebook, changed_room, gaze_error_px, make_grey
+from .small_sweeps import PLAN, SETTINGS, WIDE, station, sweep
 
 F_PX = 28_760.0
 KNOCKED_AT = 13
