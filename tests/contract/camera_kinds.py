@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from tests.unit.fake_camera import FakeCamera, supervised
-from tests.unit.memory_recording import PlayedRig
+from tests.unit.memory_recording import MemoryRecording
 
 from foveacam_hardware.camera_config import OpenCvCameraConfig, PylonCameraConfig
 from foveacam_hardware.contract import Camera, MonotonicClock, Role
@@ -89,7 +89,7 @@ def network_stream() -> Iterator[NewCamera]:
 @contextmanager
 def recording() -> Iterator[NewCamera]:
     """A recording that is played over and over."""
-    yield lambda: replay_rig(PlayedRig(frames=40)).wide
+    yield lambda: replay_rig(MemoryRecording(frames=40)).wide
 
 
 KINDS: dict[str, Kind] = {

@@ -28,10 +28,10 @@ EYES = (Role.LEFT, Role.RIGHT)
 SIZE = (1440, 1080)
 
 
-class Notebook:
+class RecordingWatcher:
     """Takes note of everything; wants no more once `enough` says so."""
 
-    def __init__(self, enough: Callable[["Notebook"], bool] | None = None) -> None:
+    def __init__(self, enough: Callable[["RecordingWatcher"], bool] | None = None) -> None:
         self.notes: list[tuple[int, int, str]] = []
         self.shown: Counter[str] = Counter()
         self.last: dict[str, NDArray[np.uint8]] = {}
@@ -48,7 +48,7 @@ class Notebook:
         self.last[name] = image
 
 
-class Silent(SilentWatcher):
+class SilentStepWatcher(SilentWatcher):
     """Watches a step without a word."""
 
     def stage(self, name: str) -> None:

@@ -10,7 +10,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_pipeline.calibrate.sweep.sweep_run import run_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 
-from .marker_room import Notebook, true_wide
+from .marker_room import RecordingWatcher, true_wide
 
 WIDE = true_wide()
 PLAN = SweepPlan(columns=3, rows=3, half_width_rad=math.radians(6.0), half_height_rad=math.radians(5.0))
@@ -24,7 +24,7 @@ def station(rig: Rig, name: str = "markers") -> Station:
 def sweep(
     rig: Rig,
     folder: Path,
-    watch: Notebook | None = None,
+    watch: RecordingWatcher | None = None,
     *,
     plan: SweepPlan = PLAN,
     settings: SweepSettings = SETTINGS,
@@ -41,7 +41,7 @@ def sweep(
         WIDE,
         plan=plan,
         clock=rig.clock,
-        watch=watch or Notebook(),
+        watch=watch or RecordingWatcher(),
         folder=folder,
         settings=settings,
     )

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.unit.fake_machine import MadeUp
+from tests.unit.fake_machine import FakeMachine
 
 from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
@@ -64,7 +64,7 @@ def test_a_camera_that_does_not_expose_on_command_is_at_fault_itself(rig: Rig) -
 
 
 def test_an_examination_of_an_absent_rig_says_what_is_missing_and_what_to_do(tmp_path: Path) -> None:
-    made_up = MadeUp(tmp_path / "root")
+    made_up = FakeMachine(tmp_path / "root")
     made_up.serial_port("ttyUSB0", usb_id="0403:6001", product="FT232R")
     file = tmp_path / "rig.toml"
     file.write_text(

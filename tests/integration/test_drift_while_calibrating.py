@@ -29,7 +29,7 @@ from foveacam_server.resources.calibration_sessions.sessions import (
 from foveacam_server.resources.calibration_sessions.wide_documents import RESULT
 from foveacam_server.resources.drift_checks.step import close_drift
 
-from .marker_room import EYES, Silent, changed_room, make_grey, true_wide
+from .marker_room import EYES, SilentStepWatcher, changed_room, make_grey, true_wide
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -76,7 +76,9 @@ class Swept:
 
     def measure(self) -> None:
         options = MirrorsOptions(nodes=[SIDE, SIDE], extent_ax_deg=EXTENT_DEG, extent_ay_deg=EXTENT_DEG)
-        measure_mirrors(self.session, options, WIDE, environment=environment_of(self.rig), watch=Silent())
+        measure_mirrors(
+            self.session, options, WIDE, environment=environment_of(self.rig), watch=SilentStepWatcher()
+        )
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +141,7 @@ def test_what_drifts_between_the_sweep_and_the_check_is_taken_out(swept: Swept) 
         options,
         environment=environment_of(swept.rig),
         registry=kept,
-        watch=Silent(),
+        watch=SilentStepWatcher(),
     )
 
     assert closed.parent_id == fitted.id

@@ -24,7 +24,7 @@ from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import base_pose
 
-from .marker_room import EYES, Notebook, changed_room, gaze_error_px, make_grey
+from .marker_room import EYES, RecordingWatcher, changed_room, gaze_error_px, make_grey
 from .small_sweeps import PLAN, SETTINGS, WIDE, station, sweep
 
 F_PX = 28_760.0
@@ -51,7 +51,7 @@ class Swept:
     at: str
     folder: Path
     whole: Sweep
-    watch: Notebook
+    watch: RecordingWatcher
     elapsed_s: float
     kept: Sweep | None = None
 
@@ -59,7 +59,7 @@ class Swept:
 @pytest.fixture(scope="module")
 def near(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swept]:
     """The near station, among textured walls and in colour, swept in one go."""
-    folder, watch, at = tmp_path_factory.mktemp("near"), Notebook(), "markers near"
+    folder, watch, at = tmp_path_factory.mktemp("near"), RecordingWatcher(), "markers near"
     with open_simulated("calibration", inline=True) as rig:
         start_ns = rig.clock.now_ns()
         whole = sweep(rig, folder, watch, at=at)
@@ -70,11 +70,11 @@ def near(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swept]:
 @pytest.fixture(scope="module")
 def far(plain_room: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swept]:
     """The far station, cancelled after three poses and gone on with."""
-    folder, watch, at = tmp_path_factory.mktemp("far"), Notebook(), "markers"
+    folder, watch, at = tmp_path_factory.mktemp("far"), RecordingWatcher(), "markers"
     with open_simulated(plain_room, inline=True) as rig:
         make_grey(rig)
         start_ns = rig.clock.now_ns()
-        impatient = Notebook(enough=lambda notes: any(done == 3 for done, _, _ in notes.notes))
+        impatient = RecordingWatcher(enough=lambda notes: any(done == 3 for done, _, _ in notes.notes))
         with pytest.raises(Cancelled, match="what was measured is kept"):
             sweep(rig, folder, impatient, at=at)
         kept = load_sweep(folder / sweep_filename(station(rig, at)))
@@ -134,12 +134,12 @@ def test_a_rig_that_is_knocked_amid_a_sweep_is_swept_to_the_end(rig: Rig, tmp_pa
     assert rig.truth is not None
     faults = rig.truth.world.faults
 
-    def knock(notes: Notebook) -> bool:
+    def knock(notes: RecordingWatcher) -> bool:
         if any(done == KNOCKED_AT for done, _, _ in notes.notes):
             faults.drift_step_rad = {Role.LEFT: (0.005, -0.002, 0.0017), Role.RIGHT: (-0.003, -0.004, 0.0)}
         return False
 
-    whole = sweep(rig, tmp_path, Notebook(enough=knock), plan=replace(PLAN, columns=6, rows=6))
+    whole = sweep(rig, tmp_path, RecordingWatcher(enough=knock), plan=replace(PLAN, columns=6, rows=6))
 
     looks = [eye.looks for pose in whole.poses for eye in (pose.left, pose.right) if eye is not None]
     assert len(looks) == 2 * 36  # none was refused
@@ -170,7 +170,7 @@ def test_the_target_appears_where_the_plan_wants_it_however_crooked_the_base_sta
         assert pose.pan_tilt.pan_rad == pytest.approx(planned.pan_rad, abs=aside_rad)
 
 
-class Operator(Notebook):
+class Operator(RecordingWatcher):
     """Turns the rig by hand to whatever bearing is wanted, a little beside it."""
 
     def __init__(self, rig: Rig, wanted: ManualPanTilt) -> None:

@@ -24,7 +24,7 @@ from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 
-from .marker_room import Notebook, changed_room, make_grey
+from .marker_room import RecordingWatcher, changed_room, make_grey
 from .small_sweeps import PLAN, SETTINGS, sweep
 
 LEFT_FAR = 'name = "far left"\nshape = "quad"\nmaterial = "marker_left"'
@@ -62,7 +62,7 @@ def test_swapped_markers_end_the_sweep_before_it_begins(tmp_path: Path) -> None:
 
 def test_a_marker_that_is_hidden_throughout_ends_the_sweep_early(tmp_path: Path) -> None:
     scene = changed_room(tmp_path, (LEFT_FAR, LEFT_FAR.replace("marker_left", "paper")), plain=True)
-    watch = Notebook()
+    watch = RecordingWatcher()
     with (
         open_simulated(scene, inline=True) as rig,
         pytest.raises(

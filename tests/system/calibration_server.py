@@ -27,20 +27,20 @@ WIDE_HZ = 6.0
 
 
 @dataclass
-class Desk:
+class CalibrationServer:
     """A server, and the sessions in its data directory."""
 
-    room: Running
+    server: Running
     data: Path
 
     @property
     def stations(self) -> list[Station]:
         """Where markers stand, the farthest first."""
-        return [s for s in self.room.rig.stations if s.target is StationTarget.MARKERS]
+        return [s for s in self.server.rig.stations if s.target is StationTarget.MARKERS]
 
     def begin(self, session_id: str, step: str, **options: object) -> dict[str, Any]:  # Any: a JSON document
         """Begin a step; return its job."""
-        answer = self.room.post(
+        answer = self.server.post(
             f"/calibration_sessions/{session_id}/runs", {"step": step, "options": options}
         )
         assert answer.status_code == 202, answer.text
@@ -51,7 +51,7 @@ class Desk:
     @contextmanager
     def held_at(self, kind: str, *, step: str | None = None) -> Iterator[None]:
         """Let the job that tells such an event (`step`: of that step) stand still until the context ends."""
-        events, reached, go_on = self.room.services.events, threading.Event(), threading.Event()
+        events, reached, go_on = self.server.services.events, threading.Event(), threading.Event()
         emit = events.emit
 
         def emit_and_wait(told: str, message: str, **more: Any) -> Event:  # noqa: ANN401 - passed on
@@ -72,11 +72,11 @@ class Desk:
         self, session_id: str, step: str, at: str, *, at_step: str | None = None, **options: object
     ) -> dict[str, Any]:
         """Begin a step, cancel it when it tells an event, and return the event's data."""
-        before = self.room.last_event
+        before = self.server.last_event
         with self.held_at(at, step=at_step):
             job = self.begin(session_id, step, **options)
-            told = self.room.wait_for_event(at, after=before, step=at_step)
-            self.room.post(f"/jobs/{job['id']}/cancel")
+            told = self.server.wait_for_event(at, after=before, step=at_step)
+            self.server.post(f"/jobs/{job['id']}/cancel")
         assert self.ended(job)["state"] == "cancelled"
         return told
 
@@ -84,7 +84,7 @@ class Desk:
         """Wait for a job to end, for so long and no longer."""
         waiting = threading.Event()
         for _ in range(round(PATIENCE_S / PERIOD_S)):
-            found: dict[str, Any] = self.room.get(f"/jobs/{job['id']}").json()
+            found: dict[str, Any] = self.server.get(f"/jobs/{job['id']}").json()
             if found["ended_utc"] is not None:
                 return found
             waiting.wait(PERIOD_S)
@@ -98,12 +98,14 @@ class Desk:
 
     def session(self, session_id: str) -> dict[str, Any]:
         """Return a session."""
-        found: dict[str, Any] = self.room.get(f"/calibration_sessions/{session_id}").json()
+        found: dict[str, Any] = self.server.get(f"/calibration_sessions/{session_id}").json()
         return found
 
 
 @contextmanager
-def virtual_desk(folder: Path, *, plain: bool = True, rig_file: str = "") -> Iterator[Desk]:
+def calibration_server(
+    folder: Path, *, plain: bool = True, rig_file: str = ""
+) -> Iterator[CalibrationServer]:
     """A server in virtual time: however busy this machine is, the boards are held long enough to be seen.
 
     The pictures are grey, and the room without texture (`plain`): both cost time, and few look at them.
@@ -117,10 +119,10 @@ def virtual_desk(folder: Path, *, plain: bool = True, rig_file: str = "") -> Ite
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(first_services, "MonotonicClock", lambda: clock)
         patch.setattr(opening, "open_rig", _in_virtual_time)
-        with running(data, rig=str(file) if rig_file else "sim", scene=scene, live_hz=LIVE_HZ) as room:
-            rig = room.rig
-            room.services.hardware.submit(lambda _: _set_cameras(rig)).result(PATIENCE_S)
-            yield Desk(room, data)
+        with running(data, rig=str(file) if rig_file else "sim", scene=scene, live_hz=LIVE_HZ) as server:
+            rig = server.rig
+            server.services.hardware.submit(lambda _: _set_cameras(rig)).result(PATIENCE_S)
+            yield CalibrationServer(server, data)
 
 
 def _set_cameras(rig: Rig) -> None:

@@ -10,7 +10,7 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_server.resources.settle_time.records import SettleTime
 
-from .calibration_server import Desk, virtual_desk
+from .calibration_server import CalibrationServer, calibration_server
 from .conftest import API
 from .stored_session import RIG, store_session
 
@@ -22,102 +22,104 @@ SIDE = 6
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with virtual_desk(tmp_path_factory.mktemp("desk"), plain=False) as found:
+def calibrating(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CalibrationServer]:
+    with calibration_server(tmp_path_factory.mktemp("calibrating"), plain=False) as found:
         yield found
 
 
 @pytest.fixture(scope="module")
-def swept_session(desk: Desk) -> str:
+def swept_session(calibrating: CalibrationServer) -> str:
     """A session that was swept at both stations; its id."""
-    return store_session(desk.data, stations=desk.stations, side=SIDE).id
+    return store_session(calibrating.data, stations=calibrating.stations, side=SIDE).id
 
 
-def known_ids(desk: Desk) -> list[str]:
-    return [known["id"] for known in desk.room.get("/calibrations").json()]
+def known_ids(calibrating: CalibrationServer) -> list[str]:
+    return [known["id"] for known in calibrating.server.get("/calibrations").json()]
 
 
-def test_cancelled_fit_ends_soon_and_leaves_nothing(desk: Desk, swept_session: str) -> None:
-    before = known_ids(desk)
+def test_cancelled_fit_ends_soon_and_leaves_nothing(
+    calibrating: CalibrationServer, swept_session: str
+) -> None:
+    before = known_ids(calibrating)
     began_s = time.process_time()
-    desk.cancelled(swept_session, "fit", "calibration.progress", at_step="fit")
+    calibrating.cancelled(swept_session, "fit", "calibration.progress", at_step="fit")
     assert time.process_time() - began_s < SOON_S
-    session = desk.session(swept_session)
+    session = calibrating.session(swept_session)
     assert (session["fit"], session["calibrations"], session["pictures"]) == (None, [], [])
-    assert known_ids(desk) == before
+    assert known_ids(calibrating) == before
 
 
 def test_whole_calibration_goes_on_after_a_cancel_with_what_is_missing(
-    desk: Desk, swept_session: str
+    calibrating: CalibrationServer, swept_session: str
 ) -> None:
-    shipped = desk.room.get("/calibrations/current").json()["id"]
+    shipped = calibrating.server.get("/calibrations/current").json()["id"]
     everything = {
         "fit": {"label": "stored", "compare": False},
         "check": {"poses": 6},
         "settle": False,
         "activate": True,
     }
-    before = desk.room.last_event
-    desk.cancelled(swept_session, "all", "calibration.progress", at_step="check", **everything)
-    fitted = desk.session(swept_session)
+    before = calibrating.server.last_event
+    calibrating.cancelled(swept_session, "all", "calibration.progress", at_step="check", **everything)
+    fitted = calibrating.session(swept_session)
     assert {model["eye"] for model in fitted["fit"]["models"] if model["chosen"]} == {"left", "right"}
     assert fitted["check"] is None
-    assert desk.room.get("/calibrations/current").json()["id"] == shipped
+    assert calibrating.server.get("/calibrations/current").json()["id"] == shipped
 
-    whole = desk.done(swept_session, "all", **everything)
+    whole = calibrating.done(swept_session, "all", **everything)
 
     assert whole["fit"] == fitted["fit"]
     assert whole["check"]["calibration_id"] == whole["calibrations"][-1]
     assert whole["check"]["epipolar_rms_px"] < 5.0  # few poses decide
-    current = desk.room.get("/calibrations/current").json()
+    current = calibrating.server.get("/calibrations/current").json()
     assert current["id"] == whole["calibrations"][-1]
     assert current["label"].startswith("stored")
     steps = {
         (event.data["step"], event.data["note"])
-        for event in desk.room.services.events.recent(1000)
+        for event in calibrating.server.services.events.recent(1000)
         if event.id > before and event.kind == "calibration.progress"
     }
     assert {step for step, note in steps if "complete already" in note} == {"wide", "mirrors", "fit"}
     assert all("complete already" in note for step, note in steps if step in ("wide", "mirrors"))
-    desk.room.post(f"/calibrations/{shipped}/activate")
+    calibrating.server.post(f"/calibrations/{shipped}/activate")
 
 
-def test_cancelled_check_leaves_the_one_before(desk: Desk, swept_session: str) -> None:
-    before = desk.session(swept_session)["check"]
-    desk.cancelled(swept_session, "check", "calibration.progress", at_step="check", poses=100)
-    assert desk.session(swept_session)["check"] == before
+def test_cancelled_check_leaves_the_one_before(calibrating: CalibrationServer, swept_session: str) -> None:
+    before = calibrating.session(swept_session)["check"]
+    calibrating.cancelled(swept_session, "check", "calibration.progress", at_step="check", poses=100)
+    assert calibrating.session(swept_session)["check"] == before
 
 
-def test_cancelled_settle_step_exposes_as_before_and_changes_nothing(desk: Desk) -> None:
-    session_id = store_session(desk.data).id
-    rig = desk.room.rig
+def test_cancelled_settle_step_exposes_as_before_and_changes_nothing(calibrating: CalibrationServer) -> None:
+    session_id = store_session(calibrating.data).id
+    rig = calibrating.server.rig
     before = rig.left.settings, rig.right.settings, rig.settle_us
-    desk.cancelled(session_id, "settle", "calibration.progress", at_step="settle", apply=True)
+    calibrating.cancelled(session_id, "settle", "calibration.progress", at_step="settle", apply=True)
     assert (rig.left.settings, rig.right.settings, rig.settle_us) == before
-    assert desk.room.services.settling.source == "rig file"
-    assert desk.session(session_id)["settle"] is None
+    assert calibrating.server.services.settling.source == "rig file"
+    assert calibrating.session(session_id)["settle"] is None
 
 
 def test_half_a_sweep_goes_on_after_a_restart_and_so_does_the_settle_time(tmp_path: Path) -> None:
-    with virtual_desk(tmp_path) as desk:
-        far = desk.stations[0]
-        session = store_session(desk.data, stations=[far], field_deg=6.0, poses=5)
-        before = desk.room.last_event
-        with desk.held_at("calibration.pose"):
-            desk.begin(session.id, "mirrors", stations=[far.name])
-            desk.room.wait_for_event("calibration.pose", after=before)
-            assert desk.room.get("/rig").json()["trigger"]["settle_source"] == "rig file"
-            desk.room.services.settling.apply(SETTLED, desk.room.services.hardware)
+    with calibration_server(tmp_path) as calibrating:
+        far = calibrating.stations[0]
+        session = store_session(calibrating.data, stations=[far], field_deg=6.0, poses=5)
+        before = calibrating.server.last_event
+        with calibrating.held_at("calibration.pose"):
+            calibrating.begin(session.id, "mirrors", stations=[far.name])
+            calibrating.server.wait_for_event("calibration.pose", after=before)
+            assert calibrating.server.get("/rig").json()["trigger"]["settle_source"] == "rig file"
+            calibrating.server.services.settling.apply(SETTLED, calibrating.server.services.hardware)
     kept = load_sweep(session.folder / sweep_filename(far))
     assert len(kept.poses) > 5
-    with virtual_desk(tmp_path) as desk:
-        trigger = desk.room.get("/rig").json()["trigger"]
+    with calibration_server(tmp_path) as calibrating:
+        trigger = calibrating.server.get("/rig").json()["trigger"]
         assert (trigger["settle_us"], trigger["settle_source"]) == (12_000, "measured 2026-02-01")
         # 12 ms to settle, 8 ms of exposure (a frame takes 4.4 ms), half a millisecond
         assert trigger["interval_ms"] == pytest.approx(20.5, abs=0.01)
         assert trigger["rate_hz"] == pytest.approx(1e3 / 20.5, abs=0.05)
-        assert desk.room.http.get(f"{API}/jobs").json()[0]["state"] in ("cancelled", "failed")
-        sweep = desk.done(session.id, "mirrors", stations=[far.name])["sweeps"][0]
+        assert calibrating.server.http.get(f"{API}/jobs").json()[0]["state"] in ("cancelled", "failed")
+        sweep = calibrating.done(session.id, "mirrors", stations=[far.name])["sweeps"][0]
         assert (sweep["done"], sweep["nodes"]) == (9, 9)
 
 

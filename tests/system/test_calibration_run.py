@@ -7,7 +7,7 @@ import pytest
 
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
 
-from .calibration_server import Desk, virtual_desk
+from .calibration_server import CalibrationServer, calibration_server
 from .conftest import API, Running
 from .stored_session import store_sweep
 
@@ -18,33 +18,35 @@ VIEWS, STORED = 6, 6
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with virtual_desk(tmp_path_factory.mktemp("desk")) as found:
+def calibrating(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CalibrationServer]:
+    with calibration_server(tmp_path_factory.mktemp("calibrating")) as found:
         yield found
 
 
 @pytest.fixture(scope="module")
-def room(desk: Desk) -> Running:
+def server(calibrating: CalibrationServer) -> Running:
     """A server whose rig stands in the room to calibrate in."""
-    return desk.room
+    return calibrating.server
 
 
 @pytest.fixture(scope="module")
-def measured(desk: Desk) -> str:
+def measured(calibrating: CalibrationServer) -> str:
     """A session whose wide camera was measured from nothing; its id."""
-    session_id: str = new_session(desk.room, "spring")["id"]
-    desk.done(session_id, "wide", views=VIEWS)
+    session_id: str = new_session(calibrating.server, "spring")["id"]
+    calibrating.done(session_id, "wide", views=VIEWS)
     return session_id
 
 
-def new_session(room: Running, label: str) -> dict[str, Any]:  # Any: a JSON document
-    found: dict[str, Any] = room.post("/calibration_sessions", {"label": label}).json()
+def new_session(server: Running, label: str) -> dict[str, Any]:  # Any: a JSON document
+    found: dict[str, Any] = server.post("/calibration_sessions", {"label": label}).json()
     return found
 
 
-def test_wide_step_finds_the_lens_of_the_rig(desk: Desk, room: Running, measured: str) -> None:
-    session = desk.session(measured)
-    wide, lens = session["wide"], room.get("/calibrations/current").json()["wide"]
+def test_wide_step_finds_the_lens_of_the_rig(
+    calibrating: CalibrationServer, server: Running, measured: str
+) -> None:
+    session = calibrating.session(measured)
+    wide, lens = session["wide"], server.get("/calibrations/current").json()["wide"]
     assert session["board"]["kind"] == "charuco"
     assert len(wide["samples"]) == VIEWS
     assert 0.0 < wide["coverage_fraction"] <= 1.0
@@ -57,83 +59,95 @@ def test_wide_step_finds_the_lens_of_the_rig(desk: Desk, room: Running, measured
     assert session["problems"] == []
 
 
-def test_views_of_the_board_can_be_looked_at_and_taken_out(desk: Desk, room: Running, measured: str) -> None:
-    before = desk.session(measured)["wide"]["samples"]
-    assert room.http.get(before[0]["thumbnail_url"]).content.startswith(b"\xff\xd8")
+def test_views_of_the_board_can_be_looked_at_and_taken_out(
+    calibrating: CalibrationServer, server: Running, measured: str
+) -> None:
+    before = calibrating.session(measured)["wide"]["samples"]
+    assert server.http.get(before[0]["thumbnail_url"]).content.startswith(b"\xff\xd8")
     url = f"{API}/calibration_sessions/{measured}/wide_samples/{before[0]['id']}"
-    left = room.http.delete(url)
+    left = server.http.delete(url)
     assert left.status_code == 200, left.text
     assert [sample["id"] for sample in left.json()["wide"]["samples"]] == [
         sample["id"] for sample in before[1:]
     ]
     assert left.json()["wide"]["fit"] is not None
-    assert room.http.delete(url).status_code == 404
+    assert server.http.delete(url).status_code == 404
 
 
-def test_pictures_of_the_wide_step_are_there(desk: Desk, room: Running, measured: str) -> None:
-    pictures = {picture["name"]: picture["url"] for picture in desk.session(measured)["pictures"]}
+def test_pictures_of_the_wide_step_are_there(
+    calibrating: CalibrationServer, server: Running, measured: str
+) -> None:
+    pictures = {picture["name"]: picture["url"] for picture in calibrating.session(measured)["pictures"]}
     for name in ("coverage", "wide_residuals"):
-        assert room.http.get(pictures[name]).content.startswith(b"\x89PNG")
+        assert server.http.get(pictures[name]).content.startswith(b"\x89PNG")
 
 
-def test_views_of_the_board_are_taken_until_that_is_cancelled(desk: Desk, room: Running) -> None:
-    session_id = new_session(room, "autumn")["id"]
-    first = desk.cancelled(session_id, "wide", "calibration.sample", views=40)
+def test_views_of_the_board_are_taken_until_that_is_cancelled(
+    calibrating: CalibrationServer, server: Running
+) -> None:
+    session_id = new_session(server, "autumn")["id"]
+    first = calibrating.cancelled(session_id, "wide", "calibration.sample", views=40)
     assert first["session_id"] == session_id
-    assert len(desk.session(session_id)["wide"]["samples"]) == 1
-    assert "calibration_wide" in [view["name"] for view in room.get("/views").json()]
-    assert room.get("/views/calibration_wide/snapshot.jpg").status_code == 200
-    assert desk.session(session_id)["running"] is None
+    assert len(calibrating.session(session_id)["wide"]["samples"]) == 1
+    assert "calibration_wide" in [view["name"] for view in server.get("/views").json()]
+    assert server.get("/views/calibration_wide/snapshot.jpg").status_code == 200
+    assert calibrating.session(session_id)["running"] is None
 
 
-def test_cancelled_sweep_goes_on_where_it_ended(desk: Desk, room: Running, measured: str) -> None:
-    session = SessionCollection(desk.data / "calibrations" / "sessions").get(measured)
-    store_sweep(session, desk.stations[0], field_deg=6.0, poses=STORED)
-    before = room.last_event
-    with desk.held_at("calibration.pose"):
-        job = desk.begin(measured, "mirrors", stations=["markers"])
-        first = room.wait_for_event("calibration.pose", after=before)
-        assert desk.session(measured)["running"] == job["id"]
-        busy = room.http.delete(f"{API}/calibration_sessions/{measured}")
+def test_cancelled_sweep_goes_on_where_it_ended(
+    calibrating: CalibrationServer, server: Running, measured: str
+) -> None:
+    session = SessionCollection(calibrating.data / "calibrations" / "sessions").get(measured)
+    store_sweep(session, calibrating.stations[0], field_deg=6.0, poses=STORED)
+    before = server.last_event
+    with calibrating.held_at("calibration.pose"):
+        job = calibrating.begin(measured, "mirrors", stations=["markers"])
+        first = server.wait_for_event("calibration.pose", after=before)
+        assert calibrating.session(measured)["running"] == job["id"]
+        busy = server.http.delete(f"{API}/calibration_sessions/{measured}")
         assert (busy.status_code, busy.json()["type"]) == (409, "/problems/busy")
-        room.post(f"/jobs/{job['id']}/cancel")
+        server.post(f"/jobs/{job['id']}/cancel")
     assert (first["session_id"], first["station"]) == (measured, "markers")
     assert {first["left"], first["right"]} <= {"centred", "rim", "refused"}
-    assert desk.ended(job)["state"] == "cancelled"
-    kept = desk.session(measured)["sweeps"][0]["done"]
+    assert calibrating.ended(job)["state"] == "cancelled"
+    kept = calibrating.session(measured)["sweeps"][0]["done"]
     assert STORED < kept < 9
-    again = desk.ended(desk.begin(measured, "mirrors", stations=["markers"]))
+    again = calibrating.ended(calibrating.begin(measured, "mirrors", stations=["markers"]))
     assert again["state"] == "succeeded", again["problem"]
-    sweep = desk.session(measured)["sweeps"][0]
+    sweep = calibrating.session(measured)["sweeps"][0]
     assert (sweep["nodes"], sweep["done"], sweep["distance_m"]) == (9, 9, 5.0)
     assert all(pose["left"] in ("centred", "rim") for pose in sweep["poses"])
 
 
 def test_fit_of_too_few_poses_is_refused_and_says_how_many_are_needed(
-    desk: Desk, room: Running, measured: str
+    calibrating: CalibrationServer, server: Running, measured: str
 ) -> None:
-    answer = room.post(
+    answer = server.post(
         f"/calibration_sessions/{measured}/runs", {"step": "fit", "options": {}}, Prefer="wait=60"
     )
     assert answer.status_code == 422, answer.text
     assert "at least" in answer.json()["detail"]
-    assert desk.session(measured)["fit"] is None
-    assert desk.session(measured)["calibrations"] == []
+    assert calibrating.session(measured)["fit"] is None
+    assert calibrating.session(measured)["calibrations"] == []
 
 
-def test_stop_ends_a_step_and_holds_the_rig(desk: Desk, room: Running, measured: str) -> None:
-    job = desk.begin(measured, "mirrors", stations=["markers near"], nodes=[3, 3])
-    room.post("/stop")
+def test_stop_ends_a_step_and_holds_the_rig(
+    calibrating: CalibrationServer, server: Running, measured: str
+) -> None:
+    job = calibrating.begin(measured, "mirrors", stations=["markers near"], nodes=[3, 3])
+    server.post("/stop")
     try:
-        assert desk.ended(job)["state"] == "cancelled"
-        refused = room.post(f"/calibration_sessions/{measured}/runs", {"step": "wide"})
+        assert calibrating.ended(job)["state"] == "cancelled"
+        refused = server.post(f"/calibration_sessions/{measured}/runs", {"step": "wide"})
         assert (refused.status_code, refused.json()["type"]) == (409, "/problems/stopped")
     finally:
-        room.http.delete(f"{API}/stop")
+        server.http.delete(f"{API}/stop")
 
 
-def test_sweep_before_the_wide_camera_is_known_says_what_comes_first(desk: Desk, room: Running) -> None:
-    session_id = new_session(room, "empty")["id"]
-    answer = room.post(f"/calibration_sessions/{session_id}/runs", {"step": "mirrors"}, Prefer="wait=60")
+def test_sweep_before_the_wide_camera_is_known_says_what_comes_first(
+    calibrating: CalibrationServer, server: Running
+) -> None:
+    session_id = new_session(server, "empty")["id"]
+    answer = server.post(f"/calibration_sessions/{session_id}/runs", {"step": "mirrors"}, Prefer="wait=60")
     assert (answer.status_code, answer.json()["type"]) == (409, "/problems/not-calibrated")
     assert "step wide first" in answer.json()["detail"]

@@ -5,7 +5,7 @@ from pathlib import Path
 from foveacam_server.doctor.machine import Machine
 
 
-class MadeUp:
+class FakeMachine:
     """A tree under a folder that stands for `/`; `closed` are device files that the user may not open."""
 
     def __init__(self, folder: Path) -> None:

@@ -11,7 +11,7 @@ from foveacam_hardware.drivers.replay.source import RecordedExposure
 BEGIN_NS = 7_000_000_000_000
 
 
-class PlayedCamera:
+class MemoryRecordedCamera:
     """Frames that tell their number, `period_ns` apart."""
 
     def __init__(self, role: Role, *, frames: int, period_ns: int, late_ns: int = 0) -> None:
@@ -27,7 +27,7 @@ class PlayedCamera:
         return None if self._role is Role.WIDE else MirrorVolts(x_v=float(index), y_v=-1.0)
 
 
-class PlayedRig:
+class MemoryRecording:
     """Implements `RecordedRig`; both foveae at the same moments, the wide camera a little later."""
 
     rig_id = "played"
@@ -37,8 +37,8 @@ class PlayedRig:
     def __init__(
         self, *, frames: int = 10, period_ns: int = 20_000_000, roles: tuple[Role, ...] = tuple(Role)
     ) -> None:
-        self.cameras: Mapping[Role, PlayedCamera] = {
-            role: PlayedCamera(
+        self.cameras: Mapping[Role, MemoryRecordedCamera] = {
+            role: MemoryRecordedCamera(
                 role, frames=frames, period_ns=period_ns, late_ns=3_000_000 if role is Role.WIDE else 0
             )
             for role in roles

@@ -23,7 +23,7 @@ from foveacam_server.doctor.findings import (
 from foveacam_server.doctor.needs import NamedCamera, RigNeeds
 from foveacam_server.doctor.versions import check_versions
 
-from .fake_machine import MadeUp
+from .fake_machine import FakeMachine
 
 SIMULATED = RigNeeds(simulated=True)
 METAL = RigNeeds(
@@ -42,8 +42,8 @@ ROUTES = (
 
 
 @pytest.fixture
-def made_up(tmp_path: Path) -> MadeUp:
-    return MadeUp(tmp_path)
+def made_up(tmp_path: Path) -> FakeMachine:
+    return FakeMachine(tmp_path)
 
 
 def camera(
@@ -53,7 +53,7 @@ def camera(
     return FoundCamera(kind=kind, info=who, address=address, problem=problem)
 
 
-def test_a_bare_machine_has_no_problems(made_up: MadeUp) -> None:
+def test_a_bare_machine_has_no_problems(made_up: FakeMachine) -> None:
     findings = [
         ports.check_ports(made_up.machine, SIMULATED),
         ports.check_port_permission(made_up.machine, SIMULATED),
@@ -68,7 +68,7 @@ def test_a_bare_machine_has_no_problems(made_up: MadeUp) -> None:
     assert [finding.level for finding in findings] == [Severity.OK] * len(findings)
 
 
-def test_ports_are_told_by_usb_id_product_and_lasting_name(made_up: MadeUp) -> None:
+def test_ports_are_told_by_usb_id_product_and_lasting_name(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyACM0")
     made_up.serial_port("ttyUSB1", usb_id="0403:6001", product="FT232R")
 
@@ -79,7 +79,7 @@ def test_ports_are_told_by_usb_id_product_and_lasting_name(made_up: MadeUp) -> N
     assert "/dev/ttyUSB1 (0403:6001, FT232R, by-id/usb-FT232R-if00)" in found.found
 
 
-def test_a_port_of_the_rig_file_that_is_not_there_is_a_problem(made_up: MadeUp) -> None:
+def test_a_port_of_the_rig_file_that_is_not_there_is_a_problem(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyUSB1", usb_id="0403:6001", product="FT232R")
 
     found = ports.check_ports(made_up.machine, METAL)
@@ -90,7 +90,7 @@ def test_a_port_of_the_rig_file_that_is_not_there_is_a_problem(made_up: MadeUp) 
     assert "by-id" in found.remedy
 
 
-def test_a_port_that_may_not_be_opened_names_group_and_command(made_up: MadeUp) -> None:
+def test_a_port_that_may_not_be_opened_names_group_and_command(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyACM0")
     made_up.closed.add("/dev/ttyACM0")
 
@@ -102,7 +102,7 @@ def test_a_port_that_may_not_be_opened_names_group_and_command(made_up: MadeUp) 
     assert "ada" in found.remedy
 
 
-def test_a_port_that_another_program_has_names_that_program(made_up: MadeUp) -> None:
+def test_a_port_that_another_program_has_names_that_program(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyACM0")
     made_up.process(4711, "picocom", opens="/dev/ttyACM0")
 
@@ -112,14 +112,14 @@ def test_a_port_that_another_program_has_names_that_program(made_up: MadeUp) -> 
     assert "/dev/ttyACM0 (mirrors) by process 4711 (picocom)" in found.found
 
 
-def test_a_video_device_that_another_program_has_is_told_whatever_the_rig(made_up: MadeUp) -> None:
+def test_a_video_device_that_another_program_has_is_told_whatever_the_rig(made_up: FakeMachine) -> None:
     made_up.write("/dev/video0")
     made_up.process(12, "cheese", opens="/dev/video0")
 
     assert "12 (cheese)" in ports.check_holders(made_up.machine, SIMULATED).found
 
 
-def test_a_device_that_the_doctor_itself_has_is_no_problem(made_up: MadeUp) -> None:
+def test_a_device_that_the_doctor_itself_has_is_no_problem(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyACM0")
     made_up.process(1, "foveacam", opens="/dev/ttyACM0")
 
@@ -128,7 +128,7 @@ def test_a_device_that_the_doctor_itself_has_is_no_problem(made_up: MadeUp) -> N
 
 @pytest.mark.parametrize(("latency", "level"), [("16\n", Severity.WARNING), ("1\n", Severity.OK)])
 def test_a_converter_that_holds_bytes_back_is_a_warning(
-    made_up: MadeUp, latency: str, level: Severity
+    made_up: FakeMachine, latency: str, level: Severity
 ) -> None:
     made_up.write("/sys/bus/usb-serial/devices/ttyUSB0/latency_timer", latency)
 
@@ -140,7 +140,7 @@ def test_a_converter_that_holds_bytes_back_is_a_warning(
         assert 'ATTR{latency_timer}="1"' in found.remedy
 
 
-def test_a_usb_camera_that_may_not_be_opened_gets_rules_to_paste(made_up: MadeUp) -> None:
+def test_a_usb_camera_that_may_not_be_opened_gets_rules_to_paste(made_up: FakeMachine) -> None:
     made_up.closed.add(made_up.usb_camera(vendor="1e10", product="Blackfly S"))
 
     found = buses.check_usb_permission(made_up.machine)
@@ -152,7 +152,7 @@ def test_a_usb_camera_that_may_not_be_opened_gets_rules_to_paste(made_up: MadeUp
     assert "udevadm" in found.remedy
 
 
-def test_usb_devices_of_other_makers_are_no_cameras(made_up: MadeUp) -> None:
+def test_usb_devices_of_other_makers_are_no_cameras(made_up: FakeMachine) -> None:
     made_up.closed.add(made_up.usb_camera(vendor="046d", product="Mouse"))
 
     assert buses.check_usb_permission(made_up.machine).level is Severity.OK
@@ -168,7 +168,7 @@ def test_usb_devices_of_other_makers_are_no_cameras(made_up: MadeUp) -> None:
     ],
 )
 def test_memory_for_usb_transfers_matters_to_rigs_with_cameras(
-    made_up: MadeUp, memory: str, needs: RigNeeds, level: Severity
+    made_up: FakeMachine, memory: str, needs: RigNeeds, level: Severity
 ) -> None:
     made_up.write("/sys/module/usbcore/parameters/usbfs_memory_mb", memory)
 
@@ -187,7 +187,7 @@ def test_memory_for_usb_transfers_matters_to_rigs_with_cameras(
     ],
 )
 def test_the_receive_buffer_matters_to_rigs_with_cameras(
-    made_up: MadeUp, size: str, needs: RigNeeds, level: Severity
+    made_up: FakeMachine, size: str, needs: RigNeeds, level: Severity
 ) -> None:
     made_up.write("/proc/sys/net/core/rmem_max", size)
 
@@ -197,7 +197,7 @@ def test_the_receive_buffer_matters_to_rigs_with_cameras(
     assert level is Severity.OK or "sysctl -w net.core.rmem_max=" in found.remedy
 
 
-def test_the_interface_of_a_network_camera_is_found_by_its_route(made_up: MadeUp) -> None:
+def test_the_interface_of_a_network_camera_is_found_by_its_route(made_up: FakeMachine) -> None:
     made_up.write("/proc/net/route", ROUTES)
 
     assert buses.interface_to(made_up.machine, "192.168.2.17") == "eth1"
@@ -208,7 +208,7 @@ def test_the_interface_of_a_network_camera_is_found_by_its_route(made_up: MadeUp
 
 @pytest.mark.parametrize(("mtu", "level"), [("1500", Severity.WARNING), ("9000", Severity.OK)])
 def test_small_packets_on_a_cameras_interface_are_a_warning(
-    made_up: MadeUp, mtu: str, level: Severity
+    made_up: FakeMachine, mtu: str, level: Severity
 ) -> None:
     made_up.write("/proc/net/route", ROUTES)
     made_up.write("/sys/class/net/eth1/mtu", mtu)

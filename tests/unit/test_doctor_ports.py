@@ -8,7 +8,7 @@ from foveacam_server.doctor import ports
 from foveacam_server.doctor.findings import Severity
 from foveacam_server.doctor.needs import RigNeeds
 
-from .fake_machine import MadeUp
+from .fake_machine import FakeMachine
 
 
 def needs(**named: str) -> RigNeeds:
@@ -19,13 +19,13 @@ AUTO, BY_SERIAL = needs(mirrors="auto"), needs(mirrors="usb:1111")
 
 
 @pytest.fixture
-def made_up(tmp_path: Path) -> MadeUp:
-    return MadeUp(tmp_path)
+def made_up(tmp_path: Path) -> FakeMachine:
+    return FakeMachine(tmp_path)
 
 
 @pytest.mark.parametrize(("chosen", "named"), [(AUTO, "auto"), (BY_SERIAL, "usb:1111")])
 def test_the_port_that_was_chosen_by_its_device_is_named(
-    made_up: MadeUp, chosen: RigNeeds, named: str
+    made_up: FakeMachine, chosen: RigNeeds, named: str
 ) -> None:
     made_up.serial_port("ttyUSB0", usb_id="12d1:1001", product="Modem")
     made_up.serial_port("ttyACM3", serial="1111")
@@ -37,7 +37,7 @@ def test_the_port_that_was_chosen_by_its_device_is_named(
     assert "/dev/ttyACM3 (16c0:0483, Teensyduino, serial 1111, by-id/" in found.found
 
 
-def test_a_controller_that_is_not_plugged_in_is_a_problem_with_what_is(made_up: MadeUp) -> None:
+def test_a_controller_that_is_not_plugged_in_is_a_problem_with_what_is(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyUSB0", usb_id="12d1:1001", product="Modem")
 
     found = ports.check_ports(made_up.machine, AUTO)
@@ -48,7 +48,7 @@ def test_a_controller_that_is_not_plugged_in_is_a_problem_with_what_is(made_up: 
     assert found.remedy == "plug in the controller and switch it on, or name its port"
 
 
-def test_two_controllers_ask_for_the_serial_number_of_the_one_that_is_meant(made_up: MadeUp) -> None:
+def test_two_controllers_ask_for_the_serial_number_of_the_one_that_is_meant(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyACM0", serial="1111")
     made_up.serial_port("ttyACM1", serial="2222")
 
@@ -59,7 +59,7 @@ def test_two_controllers_ask_for_the_serial_number_of_the_one_that_is_meant(made
     assert 'port = "usb:1111"' in found.remedy
 
 
-def test_a_serial_number_that_is_not_there_is_named_with_those_that_are(made_up: MadeUp) -> None:
+def test_a_serial_number_that_is_not_there_is_named_with_those_that_are(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyACM0", serial="2222")
 
     found = ports.check_ports(made_up.machine, BY_SERIAL)
@@ -70,7 +70,7 @@ def test_a_serial_number_that_is_not_there_is_named_with_those_that_are(made_up:
     assert "correct the port" in found.remedy
 
 
-def test_every_port_that_is_missing_is_told_with_its_own_remedy(made_up: MadeUp) -> None:
+def test_every_port_that_is_missing_is_told_with_its_own_remedy(made_up: FakeMachine) -> None:
     found = ports.check_ports(made_up.machine, needs(mirrors="auto", rail="/dev/ttyUSB0"))
 
     assert "mirrors: serial port auto: no device" in found.found
@@ -80,7 +80,7 @@ def test_every_port_that_is_missing_is_told_with_its_own_remedy(made_up: MadeUp)
 
 
 def test_a_serial_number_is_known_from_its_lasting_name_where_the_tree_is_not_readable(
-    made_up: MadeUp,
+    made_up: FakeMachine,
 ) -> None:
     made_up.write("/dev/ttyACM7")
     made_up.link("/dev/serial/by-id/usb-Teensyduino_USB_Serial_1111-if00", "/dev/ttyACM7")
@@ -92,7 +92,7 @@ def test_a_serial_number_is_known_from_its_lasting_name_where_the_tree_is_not_re
 
 
 @pytest.mark.parametrize("chosen", [AUTO, BY_SERIAL])
-def test_the_program_that_holds_a_chosen_port_is_named(made_up: MadeUp, chosen: RigNeeds) -> None:
+def test_the_program_that_holds_a_chosen_port_is_named(made_up: FakeMachine, chosen: RigNeeds) -> None:
     made_up.serial_port("ttyACM3", serial="1111")
     made_up.process(4711, "picocom", opens="/dev/ttyACM3")
 
@@ -102,7 +102,7 @@ def test_the_program_that_holds_a_chosen_port_is_named(made_up: MadeUp, chosen: 
     assert f"/dev/ttyACM3 (mirrors, {chosen.ports['mirrors']}) by process 4711 (picocom)" in found.found
 
 
-def test_a_chosen_port_that_may_not_be_opened_says_that_it_is_the_rigs(made_up: MadeUp) -> None:
+def test_a_chosen_port_that_may_not_be_opened_says_that_it_is_the_rigs(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyACM3", serial="1111")
     made_up.closed.add("/dev/ttyACM3")
 
@@ -113,7 +113,7 @@ def test_a_chosen_port_that_may_not_be_opened_says_that_it_is_the_rigs(made_up: 
     assert found.remedy.startswith("sudo usermod -aG ")
 
 
-def test_a_port_that_is_no_usb_device_needs_permission_as_well(made_up: MadeUp) -> None:
+def test_a_port_that_is_no_usb_device_needs_permission_as_well(made_up: FakeMachine) -> None:
     made_up.write("/dev/ttyS4")
     made_up.closed.add("/dev/ttyS4")
 
@@ -123,7 +123,7 @@ def test_a_port_that_is_no_usb_device_needs_permission_as_well(made_up: MadeUp) 
     assert "/dev/ttyS4 (rail)" in found.found
 
 
-def test_a_converter_that_holds_bytes_back_is_told_by_what_it_serves(made_up: MadeUp) -> None:
+def test_a_converter_that_holds_bytes_back_is_told_by_what_it_serves(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyUSB0", usb_id="16c0:0483", product="Converter", serial="1111")
     made_up.write("/sys/bus/usb-serial/devices/ttyUSB0/latency_timer", "16\n")
     lasting = "/dev/serial/by-id/usb-Converter_1111-if00"
@@ -134,7 +134,7 @@ def test_a_converter_that_holds_bytes_back_is_told_by_what_it_serves(made_up: Ma
     assert found.found.startswith(f"ttyUSB0 (mirrors, usb:1111, rail, {lasting}) 16 ms")
 
 
-def test_a_board_that_serves_two_is_told_once_with_both(made_up: MadeUp) -> None:
+def test_a_board_that_serves_two_is_told_once_with_both(made_up: FakeMachine) -> None:
     made_up.serial_port("ttyUSB0", usb_id="1a86:7523", product="Board")
     made_up.process(9, "cutecom", opens="/dev/ttyUSB0")
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.unit.memory_recording import PlayedRig
+from tests.unit.memory_recording import MemoryRecording
 
 from foveacam_hardware.contract import InvalidInput, OutOfRange, VirtualClock
 from foveacam_hardware.rig_replay import replay_rig
@@ -34,7 +34,7 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
 
 def test_a_rig_is_recorded_look_by_look_with_the_volts_of_each(tmp_path: Path) -> None:
     told: list[str] = []
-    with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
+    with replay_rig(MemoryRecording(), clock=VirtualClock(START_NS)) as rig:
         wish = RecordingSpec(file=tmp_path / "a.fcap", seconds=0.3)
         found = record_opened(rig, wish, calibration=None, report=lambda _, words: told.append(words))
 
@@ -55,7 +55,7 @@ def test_ctrl_c_ends_a_recording_early_and_well(tmp_path: Path) -> None:
         if done_s > 0.05:
             raise KeyboardInterrupt
 
-    with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
+    with replay_rig(MemoryRecording(), clock=VirtualClock(START_NS)) as rig:
         found = record_opened(
             rig, RecordingSpec(file=tmp_path / "a.fcap", seconds=9.0), calibration=None, report=interrupt
         )
@@ -75,7 +75,7 @@ def test_a_disk_that_comes_to_its_reserve_ends_a_recording_soundly_and_says_so(
         return free[0]
 
     monkeypatch.setattr("foveacam_server.resources.recordings.cli_record.free_bytes", less)
-    with replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig:
+    with replay_rig(MemoryRecording(), clock=VirtualClock(START_NS)) as rig:
         wish = RecordingSpec(file=tmp_path / "a.fcap", seconds=9.0)
         found = record_opened(rig, wish, calibration=None, report=lambda *_: None)
         with pytest.raises(OutOfRange, match="MB that are kept free"):
@@ -94,7 +94,7 @@ def test_a_disk_that_comes_to_its_reserve_ends_a_recording_soundly_and_says_so(
 def test_a_direction_needs_a_calibration(tmp_path: Path) -> None:
     wish = RecordingSpec(file=tmp_path / "a.fcap", seconds=0.3, direction_deg=(1.0, 0.0))
     with (
-        replay_rig(PlayedRig(), clock=VirtualClock(START_NS)) as rig,
+        replay_rig(MemoryRecording(), clock=VirtualClock(START_NS)) as rig,
         pytest.raises(InvalidInput, match="needs a calibration"),
     ):
         record_opened(rig, wish, calibration=None, report=lambda *_: None)

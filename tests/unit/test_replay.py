@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import pytest
-from tests.unit.memory_recording import PlayedRig
+from tests.unit.memory_recording import MemoryRecording
 
 from foveacam_hardware.contract import (
     PARKED,
@@ -26,8 +26,8 @@ PERIOD_NS = 20_000_000
 ELSEWHERE = StereoVolts(left=MirrorVolts(x_v=99.0, y_v=9.0), right=MirrorVolts(x_v=99.0, y_v=9.0))
 
 
-def playing(playback: Playback | None = None, *, recorded: PlayedRig | None = None) -> Rig:
-    rig = replay_rig(recorded or PlayedRig(), playback=playback, clock=VirtualClock(START_NS))
+def playing(playback: Playback | None = None, *, recorded: MemoryRecording | None = None) -> Rig:
+    rig = replay_rig(recorded or MemoryRecording(), playback=playback, clock=VirtualClock(START_NS))
     rig.connect()
     return rig
 
@@ -125,7 +125,7 @@ def test_settings_are_those_recorded_and_no_others() -> None:
 
 
 def test_an_eye_that_was_not_recorded_is_told_and_the_others_play() -> None:
-    rig = playing(recorded=PlayedRig(roles=(Role.WIDE,)))
+    rig = playing(recorded=MemoryRecording(roles=(Role.WIDE,)))
 
     assert [problem.device for problem in rig.problems] == ["left", "right"]
     assert rig.wide.read().role is Role.WIDE
@@ -136,11 +136,11 @@ def test_an_eye_that_was_not_recorded_is_told_and_the_others_play() -> None:
 
 def test_a_recording_without_any_eye_is_refused() -> None:
     with pytest.raises(InvalidInput, match="no frames of a wide"):
-        replay_rig(PlayedRig(roles=()))
+        replay_rig(MemoryRecording(roles=()))
 
 
 def test_the_recording_is_closed_with_its_rig() -> None:
-    recorded = PlayedRig()
+    recorded = MemoryRecording()
     playing(recorded=recorded).close()
 
     assert recorded.closed

@@ -62,7 +62,7 @@ def open_console(tabs: Tabs) -> Iterator[OpenConsole]:
         settings: dict[str, Any] | None = None,  # Any: as the page keeps them
         options: dict[str, Any] | None = None,  # Any: Playwright's
     ) -> Console:
-        name, console = tabs.take(
+        name, console = tabs.open_tab(
             {"scene": False, "hints": False, **(settings or {})}, {"viewport": DESKTOP, **(options or {})}
         )
         opened.append((name, console))
@@ -72,5 +72,5 @@ def open_console(tabs: Tabs) -> Iterator[OpenConsole]:
     yield open_
     errors = [error for _, console in opened for error in console.errors]
     for name, console in opened:
-        tabs.give_back(name, console)
+        tabs.release_tab(name, console)
     assert errors == []

@@ -27,7 +27,7 @@ class Console:
     page: Page
     errors: list[str] = field(default_factory=list)
 
-    def until(self, expression: str, *, within_s: float = PATIENCE_S) -> None:
+    def wait_until(self, expression: str, *, within_s: float = PATIENCE_S) -> None:
         """Wait until the expression holds. The page forbids eval, which Playwright's own wait needs."""
         end_s = time.monotonic() + within_s
         while time.monotonic() < end_s:
@@ -36,16 +36,16 @@ class Console:
             self.page.wait_for_timeout(_POLL_MS)
         raise AssertionError(f"within {within_s} s the page never had: {expression}")
 
-    def until_live(self, *views: str) -> None:
+    def wait_for_frames(self, *views: str) -> None:
         """Wait until each of the views has shown a new frame from now on."""
         before = self.frames()
         for view in views:
-            self.until(f"(foveacam.frames()['{view}'] ?? 0) > {before.get(view, 0)}")
+            self.wait_until(f"(foveacam.frames()['{view}'] ?? 0) > {before.get(view, 0)}")
 
     def frames(self) -> dict[str, int]:
         return dict(self.page.evaluate("window.foveacam ? foveacam.frames() : {}"))
 
-    def place(self, x_px: float, y_px: float) -> tuple[float, float]:
+    def page_position(self, x_px: float, y_px: float) -> tuple[float, float]:
         """Return where the wide pixel is on the page, from the canvas' box alone, CSS px."""
         left, top, width = self.wide_box()
         scale = width / WIDE_WIDTH_PX
@@ -67,7 +67,7 @@ class Console:
     def click(self, x_px: float, y_px: float) -> Request:
         """Click on the wide pixel; return the order that the page sent."""
         with self.page.expect_request(is_fixation) as order:
-            self.page.mouse.click(*self.place(x_px, y_px))
+            self.page.mouse.click(*self.page_position(x_px, y_px))
         return order.value
 
     def fixate(self, x_px: float, y_px: float) -> None:
@@ -77,7 +77,7 @@ class Console:
         self.click(x_px, y_px)
         self.page.locator(f"#fixation{is_new} .numbers").wait_for()
 
-    def until_steered(self, server: Server, ax_deg: float, ay_deg: float) -> None:
+    def wait_until_steered(self, server: Server, ax_deg: float, ay_deg: float) -> None:
         """Wait until both eyes look in this direction, within two wide pixels."""
         end_s = time.monotonic() + PATIENCE_S
         while time.monotonic() < end_s:
@@ -122,16 +122,16 @@ class Tabs:
     stack: ExitStack
     idle: dict[str, list[Console]] = field(default_factory=dict)
 
-    def take(self, settings: dict[str, Any], options: dict[str, Any]) -> tuple[str, Console]:
+    def open_tab(self, settings: dict[str, Any], options: dict[str, Any]) -> tuple[str, Console]:
         """Return an empty tab of such a profile, and the name to give it back under."""
         name = json.dumps([settings, options], sort_keys=True)
         waiting = self.idle.setdefault(name, [])
         if waiting:
             return name, waiting.pop()
         context = self.stack.enter_context(contexts(self.browser, settings, options))
-        return name, watched(context.new_page())
+        return name, console_of(context.new_page())
 
-    def give_back(self, name: str, console: Console) -> None:
+    def release_tab(self, name: str, console: Console) -> None:
         """Leave no trace of a test."""
         page = console.page
         origin = str(page.evaluate("location.origin"))
@@ -160,15 +160,15 @@ def contexts(browser: Browser, settings: dict[str, Any], options: dict[str, Any]
     context.close()
 
 
-def watched(page: Page) -> Console:
+def console_of(page: Page) -> Console:
     """Return the page with its errors collected; an answer of the server that says no is not one."""
     console = Console(page)
 
-    def hear(message: ConsoleMessage) -> None:
+    def collect(message: ConsoleMessage) -> None:
         refused = message.text.startswith("Failed to load resource: the server responded with a status of 4")
         if message.type == "error" and not refused:
             console.errors.append(message.text)
 
-    page.on("console", hear)
+    page.on("console", collect)
     page.on("pageerror", lambda error: console.errors.append(str(error)))
     return console

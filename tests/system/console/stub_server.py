@@ -35,25 +35,25 @@ VIEWS += ["calibration_wide", "calibration_left", "calibration_right"]
 
 
 @dataclass
-class StandIn:
+class StubServer:
     """What it answers, by path below /api/v1, and what it was asked."""
 
     answers: dict[str, Json] = field(default_factory=dict)
     refusals: dict[str, Document] = field(default_factory=dict)
-    after: dict[str, dict[str, Json]] = field(default_factory=dict)
+    answers_after: dict[str, dict[str, Json]] = field(default_factory=dict)
     """What it answers from an order on, by "METHOD path"."""
-    asked: list[tuple[str, str, Json]] = field(default_factory=list)
+    requests: list[tuple[str, str, Json]] = field(default_factory=list)
     annotated: bool = False
     url: str = ""
     _ids: int = 0
     _loop: asyncio.AbstractEventLoop | None = None
     _listeners: list[asyncio.Queue[str]] = field(default_factory=list)
 
-    def be(self, session: Document | None = None) -> None:
+    def reset(self, session: Document | None = None) -> None:
         """Begin anew: a calibrated rig with a pan-tilt, and this session or none."""
         self.refusals.clear()
-        self.after.clear()
-        self.asked.clear()
+        self.answers_after.clear()
+        self.requests.clear()
         self.annotated = False
         self._listeners.clear()  # pages of the test before
         records = [
@@ -99,15 +99,15 @@ class StandIn:
         links = {camera["role"]: camera["link"] for camera in self.answers["/rig"]["cameras"]}
         return {role for role, link in links.items() if link is not None and link["phase"] != "streaming"}
 
-    def work(self, job: Document) -> None:
+    def set_job(self, job: Document) -> None:
         """Let this job be the one that runs, or that ran, in the session."""
         self.answers[f"/jobs/{job['id']}"] = job
         self.answers["/jobs"] = [job]
         over = job["ended_utc"] is not None
         self.session = self.session | {"running": None if over else job["id"]}
-        self.tell("job.updated", job)
+        self.send_event("job.updated", job)
 
-    def tell(self, kind: str, data: Document) -> None:
+    def send_event(self, kind: str, data: Document) -> None:
         """Send an event to every page."""
         self._ids += 1
         event = {
@@ -124,7 +124,7 @@ class StandIn:
             for queue in list(self._listeners):
                 loop.call_soon_threadsafe(queue.put_nowait, text)
 
-    def until_heard(self, *, within_s: float = 20.0) -> None:
+    def wait_for_listener(self, *, within_s: float = 20.0) -> None:
         """Wait until a page listens to events: what is told before is lost."""
         end_s = time.monotonic() + within_s
         while not self._listeners:
@@ -132,9 +132,9 @@ class StandIn:
                 raise AssertionError(f"within {within_s} s no page listened to the events")
             time.sleep(0.02)
 
-    def orders(self, path: str) -> list[Json]:
+    def posted_bodies(self, path: str) -> list[Json]:
         """Return the bodies that were posted to a path."""
-        return [body for method, asked, body in self.asked if method == "POST" and asked == path]
+        return [body for method, asked, body in self.requests if method == "POST" and asked == path]
 
     async def events(self) -> AsyncIterator[str]:
         self._loop = asyncio.get_running_loop()
@@ -150,14 +150,14 @@ class StandIn:
 
     def answer(self, method: str, path: str, body: Json) -> tuple[int, Json]:
         """Return status and document; an order that nobody has put in gets what its kind usually gets."""
-        self.asked.append((method, path, body))
+        self.requests.append((method, path, body))
         refusal = self.refusals.get(f"{method} {path}")
         if refusal is not None:
             return refusal["status"], refusal
         if method == "GET":
             known = self.answers.get(path)
             return (404, problem(404, "Not found", f"there is no {path}")) if known is None else (200, known)
-        self.answers |= self.after.pop(f"{method} {path}", {})
+        self.answers |= self.answers_after.pop(f"{method} {path}", {})
         return self._obey(method, path, body)
 
     def _obey(self, method: str, path: str, body: Json) -> tuple[int, Json]:
@@ -204,7 +204,7 @@ def picture(name: str, *, width: int = 720, height: int = 540) -> bytes:
     return cv2.imencode(".jpg", image)[1].tobytes()
 
 
-def application(stand_in: StandIn) -> FastAPI:
+def application(stub: StubServer) -> FastAPI:
     """Return the page and the answers as one application."""
     app = FastAPI(openapi_url=None)
 
@@ -218,31 +218,31 @@ def application(stand_in: StandIn) -> FastAPI:
 
     @app.websocket("/api/v1/views/ws")
     async def views(socket: WebSocket) -> None:
-        await _serve_views(socket, stand_in)
+        await _serve_views(socket, stub)
 
     @app.get("/api/v1/events")
     async def events() -> StreamingResponse:
-        return StreamingResponse(stand_in.events(), media_type="text/event-stream")
+        return StreamingResponse(stub.events(), media_type="text/event-stream")
 
     @app.api_route("/api/v1/{path:path}", methods=["GET", "POST", "PUT", "PATCH", "DELETE"])
     async def rest(path: str, request: Request) -> Response:
         if path.endswith((".png", ".jpg", ".svg")):
             return Response(picture(Path(path).name), media_type="image/jpeg")
         body = json.loads(await request.body() or b"null")
-        status, document = stand_in.answer(request.method, f"/{path}", body)
+        status, document = stub.answer(request.method, f"/{path}", body)
         return JSONResponse(document, status_code=status)
 
     return app
 
 
-async def _serve_views(socket: WebSocket, stand_in: StandIn) -> None:
+async def _serve_views(socket: WebSocket, stub: StubServer) -> None:
     """Send each view that is subscribed at once, and again after it was acknowledged, as the server does."""
     await socket.accept()
     listed = [{"index": index, "name": name, "width": 720, "height": 540} for index, name in enumerate(VIEWS)]
-    await socket.send_json({"type": "hello", "views": listed, "server": "stand-in"})
+    await socket.send_json({"type": "hello", "views": listed, "server": "stub"})
     subscribed: set[str] = set()
     acknowledged: set[str] = set()
-    told = asyncio.create_task(_tell(socket, stand_in, acknowledged))
+    told = asyncio.create_task(_tell(socket, stub, acknowledged))
     try:
         while True:
             message = await socket.receive_json()
@@ -259,18 +259,18 @@ async def _serve_views(socket: WebSocket, stand_in: StandIn) -> None:
         told.cancel()
 
 
-async def _tell(socket: WebSocket, stand_in: StandIn, acknowledged: set[str]) -> None:
+async def _tell(socket: WebSocket, stub: StubServer, acknowledged: set[str]) -> None:
     """Twice a second tell the rates, and send the views that wait for their next picture."""
     with suppress(WebSocketDisconnect, RuntimeError):
         while True:
-            drawn = [name for name in VIEWS if stand_in.annotated or "_" not in name]
+            drawn = [name for name in VIEWS if stub.annotated or "_" not in name]
             age_ms = {name: 20.0 if name in drawn else None for name in VIEWS}
             views = {
                 name: {"rate_hz": 20.0, "age_ms": age, "frozen_since_ms": None}
                 for name, age in age_ms.items()
             }
             await socket.send_json({"type": "stats", "views": views})
-            for name in acknowledged - stand_in.silent_roles:
+            for name in acknowledged - stub.silent_roles:
                 acknowledged.discard(name)
                 await _send_picture(socket, name)
             await asyncio.sleep(0.5)
@@ -282,10 +282,10 @@ async def _send_picture(socket: WebSocket, name: str) -> None:
 
 
 @contextmanager
-def stood_in() -> Iterator[StandIn]:
-    """Serve a stand-in until the context ends."""
-    stand_in = StandIn()
-    stand_in.be()
-    with serving(application(stand_in)) as port:
-        stand_in.url = f"http://127.0.0.1:{port}/"
-        yield stand_in
+def serving_stub() -> Iterator[StubServer]:
+    """Serve a stub until the context ends."""
+    stub = StubServer()
+    stub.reset()
+    with serving(application(stub)) as port:
+        stub.url = f"http://127.0.0.1:{port}/"
+        yield stub

@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 from .answer_documents import FAR, HIDDEN, NEAR, SEES, fixation, target
 from .console_page import PHONE, Console, OpenConsole, posted
-from .stub_server import StandIn, stood_in
+from .stub_server import StubServer, serving_stub
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
@@ -24,17 +24,17 @@ ONE_EYE = {
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[StandIn]:
-    with stood_in() as found:
+def server() -> Iterator[StubServer]:
+    with serving_stub() as found:
         yield found
 
 
 @pytest.fixture
-def answered(server: StandIn, open_console: OpenConsole) -> Answered:
+def answered(server: StubServer, open_console: OpenConsole) -> Answered:
     """Open the page on a server whose last fixation is as given."""
 
     def open_(*, options: dict[str, object] | None = None, **answer: object) -> Console:
-        server.be()
+        server.reset()
         server.answers["/fixations"] = [fixation(**answer)]
         server.answers["/targets"] = [target(**answer)]
         console = open_console(server.url, options=options)
@@ -55,7 +55,9 @@ def test_one_eye_and_the_wide_camera_are_named_and_the_other_eyes_pane_says_why(
     expect(page.locator(".pane-right .eye-note")).to_be_hidden()
 
 
-def test_limits_are_told_in_words_and_the_click_can_be_corrected(server: StandIn, answered: Answered) -> None:
+def test_limits_are_told_in_words_and_the_click_can_be_corrected(
+    server: StubServer, answered: Answered
+) -> None:
     console = answered(**BOUND, options={"viewport": PHONE})
     page = console.page
     expect(page.locator("[data-role=bound]")).to_have_text("farther than 1.3 m, nearer than 8.0 m")
@@ -63,7 +65,7 @@ def test_limits_are_told_in_words_and_the_click_can_be_corrected(server: StandIn
     assert console.overflow_px() <= 0
     with page.expect_request("**/corrections"):
         page.get_by_role("button", name="Nearer").click()
-    assert server.orders("/fixations/fix-1/corrections") == [{"direction": "nearer"}]
+    assert server.posted_bodies("/fixations/fix-1/corrections") == [{"direction": "nearer"}]
 
 
 def test_limits_stand_once_and_what_made_them_follows(answered: Answered) -> None:
@@ -75,20 +77,20 @@ def test_limits_stand_once_and_what_made_them_follows(answered: Answered) -> Non
 
 
 def test_button_that_is_being_pressed_stays_while_the_shape_comes(
-    server: StandIn, answered: Answered
+    server: StubServer, answered: Answered
 ) -> None:
     page = answered(**ONE_EYE).page
-    server.until_heard()
+    server.wait_for_listener()
     nearer = page.get_by_role("button", name="Nearer")
     nearer.hover()
     page.mouse.down()
-    server.tell("cloud.created", {"id": "cld-1", "fixation_id": "fix-1"})
+    server.send_event("cloud.created", {"id": "cld-1", "fixation_id": "fix-1"})
     expect(page.locator(".outcome .downloads")).to_be_visible()
     with page.expect_request("**/corrections"):
         page.mouse.up()
 
 
-def test_one_of_two_distances_is_chosen_with_a_click(server: StandIn, answered: Answered) -> None:
+def test_one_of_two_distances_is_chosen_with_a_click(server: StubServer, answered: Answered) -> None:
     several = {**{key: NEAR[key] for key in NEAR if key != "probability"}, "alternatives": [NEAR, FAR]}
     page = answered(**several).page
     choices = page.locator(".alternative")
@@ -98,17 +100,17 @@ def test_one_of_two_distances_is_chosen_with_a_click(server: StandIn, answered: 
     with page.expect_request("**/mirrors/steer") as steered:
         choices.nth(1).click()
     assert posted(steered.value)["distance_m"] == FAR["distance_m"]
-    assert server.orders("/fixations/fix-1/choice") == [{"alternative": 1}]
+    assert server.posted_bodies("/fixations/fix-1/choice") == [{"alternative": 1}]
     expect(choices.nth(1)).to_have_attribute("aria-pressed", "true")
     expect(page.locator("[data-role=distance]")).to_have_text("2.729 ± 0.020 m")
 
 
-# The stand-in's picture has half the size that `Console.place` counts in.
+# The stub's picture has half the size that `Console.place` counts in.
 
 
 def test_click_on_a_target_corrects_it_and_one_elsewhere_does_not(answered: Answered) -> None:
     console = answered(**ONE_EYE)
-    console.until_live("wide")
+    console.wait_for_frames("wide")
     expect(console.page.locator(".targets li")).to_have_count(1)
     sent = posted(console.click(723.0, 542.0))
     assert sent.get("corrects") == "fix-1", sent
@@ -118,7 +120,7 @@ def test_click_on_a_target_corrects_it_and_one_elsewhere_does_not(answered: Answ
 
 def test_zones_of_the_eyes_are_drawn_and_told_under_the_pointer(answered: Answered) -> None:
     console = answered(**BOUND)
-    console.until_live("wide")
+    console.wait_for_frames("wide")
     verdict = console.page.locator(".loupe .verdict")
     expect(console.page.locator(".overlay .one-eye")).to_have_count(2)
     expect(console.page.locator(".reach-legend")).to_contain_text("far away")
@@ -127,14 +129,14 @@ def test_zones_of_the_eyes_are_drawn_and_told_under_the_pointer(answered: Answer
         (290.0, "left fovea only"),
         (20.0, "beyond the mirrors' reach"),
     ):
-        console.page.mouse.move(*console.place(x_px, 540.0))
+        console.page.mouse.move(*console.page_position(x_px, 540.0))
         expect(verdict).to_have_text(words)
 
 
 def test_hint_marks_good_targets_until_it_is_dismissed_and_again_by_help(
-    server: StandIn, open_console: OpenConsole
+    server: StubServer, open_console: OpenConsole
 ) -> None:
-    server.be()
+    server.reset()
     places = ((500.0, 400.0), (700.0, 700.0), (900.0, 500.0))
     server.answers["/suggestions"] = [
         {"x_px": x, "y_px": y, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0} for x, y in places

@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 from . import calibration_documents as documents
 from .calibration_results import drift_check
 from .console_page import TOUCH, Console, OpenConsole
-from .stub_server import StandIn, stood_in
+from .stub_server import StubServer, serving_stub
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
@@ -22,40 +22,40 @@ OpenWizard = Callable[[str], Console]
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[StandIn]:
-    with stood_in() as found:
+def server() -> Iterator[StubServer]:
+    with serving_stub() as found:
         yield found
 
 
 @pytest.fixture
-def stand_in(server: StandIn) -> StandIn:
-    server.be(documents.full_session())
+def stub(server: StubServer) -> StubServer:
+    server.reset(documents.full_session())
     return server
 
 
 @pytest.fixture
-def open_wizard(stand_in: StandIn, open_console: OpenConsole) -> OpenWizard:
+def open_wizard(stub: StubServer, open_console: OpenConsole) -> OpenWizard:
     """Open the wizard at a step."""
 
     def open_(step: str) -> Console:
-        console = open_console(f"{stand_in.url}#/calibration/{step}")
+        console = open_console(f"{stub.url}#/calibration/{step}")
         console.page.locator(".wizard-side .inside p").first.wait_for()
-        stand_in.until_heard()
+        stub.wait_for_listener()
         return console
 
     return open_
 
 
-def test_record_is_taken_into_use(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+def test_record_is_taken_into_use(stub: StubServer, open_wizard: OpenWizard) -> None:
     console = open_wizard("overview")
     expect(console.page.locator(".records .current")).to_contain_text(["Bench, spring", "Bench, spring"])
     with console.page.expect_response(re.compile("/activate$")):
         console.page.get_by_role("button", name="Use As delivered").click()
-    assert stand_in.orders(f"/calibrations/{FACTORY_ID}/activate") == [None]
+    assert stub.posted_bodies(f"/calibrations/{FACTORY_ID}/activate") == [None]
 
 
-def test_two_records_are_compared_in_pixels(stand_in: StandIn, open_wizard: OpenWizard) -> None:
-    stand_in.answers["/calibrations/compare"] = {
+def test_two_records_are_compared_in_pixels(stub: StubServer, open_wizard: OpenWizard) -> None:
+    stub.answers["/calibrations/compare"] = {
         "a": "a" * 32,
         "b": FACTORY_ID,
         "pointing_difference_px": {"rms": 3.21, "max": 9.5},
@@ -83,7 +83,7 @@ def test_report_and_files_are_offered_for_each_record(open_wizard: OpenWizard) -
 
 
 def test_damaged_file_is_named_and_not_sent(
-    stand_in: StandIn, open_wizard: OpenWizard, tmp_path: Path
+    stub: StubServer, open_wizard: OpenWizard, tmp_path: Path
 ) -> None:
     console = open_wizard("overview")
     file = console.page.get_by_label("Import a calibration file")
@@ -91,33 +91,33 @@ def test_damaged_file_is_named_and_not_sent(
     torn.write_text('{"format": "foveacam-cal')
     file.set_input_files(torn)
     expect(console.page.locator(".toast")).to_contain_text("torn.json")
-    assert stand_in.orders("/calibrations/import") == []
+    assert stub.posted_bodies("/calibrations/import") == []
     whole = tmp_path / "whole.json"
     whole.write_text('{"format": "foveacam-calibration"}')
     with console.page.expect_response(re.compile("/import$")):
         file.set_input_files(whole)
-    assert stand_in.orders("/calibrations/import") == [{"format": "foveacam-calibration"}]
+    assert stub.posted_bodies("/calibrations/import") == [{"format": "foveacam-calibration"}]
 
 
-def test_record_is_discarded_with_a_way_back(stand_in: StandIn, open_wizard: OpenWizard) -> None:
-    stand_in.answers[f"/calibrations/{FACTORY_ID}"] = None
-    stand_in.answers[f"/calibrations/{FACTORY_ID}/restore"] = {}
-    stand_in.answers["/calibrations"] += [documents.record("c" * 32, "Shipped", kept=False)]
+def test_record_is_discarded_with_a_way_back(stub: StubServer, open_wizard: OpenWizard) -> None:
+    stub.answers[f"/calibrations/{FACTORY_ID}"] = None
+    stub.answers[f"/calibrations/{FACTORY_ID}/restore"] = {}
+    stub.answers["/calibrations"] += [documents.record("c" * 32, "Shipped", kept=False)]
     console = open_wizard("overview")
     expect(console.page.get_by_role("button", name="Use Shipped")).to_be_visible()
     expect(console.page.get_by_role("button", name="Discard Shipped")).to_have_count(0)
     expect(console.page.get_by_role("button", name="Discard Bench, spring")).to_have_count(0)  # it is in use
     console.page.get_by_role("button", name="Discard As delivered").click()
     expect(console.page.get_by_text("“As delivered” is in the trash")).to_be_visible()
-    assert ("DELETE", f"/calibrations/{FACTORY_ID}") in [(asked[0], asked[1]) for asked in stand_in.asked]
+    assert ("DELETE", f"/calibrations/{FACTORY_ID}") in [(asked[0], asked[1]) for asked in stub.requests]
     with console.page.expect_response(re.compile("/restore$")):
         console.page.get_by_role("button", name="Undo").click()
 
 
-def test_measurements_are_combined_when_two_are_ticked(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+def test_measurements_are_combined_when_two_are_ticked(stub: StubServer, open_wizard: OpenWizard) -> None:
     other = documents.empty_session("ses-0e", "Evening")
     made = documents.empty_session("ses-0c", "combined from 4 sweeps of 324 poses")
-    stand_in.answers |= {
+    stub.answers |= {
         "/calibration_sessions": [documents.full_session(), other],
         "/calibration_sessions/combined": made,
         "/calibration_sessions/ses-0c": made,
@@ -130,39 +130,39 @@ def test_measurements_are_combined_when_two_are_ticked(stand_in: StandIn, open_w
     console.page.get_by_label("Combine Evening").check()
     combine.click()
     expect(console.page.locator("#session")).to_have_attribute("title", made["label"])
-    assert stand_in.orders("/calibration_sessions/combined") == [
+    assert stub.posted_bodies("/calibration_sessions/combined") == [
         {"sessions": [documents.SESSION_ID, "ses-0e"]}
     ]
 
 
-def test_measurement_is_deleted_only_after_a_second_word(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+def test_measurement_is_deleted_only_after_a_second_word(stub: StubServer, open_wizard: OpenWizard) -> None:
     console = open_wizard("overview")
     console.page.get_by_role("button", name="Delete Bench, spring").click()
     expect(console.page.get_by_text("Delete all that it measured?")).to_be_visible()
-    assert [path for method, path, _ in stand_in.asked if method == "DELETE"] == []
+    assert [path for method, path, _ in stub.requests if method == "DELETE"] == []
     with console.page.expect_response(lambda answer: answer.request.method == "DELETE"):
         console.page.get_by_role("button", name="Delete", exact=True).click()
 
 
 def test_drift_is_measured_shown_with_its_error_and_its_trend(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     console = open_wizard("overview")
     expect(console.page.get_by_text("Never checked yet.")).to_be_visible()
     console.page.get_by_label("Distance of what both look at").fill("4.2")
     console.page.get_by_role("button", name="Measure and correct").click()
     expect(console.page.locator(".job")).to_contain_text("Drift check")
-    assert stand_in.orders("/drift_checks") == [{"distance_m": 4.2, "apply": True}]
-    stand_in.answers["/drift_checks"] = [drift_check(applied=True)]
+    assert stub.posted_bodies("/drift_checks") == [{"distance_m": 4.2, "apply": True}]
+    stub.answers["/drift_checks"] = [drift_check(applied=True)]
     ended = documents.job("job-1", kind="drift", state="succeeded")
-    stand_in.work(ended)
+    stub.set_job(ended)
     drift = console.page.locator(".drift")
     expect(drift.locator(".badge.good")).to_have_text("corrected")
     expect(drift.locator("tbody tr").first).to_contain_text("+0.0312°")
     expect(drift.locator(".trend")).to_have_js_property("complete", True)
 
 
-def test_pan_tilt_turns_by_steps_to_stations_and_holds(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+def test_pan_tilt_turns_by_steps_to_stations_and_holds(stub: StubServer, open_wizard: OpenWizard) -> None:
     console = open_wizard("wide")
     side = console.page.locator(".wizard-side")
     side.get_by_label("Step").select_option("0.5")
@@ -173,15 +173,15 @@ def test_pan_tilt_turns_by_steps_to_stations_and_holds(stand_in: StandIn, open_w
         side.get_by_role("button", name="Turn to the station board").click()
     with console.page.expect_response(re.compile("/pan_tilt/holds$")):
         side.get_by_role("button", name="Hold").click()
-    assert stand_in.orders("/pan_tilt/moves") == [
+    assert stub.posted_bodies("/pan_tilt/moves") == [
         {"pan_deg": 0.5, "tilt_deg": 0.0},
         {"pan_deg": 0.0, "tilt_deg": -0.5},
         {"station": "board"},
     ]
 
 
-def test_rig_without_a_pan_tilt_says_what_that_means(stand_in: StandIn, open_wizard: OpenWizard) -> None:
-    stand_in.answers["/pan_tilt"] |= {"present": False, "connected": False, "stations": []}
+def test_rig_without_a_pan_tilt_says_what_that_means(stub: StubServer, open_wizard: OpenWizard) -> None:
+    stub.answers["/pan_tilt"] |= {"present": False, "connected": False, "stations": []}
     console = open_wizard("mirrors")
     side = console.page.locator(".wizard-side")
     expect(side).to_contain_text("This rig has no pan-tilt")
@@ -189,10 +189,10 @@ def test_rig_without_a_pan_tilt_says_what_that_means(stand_in: StandIn, open_wiz
     expect(console.page.locator("#step-mirrors .why")).to_contain_text("no pan-tilt")
 
 
-def test_rig_turned_by_hand_is_told_which_way(stand_in: StandIn, open_wizard: OpenWizard) -> None:
-    stand_in.answers["/pan_tilt"] |= {"moves_itself": False, "pan_deg": None, "tilt_deg": None}
+def test_rig_turned_by_hand_is_told_which_way(stub: StubServer, open_wizard: OpenWizard) -> None:
+    stub.answers["/pan_tilt"] |= {"moves_itself": False, "pan_deg": None, "tilt_deg": None}
     note = {"done": 3, "total": 81, "eta_s": None, "note": "turn the rig 4.2° to the right"}
-    stand_in.work(documents.job("job-7", changes={"progress": note}))
+    stub.set_job(documents.job("job-7", changes={"progress": note}))
     console = open_wizard("mirrors")
     expect(console.page.locator(".wizard-side .order")).to_have_text("Turn the rig 4.2° to the right.")
     expect(console.page.get_by_role("button", name="Turn left")).to_be_hidden()
@@ -200,12 +200,12 @@ def test_rig_turned_by_hand_is_told_which_way(stand_in: StandIn, open_wizard: Op
 
 @pytest.mark.parametrize("step", STEPS)
 def test_phone_shows_every_step_without_scrolling_sideways(
-    stand_in: StandIn, open_console: OpenConsole, step: str
+    stub: StubServer, open_console: OpenConsole, step: str
 ) -> None:
-    stand_in.session = stand_in.session | {"label": LONG, "problems": ["wide.json is cut short"]}
-    stand_in.answers["/calibrations"][0]["label"] = LONG
-    stand_in.answers["/drift_checks"] = [drift_check()]
-    phone = open_console(f"{stand_in.url}#/calibration/{step}", options=TOUCH)
+    stub.session = stub.session | {"label": LONG, "problems": ["wide.json is cut short"]}
+    stub.answers["/calibrations"][0]["label"] = LONG
+    stub.answers["/drift_checks"] = [drift_check()]
+    phone = open_console(f"{stub.url}#/calibration/{step}", options=TOUCH)
     expect(phone.page.locator(".damage")).to_contain_text("Wide.json is cut short.")
     assert phone.overflow_px() <= 0
     assert phone.page.locator("#stop").is_visible()

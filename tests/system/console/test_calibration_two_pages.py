@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 
 from . import calibration_documents as documents
 from .console_page import Console, OpenConsole
-from .stub_server import StandIn, problem, stood_in
+from .stub_server import StubServer, problem, serving_stub
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
@@ -20,44 +20,44 @@ OpenWizard = Callable[[str], Console]
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[StandIn]:
-    with stood_in() as found:
+def server() -> Iterator[StubServer]:
+    with serving_stub() as found:
         yield found
 
 
 @pytest.fixture
-def stand_in(server: StandIn) -> StandIn:
-    server.be(documents.full_session())
+def stub(server: StubServer) -> StubServer:
+    server.reset(documents.full_session())
     return server
 
 
 @pytest.fixture
-def open_wizard(stand_in: StandIn, open_console: OpenConsole) -> OpenWizard:
+def open_wizard(stub: StubServer, open_console: OpenConsole) -> OpenWizard:
     """Open the wizard at a step, once it knows the rig and hears of events."""
 
     def open_(step: str) -> Console:
-        console = open_console(f"{stand_in.url}#/calibration/{step}")
+        console = open_console(f"{stub.url}#/calibration/{step}")
         console.page.locator(".wizard-side .inside p").first.wait_for()
-        stand_in.until_heard()
+        stub.wait_for_listener()
         return console
 
     return open_
 
 
 def test_page_opens_the_measurement_in_which_somebody_else_begins_to_work(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     console = open_wizard("overview")
     choice = console.page.get_by_label("Measurement", exact=True)
     expect(choice).to_have_value(documents.SESSION_ID)
     other = documents.empty_session(OTHER_ID, "Night shift") | {"running": "job-9"}
-    stand_in.answers[f"/calibration_sessions/{OTHER_ID}"] = other
-    stand_in.answers["/calibration_sessions"] = [other, stand_in.session]
+    stub.answers[f"/calibration_sessions/{OTHER_ID}"] = other
+    stub.answers["/calibration_sessions"] = [other, stub.session]
     job = documents.job("job-9", kind="calibration.wide")
-    stand_in.answers |= {"/jobs/job-9": job, "/jobs": [job]}
-    stand_in.tell("job.updated", job)
+    stub.answers |= {"/jobs/job-9": job, "/jobs": [job]}
+    stub.send_event("job.updated", job)
     progress = {"session_id": OTHER_ID, "step": "wide", "done": 1, "total": 40, "note": ""}
-    stand_in.tell("calibration.progress", progress)
+    stub.send_event("calibration.progress", progress)
     expect(choice).to_have_value(OTHER_ID)
     choice.select_option(documents.SESSION_ID)
     back = console.page.locator(".job").get_by_role("button", name="Show its measurement")
@@ -67,7 +67,7 @@ def test_page_opens_the_measurement_in_which_somebody_else_begins_to_work(
 
 
 def test_cancelled_step_goes_on_with_the_options_that_it_had(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     console = open_wizard("mirrors")
     mirrors = console.page.locator("#step-mirrors")
@@ -76,19 +76,19 @@ def test_cancelled_step_goes_on_with_the_options_that_it_had(
     mirrors.get_by_label("Start over").check()
     mirrors.get_by_role("button", name="Go on measuring").click()
     expect(console.page.locator(".job.running")).to_be_visible()
-    stand_in.work(documents.job("job-1", state="cancelled"))
+    stub.set_job(documents.job("job-1", state="cancelled"))
     console.page.locator(".job.warn").get_by_role("button", name="Go on").click()
     expect(console.page.locator(".job.running")).to_be_visible()
-    assert [order["options"] for order in stand_in.orders(RUNS)] == [
+    assert [order["options"] for order in stub.posted_bodies(RUNS)] == [
         {"nodes": [5, 5], "restart": True},
         {"nodes": [5, 5]},
     ]
 
 
 def test_unfinished_measurement_is_gone_on_with_unless_told_otherwise(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
-    stand_in.session = stand_in.session | {"fit": None, "check": None}
+    stub.session = stub.session | {"fit": None, "check": None}
     console = open_wizard("overview")
     console.page.get_by_role("button", name="Calibrate everything").click()
     sheet = console.page.locator("dialog[open]")
@@ -98,18 +98,18 @@ def test_unfinished_measurement_is_gone_on_with_unless_told_otherwise(
     expect(sheet.get_by_label("Label")).to_be_hidden()
     sheet.get_by_role("button", name="Start").click()
     expect(console.page.locator(".job")).to_be_visible()
-    assert stand_in.orders("/calibration_sessions") == []
-    assert stand_in.orders(RUNS) == [{"step": "all", "options": {"activate": True}}]
+    assert stub.posted_bodies("/calibration_sessions") == []
+    assert stub.posted_bodies(RUNS) == [{"step": "all", "options": {"activate": True}}]
 
 
 def test_who_lacks_control_can_take_it_where_the_order_was_refused(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
-    stand_in.answers["/lease"] = {"holder": "Ada", "expires_in_s": 20.0}
+    stub.answers["/lease"] = {"holder": "Ada", "expires_in_s": 20.0}
     busy = problem(409, "Somebody else is using it", "Ada holds the control lease") | {
         "type": "/problems/busy"
     }
-    stand_in.refusals[f"POST {RUNS}"] = busy
+    stub.refusals[f"POST {RUNS}"] = busy
     console = open_wizard("check")
     expect(console.page.locator(".badges")).to_contain_text("Ada has control")
     console.page.locator("#step-check").get_by_role("button", name="Check again").click()
@@ -119,7 +119,7 @@ def test_who_lacks_control_can_take_it_where_the_order_was_refused(
 
 
 def test_file_of_the_authors_is_imported_with_the_distance_of_its_markers(
-    stand_in: StandIn, open_wizard: OpenWizard, tmp_path: Path
+    stub: StubServer, open_wizard: OpenWizard, tmp_path: Path
 ) -> None:
     console = open_wizard("overview")
     bundle = tmp_path / "bundle.json"
@@ -131,9 +131,9 @@ def test_file_of_the_authors_is_imported_with_the_distance_of_its_markers(
         sheet.get_by_role("button", name="Import").click()
 
 
-def test_export_that_is_refused_is_told_and_saves_nothing(stand_in: StandIn, open_wizard: OpenWizard) -> None:
+def test_export_that_is_refused_is_told_and_saves_nothing(stub: StubServer, open_wizard: OpenWizard) -> None:
     path = f"/calibrations/{'a' * 32}/file"
-    stand_in.refusals[f"GET {path}"] = problem(422, "Not possible", "its session is not kept", "export ours")
+    stub.refusals[f"GET {path}"] = problem(422, "Not possible", "its session is not kept", "export ours")
     console = open_wizard("overview")
     console.page.get_by_role("link", name="Export Bench, spring in the authors’ format").click()
     expect(console.page.locator(".toast")).to_contain_text("Its session is not kept.")

@@ -8,7 +8,7 @@ from playwright.sync_api import Locator, Route, expect
 
 from . import calibration_documents as documents
 from .console_page import Console, OpenConsole
-from .stub_server import StandIn, problem, stood_in
+from .stub_server import StubServer, problem, serving_stub
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
@@ -17,26 +17,26 @@ OpenWizard = Callable[[str], Console]
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[StandIn]:
-    with stood_in() as found:
+def server() -> Iterator[StubServer]:
+    with serving_stub() as found:
         yield found
 
 
 @pytest.fixture
-def stand_in(server: StandIn) -> StandIn:
-    server.be(documents.full_session())
+def stub(server: StubServer) -> StubServer:
+    server.reset(documents.full_session())
     return server
 
 
 @pytest.fixture
-def open_wizard(stand_in: StandIn, open_console: OpenConsole) -> OpenWizard:
+def open_wizard(stub: StubServer, open_console: OpenConsole) -> OpenWizard:
     """Open the wizard at a step, once it knows the rig and the session."""
 
     def open_(step: str) -> Console:
-        console = open_console(f"{stand_in.url}#/calibration/{step}")
+        console = open_console(f"{stub.url}#/calibration/{step}")
         console.page.locator("#wizard-title").wait_for()
         console.page.locator(".wizard-side .inside p").first.wait_for()
-        stand_in.until_heard()
+        stub.wait_for_listener()
         return console
 
     return open_
@@ -47,16 +47,16 @@ def step(console: Console, name: str) -> Locator:
 
 
 def test_top_bar_says_how_healthy_the_calibration_is_and_opens_the_wizard(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    console = open_console(stand_in.url)
+    console = open_console(stub.url)
     badge = console.page.locator(".badges a")
     expect(badge).to_have_text("Calibration good · 3 h")
     expect(badge).to_have_attribute("title", re.compile("agree as well as on the day"))
     expect(console.page.locator("#rig")).to_contain_text("good: The rows of both eyes agree")
     expect(console.page.locator("#problems")).to_be_hidden()
-    stand_in.answers["/calibrations/health"] = documents.health("recalibrate")
-    stand_in.tell("calibration.health", {"verdict": "recalibrate"})
+    stub.answers["/calibrations/health"] = documents.health("recalibrate")
+    stub.send_event("calibration.health", {"verdict": "recalibrate"})
     expect(badge).to_have_text("Recalibrate · 3 h")
     expect(console.page.locator("#problems")).to_contain_text("2.4 px apart")
     badge.click()
@@ -66,10 +66,10 @@ def test_top_bar_says_how_healthy_the_calibration_is_and_opens_the_wizard(
 
 
 def test_live_views_come_along_and_return_and_clicks_in_the_wizard_steer_nothing(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    console = open_console(stand_in.url)
-    console.until_live("wide")
+    console = open_console(stub.url)
+    console.wait_for_frames("wide")
     console.page.get_by_role("link", name="Calibration", exact=True).click()
     console.page.get_by_role("link", name=re.compile("1 Wide camera")).click()
     picture = step(console, "wide").locator(".pane-wide .surface")
@@ -77,16 +77,16 @@ def test_live_views_come_along_and_return_and_clicks_in_the_wizard_steer_nothing
     picture.click(force=True)
     console.page.get_by_role("link", name="Back to the console").click()
     expect(console.page.locator("#wide .pane-wide .surface")).to_be_visible()
-    assert stand_in.orders("/fixations") == []
+    assert stub.posted_bodies("/fixations") == []
     eyes = console.page.locator("#eyes > .pane")
     expect(eyes).to_have_count(2)
     expect(eyes.first).to_have_class(re.compile("pane-left"))
 
 
 def test_calibrating_everything_begins_a_session_and_runs_all_steps(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
-    stand_in.be()
+    stub.reset()
     console = open_wizard("overview")
     expect(console.page.get_by_text("Nothing measured yet", exact=True)).to_be_visible()
     console.page.get_by_role("button", name="Calibrate everything").click()
@@ -94,62 +94,62 @@ def test_calibrating_everything_begins_a_session_and_runs_all_steps(
     sheet.get_by_label("Label").fill("After the move")
     sheet.get_by_role("button", name="Start").click()
     expect(console.page.locator(".job")).to_contain_text("Everything")
-    assert stand_in.orders("/calibration_sessions") == [{"label": "After the move"}]
-    assert stand_in.orders(RUNS) == [{"step": "all", "options": {"activate": True}}]
+    assert stub.posted_bodies("/calibration_sessions") == [{"label": "After the move"}]
+    assert stub.posted_bodies(RUNS) == [{"step": "all", "options": {"activate": True}}]
 
 
 def test_page_goes_along_with_the_steps_while_everything_is_calibrated(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
-    stand_in.session = stand_in.session | {"sweeps": [documents.sweep("markers", 5.0, done=81)]}
-    stand_in.work(documents.job("job-7", kind="calibration.all"))
+    stub.session = stub.session | {"sweeps": [documents.sweep("markers", 5.0, done=81)]}
+    stub.set_job(documents.job("job-7", kind="calibration.all"))
     console = open_wizard("overview")
     expect(console.page.locator(".job")).to_contain_text("Everything")
     progress = {"session_id": documents.SESSION_ID, "step": "mirrors", "done": 0, "total": 81, "note": ""}
-    stand_in.tell("calibration.progress", progress)
+    stub.send_event("calibration.progress", progress)
     expect(step(console, "mirrors")).to_be_visible()
     for done in (5, 6):
         near = documents.sweep("markers near", 2.5, done=done)
-        stand_in.session = stand_in.session | {"sweeps": [stand_in.session["sweeps"][0], near]}
+        stub.session = stub.session | {"sweeps": [stub.session["sweeps"][0], near]}
         with console.page.expect_response(re.compile(f"/{documents.SESSION_ID}$")):
-            stand_in.tell("calibration.progress", progress | {"done": done})
+            stub.send_event("calibration.progress", progress | {"done": done})
     chosen = step(console, "mirrors").locator(".station[aria-pressed=true]")
     expect(chosen).to_contain_text("markers near")
     console.page.get_by_role("link", name="Overview").click()
-    stand_in.tell("calibration.progress", progress | {"step": "fit"})
+    stub.send_event("calibration.progress", progress | {"step": "fit"})
     expect(console.page.locator(".job")).to_contain_text("Everything: fit")
     expect(step(console, "overview")).to_be_visible()
 
 
 def test_running_step_tells_how_far_it_is_and_can_be_cancelled(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
-    stand_in.work(documents.job("job-7"))
+    stub.set_job(documents.job("job-7"))
     console = open_wizard("mirrors")
     bar = console.page.locator(".job")
     expect(bar).to_contain_text("34 of 81, 2 min left")
     expect(bar.get_by_role("progressbar")).to_have_attribute("aria-valuenow", "42")
     further = {"done": 35, "total": 81, "eta_s": 90.0, "note": "node 36"}
-    stand_in.answers["/jobs/job-7"] = documents.job("job-7", changes={"progress": further})
-    stand_in.tell("calibration.progress", {"session_id": documents.SESSION_ID, "step": "mirrors"} | further)
+    stub.answers["/jobs/job-7"] = documents.job("job-7", changes={"progress": further})
+    stub.send_event("calibration.progress", {"session_id": documents.SESSION_ID, "step": "mirrors"} | further)
     expect(bar).to_contain_text("35 of 81")
     expect(step(console, "mirrors").get_by_role("button", name="Go on measuring")).to_be_disabled()
     expect(console.page.locator(".badges a")).to_have_text(re.compile("Calibrating 4[13] %"))
     with console.page.expect_response(re.compile("/jobs/job-7/cancel$")):
         bar.get_by_role("button", name="Cancel").click()
-    stand_in.work(documents.job("job-7", state="cancelled"))
+    stub.set_job(documents.job("job-7", state="cancelled"))
     expect(bar).to_contain_text("What was measured is kept")
     expect(step(console, "mirrors").get_by_role("button", name="Go on measuring")).to_be_enabled()
 
 
 def test_failed_step_says_why_and_what_to_do_until_dismissed(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     console = open_wizard("mirrors")
     step(console, "mirrors").get_by_role("button", name="Go on measuring").click()
     expect(console.page.locator(".job.running")).to_be_visible()
     why = problem(502, "Device fault", "the left marker was hidden throughout", "uncover marker 1")
-    stand_in.work(documents.job("job-1", state="failed", changes={"problem": why}))
+    stub.set_job(documents.job("job-1", state="failed", changes={"problem": why}))
     bar = console.page.locator(".job.bad")
     expect(bar).to_contain_text("The left marker was hidden throughout.")
     expect(bar.locator(".remedy")).to_have_text("Uncover marker 1.")
@@ -157,8 +157,8 @@ def test_failed_step_says_why_and_what_to_do_until_dismissed(
     expect(bar).to_be_hidden()
 
 
-def test_refused_order_is_told_with_its_remedy(stand_in: StandIn, open_wizard: OpenWizard) -> None:
-    stand_in.refusals[f"POST {RUNS}"] = problem(409, "Stopped", "the rig is stopped", "release the stop")
+def test_refused_order_is_told_with_its_remedy(stub: StubServer, open_wizard: OpenWizard) -> None:
+    stub.refusals[f"POST {RUNS}"] = problem(409, "Stopped", "the rig is stopped", "release the stop")
     console = open_wizard("check")
     step(console, "check").get_by_role("button", name="Check again").click()
     expect(console.page.locator(".toast")).to_contain_text("The rig is stopped.")
@@ -167,7 +167,7 @@ def test_refused_order_is_told_with_its_remedy(stand_in: StandIn, open_wizard: O
 
 
 def test_nodes_fill_up_as_the_poses_come_and_say_why_an_eye_was_refused(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     console = open_wizard("mirrors")
     mirrors = step(console, "mirrors")
@@ -182,31 +182,31 @@ def test_nodes_fill_up_as_the_poses_come_and_say_why_an_eye_was_refused(
     expect(waiting).to_have_attribute("data-state", "waiting")
     near = documents.sweep("markers near", 2.5, done=41)
     near["poses"][40]["right"] = "refused"
-    stand_in.session = stand_in.session | {"sweeps": [stand_in.session["sweeps"][0], near]}
+    stub.session = stub.session | {"sweeps": [stub.session["sweeps"][0], near]}
     pose = {"session_id": documents.SESSION_ID, "station": "markers near", "index": 40}
-    stand_in.tell("calibration.pose", pose | {"left": "centred", "right": "refused"})
+    stub.send_event("calibration.pose", pose | {"left": "centred", "right": "refused"})
     expect(waiting).to_have_attribute("data-state", "centred")
     mirrors.locator(".node[data-index='40']").hover()
     expect(detail).to_contain_text("left centred; right refused")
 
 
 def test_pictures_of_the_procedure_replace_the_plain_ones_while_it_runs(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
-    stand_in.work(documents.job("job-7"))
-    stand_in.annotated = True
+    stub.set_job(documents.job("job-7"))
+    stub.annotated = True
     console = open_wizard("mirrors")
     expect(console.page.get_by_role("region", name="View Left fovea, annotated")).to_be_visible()
-    console.until_live("calibration_left", "calibration_right")
-    stand_in.work(documents.job("job-7", state="succeeded"))
+    console.wait_for_frames("calibration_left", "calibration_right")
+    stub.set_job(documents.job("job-7", state="succeeded"))
     expect(console.page.get_by_role("region", name="View Left fovea", exact=True)).to_be_visible()
     expect(console.page.get_by_role("region", name="View Left fovea, annotated")).to_be_hidden()
 
 
 def test_what_is_ordered_right_after_a_new_measurement_belongs_to_it(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
-    stand_in.session = documents.full_session() | {"id": "older", "label": "Older"}
+    stub.session = documents.full_session() | {"id": "older", "label": "Older"}
     console = open_wizard("check")
     expect(console.page.get_by_label("Measurement", exact=True)).to_have_value("older")
     held: list[Route] = []
@@ -220,27 +220,27 @@ def test_what_is_ordered_right_after_a_new_measurement_belongs_to_it(
         if held:
             break
         console.page.wait_for_timeout(10)
-    assert not [path for _, path, _ in stand_in.asked if path.endswith("/runs")]
+    assert not [path for _, path, _ in stub.requests if path.endswith("/runs")]
     with console.page.expect_response(re.compile("/runs$")):
         held[0].continue_()
-    assert stand_in.orders(RUNS) == [{"step": "check", "options": {}}]
+    assert stub.posted_bodies(RUNS) == [{"step": "check", "options": {}}]
 
 
 def test_check_of_an_older_fit_is_told_from_one_of_the_newest(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     console = open_wizard("check")
     expect(step(console, "check").locator(".goals")).to_contain_text("0.21 px")
     expect(step(console, "check")).not_to_contain_text("Fitted anew since")
-    stand_in.session = stand_in.session | {"calibrations": ["a" * 32, "b" * 32]}
-    stand_in.work(documents.job("job-7", state="succeeded"))
+    stub.session = stub.session | {"calibrations": ["a" * 32, "b" * 32]}
+    stub.set_job(documents.job("job-7", state="succeeded"))
     expect(step(console, "check")).to_contain_text(
         "Fitted anew since: this check is of the calibration before"
     )
 
 
 def test_measured_settle_time_is_put_in_use_and_the_rig_files_again(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     wait = step(open_wizard("settle"), "settle").get_by_role("region", name="Wait after a move")
     expect(wait.locator("dl")).to_contain_text("14.0 msKnown fromthe rig file, not measured")
@@ -252,13 +252,13 @@ def test_measured_settle_time_is_put_in_use_and_the_rig_files_again(
     back.click()
     expect(wait.locator("dl")).to_contain_text("the rig file, not measured")
     orders = [
-        (method, body) for method, path, body in stand_in.asked if path == "/settle_time" and method != "GET"
+        (method, body) for method, path, body in stub.requests if path == "/settle_time" and method != "GET"
     ]
     assert orders == [("PUT", {"session_id": documents.SESSION_ID}), ("DELETE", None)]
 
 
 def test_view_that_spoils_the_fit_stands_out_and_is_removed(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     console = open_wizard("wide")
     wide = step(console, "wide")
@@ -273,9 +273,9 @@ def test_view_that_spoils_the_fit_stands_out_and_is_removed(
 
 
 def test_step_that_lacks_an_earlier_one_is_off_and_names_it(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
-    stand_in.session = documents.empty_session()
+    stub.session = documents.empty_session()
     console = open_wizard("mirrors")
     expect(step(console, "mirrors").get_by_role("button", name="Measure", exact=True)).to_be_disabled()
     expect(step(console, "mirrors").locator(".why")).to_contain_text("First step 1")
@@ -284,7 +284,7 @@ def test_step_that_lacks_an_earlier_one_is_off_and_names_it(
 
 
 def test_options_of_the_sweep_are_sent_as_typed_and_left_out_where_empty(
-    stand_in: StandIn, open_wizard: OpenWizard
+    stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     console = open_wizard("mirrors")
     mirrors = step(console, "mirrors")
@@ -294,7 +294,7 @@ def test_options_of_the_sweep_are_sent_as_typed_and_left_out_where_empty(
     mirrors.get_by_label("Measure at").select_option("one")
     mirrors.get_by_role("button", name="Go on measuring").click()
     expect(console.page.locator(".job.running")).to_be_visible()
-    assert stand_in.orders(RUNS) == [
+    assert stub.posted_bodies(RUNS) == [
         {"step": "mirrors", "options": {"stations": ["markers"], "nodes": [5, 5], "extent_ax_deg": 4.5}}
     ]
 

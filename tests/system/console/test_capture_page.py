@@ -11,8 +11,8 @@ from tests.system.conftest import Running, running
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 
 from . import capture_documents as documents
-from .console_page import NO_STORAGE, TOUCH, Console, OpenConsole, posted, watched
-from .stub_server import StandIn, problem, stood_in
+from .console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of, posted
+from .stub_server import StubServer, problem, serving_stub
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -33,14 +33,14 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[StandIn]:
-    with stood_in() as found:
+def server() -> Iterator[StubServer]:
+    with serving_stub() as found:
         yield found
 
 
 @pytest.fixture
-def stand_in(server: StandIn) -> StandIn:
-    server.be()
+def stub(server: StubServer) -> StubServer:
+    server.reset()
     server.answers |= {"/captures": [], "/captures/estimates": documents.estimate()}
     return server
 
@@ -173,8 +173,8 @@ def test_what_is_refused_is_told_where_it_was_typed(rig: Running, open_console: 
     expect(started).to_be_enabled()
 
 
-def test_newest_plan_is_the_one_that_is_shown(stand_in: StandIn, open_console: OpenConsole) -> None:
-    console = open_console(f"{stand_in.url}#/capture")
+def test_newest_plan_is_the_one_that_is_shown(stub: StubServer, open_console: OpenConsole) -> None:
+    console = open_console(f"{stub.url}#/capture")
     page = console.page.locator("#capture-page")
     expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
     asked: list[int] = []
@@ -201,9 +201,9 @@ def test_newest_plan_is_the_one_that_is_shown(stand_in: StandIn, open_console: O
 
 
 def test_what_was_typed_outlives_a_reload_and_gives_way_to_the_defaults(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    console = open_console(f"{stand_in.url}#/capture")
+    console = open_console(f"{stub.url}#/capture")
     page = console.page.locator("#capture-page")
     columns = page.get_by_label("Columns")
     defaults = page.get_by_role("button", name="Start from the defaults")
@@ -235,13 +235,13 @@ def is_overlap(order: Request) -> bool:
 
 
 def test_draft_of_another_version_or_damaged_is_passed_over(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    console = open_console(f"{stand_in.url}#/capture")
+    console = open_console(f"{stub.url}#/capture")
     columns = console.page.locator("#capture-page").get_by_label("Columns")
     for change in ("kept.version = 0", "kept.draft.columns = '3'", "delete kept.draft.text"):
         columns.fill("3")
-        console.until("localStorage.getItem('foveacam.capture.draft') !== null")
+        console.wait_until("localStorage.getItem('foveacam.capture.draft') !== null")
         console.page.evaluate(CHANGED % change)
         console.page.reload()
         expect(columns).to_have_value("9")
@@ -249,12 +249,12 @@ def test_draft_of_another_version_or_damaged_is_passed_over(
 
 
 def test_browser_that_keeps_nothing_takes_plans_all_the_same(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    tab = open_console(f"{stand_in.url}none").page.context.new_page()
-    errors = watched(tab).errors
+    tab = open_console(f"{stub.url}none").page.context.new_page()
+    errors = console_of(tab).errors
     tab.add_init_script(NO_STORAGE)
-    tab.goto(f"{stand_in.url}#/capture")
+    tab.goto(f"{stub.url}#/capture")
     page = tab.locator("#capture-page")
     page.get_by_label("Columns").fill("3")
     page.get_by_role("button", name="Start from the defaults").click()
@@ -264,13 +264,13 @@ def test_browser_that_keeps_nothing_takes_plans_all_the_same(
 
 
 def test_capture_of_somebody_else_says_what_it_waits_for_and_how_it_ended(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
     wish = "push the rig to 100 mm, then let it go on"
     running = documents.capture("paused", name=LONG, why=wish, progress=documents.progress("paused", 2))
-    stand_in.answers |= {"/captures": [running], "/captures/cap-1": running}
-    stand_in.answers |= {"/jobs": [documents.job()], "/jobs/job-9": documents.job()}
-    console = open_console(f"{stand_in.url}#/capture", options=TOUCH)
+    stub.answers |= {"/captures": [running], "/captures/cap-1": running}
+    stub.answers |= {"/jobs": [documents.job()], "/jobs/job-9": documents.job()}
+    console = open_console(f"{stub.url}#/capture", options=TOUCH)
     page = console.page.locator("#capture-page")
     expect(outcome(page)).to_contain_text("Push the rig to 100 mm, then let it go on.")
     expect(badge(console.page)).to_have_text("Capture paused 50 %")
@@ -279,25 +279,25 @@ def test_capture_of_somebody_else_says_what_it_waits_for_and_how_it_ended(
     expect(outcome(page).get_by_role("button", name="Done, go on")).to_be_disabled()
     why = problem(502, "A device failed", f"camera left is lost: {LONG}", "plug it in")
     partial = documents.capture("partial", name=LONG, label=LONG, why="camera left is lost")
-    stand_in.answers |= {"/captures": [partial], "/captures/cap-1": partial}
-    stand_in.answers["/jobs/job-9"] = documents.job("failed", problem=why)
+    stub.answers |= {"/captures": [partial], "/captures/cap-1": partial}
+    stub.answers["/jobs/job-9"] = documents.job("failed", problem=why)
     expect(outcome(page)).to_contain_text("failed")
     expect(outcome(page)).to_contain_text("Plug it in.")
     expect(part(page, "Unfinished")).to_contain_text("2 of 4 points, 9.33 MB")
     assert console.overflow_px() <= 0
     expect(console.page.get_by_role("button", name="STOP")).to_be_in_viewport()
-    assert [
-        asked for method, asked, _ in stand_in.asked if method == "POST" and "estimates" not in asked
-    ] == ["/captures/cap-1/continue"]
+    assert [asked for method, asked, _ in stub.requests if method == "POST" and "estimates" not in asked] == [
+        "/captures/cap-1/continue"
+    ]
 
 
 def test_panes_go_from_page_to_page_and_space_stops_from_the_plan(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    stand_in.refusals["POST /captures/estimates"] = problem(
+    stub.refusals["POST /captures/estimates"] = problem(
         409, "The rig is not calibrated", "the rig has no calibration; load or make one"
     )
-    console = open_console(stand_in.url)
+    console = open_console(stub.url)
     page = console.page
     page.get_by_role("link", name="Capture: raster datasets").click()
     expect(page.locator("#capture-page .pane-left")).to_be_visible()
@@ -314,6 +314,6 @@ def test_panes_go_from_page_to_page_and_space_stops_from_the_plan(
     page.locator("#capture-page").get_by_role("link", name="Gallery").click()
     expect(page.locator("#gallery")).to_be_visible()
     expect(page.locator("#console")).to_be_hidden()
-    page.goto(f"{stand_in.url}#/")
+    page.goto(f"{stub.url}#/")
     expect(page.locator("#console .area-eyes .pane-right")).to_be_visible()
     assert not page.locator(".pane-wide .surface").evaluate("surface => surface.inert")

@@ -7,7 +7,7 @@ from playwright.sync_api import Browser, Page
 
 from foveacam_bench.servers import free_port
 
-from .console_page import DESKTOP, OpenConsole, contexts, watched
+from .console_page import DESKTOP, OpenConsole, console_of, contexts
 from .server_process import Server, StartServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -22,11 +22,11 @@ RECOVERY_S = 5.0
 def test_stop_answers_within_a_second_with_many_viewers_open(browser: Browser, server: Server) -> None:
     server.be_idle()
     with contexts(browser, {"scene": False}, {"viewport": DESKTOP}) as context:
-        viewers = [watched(context.new_page()) for _ in range(VIEWERS)]
+        viewers = [console_of(context.new_page()) for _ in range(VIEWERS)]
         for viewer in viewers:
             viewer.page.goto(server.url)
         for viewer in viewers:
-            viewer.until_live("wide")
+            viewer.wait_for_frames("wide")
         page = viewers[0].page
         plain_s = max(seconds_of_a_plain_answer(page) for _ in range(3))
         began_s = time.monotonic()
@@ -50,15 +50,15 @@ def test_page_recovers_by_itself_when_the_server_comes_back(
     first = serve("--port", port)
     began_s = time.monotonic()
     console = open_console(first.url)
-    console.until_live("wide", "left")
+    console.wait_for_frames("wide", "left")
     opening_s = time.monotonic() - began_s
     boot = console.page.evaluate("foveacam.bootId()")
     first.end()
     console.page.locator("#offline").wait_for(state="visible")
     serve("--port", port)
     began_s = time.monotonic()
-    console.until(f"foveacam.stream() === 'open' && foveacam.bootId() !== '{boot}'")
-    console.until_live("wide", "left")
+    console.wait_until(f"foveacam.stream() === 'open' && foveacam.bootId() !== '{boot}'")
+    console.wait_for_frames("wide", "left")
     assert time.monotonic() - began_s < max(RECOVERY_S, 2.0 * opening_s)
     console.page.locator("#offline").wait_for(state="hidden")
     console.page.locator(".badge.good", has_text="Ready").wait_for()

@@ -19,15 +19,15 @@ PICTURE_TOLERANCE_PX = 0.1  # sub-pixel registration of a bilinear picture with 
 def console(open_console: OpenConsole, server: Server) -> Console:
     server.be_idle()
     found = open_console(server.url)
-    found.until_live("wide", "left", "right")
+    found.wait_for_frames("wide", "left", "right")
     return found
 
 
 def zoom_to(console: Console, x_px: float, y_px: float, *, steps: int) -> None:
-    console.page.mouse.move(*console.place(x_px, y_px))
+    console.page.mouse.move(*console.page_position(x_px, y_px))
     for _ in range(steps):
         console.page.mouse.wheel(0, -120)
-    console.until(f"document.querySelector('.pane-wide .zoom').textContent !== '100 %' || {steps} === 0")
+    console.wait_until(f"document.querySelector('.pane-wide .zoom').textContent !== '100 %' || {steps} === 0")
 
 
 def test_page_shows_three_views_and_what_the_rig_is(console: Console) -> None:
@@ -39,7 +39,7 @@ def test_page_shows_three_views_and_what_the_rig_is(console: Console) -> None:
 
 def test_views_page_shows_the_same_views_alone(open_console: OpenConsole, server: Server) -> None:
     views = open_console(f"{server.url}view", options={"viewport": {"width": 440, "height": 700}})
-    views.until_live("wide", "left", "right")
+    views.wait_for_frames("wide", "left", "right")
     assert views.page.locator("#targets").count() == 0
     assert views.overflow_px() <= 0
 
@@ -48,7 +48,7 @@ def test_views_page_shows_the_same_views_alone(open_console: OpenConsole, server
 def test_click_asks_for_the_pixel_meant(console: Console, zoom_steps: int) -> None:
     zoom_to(console, 812.25, 431.6, steps=zoom_steps)
     console.page.keyboard.down("Shift")
-    x, y = console.place(812.25, 431.6)
+    x, y = console.page_position(812.25, 431.6)
     console.page.mouse.move(x, y)
     console.page.mouse.down()
     console.page.mouse.move(x + 17.3, y - 9.1)
@@ -62,10 +62,10 @@ def test_click_asks_for_the_pixel_meant(console: Console, zoom_steps: int) -> No
 def test_picture_is_drawn_where_clicks_say_it_is(open_console: OpenConsole, server: Server) -> None:
     bare = {"footprints": False, "field": False, "marks": False, "wide_size": "full"}
     console = open_console(server.url, settings=bare)
-    console.until_live("wide")
+    console.wait_for_frames("wide")
     zoom_to(console, 600.0, 500.0, steps=4)
     console.page.mouse.move(5, 5)
-    console.until_live("wide")
+    console.wait_for_frames("wide")
     surface = console.page.locator(".pane-wide .surface")
     box = surface.bounding_box()
     assert box is not None
@@ -110,11 +110,11 @@ def test_page_turns_pixels_into_the_directions_of_the_calibration(console: Conso
 
 
 def test_drag_asks_for_the_rectangle(console: Console) -> None:
-    console.page.mouse.move(*console.place(700.0, 420.0))
+    console.page.mouse.move(*console.page_position(700.0, 420.0))
     console.page.mouse.down()
-    console.page.mouse.move(*console.place(640.0, 470.0))
+    console.page.mouse.move(*console.page_position(640.0, 470.0))
     with console.page.expect_request(is_fixation) as order:
-        console.page.mouse.move(*console.place(600.0, 500.0))
+        console.page.mouse.move(*console.page_position(600.0, 500.0))
         console.page.mouse.up()
     box = posted(order.value)["rectangle"]
     wanted = {"x_px": 600.0, "y_px": 420.0, "width_px": 100.0, "height_px": 80.0}
@@ -128,15 +128,15 @@ def test_alt_drag_steers_to_where_it_ends_and_not_faster_than_20_a_second(
     page.locator(".overlay .field .edge").first.wait_for(state="attached")  # drawn once the lens is known
     page.evaluate("performance.clearResourceTimings()")  # the browser keeps 250 of them
     page.keyboard.down("Alt")
-    page.mouse.move(*console.place(700.0, 500.0))
+    page.mouse.move(*console.page_position(700.0, 500.0))
     page.mouse.down()
     for step in range(60):
-        page.mouse.move(*console.place(700.0 + step, 500.0))
-    page.mouse.move(*console.place(780.0, 520.0))
+        page.mouse.move(*console.page_position(700.0 + step, 500.0))
+    page.mouse.move(*console.page_position(780.0, 520.0))
     page.mouse.up()
     page.keyboard.up("Alt")
     meant = direction_of(console, server, 780.0, 520.0)
-    console.until_steered(server, meant["ax_deg"], meant["ay_deg"])
+    console.wait_until_steered(server, meant["ax_deg"], meant["ay_deg"])
     sent_ms = page.evaluate(
         "performance.getEntriesByType('resource').filter(({name}) => name.endsWith('/steer'))"
         ".map(({startTime}) => startTime)"
@@ -169,17 +169,17 @@ def test_keyboard_moves_a_crosshair_and_fixates_there(console: Console) -> None:
 
 def test_loupe_says_where_clicks_cannot_be_steered_to(console: Console) -> None:
     console.page.locator(".overlay .field .edge").first.wait_for(state="attached")
-    console.page.mouse.move(*console.place(5.0, 540.0))
+    console.page.mouse.move(*console.page_position(5.0, 540.0))
     console.page.locator(".loupe .verdict", has_text="beyond the mirrors' reach").wait_for()
-    console.page.mouse.move(*console.place(720.0, 540.0))
+    console.page.mouse.move(*console.page_position(720.0, 540.0))
     console.page.locator(".loupe:not(.beyond)").wait_for()
 
 
 def test_tap_fixates_and_long_press_draws_a_rectangle(open_console: OpenConsole, server: Server) -> None:
     phone = open_console(server.url, options={**TOUCH, "device_scale_factor": 2})
-    phone.until_live("wide")
+    phone.wait_for_frames("wide")
     with phone.page.expect_request(is_fixation) as tap:
-        phone.page.touchscreen.tap(*phone.place(800.0, 500.0))
+        phone.page.touchscreen.tap(*phone.page_position(800.0, 500.0))
     assert posted(tap.value)["pixel"]["x_px"] == pytest.approx(800.0, abs=CLICK_TOLERANCE_PX)
     session = phone.page.context.new_cdp_session(phone.page)
 
@@ -187,9 +187,9 @@ def test_tap_fixates_and_long_press_draws_a_rectangle(open_console: OpenConsole,
         points = [{"x": x, "y": y} for x, y in places]
         session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
-    touch("touchStart", phone.place(600.0, 400.0))
-    phone.until("document.querySelector('.overlay .rectangle') !== null")
-    touch("touchMove", phone.place(700.0, 500.0))
+    touch("touchStart", phone.page_position(600.0, 400.0))
+    phone.wait_until("document.querySelector('.overlay .rectangle') !== null")
+    touch("touchMove", phone.page_position(700.0, 500.0))
     with phone.page.expect_request(is_fixation) as drag:
         touch("touchEnd")
     assert posted(drag.value)["rectangle"]["width_px"] == pytest.approx(100.0, abs=CLICK_TOLERANCE_PX)
@@ -197,7 +197,7 @@ def test_tap_fixates_and_long_press_draws_a_rectangle(open_console: OpenConsole,
 
 def test_two_fingers_zoom_and_ask_for_nothing(open_console: OpenConsole, server: Server) -> None:
     phone = open_console(server.url, options=TOUCH)
-    phone.until_live("wide")
+    phone.wait_for_frames("wide")
     orders: list[str] = []
     phone.page.on("request", lambda request: orders.append(request.url) if is_fixation(request) else None)
     session = phone.page.context.new_cdp_session(phone.page)

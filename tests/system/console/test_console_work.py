@@ -8,7 +8,7 @@ from playwright.sync_api import Browser, Locator, Playwright, expect
 
 from foveacam_bench.stream.console_page import CHROMIUM, CHROMIUM_ARGUMENTS
 
-from .console_page import PHONE, TOUCH, Console, OpenConsole, contexts, watched
+from .console_page import PHONE, TOUCH, Console, OpenConsole, console_of, contexts
 from .server_process import Server, StartServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -22,7 +22,7 @@ LONG = "A name as long as the rig takes: the third bolt from the left on the fla
 def console(open_console: OpenConsole, server: Server) -> Console:
     server.be_idle()
     found = open_console(server.url)
-    found.until_live("wide")
+    found.wait_for_frames("wide")
     return found
 
 
@@ -151,7 +151,7 @@ def test_dark_and_light_follow_the_system_and_the_button(open_console: OpenConso
 @pytest.mark.parametrize("path", ["", "view"])
 def test_phone_needs_no_scrolling_sideways(open_console: OpenConsole, server: Server, path: str) -> None:
     phone = open_console(server.url + path, options=TOUCH)
-    phone.until_live("wide", "left")
+    phone.wait_for_frames("wide", "left")
     assert phone.overflow_px() <= 0
     stop = phone.page.locator("#stop").bounding_box()
     assert stop is not None
@@ -192,10 +192,10 @@ def test_page_without_webgl_says_so_and_works(
     )
     try:
         with contexts(plain, {"scene": True}, {}) as context:
-            console = watched(context.new_page())
+            console = console_of(context.new_page())
             console.page.goto(server.url)
             console.page.get_by_text("this browser has no WebGL").wait_for()
-            console.until_live("wide", "left", "right")
+            console.wait_for_frames("wide", "left", "right")
             console.fixate(*TEXTURED_PX)
             console.page.locator("#scene a", has_text="PLY").wait_for()
             assert console.errors == []
@@ -210,7 +210,7 @@ def test_3d_pane_loads_beside_the_views_and_leaves_the_keyboard_alone(
     console = open_console(server.url, settings={"scene": True})
     canvas = console.page.frame_locator("#scene iframe").locator("canvas[data-engine]")
     canvas.wait_for()
-    console.until_live("wide", "left", "right")
+    console.wait_for_frames("wide", "left", "right")
     assert console.page.evaluate("document.activeElement.tagName") == "BODY"
     canvas.click(position={"x": 30, "y": 60})
     console.page.keyboard.press("Space")

@@ -16,7 +16,7 @@ from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter
 from .capture_documents import CAPTURE_ID, JOB_ID, capture, job, reference
 from .console_page import TOUCH, Console, OpenConsole
 from .server_process import Server, servers
-from .stub_server import Json, StandIn, problem, stood_in
+from .stub_server import Json, StubServer, problem, serving_stub
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -202,28 +202,28 @@ def running(done: int) -> Json:
 
 
 @pytest.fixture
-def stand_in() -> Iterator[StandIn]:
-    with stood_in() as found:
+def stub() -> Iterator[StubServer]:
+    with serving_stub() as found:
         yield found
 
 
 def test_a_capture_that_runs_shows_its_progress_and_the_focus_stays_on_a_phone(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    stand_in.answers["/captures"] = []
-    console = open_console(f"{stand_in.url}#/gallery", options=TOUCH)
+    stub.answers["/captures"] = []
+    console = open_console(f"{stub.url}#/gallery", options=TOUCH)
     expect(console.page.get_by_role("link", name="Plan a capture")).to_have_attribute("href", "#/capture")
-    stand_in.until_heard()
-    stand_in.answers["/captures"] = [running(3)]
-    stand_in.tell("capture.created", {"capture_id": "cap-1"})
+    stub.wait_for_listener()
+    stub.answers["/captures"] = [running(3)]
+    stub.send_event("capture.created", {"capture_id": "cap-1"})
     bar = console.page.get_by_role("progressbar", name="Progress of night")
     expect(bar).to_have_attribute("aria-valuenow", "4")
     link = card(console, "night").get_by_role("link", name="night")
     link.focus()
 
-    stand_in.answers["/captures"] = [running(40)]
+    stub.answers["/captures"] = [running(40)]
     news = running(40)["progress"] | {"capture_id": "cap-1", "job_id": "job-1", "state": "running"}
-    stand_in.tell("capture.progress", news | {"wish": ""})
+    stub.send_event("capture.progress", news | {"wish": ""})
 
     expect(card(console, "night").locator(".note")).to_have_text("40 of 81 · 12 s left")
     expect(bar).to_have_attribute("aria-valuenow", "49")
@@ -239,61 +239,61 @@ def long_baselines(console: Console) -> Locator:
     return console.page.get_by_role("region", name="Depth against long baselines")
 
 
-def on_the_rail(stand_in: StandIn, told: Json) -> str:
+def on_the_rail(stub: StubServer, told: Json) -> str:
     """Let there be a capture of this reference; return the address of its page."""
     points = {"rows": 1, "columns": 1, "points": [], "skipped": []}
-    stand_in.answers[f"/captures/{CAPTURE_ID}"] = capture("complete", folder="/data/bench")
-    stand_in.answers |= {f"/captures/{CAPTURE_ID}/points": points, REFERENCE: told}
-    return f"{stand_in.url}#/gallery/datasets/{CAPTURE_ID}"
+    stub.answers[f"/captures/{CAPTURE_ID}"] = capture("complete", folder="/data/bench")
+    stub.answers |= {f"/captures/{CAPTURE_ID}/points": points, REFERENCE: told}
+    return f"{stub.url}#/gallery/datasets/{CAPTURE_ID}"
 
 
-def become(stand_in: StandIn, told: Json) -> None:
-    stand_in.answers[REFERENCE] = told
-    stand_in.tell("reference.ended", {"capture_id": CAPTURE_ID})
+def become(stub: StubServer, told: Json) -> None:
+    stub.answers[REFERENCE] = told
+    stub.send_event("reference.ended", {"capture_id": CAPTURE_ID})
 
 
 def test_a_reference_is_asked_for_followed_cancelled_shown_and_removed_on_a_phone(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    console = open_console(on_the_rail(stand_in, reference()), options=TOUCH)
+    console = open_console(on_the_rail(stub, reference()), options=TOUCH)
     section = long_baselines(console)
     section.get_by_text("Settings").click()
     section.get_by_label("Depth of").select_option("scan 3, at 600 mm")
     section.get_by_label("Samples across").fill("20")
     section.get_by_label("Error of a place").fill("0.2")
-    stand_in.after[f"POST {REFERENCE}"] = {REFERENCE: reference("building")}
+    stub.answers_after[f"POST {REFERENCE}"] = {REFERENCE: reference("building")}
     section.get_by_role("button", name="Make the reference").click()
     expect(section.get_by_role("progressbar")).to_have_attribute("aria-valuenow", "33")
-    assert stand_in.orders(REFERENCE) == [{"scan": 2, "bracket": 0, "across": 20, "rail_sigma_m": 0.0002}]
-    stand_in.until_heard()
-    stand_in.tell("job.updated", job(progress={"done": 2, "total": 3, "eta_s": 18.0, "note": "matching"}))
+    assert stub.posted_bodies(REFERENCE) == [{"scan": 2, "bracket": 0, "across": 20, "rail_sigma_m": 0.0002}]
+    stub.wait_for_listener()
+    stub.send_event("job.updated", job(progress={"done": 2, "total": 3, "eta_s": 18.0, "note": "matching"}))
     expect(section.locator(".words")).to_have_text("Matching · step 2 of 3 · about 20 s left")
     with console.page.expect_request(f"**/jobs/{JOB_ID}/cancel"):
         section.get_by_role("button", name="Cancel").click()
 
-    stand_in.answers[f"/jobs/{JOB_ID}"] = job("failed", problem=problem(422, "No", "views do not overlap"))
-    become(stand_in, reference())
+    stub.answers[f"/jobs/{JOB_ID}"] = job("failed", problem=problem(422, "No", "views do not overlap"))
+    become(stub, reference())
     expect(section.get_by_role("alert")).to_contain_text("Views do not overlap.")
-    become(stand_in, reference("complete"))
+    become(stub, reference("complete"))
     loaded(section.get_by_role("img"))
     expect(section).to_contain_text("485 of 520 samples have a reference over 800 mm")
     expect(section).to_contain_text("0.034\u00a0% rms, bias −0.012\u00a0%, without the 1.5\u00a0% of samples")
     expect(section.get_by_role("link", name="Samples (CSV)")).to_be_visible()
     remove = section.get_by_role("button", name="Remove")
     assert remove.evaluate("button => button.getBoundingClientRect().right < innerWidth")  # the plot scrolls
-    stand_in.after[f"DELETE {REFERENCE}"] = {REFERENCE: reference()}
+    stub.answers_after[f"DELETE {REFERENCE}"] = {REFERENCE: reference()}
     remove.click()
     expect(section.get_by_role("button", name="Make the reference")).to_be_visible()
-    assert ("DELETE", REFERENCE, None) in stand_in.asked
+    assert ("DELETE", REFERENCE, None) in stub.requests
 
 
 def test_where_no_reference_can_be_made_it_is_said_and_without_a_rail_nothing_is(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
     refused = reference(refusal=problem(409, "No", "the dataset has no calibration"))
-    section = long_baselines(open_console(on_the_rail(stand_in, refused), options=TOUCH))
+    section = long_baselines(open_console(on_the_rail(stub, refused), options=TOUCH))
     expect(section.get_by_role("status")).to_contain_text("The dataset has no calibration.")
     expect(section.get_by_role("button")).to_have_count(0)
-    stand_in.until_heard()
-    become(stand_in, reference(stops=1))
+    stub.wait_for_listener()
+    become(stub, reference(stops=1))
     expect(section).to_have_count(0)

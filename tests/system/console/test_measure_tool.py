@@ -18,12 +18,12 @@ def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
 ) -> None:
     console = open_console(server.url)
     page = console.page
-    console.until_live("wide")
+    console.wait_for_frames("wide")
     page.locator("#tab-measurements").click()
     expect(page.locator("#measurements .empty")).to_contain_text("Nothing measured yet")
     page.locator("#tab-depth").click()
     console.fixate(*TEXTURED_PX)
-    console.until_live("depth")
+    console.wait_for_frames("depth")
 
     page.locator(".pane-depth").get_by_role("button", name="Measure in the view").click()
     picture = page.locator(".pane-depth .picture")

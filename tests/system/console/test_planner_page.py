@@ -22,8 +22,8 @@ from foveacam_server.foundation import errors
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 
-from .console_page import NO_STORAGE, TOUCH, Console, OpenConsole, watched
-from .stub_server import StandIn, application
+from .console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of
+from .stub_server import StubServer, application
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
@@ -33,13 +33,13 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    """The planner on a console whose rig is a stand-in: nothing of it could answer for the planner."""
-    stand_in = StandIn()
-    stand_in.be()
+    """The planner on a console whose rig is a stub: nothing of it could answer for the planner."""
+    stub = StubServer()
+    stub.reset()
     app = FastAPI()
     errors.install(app)
     app.include_router(routes.router, prefix="/api/v1")
-    app.mount("/", application(stand_in))
+    app.mount("/", application(stub))
     with closing(ComputeQueue()) as computing, serving(app) as port:
         app.state.services = SimpleNamespace(computing=computing)
         yield f"http://127.0.0.1:{port}/#/planner"
@@ -124,7 +124,7 @@ def test_sliders_redraw_ring_chances_and_regions_and_the_address_keeps_them(
     )
     expect(figure(page, "of the map")).to_have_text("0.0 %")
 
-    console.until("location.hash.includes('px_per_deg=55') && location.hash.includes('d_min_m=12')")
+    console.wait_until("location.hash.includes('px_per_deg=55') && location.hash.includes('d_min_m=12')")
     page.reload()
     expect(figure(page, "D_max")).to_have_text("1.576 m")
     expect(entry(page, "Seed")).to_have_value("3")
@@ -246,7 +246,7 @@ def test_own_maps_are_taken_with_a_scale_and_refused_in_words(
     page.mouse.click(*at(view, 0.25, 0.63))  # in the block
     expect(refusal(page, "targets")).to_contain_text("Target 1 at")
     expect(refusal(page, "targets")).to_contain_text("is inside obstacle 0")
-    console.until("location.hash.includes(';')")  # the address tells both
+    console.wait_until("location.hash.includes(';')")  # the address tells both
     page.reload()  # an own map is kept in this browser
     expect(page.get_by_text("In use: yard.png")).to_be_visible()
     expect(page.locator(".plan-targets li")).to_have_count(2)
@@ -296,7 +296,7 @@ def test_the_plan_is_saved_as_picture_drawing_and_geojson(address: str, open_con
 
 def test_browser_that_keeps_nothing_plans_all_the_same(address: str, open_console: OpenConsole) -> None:
     tab = open_console(address).page.context.new_page()
-    errors = watched(tab).errors
+    errors = console_of(tab).errors
     tab.add_init_script(NO_STORAGE)
     tab.goto(address)
     until_drawn(tab)

@@ -10,7 +10,7 @@ from playwright.sync_api import Locator, expect
 
 from . import rig_documents as documents
 from .console_page import TOUCH, Console, OpenConsole
-from .stub_server import StandIn, problem, stood_in
+from .stub_server import StubServer, problem, serving_stub
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
@@ -19,21 +19,21 @@ REFUSAL = "camera left: exposure 5000 ms is outside 0.03 to 1000 ms; choose one 
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[StandIn]:
-    with stood_in() as found:
+def server() -> Iterator[StubServer]:
+    with serving_stub() as found:
         yield found
 
 
 @pytest.fixture
-def stand_in(server: StandIn) -> StandIn:
-    server.be()
+def stub(server: StubServer) -> StubServer:
+    server.reset()
     return server
 
 
 @pytest.fixture
-def open_rig(stand_in: StandIn, open_console: OpenConsole) -> OpenRig:
+def open_rig(stub: StubServer, open_console: OpenConsole) -> OpenRig:
     def open_(options: dict[str, Any] | None = None) -> Console:  # Any: Playwright's
-        console = open_console(f"{stand_in.url}#/rig", options=options)
+        console = open_console(f"{stub.url}#/rig", options=options)
         expect(console.page.locator(".camera .phase")).to_have_count(3)
         return console
 
@@ -44,9 +44,9 @@ def camera(console: Console, name: str) -> Locator:
     return console.page.get_by_role("region", name=name, exact=True)
 
 
-def sent(stand_in: StandIn, method: str) -> list[tuple[str, Any]]:  # Any: a JSON document
+def sent(stub: StubServer, method: str) -> list[tuple[str, Any]]:  # Any: a JSON document
     return [
-        (path, body) for asked, path, body in stand_in.asked if asked == method and path.startswith("/cam")
+        (path, body) for asked, path, body in stub.requests if asked == method and path.startswith("/cam")
     ]
 
 
@@ -58,10 +58,10 @@ def enter(column: Locator, setting: str, value: str) -> None:
         entry.press("Enter")
 
 
-def with_camera(stand_in: StandIn, document: dict[str, Any], **more: object) -> None:  # Any: a JSON document
-    rig = copy.deepcopy(stand_in.answers["/rig"])
+def with_camera(stub: StubServer, document: dict[str, Any], **more: object) -> None:  # Any: a JSON document
+    rig = copy.deepcopy(stub.answers["/rig"])
     rig["cameras"] = [document if each["role"] == document["role"] else each for each in rig["cameras"]]
-    stand_in.answers["/rig"] = rig | more
+    stub.answers["/rig"] = rig | more
 
 
 def test_each_camera_says_who_it_is_and_how_it_delivers(open_rig: OpenRig) -> None:
@@ -89,21 +89,21 @@ def test_each_camera_says_who_it_is_and_how_it_delivers(open_rig: OpenRig) -> No
     expect(left.get_by_role("img", name="Live picture: Left fovea")).to_be_visible()
 
 
-def test_typed_value_is_sent_and_what_the_camera_took_is_shown(stand_in: StandIn, open_rig: OpenRig) -> None:
+def test_typed_value_is_sent_and_what_the_camera_took_is_shown(stub: StubServer, open_rig: OpenRig) -> None:
     wide = camera(open_rig(), "Wide camera")
     exposure = wide.get_by_label("Exposure", exact=True)
     enter(wide, "Exposure", "16.6666")
     expect(exposure).to_have_value("16.67")
     enter(wide, "Gain", "3.5")
     expect(wide.get_by_role("slider", name="Gain")).to_have_value("146")
-    assert sent(stand_in, "PATCH") == [
+    assert sent(stub, "PATCH") == [
         ("/cameras/wide", {"exposure_ms": 16.6666, "linked": False}),
         ("/cameras/wide", {"gain_db": 3.5, "linked": False}),
     ]
 
 
 def test_value_snaps_to_what_the_camera_took_and_the_difference_is_told(
-    stand_in: StandIn, open_rig: OpenRig
+    stub: StubServer, open_rig: OpenRig
 ) -> None:
     wide = camera(open_rig(), "Wide camera")
     enter(wide, "Exposure", "1.236")
@@ -112,7 +112,7 @@ def test_value_snaps_to_what_the_camera_took_and_the_difference_is_told(
 
 
 def test_slider_of_the_exposure_is_logarithmic_and_moves_with_the_keys(
-    stand_in: StandIn, open_rig: OpenRig
+    stub: StubServer, open_rig: OpenRig
 ) -> None:
     console = open_rig()
     slider = camera(console, "Wide camera").get_by_role("slider", name="Exposure")
@@ -128,12 +128,12 @@ def test_slider_of_the_exposure_is_logarithmic_and_moves_with_the_keys(
     expect(camera(console, "Wide camera").get_by_label("Exposure", exact=True)).to_have_value("5.48")
 
 
-def test_ticks_choose_the_values_that_suit_the_lamps(stand_in: StandIn, open_rig: OpenRig) -> None:
+def test_ticks_choose_the_values_that_suit_the_lamps(stub: StubServer, open_rig: OpenRig) -> None:
     left = camera(open_rig(), "Left fovea")
     left.get_by_role("button", name="Exposure of the left fovea: 8.33 ms").click()
     left.get_by_role("button", name="Frame rate of the left fovea: 100 Hz").click()
     expect(left.get_by_label("Frame rate", exact=True)).to_have_value("100")
-    assert sent(stand_in, "PATCH") == [
+    assert sent(stub, "PATCH") == [
         ("/cameras/left", {"exposure_ms": 8.33, "linked": True}),
         ("/cameras/left", {"frame_rate_hz": 100, "linked": False}),  # each eye's own
     ]
@@ -146,8 +146,8 @@ def test_changes_of_one_fovea_are_shown_at_both(open_rig: OpenRig) -> None:
     expect(console.page.get_by_role("alertdialog")).to_have_count(0)
 
 
-def test_refused_value_says_the_range_and_the_old_one_stands(stand_in: StandIn, open_rig: OpenRig) -> None:
-    stand_in.refusals["PATCH /cameras/left"] = problem(422, "The rig cannot do that", REFUSAL)
+def test_refused_value_says_the_range_and_the_old_one_stands(stub: StubServer, open_rig: OpenRig) -> None:
+    stub.refusals["PATCH /cameras/left"] = problem(422, "The rig cannot do that", REFUSAL)
     console = open_rig()
     left = camera(console, "Left fovea")
     enter(left, "Exposure", "5000")
@@ -157,16 +157,16 @@ def test_refused_value_says_the_range_and_the_old_one_stands(stand_in: StandIn, 
     )
     expect(left.get_by_label("Exposure", exact=True)).to_have_value("8")
     expect(console.page.locator(".toast")).to_have_count(0)  # it is said where it was asked
-    stand_in.refusals.clear()
+    stub.refusals.clear()
     enter(left, "Exposure", "4")
     expect(refused).to_be_hidden()
 
 
-def test_foveae_that_differ_can_be_set_only_after_a_choice(stand_in: StandIn, open_rig: OpenRig) -> None:
+def test_foveae_that_differ_can_be_set_only_after_a_choice(stub: StubServer, open_rig: OpenRig) -> None:
     rig, _ = documents.changed(
-        stand_in.answers["/rig"], "right", {"exposure_ms": 4.0, "pixel_format": "Mono8", "linked": False}
+        stub.answers["/rig"], "right", {"exposure_ms": 4.0, "pixel_format": "Mono8", "linked": False}
     )
-    stand_in.answers["/rig"] = rig
+    stub.answers["/rig"] = rig
     console = open_rig()
     asked = console.page.get_by_role("alertdialog")
     expect(asked).to_contain_text("The foveae differ")
@@ -180,22 +180,22 @@ def test_foveae_that_differ_can_be_set_only_after_a_choice(stand_in: StandIn, op
     expect(camera(console, "Wide camera").get_by_label("Exposure", exact=True)).to_be_enabled()
     asked.get_by_role("button", name="Use right's").click()
     expect(asked).to_have_count(0)
-    assert sent(stand_in, "PATCH") == [
+    assert sent(stub, "PATCH") == [
         ("/cameras/left", {"exposure_ms": 4.0, "pixel_format": "Mono8", "linked": False})
     ]
     expect(camera(console, "Left fovea").get_by_label("Exposure", exact=True)).to_have_value("4")
     expect(camera(console, "Left fovea").get_by_label("Exposure", exact=True)).to_be_enabled()
 
 
-def test_trigger_that_differs_is_told_and_blocks_nothing(stand_in: StandIn, open_rig: OpenRig) -> None:
+def test_trigger_that_differs_is_told_and_blocks_nothing(stub: StubServer, open_rig: OpenRig) -> None:
     apart = [{"setting": "trigger", "left": "hardware", "right": "none"}]
-    stand_in.answers["/rig"] = stand_in.answers["/rig"] | {"divergence": apart}
+    stub.answers["/rig"] = stub.answers["/rig"] | {"divergence": apart}
     console = open_rig()
     expect(console.page.get_by_text("Left: hardware; right: free running.")).to_be_visible()
     expect(camera(console, "Left fovea").get_by_label("Gain", exact=True)).to_be_enabled()
 
 
-def test_reset_forgets_what_was_set(stand_in: StandIn, open_rig: OpenRig) -> None:
+def test_reset_forgets_what_was_set(stub: StubServer, open_rig: OpenRig) -> None:
     wide = camera(open_rig(), "Wide camera")
     reset = wide.get_by_role("button", name="Reset to the rig file")
     expect(reset).to_be_disabled()
@@ -203,11 +203,11 @@ def test_reset_forgets_what_was_set(stand_in: StandIn, open_rig: OpenRig) -> Non
     reset.click()
     expect(wide.get_by_label("Black level", exact=True)).to_have_value("0")
     expect(reset).to_be_disabled()
-    assert sent(stand_in, "DELETE") == [("/cameras/wide/settings", None)]
+    assert sent(stub, "DELETE") == [("/cameras/wide/settings", None)]
 
 
-def test_lost_camera_says_since_when_and_why_and_takes_nothing(stand_in: StandIn, open_rig: OpenRig) -> None:
-    with_camera(stand_in, documents.lost("left", "no frame for 1 s; it is opened again in 2 s"))
+def test_lost_camera_says_since_when_and_why_and_takes_nothing(stub: StubServer, open_rig: OpenRig) -> None:
+    with_camera(stub, documents.lost("left", "no frame for 1 s; it is opened again in 2 s"))
     console = open_rig()
     left = camera(console, "Left fovea")
     expect(left.locator(".phase")).to_have_text("Lost, trying again")
@@ -217,17 +217,17 @@ def test_lost_camera_says_since_when_and_why_and_takes_nothing(stand_in: StandIn
     expect(left.get_by_label("Gain", exact=True)).to_be_disabled()
     right = camera(console, "Right fovea")
     enter(right, "Gain", "6")  # alone: the other one would refuse
-    assert sent(stand_in, "PATCH") == [("/cameras/right", {"gain_db": 6, "linked": False})]
+    assert sent(stub, "PATCH") == [("/cameras/right", {"gain_db": 6, "linked": False})]
 
 
-def test_picture_that_stands_still_says_since_when_and_why(stand_in: StandIn, open_rig: OpenRig) -> None:
+def test_picture_that_stands_still_says_since_when_and_why(stub: StubServer, open_rig: OpenRig) -> None:
     link = {
         "phase": "degraded",
         "reason": "9 of the last 10 frames are incomplete",
         "since_s": 4.0,
         "epoch": 1,
     }
-    with_camera(stand_in, documents.camera("wide") | {"link": link})
+    with_camera(stub, documents.camera("wide") | {"link": link})
     wide = camera(open_rig(), "Wide camera")
     expect(wide.locator(".phase")).to_have_text("Degraded")
     badge = wide.locator(".frozen-badge")
@@ -236,16 +236,16 @@ def test_picture_that_stands_still_says_since_when_and_why(stand_in: StandIn, op
     )
 
 
-def test_camera_in_other_hands_says_what_to_do(stand_in: StandIn, open_rig: OpenRig) -> None:
+def test_camera_in_other_hands_says_what_to_do(stub: StubServer, open_rig: OpenRig) -> None:
     found = documents.lost("wide", "held by another program")
     held = {"device": "wide camera", "detail": "camera wide is held by another program", "remedy": "close it"}
-    with_camera(stand_in, found, problems=[held], state="degraded")
+    with_camera(stub, found, problems=[held], state="degraded")
     expect(camera(open_rig(), "Wide camera").locator(".link-state")).to_contain_text(
         "Camera wide is held by another program."
     )
 
 
-def test_space_stops_the_mirrors_even_from_a_slider(stand_in: StandIn, open_rig: OpenRig) -> None:
+def test_space_stops_the_mirrors_even_from_a_slider(stub: StubServer, open_rig: OpenRig) -> None:
     console = open_rig()
     camera(console, "Wide camera").get_by_role("slider", name="Gain").focus()
     with console.page.expect_request(lambda order: order.url.endswith("/stop") and order.method == "POST"):

@@ -8,7 +8,7 @@ from playwright.sync_api import Locator, expect
 
 from . import rig_documents as documents
 from .console_page import Console, OpenConsole
-from .stub_server import StandIn, problem, stood_in
+from .stub_server import StubServer, problem, serving_stub
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
@@ -17,20 +17,20 @@ READ_BACK = "Set by the camera, read back once a second."
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[StandIn]:
-    with stood_in() as found:
+def server() -> Iterator[StubServer]:
+    with serving_stub() as found:
         yield found
 
 
 @pytest.fixture
-def stand_in(server: StandIn) -> StandIn:
-    server.be()
+def stub(server: StubServer) -> StubServer:
+    server.reset()
     return server
 
 
 @pytest.fixture
-def console(stand_in: StandIn, open_console: OpenConsole) -> Console:
-    opened = open_console(f"{stand_in.url}#/rig")
+def console(stub: StubServer, open_console: OpenConsole) -> Console:
+    opened = open_console(f"{stub.url}#/rig")
     expect(opened.page.locator(".camera .phase")).to_have_count(3)
     return opened
 
@@ -39,21 +39,21 @@ def camera(console: Console, name: str) -> Locator:
     return console.page.get_by_role("region", name=name, exact=True)
 
 
-def reads_back(stand_in: StandIn, role: str, **settings: object) -> None:
+def reads_back(stub: StubServer, role: str, **settings: object) -> None:
     """Let the server say something else of a camera from now on."""
-    rig = copy.deepcopy(stand_in.answers["/rig"])
+    rig = copy.deepcopy(stub.answers["/rig"])
     for found in rig["cameras"]:
         if found["role"] == role:
             found["settings"].update(settings)
-    stand_in.answers["/rig"] = rig
+    stub.answers["/rig"] = rig
 
 
-def sent(stand_in: StandIn) -> list[object]:
-    return [body for method, _, body in stand_in.asked if method == "PATCH"]
+def sent(stub: StubServer) -> list[object]:
+    return [body for method, _, body in stub.requests if method == "PATCH"]
 
 
 def test_exposure_that_the_camera_sets_is_shown_as_read_back_and_cannot_be_set(
-    stand_in: StandIn, console: Console
+    stub: StubServer, console: Console
 ) -> None:
     wide = camera(console, "Wide camera")
     mode = wide.get_by_label("Automatic exposure")
@@ -64,30 +64,30 @@ def test_exposure_that_the_camera_sets_is_shown_as_read_back_and_cannot_be_set(
     expect(wide.get_by_role("slider", name="Exposure")).to_be_disabled()
     expect(wide.get_by_role("button", name="Exposure of the wide camera: 10 ms")).to_be_disabled()
     expect(wide.get_by_text(READ_BACK)).to_be_visible()
-    reads_back(stand_in, "wide", exposure_ms=23.4)
+    reads_back(stub, "wide", exposure_ms=23.4)
     expect(entry).to_have_value("23.4")
     mode.select_option("off")
     expect(entry).to_be_enabled()
     expect(wide.get_by_text(READ_BACK)).to_be_hidden()
-    assert sent(stand_in) == [
+    assert sent(stub) == [
         {"exposure_auto": "continuous", "linked": False},
         {"exposure_auto": "off", "linked": False},
     ]
 
 
-def test_once_shows_that_it_looks_and_is_off_when_it_has_found(stand_in: StandIn, console: Console) -> None:
+def test_once_shows_that_it_looks_and_is_off_when_it_has_found(stub: StubServer, console: Console) -> None:
     wide = camera(console, "Wide camera")
     mode = wide.get_by_label("Automatic exposure")
     mode.select_option("once")
     expect(wide.get_by_text("The camera is looking for an exposure…")).to_be_visible()
-    reads_back(stand_in, "wide", exposure_ms=6.5, exposure_auto="off")
+    reads_back(stub, "wide", exposure_ms=6.5, exposure_auto="off")
     expect(mode).to_have_value("off")
     expect(wide.get_by_label("Exposure", exact=True)).to_have_value("6.5")
     expect(wide.get_by_label("Exposure", exact=True)).to_be_enabled()
 
 
 def test_foveae_find_one_exposure_for_both_and_have_none_of_their_own(
-    stand_in: StandIn, console: Console
+    stub: StubServer, console: Console
 ) -> None:
     right = camera(console, "Right fovea")
     mode = right.get_by_label("Automatic exposure")
@@ -96,40 +96,40 @@ def test_foveae_find_one_exposure_for_both_and_have_none_of_their_own(
     for name in ("Left fovea", "Right fovea"):
         expect(camera(console, name).get_by_label("Exposure", exact=True)).to_have_value("12.5")
         expect(camera(console, name).get_by_label("Automatic exposure")).to_have_value("off")
-    assert sent(stand_in) == [{"exposure_auto": "once", "linked": True}]
-    stand_in.refusals["PATCH /cameras/right"] = problem(409, "Stopped", "the stop is engaged")
+    assert sent(stub) == [{"exposure_auto": "once", "linked": True}]
+    stub.refusals["PATCH /cameras/right"] = problem(409, "Stopped", "the stop is engaged")
     mode.select_option("once")
     told = right.get_by_role("group", name="Exposure of the right fovea").get_by_role("alert")
     expect(told.first).to_have_text("The stop is engaged.")
     expect(mode).to_have_value("off")
-    stand_in.refusals.clear()
+    stub.refusals.clear()
 
 
-def test_rate_of_its_own_is_each_cameras_and_shown_as_read_back(stand_in: StandIn, console: Console) -> None:
+def test_rate_of_its_own_is_each_cameras_and_shown_as_read_back(stub: StubServer, console: Console) -> None:
     left = camera(console, "Left fovea")
     box, entry = left.get_by_label("Automatic frame rate"), left.get_by_label("Frame rate", exact=True)
     box.check()
     expect(entry).to_be_disabled()
-    reads_back(stand_in, "left", frame_rate_hz=87.5)
+    reads_back(stub, "left", frame_rate_hz=87.5)
     expect(entry).to_have_value("87.5")
     expect(camera(console, "Right fovea").get_by_label("Automatic frame rate")).not_to_be_checked()
     box.uncheck()
     expect(entry).to_be_enabled()
-    assert sent(stand_in) == [
+    assert sent(stub) == [
         {"frame_rate_auto": True, "linked": False},
         {"frame_rate_auto": False, "linked": False},
     ]
 
 
 def test_what_a_camera_lacks_is_not_offered_and_modes_that_differ_are_told(
-    stand_in: StandIn, console: Console
+    stub: StubServer, console: Console
 ) -> None:
-    rig = copy.deepcopy(stand_in.answers["/rig"])
+    rig = copy.deepcopy(stub.answers["/rig"])
     for found in rig["cameras"]:
         found["ranges"].update(exposure_auto=["off"], frame_rate_auto=False)
     left = next(found for found in rig["cameras"] if found["role"] == "left")
     left["settings"]["exposure_auto"] = "continuous"
-    stand_in.answers["/rig"] = rig | {"divergence": documents.divergence(rig)}
+    stub.answers["/rig"] = rig | {"divergence": documents.divergence(rig)}
     asked = console.page.get_by_role("alertdialog")
     expect(asked.locator("tbody tr")).to_have_text(["Automatic exposurecontinuousoff"])
     wide = camera(console, "Wide camera")

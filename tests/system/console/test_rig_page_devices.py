@@ -8,39 +8,39 @@ from playwright.sync_api import Locator, expect
 
 from . import rig_documents as documents
 from .console_page import OpenConsole
-from .stub_server import StandIn, stood_in
+from .stub_server import StubServer, serving_stub
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[StandIn]:
-    with stood_in() as found:
+def server() -> Iterator[StubServer]:
+    with serving_stub() as found:
         yield found
 
 
 @pytest.fixture
-def stand_in(server: StandIn) -> StandIn:
-    server.be()
+def stub(server: StubServer) -> StubServer:
+    server.reset()
     return server
 
 
-def panel(name: str, stand_in: StandIn, open_console: OpenConsole) -> Locator:
+def panel(name: str, stub: StubServer, open_console: OpenConsole) -> Locator:
     """Open the rig's page; return one of its panels."""
-    return open_console(f"{stand_in.url}#/rig").page.get_by_role("region", name=name, exact=True)
+    return open_console(f"{stub.url}#/rig").page.get_by_role("region", name=name, exact=True)
 
 
 def test_trigger_budget_says_where_the_settle_time_is_from(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    trigger = panel("Trigger", stand_in, open_console)
+    trigger = panel("Trigger", stub, open_console)
     expect(trigger.locator(".budget")).to_contain_text("44.4 Hz")
     expect(trigger.locator(".budget")).to_contain_text("every 22.50 ms")
     expect(trigger).to_contain_text("measured 2026-03-02")
 
 
 def test_self_test_is_followed_and_its_verdicts_are_explained(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
     job = {
         "id": "job-7",
@@ -51,14 +51,14 @@ def test_self_test_is_followed_and_its_verdicts_are_explained(
     }
     job |= {"ended_utc": None, "result_url": None, "problem": None}
     progress = {"done": 1, "total": 3, "eta_s": None, "note": "a command to the right camera"}
-    stand_in.answers["/cameras/self_tests"] = stand_in.answers["/jobs/job-7"] = job | {"progress": progress}
-    trigger = panel("Trigger", stand_in, open_console)
+    stub.answers["/cameras/self_tests"] = stub.answers["/jobs/job-7"] = job | {"progress": progress}
+    trigger = panel("Trigger", stub, open_console)
     expect(trigger.locator(".verdicts .badge")).to_have_text(["Untested", "Untested"])
     trigger.get_by_role("button", name="Test both triggers").click()
     expect(trigger.locator(".state.running")).to_contain_text("A command to the right camera. 1 of 3")
     expect(trigger.get_by_role("button", name="Test both triggers")).to_be_disabled()
-    stand_in.answers["/cameras/self_tests/newest"] = documents.trigger_test("ok", "wiring")
-    stand_in.answers["/jobs/job-7"] = job | {"state": "succeeded", "progress": progress}
+    stub.answers["/cameras/self_tests/newest"] = documents.trigger_test("ok", "wiring")
+    stub.answers["/jobs/job-7"] = job | {"state": "succeeded", "progress": progress}
     expect(trigger.locator(".verdicts .badge")).to_have_text(["OK: hardware and software", "Wiring"])
     expect(trigger.locator(".verdicts")).to_contain_text("command to frame 31 ms, pulse to frame 22 ms")
     trigger.get_by_text("What each verdict means").click()
@@ -66,9 +66,9 @@ def test_self_test_is_followed_and_its_verdicts_are_explained(
 
 
 def test_controller_shows_its_line_its_clock_and_who_watches(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    controller = panel("Controller", stand_in, open_console)
+    controller = panel("Controller", stub, open_console)
     for text in (
         "Connected, mirrors on",
         "11820340",
@@ -84,32 +84,32 @@ def test_controller_shows_its_line_its_clock_and_who_watches(
     expect(controller.page.locator(".toast.good")).to_contain_text("started anew")
     with controller.page.expect_response(re.compile("/mirrors/disable$")):
         controller.get_by_role("button", name="Switch off").click()
-    assert stand_in.orders("/mirrors/recover") and stand_in.orders("/mirrors/disable")
+    assert stub.posted_bodies("/mirrors/recover") and stub.posted_bodies("/mirrors/disable")
 
 
 def test_rail_without_switches_asks_for_its_zero_until_it_is_confirmed(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
     fault = "rail: it restarted by itself; bring it to its zero, then confirm that it stands there"
     lost = {"homed": False, "position_mm": None, "fault": fault, "awaits_zero": True}
-    stand_in.answers["/rail"] = documents.rail() | lost
-    rail = panel("Rail", stand_in, open_console)
+    stub.answers["/rail"] = documents.rail() | lost
+    rail = panel("Rail", stub, open_console)
     expect(rail).to_contain_text("confirm that it stands there")
     expect(rail.get_by_role("button", name="Home the rail")).to_be_hidden()
-    stand_in.after["POST /rail/zero_confirmations"] = {"/rail": documents.rail()}
+    stub.answers_after["POST /rail/zero_confirmations"] = {"/rail": documents.rail()}
     rail.get_by_role("button", name="The rail stands at its zero").click()
     expect(rail.locator(".pose")).to_have_text("0.0 mm")
     expect(rail.get_by_role("button", name="The rail stands at its zero")).to_be_hidden()
 
 
 def test_rail_moves_to_places_and_positions_once_it_is_homed(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    stand_in.answers["/rail"] = documents.rail() | {"homed": False, "position_mm": None}
-    rail = panel("Rail", stand_in, open_console)
+    stub.answers["/rail"] = documents.rail() | {"homed": False, "position_mm": None}
+    rail = panel("Rail", stub, open_console)
     expect(rail).to_contain_text("Home it first: nobody knows where it stands.")
     expect(rail.get_by_role("button", name="Move to the place far left")).to_be_disabled()
-    stand_in.after["POST /rail/homings"] = {"/rail": documents.rail()}
+    stub.answers_after["POST /rail/homings"] = {"/rail": documents.rail()}
     rail.get_by_role("button", name="Home the rail").click()
     with rail.page.expect_response(re.compile("/rail/moves$")):
         rail.get_by_role("button", name="Move to the place far left").click()
@@ -118,4 +118,4 @@ def test_rail_moves_to_places_and_positions_once_it_is_homed(
         rail.get_by_label("Position").press("Enter")
     rail.get_by_role("button", name="Hold the rail").click()
     expect(rail.locator(".pose")).to_have_text("0.0 mm")
-    assert stand_in.orders("/rail/moves") == [{"place": "far left"}, {"position_mm": 12.5}]
+    assert stub.posted_bodies("/rail/moves") == [{"place": "far left"}, {"position_mm": 12.5}]

@@ -50,7 +50,7 @@ def test_exposure_is_changed_and_read_back_as_the_camera_took_it(rig: Running, c
     taken_ms = rig.rig.wide.settings.exposure_ns / 1e6
     assert taken_ms == pytest.approx(5.0, abs=0.002)
     expect(entry).to_have_value(f"{taken_ms:.4g}")
-    console.until_live("wide")
+    console.wait_for_frames("wide")
 
 
 def test_value_that_the_camera_refuses_leaves_the_old_one_and_says_the_range(
@@ -91,7 +91,7 @@ def test_foveae_that_somebody_set_apart_are_brought_together(rig: Running, conso
 
 
 def test_camera_that_is_pulled_is_told_and_is_back_by_itself(rig: Running, console: Console) -> None:
-    console.until_live("wide")
+    console.wait_for_frames("wide")
     wide = camera(console, "Wide camera")
     unplugged = rig.truth.world.faults.unplugged
     unplugged.add(Role.WIDE)
@@ -104,7 +104,7 @@ def test_camera_that_is_pulled_is_told_and_is_back_by_itself(rig: Running, conso
         unplugged.discard(Role.WIDE)
     expect(wide.locator(".phase")).to_have_text("Streaming", timeout=PATIENCE_MS)
     expect(exposure(console, "Wide camera")).to_be_enabled()
-    console.until_live("wide")
+    console.wait_for_frames("wide")
 
 
 def test_both_triggers_are_tested_and_found_good(console: Console) -> None:

@@ -14,7 +14,7 @@ from . import calibration_documents as documents
 from .calibration_results import UTC
 from .capture_documents import estimate
 from .console_page import TOUCH, OpenConsole
-from .stub_server import StandIn, problem, stood_in
+from .stub_server import StubServer, problem, serving_stub
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -29,8 +29,8 @@ def rig(tmp_path: Path) -> Iterator[Running]:
 
 
 @pytest.fixture
-def stand_in() -> Iterator[StandIn]:
-    with stood_in() as found:
+def stub() -> Iterator[StubServer]:
+    with serving_stub() as found:
         yield found
 
 
@@ -111,10 +111,10 @@ def held() -> dict[str, Any]:  # Any: a JSON document
 
 
 def test_a_camera_that_stalled_is_named_and_the_rest_waits_to_be_kept(
-    stand_in: StandIn, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    stand_in.answers |= {"/captures": [], "/captures/estimates": estimate(), "/stills": [held()]}
-    console = open_console(f"{stand_in.url}#/capture", options=TOUCH)
+    stub.answers |= {"/captures": [], "/captures/estimates": estimate(), "/stills": [held()]}
+    console = open_console(f"{stub.url}#/capture", options=TOUCH)
     still = console.page.get_by_role("region", name="Still", exact=True)
     expect(still).to_contain_text(
         "Left eye: 2 of 5 frames came. Camera left: the frame of exposure 7 is missing"
@@ -123,25 +123,25 @@ def test_a_camera_that_stalled_is_named_and_the_rest_waits_to_be_kept(
     expect(still.get_by_text("Nothing came.")).to_be_visible()
     assert console.overflow_px() == 0
 
-    stand_in.until_heard()
+    stub.wait_for_listener()
     job = documents.job("job-9", kind="still", changes={"state": "running", "ended_utc": None})
     failed = {"state": "failed", "ended_utc": UTC, "problem": problem(502, "A device failed", STALLED)}
     for told in (job, job | failed):
-        stand_in.answers["/jobs/job-9"] = told
-        stand_in.tell("job.updated", told)
+        stub.answers["/jobs/job-9"] = told
+        stub.send_event("job.updated", told)
     expect(still.get_by_role("alert").filter(has_text="frame of exposure 7")).to_be_visible()
-    stand_in.refusals["POST /stills"] = problem(409, "Busy", "capture desk is using the rig", "wait for it")
+    stub.refusals["POST /stills"] = problem(409, "Busy", "capture desk is using the rig", "wait for it")
     still.get_by_role("button", name="Take a still").click()
     expect(still.get_by_role("alert").filter(has_text="Capture desk is using the rig")).to_contain_text(
         "Wait for it"
     )
     still.get_by_role("checkbox", name="Wide").uncheck()
 
-    stand_in.after["DELETE /stills/still-1"] = {"/stills": []}
+    stub.answers_after["DELETE /stills/still-1"] = {"/stills": []}
     still.get_by_role("button", name="Discard").click()
 
     expect(still.get_by_text("What is taken shows up here")).to_be_visible()
-    assert [(method, path) for method, path, _ in stand_in.asked if method == "DELETE"] == [
+    assert [(method, path) for method, path, _ in stub.requests if method == "DELETE"] == [
         ("DELETE", "/stills/still-1")
     ]
-    assert stand_in.orders("/stills")[0]["stack_frames"] == 5
+    assert stub.posted_bodies("/stills")[0]["stack_frames"] == 5
