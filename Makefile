@@ -4,13 +4,15 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
-# Each with one thread for its algebra: on two cores more of them only wait for each other. Compiled modules are
-# kept whatever the environment says: a hundred Pythons are started, each would compile a thousand files anew.
 WORKERS ?= 2
+# One thread for linear algebra a worker: on two cores more of them only wait for each other. Bytecode is kept
+# whatever the environment says: a hundred Pythons are started, each would compile a thousand files anew.
+PYTEST := PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
 PORT ?= 8000
 NAME ?= render
+TESTS ?=
 
-.PHONY: setup packages renderer run test lint bench clean
+.PHONY: setup packages renderer run test test-fast coverage lint bench clean
 
 setup: $(DEV)
 
@@ -45,7 +47,15 @@ renderer: $(DEV)
 	@PYTHONDONTWRITEBYTECODE= $(BIN)/python -c "from foveacam_hardware.sim.render import warm_up; warm_up()"
 
 test: $(DEV) packages
-	PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
+	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
+
+# Unit and wire tests, which open no simulated rig: at most 90 s on two quiet cores.
+test-fast: $(DEV)
+	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile tests/unit tests/wire
+
+# Line coverage of the four packages by the whole run, or by the folders that TESTS names; child processes are not counted.
+coverage: $(DEV) packages
+	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --cov --cov-report=term:skip-covered $(TESTS)
 
 lint: $(DEV)
 	$(BIN)/ruff check .
