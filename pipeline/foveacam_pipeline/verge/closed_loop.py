@@ -189,6 +189,8 @@ class ClosedLoop:
             now = self._measure(seen, found, watch.motion)
             doubt = verdict.doubt(now, self._limits)
             settled = doubt is None and self._settled(now, moving=watch.motion.moves)
+            if settled and abs(now.fine.residual_y_px) > self._rows_apart_px(moving=watch.motion.moves):
+                doubt, settled = verdict.rows_differ(now), False
             other = self._another(seen, now, found, watch.motion) if settled else None
             x_px, y_px = now.fine.residual_x_px, now.fine.residual_y_px
             self._looker.record(
@@ -270,6 +272,10 @@ class ClosedLoop:
         off_wide_px = float(np.abs(now.centre).max()) * self._calibration.wide.fx_px
         converged_px = self._limits.converged_moving_px if moving else self._limits.converged_px
         return apart_px <= converged_px and off_wide_px <= centred_px
+
+    def _rows_apart_px(self, *, moving: bool) -> float:
+        """Return how far apart the rows of a match may be, fovea px; a false match knows no rows."""
+        return self._limits.converged_moving_px if moving else self._limits.rows_apart_px
 
     def _centred_wide_px(self, *, moving: bool) -> float:
         """Return how far from the centres the target of this look may lie, wide px."""

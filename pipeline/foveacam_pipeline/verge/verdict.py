@@ -176,6 +176,15 @@ def doubt(found: Measurement, limits: VergeSettings) -> FixationEnded | None:
     return another(found)
 
 
+def rows_differ(found: Measurement) -> FixationEnded:
+    """Return the end at a match in different rows of the two eyes: the same point has the same row in both."""
+    return FixationEnded(
+        FixationState.LOST,
+        f"Left and right agree only {abs(found.fine.residual_y_px):.1f} px apart in height, so not on the same "
+        "point; choose a point beside it that both can see.",
+    )
+
+
 def another(found: Measurement) -> FixationEnded:
     """Return the end at a match that shows something else than the wide view does."""
     return FixationEnded(
