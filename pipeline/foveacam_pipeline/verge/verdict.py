@@ -177,11 +177,11 @@ def doubt(found: Measurement, limits: VergeSettings) -> FixationEnded | None:
 
 
 def rows_differ(found: Measurement) -> FixationEnded:
-    """Return the end at a match in different rows of the two eyes: the same point has the same row in both."""
+    """Return the end at a match in different rows of the two eyes: one point has the same row in both."""
     return FixationEnded(
         FixationState.LOST,
-        f"Left and right agree only {abs(found.fine.residual_y_px):.1f} px apart in height, so not on the same "
-        "point; choose a point beside it that both can see.",
+        f"Left and right agree only {abs(found.fine.residual_y_px):.1f} px apart in height, so not on the "
+        "same point; choose a point beside it that both can see.",
     )
 
 

@@ -4,12 +4,8 @@
 import { distanceText, ENDS, MISSING, number } from "./format.js";
 
 /**
- * @typedef {import("#api").AlternativeDocument} AlternativeDocument
- * @typedef {import("#page").Basis} Basis
- * @typedef {import("#api").BoundDocument} BoundDocument
- * @typedef {import("#api").FixationDocument} FixationDocument
- * @typedef {import("#api").TargetDocument} TargetDocument
- * @typedef {import("#api").EyeViewDocument} EyeViewDocument
+ * @import { AlternativeDocument, BoundDocument, EyeViewDocument, FixationDocument } from "#api"
+ * @import { Basis } from "#page"
  * @typedef {{distance_m: number | null, distance_sigma_m: number | null, bound?: BoundDocument | null}} Answer
  * @typedef {{left_view?: EyeViewDocument | null, right_view?: EyeViewDocument | null}} Views
  */

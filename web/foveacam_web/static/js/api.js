@@ -1,7 +1,7 @@
 // Sends REST requests. Every failure is a RequestError that carries the server's problem document: asked, found,
 // remedy.
 
-/** @typedef {import("#api").Problem} Problem */
+/** @import { Problem } from "#api" */
 
 const ROOT = "/api/v1";
 const PATIENCE_MS = 15_000;

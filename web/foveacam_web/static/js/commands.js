@@ -4,17 +4,12 @@
 import { RequestError, request } from "./api.js";
 
 /**
- * @typedef {import("./store.js").Store} Store
- * @typedef {import("./toasts.js").Toasts} Toasts
- * @typedef {import("./fixations.js").Fixations} Fixations
- * @typedef {import("#api").Direction} Direction
- * @typedef {import("#api").FixationDocument} FixationDocument
- * @typedef {import("#api").FixationRequest} FixationRequest
- * @typedef {import("#api").DepthDocument} DepthDocument
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").LeaseDocument} LeaseDocument
- * @typedef {import("#page").Point} Point
- * @typedef {import("#api").StopDocument} StopDocument
+ * @import { DepthDocument, Direction, FixationDocument, FixationRequest, JobDocument } from "#api"
+ * @import { LeaseDocument, StopDocument } from "#api"
+ * @import { Point } from "#page"
+ * @import { Fixations } from "./fixations.js"
+ * @import { Store } from "./store.js"
+ * @import { Toasts } from "./toasts.js"
  */
 
 const STEER_INTERVAL_MS = 50; // 20 a second at most

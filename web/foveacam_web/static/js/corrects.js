@@ -1,9 +1,8 @@
 // Decides whether a click or a rectangle corrects an existing target, which then takes the new answer.
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").FixationRequest} FixationRequest
- * @typedef {import("#api").TargetDocument} TargetDocument
+ * @import { FixationRequest, TargetDocument } from "#api"
+ * @import { ConsoleState } from "#page"
  */
 
 export const NEAR_CSS_PX = 12; // the half diagonal of a mark's diamond, and half as much again for a finger

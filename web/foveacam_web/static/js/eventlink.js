@@ -3,7 +3,7 @@
 
 import { keepEvents } from "./eventsource.js";
 
-/** @typedef {import("./eventsource.js").EventNews} EventNews */
+/** @import { EventNews } from "./eventsource.js" */
 
 /**
  * Listen to the events for as long as the page lives.

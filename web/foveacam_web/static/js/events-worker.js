@@ -3,7 +3,7 @@
 
 import { keepEvents } from "./eventsource.js";
 
-/** @typedef {import("./eventsource.js").EventNews} EventNews */
+/** @import { EventNews } from "./eventsource.js" */
 
 /** @type {Set<MessagePort>} */
 const ports = new Set();

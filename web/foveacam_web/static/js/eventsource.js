@@ -1,7 +1,7 @@
 // Receives the server's events (SSE), reconnects within two seconds, and reports when the connection opens or breaks.
 
 /**
- * @typedef {import("#api").EventDocument} EventDocument
+ * @import { EventDocument } from "#api"
  * @typedef {{type: "event", event: EventDocument} | {type: "link", open: boolean}} EventNews
  */
 

@@ -3,14 +3,9 @@
 import { RequestError, request } from "./api.js";
 
 /**
- * @typedef {import("./store.js").Store} Store
- * @typedef {import("#page").CurrentFixation} CurrentFixation
- * @typedef {import("#api").FixationDocument} FixationDocument
- * @typedef {import("#api").FixationRequest} FixationRequest
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").Problem} Problem
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").StepDocument} StepDocument
+ * @import { EventDocument, FixationDocument, FixationRequest, JobDocument, Problem, StepDocument } from "#api"
+ * @import { CurrentFixation } from "#page"
+ * @import { Store } from "./store.js"
  */
 
 const LOOK_MS = 700; // interval of reading the job, in case its events do not arrive

@@ -1,6 +1,6 @@
 // Formats numbers, ages and states for the operator. Pure functions.
 
-/** @typedef {import("#page").FixationState} FixationState */
+/** @import { FixationState } from "#page" */
 
 export const MISSING = "–";
 const MINUS = "−";

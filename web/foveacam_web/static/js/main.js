@@ -45,8 +45,6 @@ import { Toasts } from "./toasts.js";
 import { ReachReader } from "./video/reach_reader.js";
 import { Views } from "./video/views.js";
 
-/** @typedef {import("#page").Settings} Settings */
-
 const LEASE_RENEWAL_MS = 5000;
 
 const store = createStore();

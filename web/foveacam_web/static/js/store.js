@@ -1,8 +1,7 @@
 // Holds the page's state and notifies listeners by key, once a turn however many changes there were. Keeps the
 // settings.
 
-/** @typedef {import("#page").ConsoleState} ConsoleState */
-/** @typedef {import("#page").Settings} Settings */
+/** @import { ConsoleState, Settings } from "#page" */
 
 const SETTINGS_KEY = "foveacam.settings";
 

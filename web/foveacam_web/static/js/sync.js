@@ -6,14 +6,9 @@ import { withEvent } from "./panels/eventlog.js";
 import { QuietReads } from "./quiet.js";
 
 /**
- * @typedef {import("./store.js").Store} Store
- * @typedef {import("./fixations.js").Fixations} Fixations
- * @typedef {import("#api").CloudDocument} CloudDocument
- * @typedef {import("#api").LeaseDocument} LeaseDocument
- * @typedef {import("#api").RigDocument} RigDocument
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").StopDocument} StopDocument
- * @typedef {import("#api").TargetDocument} TargetDocument
+ * @import { CloudDocument, EventDocument, LeaseDocument, RigDocument, StopDocument, TargetDocument } from "#api"
+ * @import { Fixations } from "./fixations.js"
+ * @import { Store } from "./store.js"
  * @typedef {{readAll(): Promise<unknown>, hear(event: EventDocument): void}} Reader reads what is its own
  */
 

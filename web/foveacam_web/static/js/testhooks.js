@@ -2,9 +2,8 @@
 // it.
 
 /**
- * @typedef {import("./store.js").Store} Store
- * @typedef {import("./video/views.js").Views} Views
- * @typedef {import("#page").ViewName} ViewName
+ * @import { Store } from "./store.js"
+ * @import { Views } from "./video/views.js"
  */
 
 /** @param {{store: Store, views: Views}} context */

@@ -5,7 +5,7 @@ import { remedyOf, sentence } from "./format.js";
 import { icon } from "./icons.js";
 
 /**
- * @typedef {import("#api").Problem} Problem
+ * @import { Problem } from "#api"
  * @typedef {{label: string, act: () => unknown}} Action
  * @typedef {{
  *   tone: "info" | "good" | "warn" | "bad", title: string, detail: string, remedy?: string | undefined,

@@ -7,10 +7,9 @@ import { badge, nothing, panel, starter } from "./parts.js";
 import { figure, picturesOf } from "./pictures.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").CheckDocument} CheckDocument
- * @typedef {import("#api").PictureDocument} PictureDocument
- * @typedef {import("./page.js").WizardContext} WizardContext
+ * @import { CheckDocument, PictureDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { WizardContext } from "./page.js"
  */
 
 /** @type {{key: "epipolar_rms_px" | "epipolar_p95_px" | "pointing_rms_px", name: string, goal: number, what: string}[]} */

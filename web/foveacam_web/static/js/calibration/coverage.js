@@ -3,7 +3,7 @@
 import { h, s } from "../dom.js";
 import { number, pixels } from "../format.js";
 
-/** @typedef {import("#api").WideSampleDocument} WideSampleDocument */
+/** @import { WideSampleDocument } from "#api" */
 
 const TILTS_DEG = [0, 10, 20, 30];
 const WAYS = 5; // frontal, and tilted towards each of the four sides

@@ -6,10 +6,9 @@ import { badge, numberField, nothing, starter } from "./parts.js";
 import { fresh } from "./pictures.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").DriftCheckDocument} DriftCheckDocument
- * @typedef {import("#api").DriftEyeDocument} DriftEyeDocument
- * @typedef {import("./page.js").WizardContext} WizardContext
+ * @import { DriftCheckDocument, DriftEyeDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { WizardContext } from "./page.js"
  */
 
 const SHOWN = 8;

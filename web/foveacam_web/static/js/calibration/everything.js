@@ -5,9 +5,8 @@ import { sheet } from "../panels/dialogs.js";
 import { starter, tickField } from "./parts.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").SessionDocument} SessionDocument
- * @typedef {import("./page.js").WizardContext} WizardContext
+ * @import { SessionDocument } from "#api"
+ * @import { WizardContext } from "./page.js"
  */
 
 /**

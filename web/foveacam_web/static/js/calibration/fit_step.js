@@ -9,10 +9,9 @@ import { choiceField, figures, nothing, panel, starter, tickField } from "./part
 import { beforeAfter, figure, picturesOf } from "./pictures.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").FitDocument} FitDocument
- * @typedef {import("#api").PictureDocument} PictureDocument
- * @typedef {import("./page.js").WizardContext} WizardContext
+ * @import { FitDocument, PictureDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { WizardContext } from "./page.js"
  */
 
 const DIAGRAMS = ["quiver_left", "quiver_right", "loo", "mount_drift", "warp_left", "warp_right"];

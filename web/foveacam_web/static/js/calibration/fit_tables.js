@@ -6,8 +6,8 @@ import { facts, sentenceNames, sentences } from "./facts.js";
 import { badge, figures, nothing } from "./parts.js";
 
 /**
- * @typedef {import("#api").FitDocument} FitDocument
- * @typedef {import("#page").VariantStep} VariantStep
+ * @import { FitDocument } from "#api"
+ * @import { VariantStep } from "#page"
  * @typedef {{name: string, order: number | null, eye: string, chosen: boolean, size: number, text: string}} Score `size`: of its error
  */
 

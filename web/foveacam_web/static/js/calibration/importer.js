@@ -5,7 +5,7 @@ import { icon } from "../icons.js";
 import { sheet } from "../panels/dialogs.js";
 import { numberField } from "./parts.js";
 
-/** @typedef {import("./page.js").WizardContext} WizardContext */
+/** @import { WizardContext } from "./page.js" */
 
 const AUTHORS = "fovea-device-config";
 

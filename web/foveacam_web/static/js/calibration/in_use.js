@@ -7,8 +7,8 @@ import { figures } from "./parts.js";
 import { verdictOf } from "./verdict.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("../store.js").Store} Store
+ * @import { ConsoleState } from "#page"
+ * @import { Store } from "../store.js"
  */
 
 /**

@@ -8,10 +8,10 @@ import { bar } from "./parts.js";
 import { isRunning, placeOf } from "./work.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").Work} Work
- * @typedef {import("./orders.js").CalibrationOrders} CalibrationOrders
- * @typedef {import("./work.js").WorkFollower} WorkFollower
+ * @import { Work } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { CalibrationOrders } from "./orders.js"
+ * @import { WorkFollower } from "./work.js"
  */
 
 const NAMES = Object.freeze(

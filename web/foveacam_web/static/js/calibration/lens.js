@@ -4,10 +4,7 @@ import { h } from "../dom.js";
 import { MISSING, number, pixels, sentence } from "../format.js";
 import { nothing } from "./parts.js";
 
-/**
- * @typedef {import("#api").WideFitDocument} WideFitDocument
- * @typedef {import("#api").WideStageDocument} WideStageDocument
- */
+/** @import { WideFitDocument, WideStageDocument } from "#api" */
 
 const NAMES = Object.freeze(
   /** @type {Record<string, string>} */ ({ five: "Five coefficients", rational: "Rational" }),

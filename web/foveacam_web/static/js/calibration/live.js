@@ -5,12 +5,9 @@ import { h } from "../dom.js";
 import { isRunning } from "./work.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").AnnotatedName} AnnotatedName
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#page").Role} Role
- * @typedef {import("../video/views.js").Views} Views
- * @typedef {import("#page").WizardPage} WizardPage
+ * @import { AnnotatedName, ConsoleState, Role, WizardPage } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { Views } from "../video/views.js"
  */
 
 /** @type {Readonly<Partial<Record<WizardPage, Role[]>>>} */

@@ -7,11 +7,9 @@ import { allHold, choiceField, nothing, numberField, panel, starter, tickField }
 import { isRunning } from "./work.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").PanTiltDocument} PanTiltDocument
- * @typedef {import("#api").StationDocument} StationDocument
- * @typedef {import("#api").SweepDocument} SweepDocument
- * @typedef {import("./page.js").WizardContext} WizardContext
+ * @import { SweepDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { WizardContext } from "./page.js"
  */
 
 /** @param {WizardContext} context */

@@ -4,9 +4,8 @@ import { fill, h, say } from "../dom.js";
 import { angle, sentence } from "../format.js";
 
 /**
- * @typedef {import("#page").NodeState} NodeState
- * @typedef {import("#api").SweepDocument} SweepDocument
- * @typedef {import("#api").SweepPoseDocument} SweepPoseDocument
+ * @import { SweepDocument, SweepPoseDocument } from "#api"
+ * @import { NodeState } from "#page"
  */
 
 /** @type {Readonly<Record<NodeState, {sign: string, word: string}>>} */

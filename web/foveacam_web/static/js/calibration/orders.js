@@ -4,17 +4,13 @@ import { file, request } from "../api.js";
 import { h } from "../dom.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").CalibrationDocument} CalibrationDocument
- * @typedef {import("#api").ComparisonDocument} ComparisonDocument
- * @typedef {import("#api").PanTiltDocument} PanTiltDocument
- * @typedef {import("#page").RunStep} RunStep
- * @typedef {import("#api").SessionDocument} SessionDocument
- * @typedef {import("#api").SettleTimeDocument} SettleTimeDocument
- * @typedef {import("./reader.js").CalibrationReader} CalibrationReader
- * @typedef {import("./work.js").WorkFollower} WorkFollower
+ * @import { CalibrationDocument, ComparisonDocument, JobDocument, PanTiltDocument, SessionDocument } from "#api"
+ * @import { SettleTimeDocument } from "#api"
+ * @import { RunStep } from "#page"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
+ * @import { CalibrationReader } from "./reader.js"
+ * @import { WorkFollower } from "./work.js"
  */
 
 const KEPT_MS = 60_000; // the browser may start saving late

@@ -21,8 +21,7 @@ import { makeWideStep, wideProgress } from "./wide_step.js";
 import { isRunning } from "./work.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#page").WizardPage} WizardPage
+ * @import { ConsoleState, WizardPage } from "#page"
  * @typedef {{
  *   store: import("../store.js").Store, orders: import("./orders.js").CalibrationOrders, reader: import("./reader.js").CalibrationReader,
  *   work: import("./work.js").WorkFollower, toasts: import("../toasts.js").Toasts, views: import("../video/views.js").Views

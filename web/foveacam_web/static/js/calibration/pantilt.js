@@ -9,11 +9,10 @@ import { choiceField, nothing } from "./parts.js";
 import { isRunning } from "./work.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").PanTiltDocument} PanTiltDocument
- * @typedef {import("#api").StationDocument} StationDocument
- * @typedef {import("#page").Work} Work
- * @typedef {import("./orders.js").CalibrationOrders} CalibrationOrders
+ * @import { PanTiltDocument, StationDocument } from "#api"
+ * @import { Work } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { CalibrationOrders } from "./orders.js"
  */
 
 /** @type {[string, string][]} */

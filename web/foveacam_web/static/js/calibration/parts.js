@@ -6,10 +6,10 @@ import { icon } from "../icons.js";
 import { isRunning } from "./work.js";
 
 /**
- * @typedef {import("../dom.js").Child} Child
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../icons.js").IconName} IconName
- * @typedef {import("#page").ConsoleState} ConsoleState
+ * @import { ConsoleState } from "#page"
+ * @import { Child } from "../dom.js"
+ * @import { IconName } from "../icons.js"
+ * @import { Store } from "../store.js"
  * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField
  */
 

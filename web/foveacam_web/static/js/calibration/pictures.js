@@ -3,10 +3,7 @@
 import { h } from "../dom.js";
 import { nothing } from "./parts.js";
 
-/**
- * @typedef {import("#api").PictureDocument} PictureDocument
- * @typedef {import("#api").SessionDocument} SessionDocument
- */
+/** @import { PictureDocument, SessionDocument } from "#api" */
 
 const BROAD = 1.5; // wider pictures hold several diagrams and take the whole row
 

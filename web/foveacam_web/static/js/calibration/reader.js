@@ -6,18 +6,11 @@ import { QuietReads } from "../quiet.js";
 import { isRunning } from "./work.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").CalibrationDocument} CalibrationDocument
- * @typedef {import("#api").DriftCheckDocument} DriftCheckDocument
- * @typedef {import("#api").HealthDocument} HealthDocument
- * @typedef {import("#page").NodeState} NodeState
- * @typedef {import("#api").PanTiltDocument} PanTiltDocument
- * @typedef {import("#api").SessionDocument} SessionDocument
- * @typedef {import("#page").SessionSummary} SessionSummary
- * @typedef {import("#api").SettleTimeDocument} SettleTimeDocument
- * @typedef {import("./work.js").WorkFollower} WorkFollower
+ * @import { CalibrationDocument, DriftCheckDocument, EventDocument, HealthDocument } from "#api"
+ * @import { PanTiltDocument, SessionDocument, SettleTimeDocument } from "#api"
+ * @import { ConsoleState, NodeState, SessionSummary } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { WorkFollower } from "./work.js"
  */
 
 const MOVING_MS = 350;

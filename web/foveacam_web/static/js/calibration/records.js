@@ -8,10 +8,8 @@ import { makeImporter } from "./importer.js";
 import { badge, figures, nothing } from "./parts.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").CalibrationDocument} CalibrationDocument
- * @typedef {import("#api").ComparisonDocument} ComparisonDocument
- * @typedef {import("./page.js").WizardContext} WizardContext
+ * @import { CalibrationDocument, ComparisonDocument } from "#api"
+ * @import { WizardContext } from "./page.js"
  */
 
 const ORIGINS = Object.freeze(

@@ -1,8 +1,8 @@
 // Maps the pages of the wizard to addresses, so that Back, reload and links work.
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").WizardPage} WizardPage
+ * @import { WizardPage } from "#page"
+ * @import { Store } from "../store.js"
  */
 
 /** @type {{page: WizardPage, title: string}[]} */

@@ -7,8 +7,8 @@ import { nothing } from "./parts.js";
 import { isRunning } from "./work.js";
 
 /**
- * @typedef {import("#api").WideSampleDocument} WideSampleDocument
- * @typedef {import("./page.js").WizardContext} WizardContext
+ * @import { WideSampleDocument } from "#api"
+ * @import { WizardContext } from "./page.js"
  */
 
 const MUCH = 1.8; // times the median: the error of an outlier

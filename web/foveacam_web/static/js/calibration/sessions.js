@@ -6,8 +6,8 @@ import { icon } from "../icons.js";
 import { badge, nothing } from "./parts.js";
 
 /**
- * @typedef {import("#page").SessionSummary} SessionSummary
- * @typedef {import("./page.js").WizardContext} WizardContext
+ * @import { SessionSummary } from "#page"
+ * @import { WizardContext } from "./page.js"
  * @typedef {{list: SessionSummary[], open: string | undefined}} Shown
  */
 

@@ -7,11 +7,9 @@ import { figures, nothing, panel, starter } from "./parts.js";
 import { figure, picturesOf } from "./pictures.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").PictureDocument} PictureDocument
- * @typedef {import("#api").SettleAxisDocument} SettleAxisDocument
- * @typedef {import("#api").SettleTimeDocument} SettleTimeDocument
- * @typedef {import("./page.js").WizardContext} WizardContext
+ * @import { PictureDocument, SettleAxisDocument, SettleTimeDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { WizardContext } from "./page.js"
  */
 
 /** @param {WizardContext} context */

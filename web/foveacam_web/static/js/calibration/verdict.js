@@ -3,8 +3,8 @@
 import { MISSING, number, sentence, span } from "../format.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").HealthDocument} HealthDocument
+ * @import { HealthDocument } from "#api"
+ * @import { ConsoleState } from "#page"
  */
 
 const OLD_S = 30 * 86400;

@@ -9,10 +9,9 @@ import { figure, picturesOf } from "./pictures.js";
 import { mountSamples } from "./samples.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").BoardDocument} BoardDocument
- * @typedef {import("#api").SessionDocument} SessionDocument
- * @typedef {import("./page.js").WizardContext} WizardContext
+ * @import { BoardDocument, SessionDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { WizardContext } from "./page.js"
  */
 
 const PICTURES = ["coverage", "wide_residuals"];

@@ -3,10 +3,9 @@
 import { RequestError, request } from "../api.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#page").Work} Work
+ * @import { EventDocument, JobDocument } from "#api"
+ * @import { Work } from "#page"
+ * @import { Store } from "../store.js"
  */
 
 const LOOK_MS = 1000; // interval of reading the job: for the time left, and in case its events do not arrive

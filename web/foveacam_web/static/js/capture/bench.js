@@ -11,11 +11,10 @@ import { planOf, viewSize } from "./plan.js";
 import { makeStarter } from "./starter.js";
 
 /**
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").EstimateRequest} EstimateRequest
- * @typedef {import("#page").ViewSize} ViewSize
- * @typedef {import("#page").WholeDraft} WholeDraft
+ * @import { EstimateRequest } from "#api"
+ * @import { ViewSize, WholeDraft } from "#page"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
  */
 
 /** The plan that is edited on the page. */

@@ -1,8 +1,8 @@
 // Assigns each refusal of the server to a field of the capture page, and words it for the operator. Pure functions.
 
 /**
- * @typedef {import("#page").Trouble} Trouble
- * @typedef {import("#api").Problem} Problem
+ * @import { Problem } from "#api"
+ * @import { Trouble } from "#page"
  */
 
 /** @type {[RegExp, string][]} the first that matches gives the field */

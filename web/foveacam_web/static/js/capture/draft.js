@@ -1,7 +1,7 @@
 // Saves the edited plan in this browser, so that a reload or a crash of the page loses nothing.
 
 /**
- * @typedef {import("#page").WholeDraft} WholeDraft
+ * @import { WholeDraft } from "#page"
  * @typedef {{read: () => WholeDraft, put: (draft: WholeDraft) => void}} Fields
  */
 

@@ -7,10 +7,10 @@ import { asSetPoints, PAPER_RAIL_MM, planOf } from "./plan.js";
 import { makePoints } from "./points.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").PlanDraft} PlanDraft
- * @typedef {import("#api").GridPoints} GridPoints
- * @typedef {import("./parts.js").Troubles} Troubles
+ * @import { GridPoints } from "#api"
+ * @import { PlanDraft } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { Troubles } from "./parts.js"
  */
 
 /**

@@ -4,9 +4,9 @@
 import { RequestError, request } from "../api.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").Estimate} Estimate
- * @typedef {import("#api").EstimateRequest} EstimateRequest
+ * @import { EstimateRequest } from "#api"
+ * @import { Estimate } from "#page"
+ * @import { Store } from "../store.js"
  * @typedef {import("#page").Answered<Estimate>} Answered
  */
 

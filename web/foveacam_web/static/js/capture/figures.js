@@ -7,9 +7,9 @@ import { icon } from "../icons.js";
 import { percent, sizeText } from "./words.js";
 
 /**
- * @typedef {import("../dom.js").Child} Child
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").Estimate} Estimate
+ * @import { Estimate } from "#page"
+ * @import { Child } from "../dom.js"
+ * @import { Store } from "../store.js"
  * @typedef {import("#page").Answered<Estimate>} Answered
  */
 

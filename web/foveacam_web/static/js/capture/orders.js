@@ -3,13 +3,10 @@
 import { RequestError, request } from "../api.js";
 
 /**
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").Problem} Problem
- * @typedef {import("#api").CaptureDocument} CaptureDocument
- * @typedef {import("#api").CaptureRequest} CaptureRequest
- * @typedef {import("./reader.js").CaptureReader} CaptureReader
+ * @import { CaptureDocument, CaptureRequest, JobDocument, Problem } from "#api"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
+ * @import { CaptureReader } from "./reader.js"
  */
 
 /** The capture commands of one page. */

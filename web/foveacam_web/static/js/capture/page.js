@@ -12,9 +12,9 @@ import { PlanPrints } from "./prints.js";
 import { mountRuns } from "./runs.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").Role} Role
- * @typedef {import("../video/views.js").Views} Views
+ * @import { Role } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { Views } from "../video/views.js"
  * @typedef {{
  *   store: Store, views: Views, commands: import("../commands.js").Commands,
  *   capture_orders: import("./orders.js").CaptureOrders, capture_reader: import("./reader.js").CaptureReader

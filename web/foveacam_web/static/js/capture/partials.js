@@ -8,9 +8,9 @@ import { datasetAddress } from "./route.js";
 import { sizeText } from "./words.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").CaptureDocument} CaptureDocument
- * @typedef {import("./orders.js").CaptureOrders} CaptureOrders
+ * @import { CaptureDocument } from "#api"
+ * @import { Store } from "../store.js"
+ * @import { CaptureOrders } from "./orders.js"
  */
 
 const MOST = 8;

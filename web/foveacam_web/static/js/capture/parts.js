@@ -4,7 +4,7 @@ import { fill, h, say } from "../dom.js";
 import { number, sentence } from "../format.js";
 import { icon } from "../icons.js";
 
-/** @typedef {import("#page").Trouble} Trouble */
+/** @import { Trouble } from "#page" */
 
 /** The messages beside the fields. */
 export class Troubles {

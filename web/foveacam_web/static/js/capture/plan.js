@@ -3,13 +3,9 @@
 import { directionOf } from "../video/angles.js";
 
 /**
- * @typedef {import("#page").PlanDraft} PlanDraft
- * @typedef {import("#page").Estimate} Estimate
+ * @import { WideLensDocument } from "#api"
+ * @import { Estimate, PlanDraft, PlanRequest, Trouble, ViewSize } from "#page"
  * @typedef {Required<import("#api").GridPoints>} GridPoints
- * @typedef {import("#page").PlanRequest} PlanRequest
- * @typedef {import("#page").Trouble} Trouble
- * @typedef {import("#page").ViewSize} ViewSize
- * @typedef {import("#api").WideLensDocument} WideLensDocument
  */
 
 /** Sec. 5.1: five places along the x axis, each with a full scan. */

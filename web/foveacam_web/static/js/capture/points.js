@@ -5,8 +5,8 @@ import { h, say } from "../dom.js";
 import { asked, named, segments } from "./parts.js";
 
 /**
- * @typedef {import("#page").PlanDraft} PlanDraft
- * @typedef {import("./parts.js").Troubles} Troubles
+ * @import { PlanDraft } from "#page"
+ * @import { Troubles } from "./parts.js"
  */
 
 /** @type {Record<PlanDraft["field"], {across: string, down: string, unit: string, usual: [number, number], note: string}>} */

@@ -7,11 +7,9 @@ import { placeOf } from "./plan.js";
 import { percent } from "./words.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").Point} Point
- * @typedef {import("../video/pane.js").Pane} Pane
- * @typedef {import("#page").Corners} Corners
- * @typedef {import("#page").Estimate} Estimate
+ * @import { Corners, Estimate, Point } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { Pane } from "../video/pane.js"
  */
 
 const MANY = 1500; // more outlines than this cannot be told apart

@@ -5,12 +5,9 @@ import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").CaptureDocument} CaptureDocument
- * @typedef {import("#api").CaptureProgress} CaptureProgress
- * @typedef {import("#page").Capturing} Capturing
+ * @import { CaptureDocument, CaptureProgress, EventDocument, JobDocument } from "#api"
+ * @import { Capturing } from "#page"
+ * @import { Store } from "../store.js"
  */
 
 const LOOK_MS = 1000; // interval of reading the job, in case its events do not arrive

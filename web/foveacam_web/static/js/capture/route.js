@@ -1,6 +1,6 @@
 // Maps the capture page to its address, so that Back, reload and links work.
 
-/** @typedef {import("../store.js").Store} Store */
+/** @import { Store } from "../store.js" */
 
 export const CAPTURE_ADDRESS = "#/capture";
 

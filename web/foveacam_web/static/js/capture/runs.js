@@ -10,11 +10,10 @@ import { datasetAddress } from "./route.js";
 import { endWords, farWords, stateWords } from "./words.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").Capturing} Capturing
- * @typedef {import("#page").CaptureEnd} CaptureEnd
- * @typedef {import("./orders.js").CaptureOrders} CaptureOrders
- * @typedef {import("./reader.js").CaptureReader} CaptureReader
+ * @import { CaptureEnd, Capturing } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { CaptureOrders } from "./orders.js"
+ * @import { CaptureReader } from "./reader.js"
  */
 
 /**

@@ -9,16 +9,11 @@ import { blamed } from "./blame.js";
 import { asked, textField } from "./parts.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").Problem} Problem
- * @typedef {import("#api").CaptureRequest} CaptureRequest
- * @typedef {import("#page").CodecName} CodecName
- * @typedef {import("#page").PlanDraft} PlanDraft
- * @typedef {import("#page").DraftWords} DraftWords
- * @typedef {import("#page").PlanRequest} PlanRequest
- * @typedef {import("#page").Trouble} Trouble
- * @typedef {import("./orders.js").CaptureOrders} CaptureOrders
- * @typedef {import("./parts.js").Troubles} Troubles
+ * @import { CaptureRequest, Problem } from "#api"
+ * @import { CodecName, DraftWords, PlanDraft, PlanRequest, Trouble } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { CaptureOrders } from "./orders.js"
+ * @import { Troubles } from "./parts.js"
  */
 
 // fields of the grid or of the text; only one of the two is visible

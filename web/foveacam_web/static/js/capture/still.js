@@ -9,11 +9,11 @@ import { StillOrders } from "./still_orders.js";
 import { makeStillShown } from "./still_shown.js";
 
 /**
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").Problem} Problem
- * @typedef {import("#page").StillPress} StillPress
- * @typedef {import("./still_reader.js").StillReader} StillReader
+ * @import { Problem } from "#api"
+ * @import { StillPress } from "#page"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
+ * @import { StillReader } from "./still_reader.js"
  */
 
 /**

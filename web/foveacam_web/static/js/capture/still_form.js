@@ -7,8 +7,8 @@ import { asked, segments, textField } from "./parts.js";
 import { CAMERAS } from "./still_words.js";
 
 /**
- * @typedef {import("#page").Role} Role
- * @typedef {import("#api").StillRequest} StillRequest
+ * @import { StillRequest } from "#api"
+ * @import { Role } from "#page"
  */
 
 const MOST_FRAMES = 64;

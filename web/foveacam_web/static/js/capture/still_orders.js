@@ -5,12 +5,8 @@ import { galleryAddress } from "../gallery/route.js";
 import { Trash } from "../gallery/trash.js";
 
 /**
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").Problem} Problem
- * @typedef {import("#api").StillCheck} StillCheck
- * @typedef {import("#api").StillDocument} StillDocument
- * @typedef {import("#api").StillRequest} StillRequest
+ * @import { JobDocument, Problem, StillCheck, StillDocument, StillRequest } from "#api"
+ * @import { Commands } from "../commands.js"
  * @typedef {Pick<StillDocument, "id" | "name">} Named
  */
 

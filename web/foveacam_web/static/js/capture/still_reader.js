@@ -4,10 +4,8 @@ import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
 /**
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").StillDocument} StillDocument
- * @typedef {import("#page").StillPress} StillPress
+ * @import { EventDocument, JobDocument, StillDocument } from "#api"
+ * @import { StillPress } from "#page"
  */
 
 const LOOK_MS = 500; // interval of reading the job, in case its events do not arrive

@@ -8,8 +8,8 @@ import { cameraWords, CAMERAS, missingWords } from "./still_words.js";
 import { textField } from "./parts.js";
 
 /**
- * @typedef {import("#api").StillDocument} StillDocument
- * @typedef {import("./still_orders.js").StillOrders} StillOrders
+ * @import { StillDocument } from "#api"
+ * @import { StillOrders } from "./still_orders.js"
  * @typedef {{still: StillDocument, waiting: number} | null} Shown
  */
 

@@ -2,10 +2,7 @@
 
 import { angle, count, millis, number, sentence } from "../format.js";
 
-/**
- * @typedef {import("#api").StillCamera} StillCamera
- * @typedef {import("#api").StillDocument} StillDocument
- */
+/** @import { StillCamera, StillDocument } from "#api" */
 
 export const CAMERAS = Object.freeze(/** @type {const} */ ({ wide: "Wide", left: "Left eye", right: "Right eye" }));
 

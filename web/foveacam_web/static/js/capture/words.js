@@ -2,10 +2,7 @@
 
 import { count, MISSING, number, remedyOf, sentence, span } from "../format.js";
 
-/**
- * @typedef {import("#page").CaptureEnd} CaptureEnd
- * @typedef {import("#page").Capturing} Capturing
- */
+/** @import { CaptureEnd, Capturing } from "#page" */
 
 /**
  * Format a number of bytes with three significant digits.

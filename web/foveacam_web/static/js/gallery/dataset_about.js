@@ -7,9 +7,9 @@ import { pointsWords, sizeWords, whenWords } from "./dataset_words.js";
 import { makeEditable } from "./editable.js";
 
 /**
- * @typedef {import("./dataset_orders.js").DatasetOrders} DatasetOrders
- * @typedef {import("./dataset_reader.js").DatasetReader} DatasetReader
- * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @import { CaptureDocument } from "#api"
+ * @import { DatasetOrders } from "./dataset_orders.js"
+ * @import { DatasetReader } from "./dataset_reader.js"
  */
 
 const LICENCES = ["all rights reserved", "CC BY 4.0", "CC BY-SA 4.0", "CC0 1.0"];

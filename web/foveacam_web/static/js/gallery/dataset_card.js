@@ -10,8 +10,8 @@ import { makeDrawn } from "./drawn.js";
 import { galleryAddress } from "./route.js";
 
 /**
- * @typedef {import("./dataset_orders.js").DatasetOrders} DatasetOrders
- * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @import { CaptureDocument } from "#api"
+ * @import { DatasetOrders } from "./dataset_orders.js"
  * @typedef {{element: HTMLElement, show: (dataset: CaptureDocument) => void}} Card
  */
 

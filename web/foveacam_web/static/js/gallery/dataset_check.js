@@ -6,9 +6,8 @@ import { icon } from "../icons.js";
 import { sizeWords } from "./dataset_words.js";
 
 /**
- * @typedef {import("./dataset_orders.js").DatasetOrders} DatasetOrders
- * @typedef {import("#api").CaptureChecked} CaptureChecked
- * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @import { CaptureChecked, CaptureDocument } from "#api"
+ * @import { DatasetOrders } from "./dataset_orders.js"
  */
 
 const MOST = 20;

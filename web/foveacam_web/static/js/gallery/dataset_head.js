@@ -9,8 +9,8 @@ import { isLive, progressWords, stateWords } from "./dataset_words.js";
 import { galleryAddress } from "./route.js";
 
 /**
- * @typedef {import("./dataset_orders.js").DatasetOrders} DatasetOrders
- * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @import { CaptureDocument } from "#api"
+ * @import { DatasetOrders } from "./dataset_orders.js"
  * @typedef {Pick<CaptureDocument, "id" | "name" | "state" | "resumable" | "url"> & {begun: boolean}} Deed what the buttons go by
  */
 

@@ -4,9 +4,8 @@ import { request } from "../api.js";
 import { Trash } from "./trash.js";
 
 /**
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#api").CaptureChecked} CaptureChecked
- * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @import { CaptureChecked, CaptureDocument } from "#api"
+ * @import { Commands } from "../commands.js"
  */
 
 const CHECK_MS = 1_800_000; // some seconds a gigabyte on a slow disk

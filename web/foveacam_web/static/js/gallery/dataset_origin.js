@@ -6,8 +6,8 @@ import { changing, h } from "../dom.js";
 import { conditionRows, planWords } from "./dataset_words.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @import { CaptureDocument } from "#api"
+ * @import { Store } from "../store.js"
  */
 
 /** @param {Record<string, unknown> | null} plan */

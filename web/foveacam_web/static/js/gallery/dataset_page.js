@@ -17,9 +17,8 @@ import { galleryAddress } from "./route.js";
 import { makeSnippet } from "./snippet.js";
 
 /**
- * @typedef {import("./tabs.js").GalleryContext} GalleryContext
- * @typedef {import("#api").CaptureDocument} CaptureDocument
- * @typedef {import("#api").PointsDocument} PointsDocument
+ * @import { CaptureDocument, PointsDocument } from "#api"
+ * @import { GalleryContext } from "./tabs.js"
  * @typedef {{element: HTMLElement, show: (dataset: CaptureDocument) => void}} Part
  */
 

@@ -3,7 +3,7 @@
 
 import { openMosaic } from "./mosaic.js";
 
-/** @typedef {import("./tabs.js").GalleryTab} GalleryTab */
+/** @import { GalleryTab } from "./tabs.js" */
 
 /** @type {readonly GalleryTab[]} */
 export const DATASET_PARTS = Object.freeze([{ name: "mosaic", title: "Mosaic", open: openMosaic }]);

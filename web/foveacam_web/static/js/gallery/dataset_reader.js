@@ -5,11 +5,7 @@ import { QuietReads } from "../quiet.js";
 import { capturePath } from "./dataset_orders.js";
 import { withProgress } from "./datasets_reader.js";
 
-/**
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").CaptureDocument} CaptureDocument
- * @typedef {import("#api").PointsDocument} PointsDocument
- */
+/** @import { CaptureDocument, EventDocument, PointsDocument } from "#api" */
 
 const GROWING_MS = 10_000; // interval of redrawing the pictures of a running capture: drawing costs the server time
 

@@ -7,11 +7,7 @@ import { pointWords } from "./dataset_words.js";
 import { makeDrawn } from "./drawn.js";
 import { makePointView } from "./point_view.js";
 
-/**
- * @typedef {import("#api").CaptureDocument} CaptureDocument
- * @typedef {import("#api").PointDocument} PointDocument
- * @typedef {import("#api").PointsDocument} PointsDocument
- */
+/** @import { CaptureDocument, PointDocument, PointsDocument } from "#api" */
 
 /** @type {Readonly<Record<string, [number, number]>>} rows and columns that a key moves */
 const WAYS = Object.freeze({ ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [-1, 0], ArrowDown: [1, 0] });

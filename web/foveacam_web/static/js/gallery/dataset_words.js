@@ -3,8 +3,7 @@
 import { angle, count, MISSING, number, sentence, span } from "../format.js";
 
 /**
- * @typedef {import("#api").CaptureDocument} CaptureDocument
- * @typedef {import("#api").PointDocument} PointDocument
+ * @import { CaptureDocument, PointDocument } from "#api"
  * @typedef {Record<string, unknown>} Json
  */
 

@@ -5,8 +5,8 @@ import { openDataset } from "./dataset_page.js";
 import { openList } from "./datasets_list.js";
 
 /**
- * @typedef {import("./tabs.js").GalleryContext} GalleryContext
- * @typedef {import("#page").GalleryPlace} GalleryPlace
+ * @import { GalleryPlace } from "#page"
+ * @import { GalleryContext } from "./tabs.js"
  */
 
 /**

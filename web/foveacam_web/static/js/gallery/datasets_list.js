@@ -10,8 +10,8 @@ import { readDatasets } from "./datasets_reader.js";
 import { cardsIn, makeSearch, makeTrashDoor } from "./list_parts.js";
 
 /**
- * @typedef {import("./tabs.js").GalleryContext} GalleryContext
- * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @import { CaptureDocument } from "#api"
+ * @import { GalleryContext } from "./tabs.js"
  */
 
 /** @param {GalleryContext} context */

@@ -3,8 +3,7 @@
 import { KeptReader } from "./kept_reader.js";
 
 /**
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").CaptureDocument} CaptureDocument
+ * @import { CaptureDocument, EventDocument } from "#api"
  * @typedef {CaptureDocument["progress"] & {capture_id: string, state: CaptureDocument["state"], wish: string}} ProgressNews
  */
 

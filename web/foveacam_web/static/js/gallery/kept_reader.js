@@ -3,7 +3,7 @@
 import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
-/** @typedef {import("#api").EventDocument} EventDocument */
+/** @import { EventDocument } from "#api" */
 
 /**
  * The reads of one list and its trash.

@@ -5,7 +5,7 @@ import { count } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("./trash.js").Trash} Trash
+ * @import { Trash } from "./trash.js"
  * @typedef {{one: string, many: string}} Noun
  */
 

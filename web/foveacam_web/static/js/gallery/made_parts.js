@@ -6,10 +6,7 @@ import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { leftOf } from "./mosaic_words.js";
 
-/**
- * @typedef {import("#api").Problem} Problem
- * @typedef {import("#api").JobProgress} JobProgress
- */
+/** @import { JobProgress, Problem } from "#api" */
 
 /**
  * @param {Problem} problem

@@ -6,10 +6,8 @@ import { QuietReads } from "../quiet.js";
 import { capturePath } from "./dataset_orders.js";
 
 /**
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").Problem} Problem
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#page").MakingDocument} MakingDocument
+ * @import { EventDocument, JobDocument, Problem } from "#api"
+ * @import { MakingDocument } from "#page"
  */
 
 /**

@@ -13,10 +13,9 @@ import { MosaicViewer } from "./mosaic_viewer.js";
 import { galleryAddress } from "./route.js";
 
 /**
- * @typedef {import("./tabs.js").GalleryContext} GalleryContext
- * @typedef {import("#page").GalleryPlace} GalleryPlace
- * @typedef {import("#api").MadeMosaic} MadeMosaic
- * @typedef {import("#api").MosaicDocument} MosaicDocument
+ * @import { MadeMosaic, MosaicDocument } from "#api"
+ * @import { GalleryPlace } from "#page"
+ * @import { GalleryContext } from "./tabs.js"
  */
 
 /**

@@ -8,9 +8,8 @@ import { sizeWords } from "./dataset_words.js";
 import { percent, size } from "./mosaic_words.js";
 
 /**
- * @typedef {import("#api").MadeMosaic} MadeMosaic
- * @typedef {import("#api").MosaicDocument} MosaicDocument
- * @typedef {import("./mosaic_orders.js").MosaicOrders} MosaicOrders
+ * @import { MadeMosaic, MosaicDocument } from "#api"
+ * @import { MosaicOrders } from "./mosaic_orders.js"
  */
 
 /** @param {MosaicOrders} orders */

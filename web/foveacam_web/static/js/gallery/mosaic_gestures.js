@@ -1,7 +1,7 @@
 // Turns drag, wheel, pinch, double click and keys on a mosaic into calls of its viewer.
 
 /**
- * @typedef {import("#page").Point} Point
+ * @import { Point } from "#page"
  * @typedef {{
  *   pan: (dx: number, dy: number) => void, zoom: (at: Point, factor: number) => void, fit: () => void, whole: () => void,
  *   point: (at: Point | null) => void, box: () => {width: number, height: number}

@@ -8,11 +8,8 @@ import { progressOf, refusalOf, troubleOf } from "./made_parts.js";
 import { size } from "./mosaic_words.js";
 
 /**
- * @typedef {import("#api").Problem} Problem
- * @typedef {import("#api").MosaicDocument} MosaicDocument
- * @typedef {import("#api").MosaicNeedsDocument} MosaicNeedsDocument
- * @typedef {import("#api").MosaicRequest} MosaicRequest
- * @typedef {import("./mosaic_orders.js").MosaicOrders} MosaicOrders
+ * @import { MosaicDocument, MosaicNeedsDocument, MosaicRequest, Problem } from "#api"
+ * @import { MosaicOrders } from "./mosaic_orders.js"
  * @typedef {{anew: boolean, begun: boolean, needs: MosaicNeedsDocument | null, scans: number[], brackets: number[], eye: "left" | "right"}} Offer
  */
 

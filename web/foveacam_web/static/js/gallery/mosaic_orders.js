@@ -4,10 +4,7 @@ import { request } from "../api.js";
 import { addressOf } from "../calibration/route.js";
 import { MadeOrders } from "./made_orders.js";
 
-/**
- * @typedef {import("#api").MosaicDocument} MosaicDocument
- * @typedef {import("#api").MosaicRequest} MosaicRequest
- */
+/** @import { MosaicDocument, MosaicRequest } from "#api" */
 
 const MESH_MS = 60_000; // about ten megabytes are packed for every viewer
 

@@ -2,7 +2,7 @@
 // cached. A pixel of the layer may cover several of the picture (`cell`).
 
 /**
- * @typedef {import("#api").MosaicLayer} MosaicLayer
+ * @import { MosaicLayer } from "#api"
  * @typedef {{image: CanvasImageSource, width: number, height: number}} Tile
  * @typedef {{left: number, top: number, right: number, bottom: number}} Box
  * @typedef {{level: number, x: number, y: number}} Address

@@ -6,10 +6,9 @@ import { icon } from "../icons.js";
 import { gradient, ticksOf } from "./mosaic_depth.js";
 
 /**
- * @typedef {import("#api").MadeMosaic} MadeMosaic
- * @typedef {import("#page").MosaicMix} MosaicMix
- * @typedef {import("./mosaic_viewer.js").MosaicViewer} MosaicViewer
- * @typedef {import("./mosaic_viewer.js").Reading} Reading
+ * @import { MadeMosaic } from "#api"
+ * @import { MosaicMix } from "#page"
+ * @import { MosaicViewer, Reading } from "./mosaic_viewer.js"
  */
 
 /** @type {[MosaicMix["shown"], string][]} */

@@ -7,11 +7,9 @@ import { listenToHands } from "./mosaic_gestures.js";
 import { TileLayer } from "./mosaic_tiles.js";
 
 /**
- * @typedef {import("#page").Point} Point
- * @typedef {import("#api").MadeMosaic} MadeMosaic
- * @typedef {import("#api").MosaicLayer} MosaicLayer
- * @typedef {import("#page").MosaicMix} MosaicMix
- * @typedef {import("./mosaic_tiles.js").Box} Box
+ * @import { MadeMosaic, MosaicLayer } from "#api"
+ * @import { MosaicMix, Point } from "#page"
+ * @import { Box } from "./mosaic_tiles.js"
  * @typedef {{pixel: Point, ax_deg: number, ay_deg: number, z_m: number | null} | null} Reading `z_m`: null where unknown
  */
 

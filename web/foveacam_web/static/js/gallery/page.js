@@ -7,7 +7,7 @@ import { GALLERY_ADDRESS, galleryAddress } from "./route.js";
 import { TABS } from "./tabs.js";
 
 /**
- * @typedef {import("#page").GalleryPlace} GalleryPlace
+ * @import { GalleryPlace } from "#page"
  * @typedef {{
  *   store: import("../store.js").Store, commands: import("../commands.js").Commands, reader: import("./reader.js").GalleryReader
  * }} GalleryTools

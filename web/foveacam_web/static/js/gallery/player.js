@@ -8,7 +8,7 @@ import { makePanes } from "./player_panes.js";
 import { clockWords } from "./recording_words.js";
 
 /**
- * @typedef {import("#api").TimelineDocument} TimelineDocument
+ * @import { TimelineDocument } from "#api"
  * @typedef {{store: import("../store.js").Store, signal: AbortSignal, moved: (at_s: number) => void, depth: () => void}} PlayerContext
  */
 

@@ -1,9 +1,6 @@
 // The position of a player in a recording, and how it advances. No DOM.
 
-/**
- * @typedef {import("#api").TimelineDocument} TimelineDocument
- * @typedef {import("#api").TimelineStream} TimelineStream
- */
+/** @import { TimelineDocument, TimelineStream } from "#api" */
 
 export const SPEEDS = Object.freeze([0.25, 0.5, 1, 2, 4]);
 const SAME_S = 0.001; // frames closer than this are one step

@@ -8,7 +8,7 @@ import { makeDrawn } from "./drawn.js";
 import { clockWords } from "./recording_words.js";
 
 /**
- * @typedef {import("#api").RecordedDepthDocument} RecordedDepthDocument
+ * @import { RecordedDepthDocument } from "#api"
  * @typedef {{waiting: boolean, refused: string, found: RecordedDepthDocument | null}} Now
  */
 

@@ -6,8 +6,8 @@ import { count } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("#page").FilmShow} FilmShow
- * @typedef {import("#api").RecordingDocument} RecordingDocument
+ * @import { RecordingDocument } from "#api"
+ * @import { FilmShow } from "#page"
  */
 
 /** @type {readonly [FilmShow, string][]} */

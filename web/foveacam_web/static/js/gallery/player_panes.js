@@ -9,9 +9,8 @@ import { frameAt } from "./player_clock.js";
 import { CAMERAS, recordingPath } from "./recording_words.js";
 
 /**
- * @typedef {import("#page").Role} Role
- * @typedef {import("#api").MomentDocument} MomentDocument
- * @typedef {import("#api").TimelineDocument} TimelineDocument
+ * @import { MomentDocument, TimelineDocument } from "#api"
+ * @import { Role } from "#page"
  * @typedef {{at_s: number, playing: boolean, anaglyph: boolean}} Wanted
  */
 

@@ -8,7 +8,7 @@ import { pointWords } from "./dataset_words.js";
 import { makeDrawn } from "./drawn.js";
 
 /**
- * @typedef {import("#api").PointDocument} PointDocument
+ * @import { PointDocument } from "#api"
  * @typedef {{url: string, stamp: string, points: PointDocument[], planned: number, scans: number}} Shown `stamp`: what the pictures' addresses change with
  */
 

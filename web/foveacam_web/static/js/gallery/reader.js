@@ -1,8 +1,8 @@
 // Passes the server's events and each reconnection to the readers of what the gallery shows.
 
 /**
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("../sync.js").Reader} Reader
+ * @import { EventDocument } from "#api"
+ * @import { Reader } from "../sync.js"
  */
 
 /** The readers of one page's gallery. */

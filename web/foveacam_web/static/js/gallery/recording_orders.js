@@ -5,11 +5,9 @@ import { recordingPath } from "./recording_words.js";
 import { Trash } from "./trash.js";
 
 /**
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").FilmDocument} FilmDocument
- * @typedef {import("#page").FilmShow} FilmShow
- * @typedef {import("#api").RecordedDepthDocument} RecordedDepthDocument
+ * @import { JobDocument, RecordedDepthDocument } from "#api"
+ * @import { FilmShow } from "#page"
+ * @import { Commands } from "../commands.js"
  */
 
 const LOOK_MS = 400;

@@ -25,9 +25,8 @@ import {
 import { galleryAddress } from "./route.js";
 
 /**
- * @typedef {import("./tabs.js").GalleryContext} GalleryContext
- * @typedef {import("#api").RecordingDocument} RecordingDocument
- * @typedef {import("#api").TimelineDocument} TimelineDocument
+ * @import { RecordingDocument, TimelineDocument } from "#api"
+ * @import { GalleryContext } from "./tabs.js"
  */
 
 const COLUMNS = [

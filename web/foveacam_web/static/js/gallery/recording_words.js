@@ -4,9 +4,8 @@ import { count, number, sentence, span } from "../format.js";
 import { sizeWords } from "./dataset_words.js";
 
 /**
- * @typedef {import("#api").RecordingDocument} RecordingDocument
- * @typedef {import("#api").RecordedStreamDocument} RecordedStreamDocument
- * @typedef {import("#page").Role} Role
+ * @import { RecordedStreamDocument, RecordingDocument } from "#api"
+ * @import { Role } from "#page"
  */
 
 /** @type {Readonly<Record<RecordingDocument["state"], {text: string, tone: string}>>} */

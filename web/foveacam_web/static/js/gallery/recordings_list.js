@@ -13,8 +13,8 @@ import { boundWords, clockWords, isBeingMade, stateWords, tallyWords } from "./r
 import { galleryAddress } from "./route.js";
 
 /**
- * @typedef {import("./tabs.js").GalleryContext} GalleryContext
- * @typedef {import("#api").RecordingDocument} RecordingDocument
+ * @import { RecordingDocument } from "#api"
+ * @import { GalleryContext } from "./tabs.js"
  * @typedef {{element: HTMLElement, show: (recording: RecordingDocument) => void}} Card
  */
 

@@ -11,12 +11,8 @@ import { MadeReader } from "./made_reader.js";
 import { referenceWords, wholeMm } from "./reference_words.js";
 
 /**
- * @typedef {import("./tabs.js").GalleryContext} GalleryContext
- * @typedef {import("#api").JobProgress} JobProgress
- * @typedef {import("#api").MadeReference} MadeReference
- * @typedef {import("#api").ReferenceDocument} ReferenceDocument
- * @typedef {import("#api").ReferenceStop} ReferenceStop
- * @typedef {import("#api").ReferenceRequest} ReferenceRequest
+ * @import { JobProgress, MadeReference, ReferenceDocument, ReferenceRequest, ReferenceStop } from "#api"
+ * @import { GalleryContext } from "./tabs.js"
  * @typedef {MadeOrders<ReferenceDocument, ReferenceRequest>} ReferenceOrders
  * @typedef {{made: MadeReference, outdated: boolean, idle: boolean}} Result
  * @typedef {{anew: boolean, stops: ReferenceStop[], brackets: number[]}} Offer

@@ -2,7 +2,7 @@
 
 import { count, number } from "../format.js";
 
-/** @typedef {import("#api").MadeReference} MadeReference */
+/** @import { MadeReference } from "#api" */
 
 /** @param {number} length_m */
 export function wholeMm(length_m) {

@@ -1,8 +1,8 @@
 // Maps the gallery's pages to addresses, #/gallery/TAB[/ID[/PART]], so that Back, reload and links work.
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").GalleryPlace} GalleryPlace
+ * @import { GalleryPlace } from "#page"
+ * @import { Store } from "../store.js"
  */
 
 export const GALLERY_ADDRESS = "#/gallery";

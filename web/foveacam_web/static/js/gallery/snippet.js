@@ -3,7 +3,7 @@
 import { changing, h, say } from "../dom.js";
 import { icon } from "../icons.js";
 
-/** @typedef {import("#api").CaptureDocument} CaptureDocument */
+/** @import { CaptureDocument } from "#api" */
 
 /** @param {CaptureDocument} dataset */
 export function snippet({ folder, points, calibration_id }) {

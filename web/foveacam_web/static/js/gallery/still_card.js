@@ -9,8 +9,8 @@ import { makeDrawn } from "./drawn.js";
 import { galleryAddress } from "./route.js";
 
 /**
- * @typedef {import("../capture/still_orders.js").StillOrders} StillOrders
- * @typedef {import("#api").StillDocument} StillDocument
+ * @import { StillDocument } from "#api"
+ * @import { StillOrders } from "../capture/still_orders.js"
  */
 
 /**

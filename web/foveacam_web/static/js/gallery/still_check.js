@@ -5,9 +5,8 @@ import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("../capture/still_orders.js").StillOrders} StillOrders
- * @typedef {import("#api").StillCheck} StillCheck
- * @typedef {import("#api").StillDocument} StillDocument
+ * @import { StillCheck, StillDocument } from "#api"
+ * @import { StillOrders } from "../capture/still_orders.js"
  */
 
 /** @param {StillOrders} orders */

@@ -15,9 +15,8 @@ import { OneStillReader } from "./still_reader.js";
 import { makeStillCheck } from "./still_check.js";
 
 /**
- * @typedef {import("./tabs.js").GalleryContext} GalleryContext
- * @typedef {import("#api").StillCamera} StillCamera
- * @typedef {import("#api").StillDocument} StillDocument
+ * @import { StillCamera, StillDocument } from "#api"
+ * @import { GalleryContext } from "./tabs.js"
  */
 
 /**

@@ -4,10 +4,7 @@ import { RequestError, request } from "../api.js";
 import { stillPath } from "../capture/still_orders.js";
 import { QuietReads } from "../quiet.js";
 
-/**
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").StillDocument} StillDocument
- */
+/** @import { EventDocument, StillDocument } from "#api" */
 
 /** The reads of one still. */
 export class OneStillReader {

@@ -11,8 +11,8 @@ import { stillCard } from "./still_card.js";
 import { StillsReader } from "./stills_reader.js";
 
 /**
- * @typedef {import("./tabs.js").GalleryContext} GalleryContext
- * @typedef {import("#api").StillDocument} StillDocument
+ * @import { StillDocument } from "#api"
+ * @import { GalleryContext } from "./tabs.js"
  */
 
 /** @param {GalleryContext} context */

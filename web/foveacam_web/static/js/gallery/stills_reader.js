@@ -3,10 +3,7 @@
 import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
-/**
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").StillDocument} StillDocument
- */
+/** @import { EventDocument, StillDocument } from "#api" */
 
 /** The reads of the list and the trash. */
 export class StillsReader {

@@ -3,7 +3,7 @@
 import { request } from "../api.js";
 
 /**
- * @typedef {import("../commands.js").Commands} Commands
+ * @import { Commands } from "../commands.js"
  * @typedef {{id: string, name: string}} Named
  */
 

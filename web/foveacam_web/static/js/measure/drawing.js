@@ -5,12 +5,9 @@ import { shownOf } from "./orders.js";
 import { valueText } from "./words.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#page").Point} Point
- * @typedef {import("../video/viewport.js").Viewport} Viewport
- * @typedef {import("#page").MeasureDraft} MeasureDraft
- * @typedef {import("#page").MeasuredView} MeasuredView
- * @typedef {import("#api").MeasurementDocument} MeasurementDocument
+ * @import { MeasurementDocument } from "#api"
+ * @import { ConsoleState, MeasureDraft, MeasuredView, Point } from "#page"
+ * @import { Viewport } from "../video/viewport.js"
  */
 
 const SAME_GAZE_V = 0.1;

@@ -4,11 +4,8 @@ import { fill, h, s } from "../dom.js";
 import { drawDraft, drawMeasurement, visibleIn } from "./drawing.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#page").Point} Point
- * @typedef {import("../video/pane.js").Pane} Pane
- * @typedef {import("#page").MeasuredView} MeasuredView
- * @typedef {import("#page").MeasureKind} MeasureKind
+ * @import { ConsoleState, MeasureKind, MeasuredView, Point } from "#page"
+ * @import { Pane } from "../video/pane.js"
  * @typedef {{kind(): MeasureKind | null, start(): Point | null, click(at: Point): void, drag(from: Point, to: Point): void}} Meaning
  */
 

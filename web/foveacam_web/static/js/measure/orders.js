@@ -4,11 +4,10 @@ import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#page").MeasureKind} MeasureKind
- * @typedef {import("#api").MeasurementDocument} MeasurementDocument
- * @typedef {import("#api").PlaceRequest} PlaceRequest
+ * @import { MeasurementDocument, PlaceRequest } from "#api"
+ * @import { MeasureKind } from "#page"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
  */
 
 const UNDO_MS = 6000;

@@ -7,9 +7,9 @@ import { profilePlot } from "./plot.js";
 import { factsOf, KINDS, valueText } from "./words.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").MeasurementDocument} MeasurementDocument
- * @typedef {import("./orders.js").MeasureOrders} MeasureOrders
+ * @import { MeasurementDocument } from "#api"
+ * @import { Store } from "../store.js"
+ * @import { MeasureOrders } from "./orders.js"
  * @typedef {{element: HTMLLIElement, label: HTMLInputElement, value: HTMLElement, more: HTMLElement, pick: HTMLButtonElement, measured: MeasurementDocument, told: string}} Row
  */
 

@@ -3,7 +3,8 @@
 import { s } from "../dom.js";
 import { number } from "../format.js";
 
-/** @typedef {import("#api").ProfileDocument} ProfileDocument */
+/** @import { ProfileDocument } from "#api" */
+
 /** @typedef {{along_m: number, z_m: number, z_sigma_m: number}} Known */
 
 const WIDTH = 320;

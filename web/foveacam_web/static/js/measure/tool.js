@@ -6,13 +6,11 @@ import { MeasureLayer } from "./layer.js";
 import { KINDS } from "./words.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").Point} Point
- * @typedef {import("../video/views.js").Views} Views
- * @typedef {import("#page").MeasureKind} MeasureKind
- * @typedef {import("#page").MeasuredView} MeasuredView
- * @typedef {import("#api").PlaceRequest} PlaceRequest
- * @typedef {import("./orders.js").MeasureOrders} MeasureOrders
+ * @import { PlaceRequest } from "#api"
+ * @import { MeasureKind, MeasuredView, Point } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { Views } from "../video/views.js"
+ * @import { MeasureOrders } from "./orders.js"
  */
 
 /** @type {MeasuredView[]} */

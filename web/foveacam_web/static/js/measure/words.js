@@ -3,8 +3,8 @@
 import { MISSING, angle, distanceText, number } from "../format.js";
 
 /**
- * @typedef {import("#page").MeasureKind} MeasureKind
- * @typedef {import("#api").MeasurementDocument} MeasurementDocument
+ * @import { MeasurementDocument } from "#api"
+ * @import { MeasureKind } from "#page"
  */
 
 /** @type {Readonly<Record<MeasureKind, {title: string, hint: string}>>} */

@@ -5,8 +5,8 @@ import { h } from "../dom.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#api").FixationDocument} FixationDocument
+ * @import { FixationDocument } from "#api"
+ * @import { Commands } from "../commands.js"
  */
 
 /**

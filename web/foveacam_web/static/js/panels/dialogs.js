@@ -5,9 +5,9 @@ import { icon } from "../icons.js";
 import { changeSettings } from "../store.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#page").Settings} Settings
+ * @import { Settings } from "#page"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
  */
 
 /** @type {[string, [string, string][]][]} */

@@ -5,8 +5,8 @@ import { clockTime } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").EventDocument} EventDocument
+ * @import { EventDocument } from "#api"
+ * @import { Store } from "../store.js"
  */
 
 const MOST = 200;

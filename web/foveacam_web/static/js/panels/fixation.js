@@ -8,11 +8,10 @@ import { alternatives, nearerOrFarther } from "./corrections.js";
 import { drawSteps } from "./stepplot.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#page").CurrentFixation} CurrentFixation
- * @typedef {import("#api").FixationDocument} FixationDocument
- * @typedef {import("#api").FixationRequest} FixationRequest
+ * @import { FixationDocument, FixationRequest } from "#api"
+ * @import { CurrentFixation } from "#page"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
  */
 
 const RUNNING = Object.freeze(

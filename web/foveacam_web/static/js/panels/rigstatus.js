@@ -7,11 +7,9 @@ import { RIG_ADDRESS } from "../rig/route.js";
 import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../format.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").RigDocument} RigDocument
- * @typedef {import("#api").CameraDocument} CameraDocument
- * @typedef {import("#api").MirrorsDocument} MirrorsDocument
+ * @import { CameraDocument, MirrorsDocument, RigDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { Store } from "../store.js"
  */
 
 /**

@@ -4,10 +4,10 @@ import { fill, h } from "../dom.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../keys.js").Keyboard} Keyboard
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").TargetDocument} TargetDocument
+ * @import { TargetDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { Keyboard } from "../keys.js"
+ * @import { Store } from "../store.js"
  */
 
 const CLOSEST_M = 0.2;

@@ -3,7 +3,7 @@
 import { fill, h, s } from "../dom.js";
 import { angle, millis, number } from "../format.js";
 
-/** @typedef {import("#api").StepDocument} StepDocument */
+/** @import { StepDocument } from "#api" */
 
 const WIDTH = 340;
 const HEIGHT = 128;

@@ -6,9 +6,9 @@ import { angle } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#api").TargetDocument} TargetDocument
+ * @import { TargetDocument } from "#api"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
  * @typedef {{element: HTMLLIElement, label: HTMLInputElement, distance: HTMLElement, basis: HTMLElement, pick: HTMLButtonElement, target: TargetDocument}} Row
  * @typedef {{store: Store, commands: Commands, select: (target: TargetDocument) => void}} Context
  */

@@ -12,9 +12,9 @@ import { baseline, clockTime, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#page").ConsoleState} ConsoleState
+ * @import { ConsoleState } from "#page"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
  */
 
 const STATES = Object.freeze(

@@ -5,11 +5,9 @@ import { fill, h } from "../dom.js";
 import { QuietReads } from "../quiet.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").WideDepthDocument} WideDepthDocument
+ * @import { EventDocument, JobDocument, WideDepthDocument } from "#api"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
  */
 
 const KIND = "wide_depth_survey";

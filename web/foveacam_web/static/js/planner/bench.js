@@ -8,14 +8,9 @@ import { tellPlan, toldPlan } from "./route.js";
 import { NAMES, readPlan, written } from "./settings.js";
 
 /**
- * @typedef {import("#page").GivenMap} GivenMap
- * @typedef {import("#api").MapDocument} MapDocument
- * @typedef {import("#page").MapSettings} MapSettings
- * @typedef {import("#page").MapPoint} MapPoint
- * @typedef {import("#page").PlanSettings} PlanSettings
- * @typedef {import("#api").RegionsDocument} RegionsDocument
- * @typedef {import("#api").StandoffDocument} StandoffDocument
- * @typedef {import("./source.js").Given} Given
+ * @import { MapDocument, RegionsDocument, StandoffDocument } from "#api"
+ * @import { GivenMap, MapPoint, MapSettings, PlanSettings } from "#page"
+ * @import { Given } from "./source.js"
  */
 
 const RING = /** @type {const} */ (["feature_mm", "px_per_deg", "pixels", "d_min_m", "near_error_m"]);

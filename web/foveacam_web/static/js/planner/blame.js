@@ -3,9 +3,8 @@
 import { NAMES, NUMBERS } from "./settings.js";
 
 /**
- * @typedef {import("#page").Trouble} Trouble
- * @typedef {import("#api").Problem} Problem
- * @typedef {import("#page").PlanSettings} PlanSettings
+ * @import { Problem } from "#api"
+ * @import { PlanSettings, Trouble } from "#page"
  */
 
 /** @type {[RegExp, string][]} the first that matches gives the field */

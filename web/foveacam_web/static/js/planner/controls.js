@@ -6,11 +6,7 @@ import { Troubles } from "../capture/parts.js";
 import { BOUNDS, NAMES, NUMBERS } from "./settings.js";
 import { makeSlide } from "./slide.js";
 
-/**
- * @typedef {import("#page").RingBound} RingBound
- * @typedef {import("#page").PlannerNumber} PlannerNumber
- * @typedef {import("#page").PlanSettings} PlanSettings
- */
+/** @import { PlanSettings, PlannerNumber, RingBound } from "#page" */
 
 /**
  * @param {{troubles: Troubles, changed: (part: Partial<PlanSettings>) => void}} options

@@ -5,7 +5,7 @@ import { plainly } from "../rig/scale.js";
 import { ticksTo } from "./geometry.js";
 import { chance, length } from "./words.js";
 
-/** @typedef {import("#api").StandoffDocument} StandoffDocument */
+/** @import { StandoffDocument } from "#api" */
 
 const WIDTH = 420;
 const HEIGHT = 240;

@@ -7,12 +7,9 @@ import { featuresOf, niceLength, outlinesOf, Sheet } from "./geometry.js";
 import { area } from "./words.js";
 
 /**
- * @typedef {import("#api").MapDocument} MapDocument
- * @typedef {import("#page").Outlines} Outlines
- * @typedef {import("#page").MapPoint} MapPoint
- * @typedef {import("#api").RegionsDocument} RegionsDocument
- * @typedef {import("#api").RingDocument} RingDocument
- * @typedef {import("./geometry.js").Box} Box
+ * @import { MapDocument, RegionsDocument, RingDocument } from "#api"
+ * @import { MapPoint, Outlines } from "#page"
+ * @import { Box } from "./geometry.js"
  * @typedef {{
  *   map: MapDocument, picture: string | null, targets_m: MapPoint[], ring: RingDocument | null, regions: RegionsDocument | null,
  *   stale: boolean, whole: boolean

@@ -11,10 +11,7 @@ import { area, chance, length } from "./words.js";
  * @template T
  * @typedef {import("#page").Answered<T>} Answered
  */
-/** @typedef {import("#api").MapDocument} MapDocument */
-/** @typedef {import("#api").RegionsDocument} RegionsDocument */
-/** @typedef {import("#api").RingDocument} RingDocument */
-/** @typedef {import("#api").StandoffDocument} StandoffDocument */
+/** @import { MapDocument, RegionsDocument, RingDocument, StandoffDocument } from "#api" */
 
 /** Build the figures of the ring and the probabilities. */
 export function makeChances() {

@@ -1,11 +1,7 @@
 // Converts between map and drawing coordinates (y is up on the map and down in the drawing), and reads GeoJSON. Pure.
 
 /**
- * @typedef {import("#page").Feature} Feature
- * @typedef {import("#page").Geojson} Geojson
- * @typedef {import("#page").Geometry} Geometry
- * @typedef {import("#page").Outlines} Outlines
- * @typedef {import("#page").MapPoint} MapPoint
+ * @import { Feature, Geojson, Geometry, MapPoint, Outlines } from "#page"
  * @typedef {{x0: number, y0: number, x1: number, y1: number}} Box
  */
 

@@ -1,6 +1,6 @@
 // Saves the planner's state in this browser: the last plan, and the user's own map, which is too long for an address.
 
-/** @typedef {import("#page").GivenMap} GivenMap */
+/** @import { GivenMap } from "#page" */
 
 const PLAN_KEY = "foveacam.planner";
 const MAP_KEY = "foveacam.planner.map";

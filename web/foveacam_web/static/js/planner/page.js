@@ -15,8 +15,8 @@ import { makeTargets } from "./targets.js";
 import { PlanView } from "./view.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").MapPoint} MapPoint
+ * @import { MapPoint } from "#page"
+ * @import { Store } from "../store.js"
  */
 
 /**

@@ -1,6 +1,6 @@
 // Maps the planner to its address, which holds the plan, so that it can be shared.
 
-/** @typedef {import("../store.js").Store} Store */
+/** @import { Store } from "../store.js" */
 
 export const PLANNER_ADDRESS = "#/planner";
 

@@ -2,13 +2,8 @@
 // Pure functions.
 
 /**
- * @typedef {import("../rig/scale.js").ScaleKind} ScaleKind
- * @typedef {import("#page").RingBound} RingBound
- * @typedef {import("#page").MapKind} MapKind
- * @typedef {import("#page").MapSettings} MapSettings
- * @typedef {import("#page").PlannerNumber} PlannerNumber
- * @typedef {import("#page").MapPoint} MapPoint
- * @typedef {import("#page").PlanSettings} PlanSettings
+ * @import { MapKind, MapPoint, MapSettings, PlanSettings, PlannerNumber, RingBound } from "#page"
+ * @import { ScaleKind } from "../rig/scale.js"
  * @typedef {{
  *   label: string, unit: string, low: number, high: number, kind: ScaleKind, value: number,
  *   presets?: {text: string, value: number}[]

@@ -3,9 +3,7 @@
 import { h } from "../dom.js";
 import { plainly, shareOf, valueAt, WAY } from "../rig/scale.js";
 
-/**
- * @typedef {import("./settings.js").NumberSetting} NumberSetting
- */
+/** @import { NumberSetting } from "./settings.js" */
 
 let slides = 0;
 

@@ -8,8 +8,7 @@ import { icon } from "../icons.js";
 import { makePictureSheet, pictureOf } from "./picture.js";
 
 /**
- * @typedef {import("#page").MapKind} MapKind
- * @typedef {import("#page").MapSettings} MapSettings
+ * @import { MapKind, MapSettings } from "#page"
  * @typedef {{body: object, name: string, picture: string | null, kind: MapKind}} Given what a user gives as a map
  * @typedef {{
  *   place: HTMLElement, changed: (part: Partial<MapSettings>) => void, give: (given: Given) => Promise<string | null>

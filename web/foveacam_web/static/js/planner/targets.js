@@ -5,7 +5,7 @@ import { icon } from "../icons.js";
 import { HUES } from "./drawing.js";
 
 /**
- * @typedef {import("#page").MapPoint} MapPoint
+ * @import { MapPoint } from "#page"
  * @typedef {{move: (index: number, place: MapPoint) => void, remove: (index: number) => void, add: () => void, reset: () => void}} Orders
  */
 

@@ -7,9 +7,8 @@ import { featuresOf, holds, outlinesOf } from "./geometry.js";
 import { sightWords } from "./words.js";
 
 /**
- * @typedef {import("#page").MapPoint} MapPoint
- * @typedef {import("./drawing.js").Layout} Layout
- * @typedef {import("./drawing.js").Scene} Scene
+ * @import { MapPoint } from "#page"
+ * @import { Layout, Scene } from "./drawing.js"
  * @typedef {{add: (place: MapPoint) => void, move: (index: number, place: MapPoint) => void, remove: (index: number) => void}} Hands
  */
 

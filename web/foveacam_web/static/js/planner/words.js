@@ -2,7 +2,7 @@
 
 import { count, number } from "../format.js";
 
-/** @typedef {import("#page").MapPoint} MapPoint */
+/** @import { MapPoint } from "#page" */
 
 /**
  * @param {number} value_m2

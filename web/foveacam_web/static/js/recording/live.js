@@ -5,11 +5,9 @@ import { isBeingMade, recordingPath, tallyWords } from "../gallery/recording_wor
 import { QuietReads } from "../quiet.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").RecordingDocument} RecordingDocument
- * @typedef {import("#api").RecordingRequest} RecordingRequest
+ * @import { EventDocument, RecordingDocument, RecordingRequest } from "#api"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
  */
 
 const EVERY_MS = 1000;

@@ -5,9 +5,8 @@ import { changing, h, say } from "../dom.js";
 import { sentence } from "../format.js";
 
 /**
- * @typedef {import("#api").CameraDocument} CameraDocument
- * @typedef {import("#api").CameraPatch} CameraPatch
- * @typedef {import("#page").ExposureAuto} ExposureAuto
+ * @import { CameraDocument, CameraPatch } from "#api"
+ * @import { ExposureAuto } from "#page"
  * @typedef {(patch: CameraPatch) => Promise<{refusal: string | null}>} Ask
  * @typedef {{
  *   element: HTMLElement, below: HTMLElement,

@@ -10,13 +10,10 @@ import { Dial } from "./dial.js";
 import { CAMERAS, linkOf, linkWords, phaseWords, problemOf, settable, SETTINGS, takesOrders } from "./words.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#page").Role} Role
- * @typedef {import("#api").CameraDocument} CameraDocument
- * @typedef {import("#api").CameraPatch} CameraPatch
- * @typedef {import("#page").CameraNumber} CameraNumber
- * @typedef {import("./orders.js").RigOrders} RigOrders
+ * @import { CameraDocument, CameraPatch } from "#api"
+ * @import { CameraNumber, ConsoleState, Role } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { RigOrders } from "./orders.js"
  * @typedef {{store: Store, orders: RigOrders}} Context
  */
 

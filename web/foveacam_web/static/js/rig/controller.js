@@ -7,12 +7,10 @@ import { count, MISSING, millis, number, sentence, span } from "../format.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").MirrorsDocument} MirrorsDocument
- * @typedef {import("#api").ControllerLinkDocument} ControllerLinkDocument
- * @typedef {import("#api").PositionStreamDocument} PositionStreamDocument
- * @typedef {import("./orders.js").RigOrders} RigOrders
+ * @import { ControllerLinkDocument, MirrorsDocument, PositionStreamDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { RigOrders } from "./orders.js"
  */
 
 /**

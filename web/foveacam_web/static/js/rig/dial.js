@@ -5,7 +5,7 @@ import { sentence } from "../format.js";
 import { decades, plainly, shareOf, snapped, spanText, valueAt, WAY } from "./scale.js";
 
 /**
- * @typedef {import("#api").SpanDocument} SpanDocument
+ * @import { SpanDocument } from "#api"
  * @typedef {{taken: number | null, refusal: string | null}} Outcome
  * @typedef {{
  *   name: string, unit: string, of: string, kind?: import("./scale.js").ScaleKind, presets?: number[], note?: string,

@@ -4,11 +4,10 @@ import { changing, fill, h } from "../dom.js";
 import { icon } from "../icons.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").Role} Role
- * @typedef {import("#api").MountKnock} MountKnock
- * @typedef {import("#api").SimulatedFaults} SimulatedFaults
- * @typedef {import("./orders.js").RigOrders} RigOrders
+ * @import { MountKnock, SimulatedFaults } from "#api"
+ * @import { Role } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { RigOrders } from "./orders.js"
  * @typedef {{name: string, list: "unplugged" | "frozen" | "no_trigger" | "no_strobe" | "dead_axes", axis?: "x" | "y", roles: Role[]}} Row
  */
 

@@ -4,16 +4,12 @@
 import { RequestError, request } from "../api.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#api").JobDocument} JobDocument
- * @typedef {import("#api").MirrorsDocument} MirrorsDocument
- * @typedef {import("#page").Role} Role
- * @typedef {import("#api").CameraPatch} CameraPatch
- * @typedef {import("#api").CamerasChangedDocument} CamerasChangedDocument
- * @typedef {import("#api").RailDocument} RailDocument
- * @typedef {import("#api").SimulatedFaults} SimulatedFaults
- * @typedef {import("./reader.js").RigReader} RigReader
+ * @import { CameraPatch, CamerasChangedDocument, JobDocument, MirrorsDocument, RailDocument } from "#api"
+ * @import { SimulatedFaults } from "#api"
+ * @import { Role } from "#page"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
+ * @import { RigReader } from "./reader.js"
  * @typedef {{changed: CamerasChangedDocument | null, refusal: string | null}} Answer `refusal`: why a camera did not take it
  */
 

@@ -14,9 +14,9 @@ import { mountRail } from "./rail.js";
 import { mountTrigger } from "./trigger.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").Role} Role
- * @typedef {import("../video/views.js").Views} Views
+ * @import { Role } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { Views } from "../video/views.js"
  * @typedef {{
  *   store: Store, views: Views, rig_orders: import("./orders.js").RigOrders, orders: import("../calibration/orders.js").CalibrationOrders
  * }} RigContext

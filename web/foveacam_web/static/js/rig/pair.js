@@ -6,10 +6,9 @@ import { icon } from "../icons.js";
 import { settable, SETTINGS, settingText } from "./words.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").CameraPatch} CameraPatch
- * @typedef {import("#api").DifferenceDocument} DifferenceDocument
- * @typedef {import("./orders.js").RigOrders} RigOrders
+ * @import { CameraPatch, DifferenceDocument } from "#api"
+ * @import { Store } from "../store.js"
+ * @import { RigOrders } from "./orders.js"
  */
 
 /** @type {Readonly<Record<"left" | "right", "left" | "right">>} */

@@ -8,9 +8,9 @@ import { icon } from "../icons.js";
 import { zeroOf } from "./zero.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").RailDocument} RailDocument
- * @typedef {import("./orders.js").RigOrders} RigOrders
+ * @import { RailDocument } from "#api"
+ * @import { Store } from "../store.js"
+ * @import { RigOrders } from "./orders.js"
  */
 
 /**

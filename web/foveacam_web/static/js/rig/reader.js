@@ -4,11 +4,8 @@ import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").EventDocument} EventDocument
- * @typedef {import("#api").RailDocument} RailDocument
- * @typedef {import("#api").SimulatedFaults} SimulatedFaults
- * @typedef {import("#api").TriggerTestDocument} TriggerTestDocument
+ * @import { EventDocument, RailDocument, SimulatedFaults, TriggerTestDocument } from "#api"
+ * @import { Store } from "../store.js"
  */
 
 const READ_BACK_MS = 1000;

@@ -1,6 +1,6 @@
 // Maps the rig page to its address, so that Back, reload and links work.
 
-/** @typedef {import("../store.js").Store} Store */
+/** @import { Store } from "../store.js" */
 
 export const RIG_ADDRESS = "#/rig";
 

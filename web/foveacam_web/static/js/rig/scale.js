@@ -3,7 +3,7 @@
 import { number } from "../format.js";
 
 /**
- * @typedef {import("#api").SpanDocument} SpanDocument
+ * @import { SpanDocument } from "#api"
  * @typedef {"linear" | "log"} ScaleKind
  */
 

@@ -6,13 +6,10 @@ import { clockTime, millis, MISSING, number, sentence } from "../format.js";
 import { takesOrders, VERDICTS } from "./words.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#api").EyeTestDocument} EyeTestDocument
- * @typedef {import("#page").RunningTest} RunningTest
- * @typedef {import("#api").TriggerDocument} TriggerDocument
- * @typedef {import("#api").TriggerTestDocument} TriggerTestDocument
- * @typedef {import("./orders.js").RigOrders} RigOrders
+ * @import { EyeTestDocument, TriggerDocument, TriggerTestDocument } from "#api"
+ * @import { ConsoleState, RunningTest } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { RigOrders } from "./orders.js"
  */
 
 /**

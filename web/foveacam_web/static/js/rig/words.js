@@ -4,13 +4,8 @@ import { sentence, span } from "../format.js";
 import { plainly } from "./scale.js";
 
 /**
- * @typedef {import("#page").CameraNumber} CameraNumber
- * @typedef {import("#page").Role} Role
- * @typedef {import("#api").RigDocument} RigDocument
- * @typedef {import("#api").CameraDocument} CameraDocument
- * @typedef {import("#api").CameraLinkDocument} CameraLinkDocument
- * @typedef {import("#page").CameraPhase} CameraPhase
- * @typedef {import("#page").SettingName} SettingName
+ * @import { CameraDocument, CameraLinkDocument, RigDocument } from "#api"
+ * @import { CameraNumber, CameraPhase, Role, SettingName } from "#page"
  * @typedef {import("#api").EyeTestDocument["verdict"]} Verdict
  */
 

@@ -1,9 +1,9 @@
 // Converts wide pixels to directions and back by the calibrated wide lens. The centre of the first pixel is (0, 0).
 
-/** @typedef {import("#api").WideLensDocument} WideLensDocument */
-/** @typedef {import("#api").Direction} Direction */
-/** @typedef {import("#page").Point} Point */
-/** @typedef {import("#api").SteeringDocument} SteeringDocument */
+/**
+ * @import { Direction, SteeringDocument, WideLensDocument } from "#api"
+ * @import { Point } from "#page"
+ */
 
 const DEG = Math.PI / 180;
 const ROUNDS = 12; // the mild distortion of this lens converges to 1e-9 in half as many

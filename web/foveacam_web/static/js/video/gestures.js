@@ -2,7 +2,7 @@
 // All positions are CSS pixels from the surface's top left corner.
 
 /**
- * @typedef {import("#page").Point} Point
+ * @import { Point } from "#page"
  * @typedef {{
  *   click(at: Point): void, probe(at: Point): void, hover(at: Point | null): void,
  *   rectangle(from: Point, to: Point, done: boolean): void, rectangleCancelled(): void,

@@ -6,9 +6,9 @@ import { icon } from "../icons.js";
 import { changeSettings } from "../store.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").SuggestionDocument} SuggestionDocument
- * @typedef {import("./pane.js").Pane} Pane
+ * @import { SuggestionDocument } from "#api"
+ * @import { Store } from "../store.js"
+ * @import { Pane } from "./pane.js"
  */
 
 const RADIUS_PX = 40; // of the wide picture

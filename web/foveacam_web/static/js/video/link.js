@@ -4,11 +4,7 @@ import { socketUrl } from "./protocol.js";
 import { ViewStream } from "./stream.js";
 
 /**
- * @typedef {import("#page").StreamReport} StreamReport
- * @typedef {import("#page").StreamOrder} StreamOrder
- * @typedef {import("#page").ViewName} ViewName
- * @typedef {import("#page").Subscription} Subscription
- * @typedef {import("#page").Point} Point
+ * @import { Point, StreamOrder, StreamReport, Subscription, ViewName } from "#page"
  * @typedef {{
  *   addCanvas(view: ViewName, canvas: HTMLCanvasElement): void, setLoupeCanvas(canvas: HTMLCanvasElement): void,
  *   aimLoupe(at: Point | null, zoom: number): void, subscribe(views: Subscription): void

@@ -6,9 +6,8 @@ import { directionOf, inField } from "./angles.js";
 import { SEEING, seeing } from "./reach.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#page").Point} Point
- * @typedef {import("./link.js").StreamLink} StreamLink
+ * @import { ConsoleState, Point } from "#page"
+ * @import { StreamLink } from "./link.js"
  */
 
 const SIDE_PX = 120;

@@ -7,9 +7,8 @@ import { fieldOutline } from "./angles.js";
 import { zones } from "./reach.js";
 
 /**
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#page").Point} Point
- * @typedef {import("./viewport.js").Viewport} Viewport
+ * @import { ConsoleState, Point } from "#page"
+ * @import { Viewport } from "./viewport.js"
  * @typedef {{x: number, y: number, width: number, height: number}} Box
  */
 

@@ -7,12 +7,7 @@ import { isCapturing } from "../capture/reader.js";
 import { icon } from "../icons.js";
 import { Viewport } from "./viewport.js";
 
-/**
- * @typedef {import("#page").ViewName} ViewName
- * @typedef {import("#page").AnnotatedName} AnnotatedName
- * @typedef {import("#page").ConsoleState} ConsoleState
- * @typedef {import("#page").ShownView} ShownView
- */
+/** @import { AnnotatedName, ConsoleState, ShownView, ViewName } from "#page" */
 
 /** @type {Readonly<Record<ViewName, {title: string, needs: import("#page").Role[]}>>} */
 export const VIEWS = Object.freeze({

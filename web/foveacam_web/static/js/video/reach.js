@@ -4,9 +4,8 @@ import { h, s, say } from "../dom.js";
 import { number } from "../format.js";
 
 /**
- * @typedef {import("#page").Corners} Corners
- * @typedef {import("#page").Point} Point
- * @typedef {import("#api").ReachDocument} ReachDocument
+ * @import { ReachDocument } from "#api"
+ * @import { Corners, Point } from "#page"
  * @typedef {"both" | "left" | "right" | "none"} Seeing
  */
 

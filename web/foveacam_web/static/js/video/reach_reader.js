@@ -5,8 +5,8 @@ import { answerOf } from "../answers.js";
 import { QuietReads } from "../quiet.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("#api").ReachDocument} ReachDocument
+ * @import { ReachDocument } from "#api"
+ * @import { Store } from "../store.js"
  */
 
 const AFTER_ANSWER_MS = 400; // the fixation's answer is drawn first

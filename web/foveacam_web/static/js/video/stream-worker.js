@@ -2,7 +2,7 @@
 
 import { ViewStream } from "./stream.js";
 
-/** @typedef {import("#page").StreamOrder} StreamOrder */
+/** @import { StreamOrder } from "#page" */
 
 /** @type {ViewStream | null} */
 let stream = null;

@@ -4,14 +4,8 @@
 import { jpegOf, readHeader } from "./protocol.js";
 
 /**
- * @typedef {import("#page").ViewName} ViewName
- * @typedef {import("#page").ViewInfo} ViewInfo
- * @typedef {import("#page").Subscription} Subscription
- * @typedef {import("#page").StreamReport} StreamReport
- * @typedef {import("#page").ShownView} ShownView
- * @typedef {import("#page").Overlay} Overlay
- * @typedef {import("#page").Point} Point
- * @typedef {import("./protocol.js").FrameHeader} FrameHeader
+ * @import { Overlay, Point, ShownView, StreamReport, Subscription, ViewInfo, ViewName } from "#page"
+ * @import { FrameHeader } from "./protocol.js"
  * @typedef {OffscreenCanvas | HTMLCanvasElement} Canvas
  * @typedef {{
  *   canvas: Canvas, context: Context | null, times_ms: number[], count: number, header: FrameHeader | null,

@@ -2,7 +2,7 @@
 // Inside, positions are measured from the picture's top left corner; a sensor pixel (x, y) has its centre half a pixel
 // further in, so that (0, 0) is the centre of the first one.
 
-/** @typedef {import("#page").Point} Point */
+/** @import { Point } from "#page" */
 
 const FINEST = 48; // CSS pixels for one sensor pixel, at most
 

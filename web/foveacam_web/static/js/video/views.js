@@ -6,11 +6,9 @@ import { ANNOTATED, Pane, VIEWS } from "./pane.js";
 import { WideView } from "./wide.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#page").ViewName} ViewName
- * @typedef {import("#page").StreamReport} StreamReport
- * @typedef {import("#page").Subscription} Subscription
+ * @import { StreamReport, Subscription, ViewName } from "#page"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
  */
 
 /** @type {Set<ViewName>} */

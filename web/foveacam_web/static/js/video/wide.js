@@ -11,11 +11,11 @@ import { Overlay } from "./overlay.js";
 import { ReachLegend, seeing } from "./reach.js";
 
 /**
- * @typedef {import("../store.js").Store} Store
- * @typedef {import("../commands.js").Commands} Commands
- * @typedef {import("#page").Point} Point
- * @typedef {import("./pane.js").Pane} Pane
- * @typedef {import("./link.js").StreamLink} StreamLink
+ * @import { Point } from "#page"
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
+ * @import { StreamLink } from "./link.js"
+ * @import { Pane } from "./pane.js"
  */
 
 const ZOOM_STEP = 1.5;
