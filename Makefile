@@ -49,9 +49,9 @@ renderer: $(DEV)
 test: $(DEV) packages
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
 
-# Unit and wire tests, which open no simulated rig: at most 90 s on two quiet cores.
+# Unit and wire tests, which open no simulated rig, without the slow fits: at most 90 s on two quiet cores.
 test-fast: $(DEV)
-	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile tests/unit tests/wire
+	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile -m "not slow" tests/unit tests/wire
 
 # Line coverage of the four packages by the whole run, or by the folders that TESTS names; child processes are not counted.
 coverage: $(DEV) packages

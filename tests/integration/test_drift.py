@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.drift.check import run_drift_check
 from foveacam_pipeline.calibrate.drift.correction import correct_calibration
-from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthReport, HealthVerdict
+from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthVerdict
 from foveacam_pipeline.calibrate.drift.values import DriftCheck, DriftSettings
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
@@ -100,14 +100,28 @@ def shoot(rig: Rig, calibration: Calibration, settings: DriftSettings | None = N
     return run_drift_check(rig.head, calibration, clock=rig.clock, settings=settings or DriftSettings())
 
 
-def test_one_shot_on_the_markers_restores_both_eyes_and_the_next_finds_nothing() -> None:
+@dataclass(frozen=True, kw_only=True)
+class CheckedRig:
+    """A relocated rig before the markers, still open, and the drift check that was run on it."""
+
+    rig: Rig
+    before_px: float
+    check: DriftCheck
+
+
+@pytest.fixture(scope="module")
+def checked() -> Iterator[CheckedRig]:
     with relocated("calibration") as rig:
         before_px = pointing_rms_px(misses_px(rig, CERTIFICATE))
-        check = shoot(rig, CERTIFICATE)
-        corrected = correct_calibration(CERTIFICATE, check, created_utc=LATER)
-        after_px = pointing_rms_px(misses_px(rig, corrected))
-        again = shoot(rig, corrected)
-    assert before_px > 100.0
+        yield CheckedRig(rig=rig, before_px=before_px, check=shoot(rig, CERTIFICATE))
+
+
+def test_one_shot_on_the_markers_restores_both_eyes_and_the_next_finds_nothing(checked: CheckedRig) -> None:
+    check = checked.check
+    corrected = correct_calibration(CERTIFICATE, check, created_utc=LATER)
+    after_px = pointing_rms_px(misses_px(checked.rig, corrected))
+    again = shoot(checked.rig, corrected)
+    assert checked.before_px > 100.0
     assert check.vergence_known, check.detail
     assert check.duration_s <= LONGEST_S
     assert after_px <= LIMIT_PX, check.detail
@@ -138,22 +152,13 @@ def test_among_people_that_walk_it_finds_what_stands_still() -> None:
         assert found[2] == pytest.approx(turn_rad[2], abs=math.radians(0.03))
 
 
-def test_a_rig_that_was_not_touched_is_left_alone() -> None:
-    with open_simulated("calibration", inline=True) as rig:
-        plainly(rig)
-        check = shoot(rig, CERTIFICATE)
-    assert check.locked, check.detail
-    assert not check.significant, check.detail
-
-
-def test_a_slow_machine_is_given_the_time_that_a_lock_takes_and_no_more_than_that_to_none() -> None:
-    with relocated("calibration") as rig:
-        plainly(rig)
-        whole = shoot(rig, CERTIFICATE)
-        slow = shoot(rig, CERTIFICATE, DriftSettings(timeout_s=0.0))
-        slower = shoot(rig, CERTIFICATE, DriftSettings(timeout_s=0.0, longest_s=0.5))
+def test_a_slow_machine_is_given_the_time_that_a_lock_takes_and_no_more_than_that_to_none(
+    checked: CheckedRig,
+) -> None:
+    slow = shoot(checked.rig, CERTIFICATE, DriftSettings(timeout_s=0.0))
+    slower = shoot(checked.rig, CERTIFICATE, DriftSettings(timeout_s=0.0, longest_s=0.5))
     assert slow.locked, slow.detail
-    assert FEW.least_places <= len(slow.places) < len(whole.places)
+    assert FEW.least_places <= len(slow.places) < len(checked.check.places)
     assert not slower.locked
     assert "No lock: time was up after 1 s" in slower.detail
 
@@ -167,22 +172,12 @@ def test_a_check_can_be_cancelled() -> None:
         run_drift_check(rig.head, CERTIFICATE, clock=rig.clock, watch=Impatient())
 
 
-def health_after_clicks(*, turn_rad: dict[Role, tuple[float, float, float]]) -> HealthReport:
-    checkup = HealthMonitor(CERTIFICATE)
+def test_ordinary_fixations_notice_that_an_eye_has_moved() -> None:
+    monitor = HealthMonitor(CERTIFICATE)
     with open_simulated("bench", inline=True) as rig:
         assert rig.truth is not None
         plainly(rig)
-        rig.truth.world.faults.drift_step_rad = turn_rad
+        rig.truth.world.faults.drift_step_rad = {Role.LEFT: (math.radians(0.02), 0.0, 0.0)}
         for x_px, y_px in CLICKS:
-            checkup.add(fixate(rig.head, CERTIFICATE, PixelTarget(x_px=x_px, y_px=y_px), clock=rig.clock))
-    return checkup.health
-
-
-def test_ordinary_fixations_call_a_good_calibration_good() -> None:
-    found = health_after_clicks(turn_rad={})
-    assert found.verdict is HealthVerdict.GOOD, found.detail
-
-
-def test_ordinary_fixations_notice_that_an_eye_has_moved() -> None:
-    found = health_after_clicks(turn_rad={Role.LEFT: (math.radians(0.02), 0.0, 0.0)})
-    assert found.verdict is HealthVerdict.RECALIBRATE, found.detail
+            monitor.add(fixate(rig.head, CERTIFICATE, PixelTarget(x_px=x_px, y_px=y_px), clock=rig.clock))
+    assert monitor.health.verdict is HealthVerdict.RECALIBRATE, monitor.health.detail

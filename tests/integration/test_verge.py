@@ -76,8 +76,10 @@ def test_a_plain_board_is_as_far_as_its_frame_says(
     assert found.distance_sigma_m <= 0.05 * found.distance_m
 
 
-@pytest.mark.parametrize("surveyed", [False, True])
-@pytest.mark.parametrize(("aside_px", "down_px"), [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-1.0, -1.0)])
+@pytest.mark.parametrize(
+    ("aside_px", "down_px", "surveyed"),
+    [(0.0, 0.0, False), (1.0, 0.0, True), (0.0, 1.0, False), (-1.0, -1.0, True)],
+)
 def test_a_look_alike_beside_a_hidden_target_is_not_taken_for_it(
     rig: Rig, calibration: Calibration, aside_px: float, down_px: float, *, surveyed: bool
 ) -> None:

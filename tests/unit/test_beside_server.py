@@ -95,9 +95,9 @@ def test_what_changes_the_values_in_use_or_measures_in_a_session_is_refused(
 @pytest.mark.parametrize(
     ("module", "arguments"),
     [
-        ("capture_command.run", ("capture", "--name", "a")),
-        ("still_command.run", ("still",)),
-        ("recording_command.record", ("record", "a.fcap")),
+        ("captures.cli_run", ("capture", "--name", "a")),
+        ("stills.cli_run", ("still",)),
+        ("recordings.cli_record", ("record", "a.fcap")),
     ],
 )
 def test_what_writes_a_folder_or_file_of_its_own_comes_to_opening_a_rig(
@@ -109,7 +109,7 @@ def test_what_writes_a_folder_or_file_of_its_own_comes_to_opening_a_rig(
     def opened(*_: object, **__: object) -> NoReturn:
         raise NotConnected("the rig would be opened now")
 
-    monkeypatch.setattr(f"foveacam_server.{module}.open_enabled_rig", opened)
+    monkeypatch.setattr(f"foveacam_server.resources.{module}.open_enabled_rig", opened)
     assert run(monkeypatch, *arguments) == 1
     assert "the rig would be opened now" in capsys.readouterr().err
 

@@ -18,6 +18,8 @@ from foveacam_pipeline.models import Calibration, Intrinsics
 
 from .swept_rig import EYES, POSE_S, UPRIGHT, SweptRig, Turns, swept, visited, wide_lens
 
+pytestmark = pytest.mark.slow
+
 SEED = 7
 F_PX = 28_760.0
 DRIFT_DEG = 0.004

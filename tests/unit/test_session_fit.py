@@ -16,6 +16,8 @@ from foveacam_pipeline.models import Intrinsics
 
 from .swept_rig import EYES, SweptRig, swept, visited, wide_lens
 
+pytestmark = pytest.mark.slow
+
 DRAWING = NominalRig(rig_id="sim-1")
 
 

@@ -182,8 +182,13 @@ def measure(head: SpringHead, settings: SettleSettings = QUICK) -> SettleReport:
 
 
 @pytest.fixture(scope="module")
-def report() -> SettleReport:
-    return measure(SpringHead())
+def head() -> SpringHead:
+    return SpringHead()
+
+
+@pytest.fixture(scope="module")
+def report(head: SpringHead) -> SettleReport:
+    return measure(head)
 
 
 def test_every_axis_settles_when_its_mirror_does(report: SettleReport) -> None:
@@ -220,9 +225,8 @@ def test_the_report_is_drawn(report: SettleReport) -> None:
     assert settle_picture(report).startswith(b"\x89PNG")
 
 
-def test_exposure_and_filter_are_put_back() -> None:
-    head = SpringHead()
-    measure(head, replace(QUICK, axes=("x",)))
+@pytest.mark.usefixtures("report")
+def test_exposure_and_filter_are_put_back(head: SpringHead) -> None:
     assert head.exposures == [(QUICK.exposure_ns, QUICK.gain_db), (NORMAL.exposure_ns, NORMAL.gain_db)]
     assert head.cutoffs_hz == [120, 1000, 120]
 

@@ -117,10 +117,11 @@ def test_lines_across_the_rows_tell_the_distance(calibration: Calibration) -> No
     assert fixation.distance_m == pytest.approx(true_distance_m(fixation, 6.0), rel=0.005)
 
 
-@with_either
-@pytest.mark.parametrize("period_texels", [32, 64])  # 7 and 13 wide px at 6 m
+@pytest.mark.parametrize(  # 7 and 13 wide px at 6 m
+    ("period_texels", "calibration"), [(32, CALIBRATION), (64, MEASURED)], ids=["fixed", "measured"]
+)
 def test_a_pattern_that_repeats_is_not_taken_for_another_distance(
-    calibration: Calibration, period_texels: int
+    period_texels: int, calibration: Calibration
 ) -> None:
     wave = 40.0 * np.sin(2.0 * np.pi * np.arange(TILE) / period_texels)
     grid = (128.0 + wave[None, :] + wave[:, None]).astype(np.float32)
@@ -129,17 +130,15 @@ def test_a_pattern_that_repeats_is_not_taken_for_another_distance(
     assert "repeats" in fixation.reason
 
 
-@with_either
-def test_a_pattern_that_changes_too_slowly_tells_no_distance(calibration: Calibration) -> None:
+def test_a_pattern_that_changes_too_slowly_tells_no_distance() -> None:
     wave = 40.0 * np.sin(2.0 * np.pi * np.arange(TILE) / 128)  # 245 fovea px at 6 m
     grid = (128.0 + wave[None, :] + wave[:, None]).astype(np.float32)
-    fixation = fix(PlaneHead(z_m=6.0, texture=grid, calibration=calibration))
+    fixation = fix(PlaneHead(z_m=6.0, texture=grid, calibration=MEASURED))
     assert fixation.state is FixationState.NO_TEXTURE, fixation.reason
     assert "tells no distance" in fixation.reason
 
 
-@with_either
-@pytest.mark.parametrize("eye", [Role.LEFT, Role.RIGHT])
+@pytest.mark.parametrize(("eye", "calibration"), [(Role.LEFT, CALIBRATION), (Role.RIGHT, MEASURED)])
 def test_a_target_hidden_from_one_eye_is_measured_by_the_other_and_the_wide_camera(
     eye: Role, calibration: Calibration
 ) -> None:

@@ -35,12 +35,9 @@ def test_nine_real_views_do_not_call_for_the_rational_model() -> None:
 
 
 @real
-@pytest.mark.parametrize(("columns", "rows"), [(8, 6), (7, 5), (10, 7)])
-def test_a_board_of_the_wrong_size_is_named(columns: int, rows: int) -> None:
-    wrong = Checkerboard(columns=columns, rows=rows, square_m=0.025)
-    with pytest.raises(
-        InvalidInput, match=f"no checkerboard of {columns} x {rows}.*in any of 9 images.*9 x 6"
-    ):
+def test_a_board_of_the_wrong_size_is_named() -> None:
+    wrong = Checkerboard(columns=8, rows=6, square_m=0.025)
+    with pytest.raises(InvalidInput, match=r"no checkerboard of 8 x 6.*in any of 9 images.*9 x 6"):
         samples_from_images(CHESSBOARD, wrong, pattern="right*")
 
 

@@ -63,7 +63,7 @@ def test_limits_are_told_in_words_and_the_click_can_be_corrected(
     expect(page.locator("[data-role=bound]")).to_have_text("farther than 1.3 m, nearer than 8.0 m")
     expect(page.locator(".targets .distance")).to_have_text("1.3 … 8.0 m")
     assert console.overflow_px() <= 0
-    with page.expect_request("**/corrections"):
+    with page.expect_response("**/corrections"):
         page.get_by_role("button", name="Nearer").click()
     assert server.posted_bodies("/fixations/fix-1/corrections") == [{"direction": "nearer"}]
 

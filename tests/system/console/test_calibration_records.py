@@ -162,9 +162,13 @@ def test_drift_is_measured_shown_with_its_error_and_its_trend(
     expect(drift.locator(".trend")).to_have_js_property("complete", True)
 
 
-def test_pan_tilt_turns_by_steps_to_stations_and_holds(stub: StubServer, open_wizard: OpenWizard) -> None:
+def test_pan_tilt_homes_turns_by_steps_to_stations_and_holds(
+    stub: StubServer, open_wizard: OpenWizard
+) -> None:
     console = open_wizard("wide")
     side = console.page.locator(".wizard-side")
+    with console.page.expect_response(re.compile("/pan_tilt/homings$")):
+        side.get_by_role("button", name="Home").click()
     side.get_by_label("Step").select_option("0.5")
     for button in ("Turn right", "Turn up"):
         with console.page.expect_response(re.compile("/pan_tilt/moves$")):
@@ -198,17 +202,19 @@ def test_rig_turned_by_hand_is_told_which_way(stub: StubServer, open_wizard: Ope
     expect(console.page.get_by_role("button", name="Turn left")).to_be_hidden()
 
 
-@pytest.mark.parametrize("step", STEPS)
 def test_phone_shows_every_step_without_scrolling_sideways(
-    stub: StubServer, open_console: OpenConsole, step: str
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
     stub.session = stub.session | {"label": LONG, "problems": ["wide.json is cut short"]}
     stub.answers["/calibrations"][0]["label"] = LONG
     stub.answers["/drift_checks"] = [drift_check()]
-    phone = open_console(f"{stub.url}#/calibration/{step}", options=TOUCH)
+    phone = open_console(f"{stub.url}#/calibration", options=TOUCH)
     expect(phone.page.locator(".damage")).to_contain_text("Wide.json is cut short.")
-    assert phone.overflow_px() <= 0
-    assert phone.page.locator("#stop").is_visible()
+    for step in STEPS:
+        phone.page.evaluate(f"location.hash = '#/calibration/{step}'")
+        phone.page.locator(f"#step-{step}").wait_for()
+        assert phone.overflow_px() <= 0, step
+        assert phone.page.locator("#stop").is_visible(), step
 
 
 def test_everything_that_can_be_pressed_has_a_name(open_wizard: OpenWizard) -> None:

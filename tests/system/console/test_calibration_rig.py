@@ -30,23 +30,6 @@ def overview(open_console: OpenConsole, server: Server) -> Console:
     return console
 
 
-def test_pan_tilt_homes_and_turns_by_steps_and_to_a_station(overview: Console) -> None:
-    side = overview.page.locator(".wizard-side")
-    side.get_by_role("button", name="Home").click()
-    expect(side).to_contain_text("at rest", timeout=PATIENCE_MS)
-    side.get_by_role("button", name="Turn down").click()
-    expect(side.locator(".pose")).to_contain_text("tilt +2.00°", timeout=PATIENCE_MS)
-    side.get_by_role("button", name="Turn to the station markers", exact=True).click()
-    expect(side.locator(".pose")).to_contain_text("tilt +0.00°", timeout=PATIENCE_MS)
-
-
-def test_drift_is_looked_for_and_told_with_its_error(overview: Console) -> None:
-    overview.page.get_by_role("button", name="Measure", exact=True).click()
-    expect(overview.page.locator(".job.good")).to_contain_text("Drift check: done", timeout=2 * PATIENCE_MS)
-    expect(overview.page.locator(".drift tbody tr")).to_have_count(2)
-    expect(overview.page.locator(".drift tbody td").nth(1)).to_have_text(re.compile(r"[+−]0\.\d{4}°"))
-
-
 def test_exported_file_is_imported_again(overview: Console, tmp_path: Path) -> None:
     with overview.page.expect_download() as download:
         overview.page.get_by_role("link", name=re.compile("^Export")).first.click()
@@ -55,18 +38,6 @@ def test_exported_file_is_imported_again(overview: Console, tmp_path: Path) -> N
     assert json.loads(file.read_text())["format"]
     overview.page.get_by_label("Import a calibration file").set_input_files(file)
     expect(overview.page.locator(".toast.good")).to_contain_text("Imported")
-
-
-def test_step_that_cannot_run_yet_says_what_to_do_first(overview: Console, server: Server) -> None:
-    session = server.send("POST", "/calibration_sessions", {"label": "Refused"}).json()
-    overview.page.reload()
-    overview.page.get_by_role("link", name="3 Rectify").click()
-    expect(overview.page.locator("#step-fit .why")).to_contain_text("First step 1")
-    run = server.send("POST", f"/calibration_sessions/{session['id']}/runs", {"step": "fit", "options": {}})
-    assert run.status_code == 202
-    failed = overview.page.locator(".job.bad")
-    expect(failed).to_contain_text("Fit: failed", timeout=PATIENCE_MS)
-    expect(failed.locator(".lead")).to_contain_text(re.compile("wide|sweep"))
 
 
 def test_views_of_the_board_are_taken_cancelled_and_gone_on_with_until_the_lens_is_known(

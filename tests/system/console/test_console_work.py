@@ -14,7 +14,6 @@ from .server_process import Server, StartServer
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 TEXTURED_PX = (812.0, 420.0)  # the poster of the scene "bench"
-BARE_PX = (752.0, 754.0)  # its grey card
 LONG = "A name as long as the rig takes: the third bolt from the left on the flange 80"
 
 
@@ -49,16 +48,6 @@ def test_click_ends_with_a_distance_and_its_error(console: Console, server: Serv
     assert console.page.locator(".stepplot circle.along").count() == len(kept["steps"])
 
 
-def test_patch_without_texture_is_told_in_words(console: Console, server: Server) -> None:
-    console.fixate(*BARE_PX)
-    expect(console.page.locator("#fixation .state.plain")).to_have_text("Inferred from its surroundings")
-    expect(console.page.locator("#fixation .lead").last).to_contain_text("nothing that could be matched")
-    kept = server.send("GET", "/fixations?limit=1").json()[0]
-    assert (kept["state"], kept["basis"]) == ("no_texture", "surroundings")
-    shown = console.page.locator("[data-role=distance]").inner_text()
-    assert float(shown.split()[0]) == pytest.approx(kept["distance_m"], abs=kept["distance_sigma_m"])
-
-
 def test_escape_cancels_the_fixation_that_runs(console: Console, server: Server) -> None:
     for _ in range(4):  # its own comes after these: it is not over before Escape is pressed
         server.send("POST", "/fixations", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}})
@@ -73,7 +62,12 @@ def test_escape_cancels_the_fixation_that_runs(console: Console, server: Server)
 
 def test_target_is_renamed_looked_at_again_and_deleted_with_undo(console: Console, server: Server) -> None:
     row = new_target(console, server)
-    row.get_by_role("textbox").fill(LONG)
+    name = row.get_by_role("textbox")
+    name.fill("two")
+    name.press("Space")  # a space, and no stop
+    assert name.input_value() == "two "
+    assert server.get("/stop")["engaged"] is False
+    name.fill(LONG)
     with console.page.expect_response(lambda answer: answer.request.method == "PATCH"):
         row.get_by_role("textbox").press("Enter")
     assert console.overflow_px() <= 0
@@ -100,14 +94,6 @@ def test_space_stops_even_with_a_button_focused_and_moving_is_refused_until_rele
     toast = console.page.locator(".toast")
     toast.get_by_role("button", name="Release the stop").click()
     console.page.locator("#stopped").wait_for(state="hidden")
-    assert server.get("/stop")["engaged"] is False
-
-
-def test_space_in_a_name_is_a_space(console: Console, server: Server) -> None:
-    name = new_target(console, server).get_by_role("textbox")
-    name.fill("two")
-    name.press("Space")
-    assert name.input_value() == "two "
     assert server.get("/stop")["engaged"] is False
 
 
