@@ -49,7 +49,7 @@ renderer: $(DEV)
 test: $(DEV) packages
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
 
-# Unit and wire tests, which open no simulated rig, without the slow fits: at most 90 s on two quiet cores.
+# Unit and wire tests, which open no simulated rig, without those marked slow: at most 90 s on two quiet cores.
 test-fast: $(DEV)
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile -m "not slow" tests/unit tests/wire
 

@@ -20,6 +20,8 @@ from foveacam_server.resources.calibration_sessions.sessions import CalibrationS
 
 from .swept_rig import SweptRig, swept, wide_lens
 
+pytestmark = pytest.mark.slow
+
 SEED = 5
 SIDE = 6
 DISTANCES_M = (5.0, 2.5)

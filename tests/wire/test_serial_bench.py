@@ -1,6 +1,10 @@
 """The serial bench: its figures are complete, and within the bars that no machine is too slow for."""
 
+import pytest
+
 from foveacam_bench.drivers.mirror_link import run
+
+pytestmark = pytest.mark.slow
 
 
 def test_lost_bytes_are_recovered_or_reported_within_a_second_and_no_update_is_lost() -> None:
