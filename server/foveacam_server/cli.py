@@ -15,8 +15,8 @@ from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
+from foveacam_server.commands.calibrate import app as calibrate_app
 from foveacam_server.foundation.settings import checked_settings
-from foveacam_server.resources.calibration_sessions.cli import app as calibrate_app
 from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
 from foveacam_server.resources.positioners.cli import confirm_zero

@@ -14,7 +14,6 @@ from rich.console import Console
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_server.app import create_app
-from foveacam_server.assembly.opening import rig_config
 from foveacam_server.assembly.services import Services
 from foveacam_server.console.security import AccessRules
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
@@ -22,6 +21,7 @@ from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.stop.routes import StopAtDoor
+from foveacam_server.rig.configuration import rig_config
 from foveacam_server.rig.stream_socket import listen
 from foveacam_server.simulation import check_simulation, compile_renderer
 

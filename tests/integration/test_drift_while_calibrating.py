@@ -12,12 +12,12 @@ from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.fit.measured import NominalRig, reduce_sweeps
+from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to
 from foveacam_pipeline.models import Calibration
-from foveacam_server.resources.calibration_sessions.cli_rig import environment_of
-from foveacam_server.resources.calibration_sessions.documents import sweep_paths
+from foveacam_server.resources.calibration_sessions.drift_step import close_drift
 from foveacam_server.resources.calibration_sessions.fit_step import compute_fit
 from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
 from foveacam_server.resources.calibration_sessions.options import FitOptions, MirrorsOptions
@@ -26,8 +26,8 @@ from foveacam_server.resources.calibration_sessions.sessions import (
     CalibrationSession,
     SessionCollection,
 )
+from foveacam_server.resources.calibration_sessions.step_environment import environment_of
 from foveacam_server.resources.calibration_sessions.wide_documents import RESULT
-from foveacam_server.resources.drift_checks.step import close_drift
 
 from .marker_room import EYES, SilentStepWatcher, changed_room, make_grey, true_wide
 

@@ -8,7 +8,7 @@ import pytest
 
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
-from foveacam_server.resources.settle_time.records import SettleTime
+from foveacam_server.rig.settle_times import SettleTime
 
 from .calibration_server import CalibrationServer, calibration_server
 from .conftest import API

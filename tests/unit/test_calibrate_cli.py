@@ -15,7 +15,7 @@ from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibration_sessions.sessions import SETTLE, SETTLE_REPORT, SessionCollection
-from foveacam_server.resources.calibrations.pinned import write_pin
+from foveacam_server.resources.calibrations.in_force import write_pin
 from foveacam_server.resources.calibrations.service import SHIPPED
 
 from .settle_report import REPORT

@@ -16,7 +16,8 @@ from foveacam_hardware.contract import (
 )
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.positioners.pan_tilt import PanTiltService, exclusive_pan_tilt
+from foveacam_server.resources.positioners.pan_tilt import PanTiltService
+from foveacam_server.rig.exclusive_pan_tilt import exclusive_pan_tilt
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.live_views import LiveRates
 

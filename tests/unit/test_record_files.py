@@ -11,6 +11,7 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.resources.calibration_sessions.documents import SessionReader
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
 from foveacam_server.resources.calibrations.record_files import (
     ImportFacts,
@@ -42,14 +43,14 @@ def measured(shelf: SessionCollection) -> Calibration:
 
 
 def test_our_file_comes_back_the_same(measured: Calibration, shelf: SessionCollection) -> None:
-    document = json.loads(export_bytes(measured, "foveacam", sessions=shelf))
+    document = json.loads(export_bytes(measured, "foveacam", sessions=SessionReader(shelf)))
     assert calibration_of(document, ImportFacts(rig_id=measured.rig_id)).id == measured.id
 
 
 def test_authors_bundle_carries_the_poses_and_can_be_fitted_again(
     measured: Calibration, shelf: SessionCollection
 ) -> None:
-    document = json.loads(export_bytes(measured, "authors", sessions=shelf))
+    document = json.loads(export_bytes(measured, "authors", sessions=SessionReader(shelf)))
     assert document["schema"] == "fovea-device-config@1"
     assert len(document["records"]) == 3
     found = calibration_of(document, ImportFacts(rig_id=measured.rig_id, distance_m=5.0))
@@ -60,9 +61,9 @@ def test_authors_bundle_carries_the_poses_and_can_be_fitted_again(
 
 def test_bundle_without_a_session_is_refused(measured: Calibration, shelf: SessionCollection) -> None:
     with pytest.raises(InvalidInput, match="not kept here"):
-        export_bytes(replace(measured, session_id=None), "authors", sessions=shelf)
+        export_bytes(replace(measured, session_id=None), "authors", sessions=SessionReader(shelf))
     with pytest.raises(InvalidInput, match="not kept here"):
-        export_bytes(replace(measured, session_id="ses-0"), "authors", sessions=shelf)
+        export_bytes(replace(measured, session_id="ses-0"), "authors", sessions=SessionReader(shelf))
 
 
 @pytest.mark.parametrize("document", [None, [], "text", {}, {"schema": "other@1"}, {"format": "other"}])
@@ -72,7 +73,7 @@ def test_what_is_no_calibration_is_refused(document: object) -> None:
 
 
 def test_bundle_that_lacks_a_record_is_refused(measured: Calibration, shelf: SessionCollection) -> None:
-    document = json.loads(export_bytes(measured, "authors", sessions=shelf))
+    document = json.loads(export_bytes(measured, "authors", sessions=SessionReader(shelf)))
     document["records"] = document["records"][:2]
     with pytest.raises(InvalidInput, match="right"):
         calibration_of(document, ImportFacts(rig_id=measured.rig_id, distance_m=5.0))
@@ -81,7 +82,7 @@ def test_bundle_that_lacks_a_record_is_refused(measured: Calibration, shelf: Ses
 def test_bundle_of_another_wide_camera_is_refused_naming_both_sizes(
     measured: Calibration, shelf: SessionCollection
 ) -> None:
-    document = json.loads(export_bytes(measured, "authors", sessions=shelf))
+    document = json.loads(export_bytes(measured, "authors", sessions=SessionReader(shelf)))
     facts = ImportFacts(rig_id=measured.rig_id, distance_m=5.0, wide_size=(1920, 1200))
     with pytest.raises(InvalidInput, match="1440 × 1080 px, this rig's has 1920 × 1200 px"):
         calibration_of(document, facts)

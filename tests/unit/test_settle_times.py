@@ -7,8 +7,8 @@ import pytest
 from foveacam_hardware.contract import StorageFull, VirtualClock
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.settle_time.records import SettleTime, SettleTimes
 from foveacam_server.resources.settle_time.service import SettleTimeService
+from foveacam_server.rig.settle_times import SettleTime, SettleTimes
 
 from .fake_rig import FakeRig
 

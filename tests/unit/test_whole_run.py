@@ -40,7 +40,7 @@ from foveacam_server.resources.calibration_sessions.step_environment import Excl
 from foveacam_server.resources.calibration_sessions.steps import KNOWN, run_all
 from foveacam_server.resources.calibration_sessions.wide_documents import RESULT, views_id
 from foveacam_server.resources.calibrations.service import SHIPPED
-from foveacam_server.resources.settle_time.records import SettleTime
+from foveacam_server.rig.settle_times import SettleTime
 
 from .settle_report import REPORT
 from .swept_rig import SweptRig, swept, wide_lens

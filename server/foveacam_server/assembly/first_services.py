@@ -15,12 +15,12 @@ from foveacam_server.resources.calibrations.health import CalibrationHealth
 from foveacam_server.resources.calibrations.service import CalibrationService
 from foveacam_server.resources.cameras.records import CameraRecords
 from foveacam_server.resources.cameras.service import CameraSettingsService
-from foveacam_server.resources.settle_time.records import SettleTimes
 from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.resources.views.overlay import GazeOverlay
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
 from foveacam_server.rig.ports import SceneViewer
+from foveacam_server.rig.settle_times import SettleTimes
 from foveacam_server.rig.stream import LiveStreams
 from foveacam_web.scene import ViewerScene
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.rig import open_rig
-from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, load_rig_config
 from foveacam_hardware.rig_replay import replay_rig
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
@@ -25,6 +24,7 @@ from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.calibration_sessions.documents import SessionReader
 from foveacam_server.resources.calibration_sessions.runs import CalibrationJobTools
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
@@ -42,16 +42,10 @@ from foveacam_server.resources.suggestions.service import SuggestionService
 from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
+from foveacam_server.rig.configuration import rig_config
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.stop import StopSwitch
-
-
-def rig_config(settings: Settings) -> SimulatedRigConfig | SerialRigConfig:
-    """Return the rig that the settings name; raise `InvalidInput` for a file that cannot be used."""
-    if settings.rig == "sim":
-        return SimulatedRigConfig(scene=settings.scene, preset=settings.preset)
-    return load_rig_config(Path(settings.rig))
 
 
 def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.AbstractEventLoop) -> Services:
@@ -140,7 +134,7 @@ def _open_calibration(
     )
     records = CalibrationRecords(
         knowledge.calibration,
-        sessions=sessions,
+        sessions=SessionReader(sessions),
         drift=drift.records,
         hardware=hardware,
         health=knowledge.health,

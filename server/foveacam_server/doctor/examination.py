@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_cameras import camera_searches
-from foveacam_server.assembly.opening import rig_config
 from foveacam_server.doctor import buses, devices, ports, program, trigger
 from foveacam_server.doctor.cameras import Discover, check_named, look_for_cameras
 from foveacam_server.doctor.findings import Finding
@@ -14,6 +13,7 @@ from foveacam_server.doctor.machine import Machine
 from foveacam_server.doctor.needs import needs_of
 from foveacam_server.doctor.versions import check_versions, installed
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.rig.configuration import rig_config
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Clock, Frame, MarkerPrint, RailPlace, Station
 from foveacam_hardware.simulated_faults import FaultInjector
 from foveacam_pipeline.capture.run.access import CaptureRig
+from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_pipeline.verge.values import Basis
 from foveacam_web.scene_values import EyeGaze, MeasurementDrawing, RigShape
@@ -84,6 +85,19 @@ class AssembledRig(CaptureRig, Protocol):
 
     def close(self) -> None:
         """Park, then release every device."""
+        ...
+
+
+class CalibrationInForce(Protocol):
+    """The calibration in force, which may change while the server runs: ask each time."""
+
+    @property
+    def current(self) -> Calibration | None:
+        """The calibration in force; None without one."""
+        ...
+
+    def require(self) -> Calibration:
+        """Return the calibration in force or raise `NotCalibrated`."""
         ...
 
 

@@ -2,7 +2,11 @@
 
 from collections.abc import Sequence
 
-from foveacam_hardware.contract import Busy, NotConnected, Stopped
+from foveacam_hardware.contract import (
+    Busy,
+    NotConnected,
+    Stopped,
+)
 from foveacam_server.rig.status import DeviceProblem
 
 
@@ -40,4 +44,15 @@ def not_open(problems: Sequence[DeviceProblem]) -> NotConnected:
         "the rig is still opening; try again in a moment",
         found="the rig is still opening",
         remedy="try again in a moment",
+    )
+
+
+def no_pan_tilt(asked: str) -> NotConnected:
+    """Return the error for a rig without a pan-tilt."""
+    remedy = "name one in the rig's file ([pan_tilt], kind grbl or manual)"
+    return NotConnected(
+        f"asked to {asked}: this rig has no pan-tilt; {remedy}",
+        asked=asked,
+        found="no pan-tilt",
+        remedy=remedy,
     )

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import NotCalibrated, StationTarget
 from foveacam_pipeline.calibrate.fit.check import CheckResult, CheckSettings, check_calibration
 from foveacam_pipeline.calibrate.fit.check_pictures import check_pictures
+from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.rounding import rounded
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.documents import sweep_paths
 from foveacam_server.resources.calibration_sessions.options import CheckOptions
 from foveacam_server.resources.calibration_sessions.pictures import draw_pictures
 from foveacam_server.resources.calibration_sessions.sessions import CHECK, CalibrationSession

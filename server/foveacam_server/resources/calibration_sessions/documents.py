@@ -5,20 +5,24 @@ from collections.abc import Callable
 from functools import lru_cache, partial
 from pathlib import Path
 
-from foveacam_hardware.contract import FoveaError, Role
+from foveacam_hardware.contract import FoveaError, NotCalibrated, Role
+from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
+from foveacam_pipeline.calibrate.settle.settle_report import load_settle
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.pictures import picture_documents
+from foveacam_server.resources.calibration_sessions.pictures import picture_bytes, picture_documents
 from foveacam_server.resources.calibration_sessions.sessions import (
     CHECK,
     DRIFT,
     FIT,
     SETTLE,
+    SETTLE_REPORT,
     CalibrationSession,
+    SessionCollection,
 )
 from foveacam_server.resources.calibration_sessions.wide_documents import wide_documents
-from foveacam_server.resources.settle_time.records import SettleTime
+from foveacam_server.rig.settle_times import SettleTime
 
 
 def session_document(
@@ -65,6 +69,25 @@ def session_document(
     }
 
 
+class SessionReader:
+    """Reads what reports and exports of calibrations need of their sessions, each by its id."""
+
+    def __init__(self, sessions: SessionCollection) -> None:
+        self._sessions = sessions
+
+    def sweeps(self, session_id: str) -> tuple[Path, ...]:
+        """Return the files of a session's mirror sweeps or raise `NotFound`."""
+        return sweep_paths(self._sessions.get(session_id).folder)
+
+    def document(self, session_id: str) -> Document:
+        """Return a session as a REST document or raise `NotFound`."""
+        return session_document(self._sessions.get(session_id), url="", running=None)
+
+    def pictures(self, session_id: str, *, fitted: bool) -> dict[str, bytes]:
+        """Return a session's pictures as PNGs by name or raise `NotFound`."""
+        return picture_bytes(self._sessions.get(session_id), fitted=fitted)
+
+
 def _settle(session: CalibrationSession, in_use: SettleTime | None) -> Document | None:
     found = session.read(SETTLE)
     if found is None:
@@ -74,11 +97,6 @@ def _settle(session: CalibrationSession, in_use: SettleTime | None) -> Document 
 
 
 WAITING = "waiting"
-
-
-def sweep_paths(folder: Path) -> list[Path]:
-    """Return a session's sweep files, sorted by name."""
-    return sorted(folder.glob("sweep-*.jsonl"))
 
 
 def sweep_document(path: Path) -> Document:
@@ -129,3 +147,23 @@ def eye_state(pose: SweepPose | None, role: Role) -> str:
     if measured is None:
         return "refused"
     return "rim" if measured.rim else "centred"
+
+
+def measured_time(session: CalibrationSession) -> SettleTime:
+    """Return the settle time that a session measured; raise `NotCalibrated` before it has."""
+    settle_us = (session.read(SETTLE) or {}).get("settle_us")
+    if settle_us is None:
+        raise NotCalibrated(
+            f"session {session.id} has not measured how the mirrors settle; run the step settle first",
+            asked="the measured settle time in use",
+            found="no settle time was measured",
+            remedy="run the step settle first",
+        )
+    report = load_settle(session.folder / SETTLE_REPORT)
+    return SettleTime(
+        rig_id=report.rig_id,
+        settle_us=int(settle_us),
+        measured_utc=report.created_utc,
+        session_id=session.id,
+        low_pass_hz=report.low_pass_hz,
+    )

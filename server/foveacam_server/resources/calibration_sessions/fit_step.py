@@ -16,6 +16,7 @@ from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
 from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, StationParallax
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings
 from foveacam_pipeline.calibrate.fit.variants import VariantScore
+from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.models.calibration import Calibration
@@ -23,7 +24,6 @@ from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.documents import sweep_paths
 from foveacam_server.resources.calibration_sessions.options import FitOptions
 from foveacam_server.resources.calibration_sessions.pictures import draw_png, write_picture
 from foveacam_server.resources.calibration_sessions.sessions import FIT, CalibrationSession

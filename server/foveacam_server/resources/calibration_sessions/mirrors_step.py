@@ -24,11 +24,8 @@ from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.calibration_sessions.options import MirrorsOptions
 from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession
-from foveacam_server.resources.calibration_sessions.step_environment import (
-    StepEnvironment,
-    StepWatcher,
-    no_pan_tilt,
-)
+from foveacam_server.resources.calibration_sessions.step_environment import StepEnvironment, StepWatcher
+from foveacam_server.rig.refusals import no_pan_tilt
 
 
 def measure_mirrors(

@@ -71,6 +71,12 @@ def picture_documents(session: CalibrationSession, *, url: str) -> list[Document
     return documents
 
 
+def picture_bytes(session: CalibrationSession, *, fitted: bool) -> dict[str, bytes]:
+    """Return the stored pictures as PNGs by name; without `fitted` those of measurements alone."""
+    paths = {name: _path(session, name) for name in TITLES if fitted or name in MEASURED}
+    return {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
+
+
 def picture_path(session: CalibrationSession, name: str) -> Path:
     """Return the path of one stored picture or raise `NotFound`."""
     path = _path(session, name)

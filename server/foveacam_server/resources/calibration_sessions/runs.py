@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Protocol
 
 from pydantic import BaseModel, TypeAdapter
 
@@ -30,20 +31,37 @@ from foveacam_server.resources.calibration_sessions.options import (
 )
 from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession, SessionCollection
 from foveacam_server.resources.calibration_sessions.step_environment import (
+    CalibrationRegistry,
     ExclusiveRig,
     StepEnvironment,
-    no_pan_tilt,
 )
-from foveacam_server.resources.calibrations.service import CalibrationService
-from foveacam_server.resources.positioners.pan_tilt import exclusive_pan_tilt
-from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.rig import refusals
+from foveacam_server.rig.exclusive_pan_tilt import exclusive_pan_tilt
 from foveacam_server.rig.hardware import HardwareThread
-from foveacam_server.rig.ports import PictureSink
+from foveacam_server.rig.ports import CalibrationInForce, PictureSink
+from foveacam_server.rig.refusals import no_pan_tilt
+from foveacam_server.rig.settle_times import SettleTime
 from foveacam_server.rig.status import RigStatus
 
 SESSIONS_URL = "/api/v1/calibration_sessions"
 _RUN: TypeAdapter[BaseModel] = TypeAdapter(Run)
+
+
+class RigCalibrations(CalibrationRegistry, CalibrationInForce, Protocol):
+    """The calibrations of the rig and the one in force."""
+
+
+class SettleTimeInUse(Protocol):
+    """The settle time of the rig."""
+
+    @property
+    def in_use(self) -> SettleTime | None:
+        """The measured settle time in use; None: the rig file's is."""
+        ...
+
+    def apply(self, time: SettleTime, hardware: HardwareThread) -> None:
+        """Put a measured settle time in use, now and at every start."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,12 +69,12 @@ class CalibrationJobTools:
     """Services that the jobs of calibration steps need."""
 
     hardware: HardwareThread
-    calibration: CalibrationService
+    calibration: RigCalibrations
     jobs: JobRunner
     sink: PictureSink
     events: EventLog
     clock: Clock
-    settling: SettleTimeService
+    settling: SettleTimeInUse
 
 
 class CalibrationRuns:

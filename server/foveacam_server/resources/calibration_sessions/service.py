@@ -7,18 +7,18 @@ from pydantic import BaseModel
 
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.job_table import Job
-from foveacam_server.resources.calibration_sessions.documents import session_document
+from foveacam_server.resources.calibration_sessions.documents import measured_time, session_document
 from foveacam_server.resources.calibration_sessions.pictures import picture_path
 from foveacam_server.resources.calibration_sessions.runs import (
     SESSIONS_URL,
     CalibrationJobTools,
     CalibrationRuns,
 )
+from foveacam_server.resources.calibration_sessions.schema import SessionDocument
 from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession, SessionCollection
 from foveacam_server.resources.calibration_sessions.wide_documents import thumbnail_path
-from foveacam_server.resources.calibrations.schema import SessionDocument
-from foveacam_server.resources.settle_time.records import SettleTime, measured_time
 from foveacam_server.rig import refusals
+from foveacam_server.rig.settle_times import SettleTime
 
 
 class CalibrationSessionService:

@@ -17,7 +17,7 @@ from foveacam_server.resources.calibration_sessions.sessions import SETTLE, SETT
 from foveacam_server.resources.calibration_sessions.step_environment import StepEnvironment, StepWatcher
 from foveacam_server.resources.calibration_sessions.turning import turn_to_station
 from foveacam_server.resources.calibration_sessions.wide_documents import lens_of
-from foveacam_server.resources.settle_time.records import SettleTime
+from foveacam_server.rig.settle_times import SettleTime
 
 
 def measure_settle(

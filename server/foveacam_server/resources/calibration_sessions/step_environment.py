@@ -1,8 +1,8 @@
 """What a calibration step gets from its caller: a rig to itself, a watcher, and a calibration registry."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,15 +12,15 @@ from foveacam_hardware.contract import (
     Head,
     InvalidInput,
     MarkerPrint,
-    NotConnected,
     PanTilt,
     Role,
     Station,
     StationTarget,
 )
+from foveacam_hardware.rig import Rig
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.resources.settle_time.records import SettleTime
+from foveacam_server.rig.settle_times import SettleTime, SettleTimes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,12 +130,27 @@ class CalibrationRegistry(Protocol):
         ...
 
 
-def no_pan_tilt(asked: str) -> NotConnected:
-    """Return the error for a rig without a pan-tilt."""
-    remedy = "name one in the rig's file ([pan_tilt], kind grbl or manual)"
-    return NotConnected(
-        f"asked to {asked}: this rig has no pan-tilt; {remedy}",
-        asked=asked,
-        found="no pan-tilt",
-        remedy=remedy,
+def environment_of(rig: Rig, times: SettleTimes | None = None) -> StepEnvironment:
+    """Return the environment of steps on an opened, enabled rig; `times`: stores settle times put in use."""
+
+    def wait_after_moves(time: SettleTime) -> None:
+        if times is not None:
+            times.keep(time)
+        rig.settle_us = time.settle_us
+
+    @contextmanager
+    def use(_what: str) -> Iterator[ExclusiveRig]:
+        yield ExclusiveRig(head=rig.head, pan_tilt=rig.pan_tilt)
+
+    return StepEnvironment(
+        rig_id=rig.rig_id,
+        baseline_m=rig.baseline_m,
+        stations=rig.stations,
+        clock=rig.clock,
+        serials={role: rig.camera(role).info.serial for role in Role},
+        fovea_settings=rig.left.settings,
+        max_v=rig.mirrors.limits.max_v,
+        markers=rig.markers,
+        use=use,
+        wait_after_moves=wait_after_moves,
     )

@@ -9,6 +9,8 @@ from foveacam_server.resources.calibration_sessions.check_step import (
     is_checked,
     newest_calibration,
 )
+from foveacam_server.resources.calibration_sessions.documents import measured_time
+from foveacam_server.resources.calibration_sessions.drift_step import close_drift
 from foveacam_server.resources.calibration_sessions.fit_step import earlier_fit, fit_session
 from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
 from foveacam_server.resources.calibration_sessions.options import (
@@ -37,8 +39,6 @@ from foveacam_server.resources.calibration_sessions.wide_step import (
     measure_wide,
     measure_wide_images,
 )
-from foveacam_server.resources.drift_checks.step import close_drift
-from foveacam_server.resources.settle_time.records import measured_time
 
 KNOWN = "complete already"
 

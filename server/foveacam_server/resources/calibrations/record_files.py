@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Literal
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import FORMAT, calibration_bytes, calibration_from
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
+from foveacam_server.resources.calibrations.measured_data import MeasuredSessions
 
 FileFormat = Literal["foveacam", "authors"]
 
@@ -38,7 +37,7 @@ class ImportFacts:
     wide_size: tuple[int, int] | None = None
 
 
-def export_bytes(calibration: Calibration, file_format: FileFormat, *, sessions: SessionCollection) -> bytes:
+def export_bytes(calibration: Calibration, file_format: FileFormat, *, sessions: MeasuredSessions) -> bytes:
     """Return a calibration as a file's bytes; the authors' format needs its session with the poses."""
     if file_format == "foveacam":
         return calibration_bytes(calibration)
@@ -129,10 +128,10 @@ def _check_wide(found: tuple[int, int], here: tuple[int, int] | None) -> None:
     )
 
 
-def _sweeps_of(calibration: Calibration, sessions: SessionCollection) -> tuple[Path, ...]:
+def _sweeps_of(calibration: Calibration, sessions: MeasuredSessions) -> tuple[Path, ...]:
     if calibration.session_id is not None:
         try:
-            return sweep_paths(sessions.get(calibration.session_id).folder)
+            return sessions.sweeps(calibration.session_id)
         except NotFound:
             pass
     raise InvalidInput(

@@ -4,9 +4,9 @@ from functools import lru_cache
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
 from foveacam_server.resources.calibrations.documents import calibration_document
 from foveacam_server.resources.calibrations.health import CalibrationHealth
+from foveacam_server.resources.calibrations.measured_data import DriftDocuments, MeasuredSessions
 from foveacam_server.resources.calibrations.record_files import (
     FileFormat,
     ImportFacts,
@@ -19,7 +19,6 @@ from foveacam_server.resources.calibrations.schema import (
     HealthDocument,
 )
 from foveacam_server.resources.calibrations.service import CalibrationService
-from foveacam_server.resources.drift_checks.records import DriftRecords
 from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.status import RigStatus
@@ -34,8 +33,8 @@ class CalibrationRecords:
         self,
         calibration: CalibrationService,
         *,
-        sessions: SessionCollection,
-        drift: DriftRecords,
+        sessions: MeasuredSessions,
+        drift: DriftDocuments,
         hardware: HardwareThread,
         health: CalibrationHealth,
     ) -> None:

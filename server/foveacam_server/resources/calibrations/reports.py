@@ -1,8 +1,5 @@
 """The HTML report of a calibration from its session, pictures and drift checks; two calibrations compared."""
 
-from pathlib import Path
-
-from foveacam_hardware.contract import FoveaError
 from foveacam_pipeline.calibrate.records.compare import DifferenceSpread, compare, comparison_picture
 from foveacam_pipeline.calibrate.report import (
     DriftFacts,
@@ -12,52 +9,39 @@ from foveacam_pipeline.calibrate.report import (
     session_facts,
 )
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.documents import session_document
-from foveacam_server.resources.calibration_sessions.pictures import MEASURED, TITLES
-from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession, SessionCollection
-from foveacam_server.resources.drift_checks.records import DriftRecords
+from foveacam_server.resources.calibrations.measured_data import DriftDocuments, MeasuredSessions
 
 
-def report_page(calibration: Calibration, *, sessions: SessionCollection, drift: DriftRecords) -> str:
+def report_page(calibration: Calibration, *, sessions: MeasuredSessions, drift: DriftDocuments) -> str:
     """Return one self-contained HTML page; it names the parts that are missing."""
-    session = _session_of(calibration, sessions)
-    facts = None if session is None else _facts(session, calibration)
-    return report_html(
-        calibration,
-        session=facts,
-        pictures={}
-        if session is None
-        else _pictures(session, fitted=facts is not None and facts.fit is not None),
-        drift=_drift_of(calibration, drift),
-    )
+    document = _session_of(calibration, sessions)
+    facts = None if document is None else _facts(document, calibration)
+    pictures: dict[str, bytes] = {}
+    if facts is not None and calibration.session_id is not None:
+        pictures = sessions.pictures(calibration.session_id, fitted=facts.fit is not None)
+    return report_html(calibration, session=facts, pictures=pictures, drift=_drift_of(calibration, drift))
 
 
-def _session_of(calibration: Calibration, sessions: SessionCollection) -> CalibrationSession | None:
+def _session_of(calibration: Calibration, sessions: MeasuredSessions) -> Document | None:
     if calibration.session_id is None:
         return None
     try:
-        return sessions.get(calibration.session_id)
-    except FoveaError:
+        return sessions.document(calibration.session_id)
+    except NotFound:
         return None
 
 
-def _facts(session: CalibrationSession, calibration: Calibration) -> SessionFacts:
+def _facts(document: Document, calibration: Calibration) -> SessionFacts:
     """Return the session's measurements; without a fit that made another calibration."""
-    document = session_document(session, url="", running=None)
     fit = document["fit"]
     if fit is not None and calibration.parent_id is None and fit["calibration_id"] != calibration.id:
         document = document | {"fit": None, "check": None}
     return session_facts(document)
 
 
-def _pictures(session: CalibrationSession, *, fitted: bool) -> dict[str, bytes]:
-    shown = TITLES if fitted else [name for name in TITLES if name in MEASURED]
-    paths = {name: Path(session.folder / "pictures" / f"{name}.png") for name in shown}
-    return {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
-
-
-def _drift_of(calibration: Calibration, drift: DriftRecords) -> list[DriftFacts]:
+def _drift_of(calibration: Calibration, drift: DriftDocuments) -> list[DriftFacts]:
     """Return the drift checks that measured or made this calibration, oldest first."""
     mine = [
         document

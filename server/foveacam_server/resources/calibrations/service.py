@@ -15,8 +15,7 @@ from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibrations.discarding import check_discarded
-from foveacam_server.resources.calibrations.pinned import pinned_id, write_pin
+from foveacam_server.resources.calibrations.in_force import check_discarded, pinned_id, write_pin
 
 _log = logging.getLogger(__name__)
 

@@ -6,12 +6,12 @@ from typing import Annotated
 import typer
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.resources.calibration_sessions.cli_choices import CalibrateOptions, on_rig
+from foveacam_server.commands.options import RigOptions, on_rig
 
 
 @on_rig(usual_scene="bench")
 def capture(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     plan: Annotated[
         Path | None, typer.Argument(help="plan (.json), or set points as text; without one, a grid")
     ] = None,

@@ -13,10 +13,10 @@ from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
+from foveacam_server.commands.options import RigOptions
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 from foveacam_server.foundation.server_client import ServerClient
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.cli_choices import CalibrateOptions
 from foveacam_server.resources.captures.cli_run import (
     INTERRUPTED,
     CaptureOrder,
@@ -38,7 +38,7 @@ class CaptureAction(StrEnum):
     ESTIMATE = "estimate"
 
 
-def run_at(rig_options: CalibrateOptions, order: CaptureOrder, action: CaptureAction, *, server: str) -> None:
+def run_at(rig_options: RigOptions, order: CaptureOrder, action: CaptureAction, *, server: str) -> None:
     """Let the server do it and print the result; end with status 130 when the capture is not finished."""
     console = Console(stderr=True, quiet=rig_options.as_json)
     with ServerClient(server, token=rig_options.settings.token) as client:

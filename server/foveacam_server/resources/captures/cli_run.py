@@ -17,11 +17,12 @@ from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
 from foveacam_pipeline.capture.run import CaptureReport, CaptureRig, prepare_plan, run_capture
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.commands.calibration_data import open_data
+from foveacam_server.commands.options import RigOptions
+from foveacam_server.commands.rig import RigChoice, open_enabled_rig
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 from foveacam_server.foundation.settings import Settings, default_data_dir
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.cli_choices import CalibrateOptions
-from foveacam_server.resources.calibration_sessions.cli_rig import RigChoice, open_data, open_enabled_rig
 from foveacam_server.resources.captures.begin import (
     CaptureSpec,
     begin_dataset,
@@ -144,7 +145,7 @@ class CaptureProgressBar:
         """Ignore frames."""
 
 
-def run_order(rig_options: CalibrateOptions, order: CaptureOrder) -> None:
+def run_order(rig_options: RigOptions, order: CaptureOrder) -> None:
     """Capture and print the result; Ctrl-C ends with status 130."""
     choice, console = RigChoice.of(rig_options), Console(stderr=True, quiet=rig_options.as_json)
     with open_data(choice, lock=False) as data:

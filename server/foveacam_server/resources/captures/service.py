@@ -14,7 +14,6 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibrations.service import CalibrationService
 from foveacam_server.resources.captures.begin import (
     CaptureSpec,
     begin_dataset,
@@ -39,7 +38,7 @@ from foveacam_server.rig.access import ThreadAccess
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import answer_of
 from foveacam_server.rig.live_views import OverlayOf
-from foveacam_server.rig.ports import PictureSink
+from foveacam_server.rig.ports import CalibrationInForce, PictureSink
 
 KIND = "capture"
 ID_PREFIX = "cap-"
@@ -50,7 +49,7 @@ class CaptureTools:
     """Services that captures need. `distance_m`: of the last fixation, infinite before the first."""
 
     hardware: HardwareThread
-    calibration: CalibrationService
+    calibration: CalibrationInForce
     jobs: JobRunner
     sink: PictureSink
     overlay: OverlayOf

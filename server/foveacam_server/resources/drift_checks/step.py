@@ -1,37 +1,17 @@
-"""Measure the drift of the eyes since a calibration, and correct the calibration for it.
+"""Measure the drift of the eyes since a calibration from looks into any scene, and correct it on request."""
 
-`check_drift` looks at any scene; `close_drift` returns to sweep nodes, at the end of a calibration session.
-"""
-
-import math
-from dataclasses import replace
-
-from foveacam_hardware.contract import Clock, Head, Role
-from foveacam_pipeline.calibrate.drift.check import check_drift_at_nodes, run_drift_check
-from foveacam_pipeline.calibrate.drift.correction import correct_calibration
+from foveacam_hardware.contract import Clock, Head
+from foveacam_pipeline.calibrate.drift.check import run_drift_check
 from foveacam_pipeline.calibrate.drift.values import DriftCheck, DriftSettings
-from foveacam_pipeline.calibrate.fit.measured import DistanceSource
-from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
-from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.rounding import deg
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.mirrors_step import (
-    measure_nodes_again,
-    sweep_settings,
-    swept_stations,
-)
-from foveacam_server.resources.calibration_sessions.options import FitOptions
-from foveacam_server.resources.calibration_sessions.sessions import DRIFT, CalibrationSession
+from foveacam_server.resources.calibration_sessions.drift_step import corrected_for_drift
 from foveacam_server.resources.calibration_sessions.step_environment import (
     CalibrationRegistry,
-    StepEnvironment,
     StepWatcher,
 )
 from foveacam_server.resources.drift_checks.records import DriftRecords
-
-CORRECTED = ", corrected for drift"
 
 
 def check_drift(
@@ -61,8 +41,7 @@ def keep_check(
     created_utc = utc_now().replace("Z", "+00:00")
     corrected = None
     if apply and found.locked and found.significant:
-        corrected = correct_calibration(calibration, found, created_utc=created_utc)
-        corrected = replace(corrected, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
+        corrected = corrected_for_drift(calibration, found, created_utc=created_utc)
         registry.add(corrected)
     new_id = None if corrected is None else corrected.id
     document = records.add(found, created_utc=created_utc, new_calibration_id=new_id)
@@ -70,74 +49,3 @@ def keep_check(
         registry.activate(corrected.id)
         watch.fitted(corrected)
     return document
-
-
-def close_drift(
-    session: CalibrationSession,
-    calibration: Calibration,
-    options: FitOptions,
-    *,
-    environment: StepEnvironment,
-    registry: CalibrationRegistry,
-    watch: StepWatcher,
-) -> Calibration:
-    """Measure nodes of the first station again and return the calibration corrected for the drift since.
-
-    `options`: those of the fit. The calibration is returned unchanged where the drift is not significant, no
-    motor turns the rig, or too few nodes were seen; the session's drift document says which.
-    """
-    watch.stage("check")
-    if DistanceSource(options.distance) is DistanceSource.UNKNOWN:
-        return calibration  # its angles have an unknown origin
-    with environment.use("asking the pan-tilt") as rig:
-        if rig.pan_tilt is None or not rig.pan_tilt.moves_itself:
-            return calibration
-    stations = swept_stations(session, environment)
-    settings = sweep_settings(environment)
-    visits = measure_nodes_again(
-        session, stations[0], calibration.wide, environment=environment, watch=watch, settings=settings
-    )
-    used = stations if options.use_all_distances else stations[:1]
-    sweeps = [load_sweep(session.folder / sweep_filename(station)) for station in used]
-    found = check_drift_at_nodes(sweeps, visits, calibration, distance=DistanceSource(options.distance))
-    corrected = _corrected(calibration, found)
-    session.write(DRIFT, closing_document(found, corrected, f_px=calibration.fovea_f_px))
-    if corrected.id != calibration.id:
-        registry.add(corrected)
-        session.add_calibration(corrected.id)
-        watch.fitted(corrected)
-    return corrected
-
-
-def _corrected(calibration: Calibration, found: DriftCheck) -> Calibration:
-    if not (found.locked and found.significant):
-        return calibration
-    created_utc = utc_now().replace("Z", "+00:00")
-    corrected = correct_calibration(calibration, found, created_utc=created_utc)
-    return replace(corrected, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
-
-
-def closing_document(found: DriftCheck, corrected: Calibration, *, f_px: float) -> Document:
-    """Return the drift between the sweep and its last visit as a REST document."""
-    return {
-        "calibration_id": corrected.id,
-        "corrected": corrected.id != found.calibration_id,
-        "places": len(found.places),
-        "eyes": [
-            {
-                "eye": role.value,
-                "shift_deg": [deg(angle) for angle in found.eye(role).turn.shift_rad],
-                "roll_deg": deg(found.eye(role).turn.turn_rad[2]),
-                "moved_px": round(found.eye(role).moved_px, 3),
-                "sigma_px": round(found.eye(role).sigma_px, 3),
-            }
-            for role in (Role.LEFT, Role.RIGHT)
-        ],
-        "rows_px": round(f_px * _rows_rad(found), 3),
-        "detail": found.detail,
-    }
-
-
-def _rows_rad(found: DriftCheck) -> float:
-    """Return the vertical shift between the eyes, rad."""
-    return math.fabs(found.left.turn.shift_rad[1] - found.right.turn.shift_rad[1])

@@ -13,7 +13,6 @@ from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.names import new_id
 from foveacam_server.foundation.store import Document, Store
-from foveacam_server.resources.calibrations.service import CalibrationService
 from foveacam_server.resources.clouds.depth_patches import DepthPatches, point_patch
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.resources.clouds.shapes import BoundedLook, ShapeWorker, VergedLook
@@ -28,6 +27,7 @@ from foveacam_server.resources.fixations.request import check_target, depth_rang
 from foveacam_server.resources.fixations.schema import CorrectionDocument, FixationDocument, TargetDocument
 from foveacam_server.resources.fixations.table import FixationTable, TargetTable
 from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.ports import CalibrationInForce
 
 KIND = "fixation"
 
@@ -40,7 +40,7 @@ class FixationTools:
     """Services and callbacks that fixations need."""
 
     hardware: HardwareThread
-    calibration: CalibrationService
+    calibration: CalibrationInForce
     jobs: JobRunner
     shapes: ShapeWorker
     patches: DepthPatches

@@ -18,7 +18,7 @@ from rich.progress import (
 
 from foveacam_pipeline.capture.recording.bounds import LONGEST_S
 from foveacam_pipeline.storage.free_space import RESERVE_TEXT
-from foveacam_server.resources.calibration_sessions.cli_choices import CalibrateOptions, JsonOption, on_rig
+from foveacam_server.commands.options import JsonOption, RigOptions, on_rig
 
 app = typer.Typer(
     name="recording",
@@ -34,7 +34,7 @@ FileArgument = Annotated[Path, typer.Argument(help="recording: .fcap, or the aut
 
 @on_rig(usual_scene="bench")
 def record(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     file: Annotated[Path, typer.Argument(help="file to make; it must end in .fcap")],
     *,
     seconds: Annotated[float, typer.Option(help=SECONDS_HELP, min=0.1, max=LONGEST_S)] = 10.0,

@@ -20,8 +20,9 @@ from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, SUFFIX
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.storage.free_space import free_bytes
-from foveacam_server.resources.calibration_sessions.cli_choices import CalibrateOptions
-from foveacam_server.resources.calibration_sessions.cli_rig import RigChoice, open_data, open_enabled_rig
+from foveacam_server.commands.calibration_data import open_data
+from foveacam_server.commands.options import RigOptions
+from foveacam_server.commands.rig import RigChoice, open_enabled_rig
 from foveacam_server.resources.recordings.begin import check_room, identity_of
 
 ReportProgress = Callable[[float, str], None]
@@ -40,9 +41,7 @@ class RecordingSpec:
     packed: bool = False
 
 
-def record_rig(
-    rig_options: CalibrateOptions, spec: RecordingSpec, *, report: ReportProgress
-) -> dict[str, object]:
+def record_rig(rig_options: RigOptions, spec: RecordingSpec, *, report: ReportProgress) -> dict[str, object]:
     """Open the rig, record it, and return the frame counts of every stream."""
     if spec.file.suffix.lower() != SUFFIX:
         raise InvalidInput(f"record: {spec.file.name} is no name of a recording; end it in {SUFFIX}")

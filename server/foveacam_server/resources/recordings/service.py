@@ -29,7 +29,6 @@ from foveacam_pipeline.storage.free_space import free_bytes
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
-from foveacam_server.resources.calibrations.service import CalibrationService
 from foveacam_server.resources.recordings.begin import check_room, full_rates, identity_of
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.depth import RecordedDepthService
@@ -45,6 +44,7 @@ from foveacam_server.rig.frame_tap import FrameTap
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import answer_of
 from foveacam_server.rig.live_views import LiveRates
+from foveacam_server.rig.ports import CalibrationInForce
 
 _log = logging.getLogger(__name__)
 
@@ -62,7 +62,7 @@ class RecordingTools:
     """Services that recordings need."""
 
     hardware: HardwareThread
-    calibration: CalibrationService
+    calibration: CalibrationInForce
     jobs: JobRunner
     tap: FrameTap
     hub: FrameHub

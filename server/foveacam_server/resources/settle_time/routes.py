@@ -4,7 +4,7 @@ from fastapi import APIRouter
 
 from foveacam_server.assembly.services import Services, ServicesDep
 from foveacam_server.foundation.answers import LeaseHeader, problems
-from foveacam_server.resources.calibrations.schema import SettleTimeDocument, SettleTimeRequest
+from foveacam_server.resources.settle_time.schema import SettleTimeDocument, SettleTimeRequest
 from foveacam_server.rig import refusals
 
 router = APIRouter(prefix="/settle_time", tags=["calibrations"])

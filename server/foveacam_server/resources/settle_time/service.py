@@ -2,17 +2,13 @@
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated
 from foveacam_server.foundation.events import EventLevel, EventLog
-from foveacam_server.resources.calibrations.schema import SettleTimeDocument
-from foveacam_server.resources.settle_time.records import (
-    RIG_FILE,
-    SettleTime,
-    SettleTimes,
-    settle_time_document,
-)
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.settle_time.schema import SettleTimeDocument
 from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import answer_of
 from foveacam_server.rig.ports import AssembledRig
+from foveacam_server.rig.settle_times import RIG_FILE, SettleTime, SettleTimes
 
 
 class SettleTimeService:
@@ -100,3 +96,20 @@ def _set_settle_time(rig: AssembledRig, settle_us: int) -> None:
 
 def _message(settle_us: int, source: str) -> str:
     return f"the mirrors now get {settle_us / 1e3:g} ms to settle ({source})"
+
+
+def settle_time_document(in_use: SettleTime | None, *, rig_file_us: int) -> Document:
+    """Return the wait after a move and its origin as a REST document."""
+    return {
+        "settle_us": rig_file_us if in_use is None else in_use.settle_us,
+        "source": RIG_FILE if in_use is None else in_use.source,
+        "rig_file_us": rig_file_us,
+        "measured": None
+        if in_use is None
+        else {
+            "settle_us": in_use.settle_us,
+            "measured_utc": in_use.measured_utc,
+            "session_id": in_use.session_id,
+            "low_pass_hz": in_use.low_pass_hz,
+        },
+    }

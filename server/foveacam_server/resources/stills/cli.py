@@ -4,12 +4,12 @@ from typing import Annotated
 
 import typer
 
-from foveacam_server.resources.calibration_sessions.cli_choices import CalibrateOptions, on_rig
+from foveacam_server.commands.options import RigOptions, on_rig
 
 
 @on_rig(usual_scene="bench")
 def still(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     *,
     name: Annotated[str | None, typer.Option(help="name of the still; usually the date and time")] = None,
     frames: Annotated[int, typer.Option(help="frames of every camera, 1 to 64")] = 5,

@@ -11,11 +11,12 @@ from rich.console import Console
 from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
+from foveacam_server.commands.calibration_data import open_data
+from foveacam_server.commands.options import RigOptions
+from foveacam_server.commands.rig import RigChoice, open_enabled_rig
 from foveacam_server.foundation.names import new_id
 from foveacam_server.foundation.server_client import ServerClient
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.cli_choices import CalibrateOptions
-from foveacam_server.resources.calibration_sessions.cli_rig import RigChoice, open_data, open_enabled_rig
 from foveacam_server.resources.captures.cli_run import OwnRig
 from foveacam_server.resources.stills.collection import STILLS, StillCollection
 from foveacam_server.resources.stills.documents import still_document
@@ -94,7 +95,7 @@ class _SilentWatcher:
         """Ignore it."""
 
 
-def run_order(rig_options: CalibrateOptions, order: StillOrder, *, server: str | None) -> None:
+def run_order(rig_options: RigOptions, order: StillOrder, *, server: str | None) -> None:
     """Take and print the still; when a camera stalled, store the other frames and raise its error."""
     if server is not None:
         document = take_on_server(server, order.request(), token=rig_options.settings.token)

@@ -10,16 +10,16 @@ from typing import Annotated
 import typer
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.resources.calibration_sessions import options as of_step
-from foveacam_server.resources.calibration_sessions.cli_choices import (
-    CalibrateOptions,
+from foveacam_server.commands.calibrate_records import app as records_app
+from foveacam_server.commands.options import (
     LabelOption,
+    RigOptions,
     SessionOption,
     on_rig,
     parse_pair,
     validated,
 )
-from foveacam_server.resources.calibrations.cli import app as records_app
+from foveacam_server.resources.calibration_sessions import options as of_step
 
 app = typer.Typer(
     name="calibrate",
@@ -45,7 +45,7 @@ OrderOption = Annotated[int | None, typer.Option(help="order of the mirrors' pol
 @app.command()
 @on_rig(usual_scene=ROOM)
 def wide(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     *,
     images: Annotated[Path | None, typer.Option(help="folder of images to use instead of the rig")] = None,
     pattern: Annotated[str, typer.Option(help="which images of the folder, such as 'left*'")] = "*",
@@ -59,7 +59,7 @@ def wide(
     label: LabelOption = None,
 ) -> None:
     """Stage 1: measure the wide camera with a board, or from a folder of images."""
-    from foveacam_server.resources.calibration_sessions.cli_runs import (
+    from foveacam_server.commands.calibrate_runs import (
         SessionChoice,
         run_in_session,
         run_on_images,
@@ -88,7 +88,7 @@ def wide(
 @app.command()
 @on_rig(usual_scene=ROOM)
 def mirrors(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     *,
     station: StationOption = None,
     nodes: NodesOption = None,
@@ -99,7 +99,7 @@ def mirrors(
     session: SessionOption = None,
 ) -> None:
     """Stage 2: sweep the markers over the field, or go on with an interrupted sweep."""
-    from foveacam_server.resources.calibration_sessions.cli_runs import SessionChoice, run_in_session
+    from foveacam_server.commands.calibrate_runs import SessionChoice, run_in_session
 
     grid = parse_pair(nodes, option="--nodes", example="9x9")
     options = validated(
@@ -121,7 +121,7 @@ def mirrors(
 @app.command()
 @on_rig(usual_scene=ROOM)
 def rectify(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     *,
     label: LabelOption = None,
     order: OrderOption = None,
@@ -132,7 +132,7 @@ def rectify(
     session: SessionOption = None,
 ) -> None:
     """Stages 2 and 3 fitted: volts to angles, and the rectification, from what was measured."""
-    from foveacam_server.resources.calibration_sessions.cli_runs import SessionChoice, run_fit_in_session
+    from foveacam_server.commands.calibrate_runs import SessionChoice, run_fit_in_session
 
     options = validated(
         of_step.FitOptions, {"label": label, "order": order, "use_all_distances": not farthest_only}
@@ -143,13 +143,13 @@ def rectify(
 @app.command()
 @on_rig(usual_scene=ROOM)
 def check(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     *,
     poses: Annotated[int | None, typer.Option(help="how many poses outside the sweep")] = None,
     session: SessionOption = None,
 ) -> None:
     """Check the fitted calibration at poses that no sweep visited."""
-    from foveacam_server.resources.calibration_sessions.cli_runs import SessionChoice, run_in_session
+    from foveacam_server.commands.calibrate_runs import SessionChoice, run_in_session
 
     options = validated(of_step.CheckOptions, {"poses": poses})
     run_in_session(
@@ -160,7 +160,7 @@ def check(
 @app.command()
 @on_rig(usual_scene=ROOM)
 def settle(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     *,
     apply: Annotated[
         bool, typer.Option("--apply", help="let the rig wait after every move as long as was measured")
@@ -168,7 +168,7 @@ def settle(
     session: SessionOption = None,
 ) -> None:
     """Measure how fast each mirror axis comes to rest, and its resonance."""
-    from foveacam_server.resources.calibration_sessions.cli_runs import SessionChoice, run_in_session
+    from foveacam_server.commands.calibrate_runs import SessionChoice, run_in_session
 
     run = of_step.SettleRun(step="settle", options=of_step.SettleOptions(apply=apply))
     run_in_session(rig_options, run, SessionChoice(session=session))
@@ -177,7 +177,7 @@ def settle(
 @app.command(name="all")
 @on_rig(usual_scene=ROOM)
 def run_all(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     *,
     nodes: NodesOption = None,
     station: StationOption = None,
@@ -200,7 +200,7 @@ def run_all(
     session: SessionOption = None,
 ) -> None:
     """Calibrate from nothing: every step after the other."""
-    from foveacam_server.resources.calibration_sessions.cli_runs import SessionChoice, run_in_session
+    from foveacam_server.commands.calibrate_runs import SessionChoice, run_in_session
 
     grid = parse_pair(nodes, option="--nodes", example="9x9")
     options = validated(
@@ -224,7 +224,7 @@ def run_all(
 @app.command()
 @on_rig(usual_scene="bench")
 def drift(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     *,
     distance_m: Annotated[
         float | None,
@@ -233,7 +233,7 @@ def drift(
     apply: Annotated[bool, typer.Option("--apply", help="correct a drift that is surely there")] = False,
 ) -> None:
     """Look once into the scene: how far have the eyes moved since they were calibrated?"""
-    from foveacam_server.resources.calibration_sessions.cli_runs import run_drift
+    from foveacam_server.commands.calibrate_runs import run_drift
 
     run_drift(rig_options, distance_m=distance_m, apply=apply)
 
@@ -241,7 +241,7 @@ def drift(
 @app.command(name="settle-time")
 @on_rig(usual_scene="calibration")
 def settle_time(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     *,
     apply: Annotated[
         bool, typer.Option("--apply", help="wait as long as the session has measured, from now on")
@@ -252,9 +252,11 @@ def settle_time(
     session: SessionOption = None,
 ) -> None:
     """Show or change how long the rig waits after every move; nothing is measured for it."""
-    from foveacam_server.resources.calibration_sessions.cli_rig import RigChoice, open_data
-    from foveacam_server.resources.calibration_sessions.cli_runs import find_session
-    from foveacam_server.resources.settle_time.records import measured_time, settle_time_document
+    from foveacam_server.commands.calibrate_runs import find_session
+    from foveacam_server.commands.calibration_data import open_data
+    from foveacam_server.commands.rig import RigChoice
+    from foveacam_server.resources.calibration_sessions.documents import measured_time
+    from foveacam_server.resources.settle_time.service import settle_time_document
 
     if apply and rig_file:
         raise InvalidInput("settle-time: --apply and --rig-file exclude each other; give one of them")

@@ -25,7 +25,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CalibrateOptions:
+class RigOptions:
     """The options of a command about rig and printing."""
 
     settings: Settings
@@ -64,7 +64,7 @@ _RIG_OPTIONS: dict[str, tuple[Any, object]] = {  # Any: an annotation
 
 
 def on_rig(*, usual_scene: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Add the rig's options to a command, which gets them as its first argument, a `CalibrateOptions`."""
+    """Add the rig's options to a command, which gets them as its first argument, a `RigOptions`."""
 
     def with_options(command: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(command)
@@ -73,7 +73,7 @@ def on_rig(*, usual_scene: str) -> Callable[[Callable[..., None]], Callable[...,
             chosen = {name: rig[name] for name in ("rig", "scene", "preset", "data")}
             if chosen["scene"] is None:
                 chosen["scene"] = usual_scene
-            rig_options = CalibrateOptions(
+            rig_options = RigOptions(
                 settings=checked_settings(chosen),
                 seed=rig["seed"],
                 real_time=rig["real_time"],

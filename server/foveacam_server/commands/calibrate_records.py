@@ -12,13 +12,13 @@ from rich.console import Console
 from rich.table import Table
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.foundation.settings import checked_settings
-from foveacam_server.resources.calibration_sessions.cli_choices import (
-    CalibrateOptions,
+from foveacam_server.commands.options import (
     DataOption,
     JsonOption,
+    RigOptions,
     on_rig,
 )
+from foveacam_server.foundation.settings import checked_settings
 
 app = typer.Typer(add_completion=False)
 
@@ -30,7 +30,7 @@ ROOM = "calibration"
 @app.command(name="list")
 def list_all(data: DataOption = None, as_json: JsonOption = False) -> None:
     """List all calibrations, newest first."""
-    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+    from foveacam_server.commands.calibration_data import CalibrationData
 
     records = CalibrationData(checked_settings({"data": data}).data)
     documents = [records.document(calibration) for calibration in records.every()]
@@ -51,10 +51,10 @@ def list_all(data: DataOption = None, as_json: JsonOption = False) -> None:
 
 @app.command()
 @on_rig(usual_scene=ROOM)
-def use(rig_options: CalibrateOptions, *, calibration: WhichOne) -> None:
+def use(rig_options: RigOptions, *, calibration: WhichOne) -> None:
     """Put a calibration in force."""
-    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
-    from foveacam_server.resources.calibration_sessions.cli_rig import RigChoice, open_data
+    from foveacam_server.commands.calibration_data import CalibrationData, open_data
+    from foveacam_server.commands.rig import RigChoice
 
     wanted = CalibrationData(rig_options.settings.data).find(calibration)
     with open_data(RigChoice.of(rig_options), lock=True) as data:
@@ -71,13 +71,16 @@ def report(
     data: DataOption = None,
 ) -> None:
     """Write a calibration's report as one HTML page: measured values beside the paper's."""
-    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+    from foveacam_server.commands.calibration_data import CalibrationData
+    from foveacam_server.resources.calibration_sessions.documents import SessionReader
     from foveacam_server.resources.calibrations.reports import report_page
 
     records = CalibrationData(checked_settings({"data": data}).data)
     found = records.find(calibration)
     path = output or Path(f"calibration-{found.id}.html")
-    path.write_text(report_page(found, sessions=records.sessions, drift=records.drift), encoding="utf-8")
+    path.write_text(
+        report_page(found, sessions=SessionReader(records.sessions), drift=records.drift), encoding="utf-8"
+    )
     typer.echo(str(path))
 
 
@@ -90,19 +93,22 @@ def export(
 ) -> None:
     """Write a calibration to a file."""
     from foveacam_pipeline.calibrate.records.new_file import write_new
-    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+    from foveacam_server.commands.calibration_data import CalibrationData
+    from foveacam_server.resources.calibration_sessions.documents import SessionReader
     from foveacam_server.resources.calibrations.record_files import export_bytes, known_format
 
     records = CalibrationData(checked_settings({"data": data}).data)
     found = records.find(calibration)
-    write_new(output, export_bytes(found, known_format(file_format), sessions=records.sessions))
+    write_new(
+        output, export_bytes(found, known_format(file_format), sessions=SessionReader(records.sessions))
+    )
     typer.echo(str(output))
 
 
 @app.command(name="import")
 @on_rig(usual_scene=ROOM)
 def import_file(
-    rig_options: CalibrateOptions,
+    rig_options: RigOptions,
     *,
     file: Annotated[Path, typer.Argument(help="calibration file, or the authors' device bundle")],
     distance_m: Annotated[
@@ -110,8 +116,8 @@ def import_file(
     ] = None,
 ) -> None:
     """Keep the calibration of a file; `use` puts it in force."""
-    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
-    from foveacam_server.resources.calibration_sessions.cli_rig import RigChoice
+    from foveacam_server.commands.calibration_data import CalibrationData
+    from foveacam_server.commands.rig import RigChoice
     from foveacam_server.resources.calibrations.record_files import ImportFacts, calibration_of
 
     try:
@@ -134,7 +140,7 @@ def import_file(
 @app.command()
 def discard(calibration: WhichOne, data: DataOption = None) -> None:
     """Put a calibration in the trash; `restore` brings it back."""
-    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+    from foveacam_server.commands.calibration_data import CalibrationData
 
     records = CalibrationData(checked_settings({"data": data}).data)
     found = records.find(calibration)
@@ -150,7 +156,7 @@ def restore(
     data: DataOption = None,
 ) -> None:
     """Take a calibration out of the trash."""
-    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+    from foveacam_server.commands.calibration_data import CalibrationData
 
     found = CalibrationData(checked_settings({"data": data}).data).restore(calibration)
     typer.echo(f"{found.id} ({found.label}) is kept again")
@@ -164,7 +170,7 @@ def combine(
     as_json: JsonOption = False,
 ) -> None:
     """Put the sweeps of several sessions together, to be fitted as one."""
-    from foveacam_server.resources.calibration_sessions.calibration_data import CalibrationData
+    from foveacam_server.commands.calibration_data import CalibrationData
 
     made = CalibrationData(checked_settings({"data": data}).data).sessions.combine(session, label=label)
     if as_json:

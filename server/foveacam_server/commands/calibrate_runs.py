@@ -11,19 +11,19 @@ from rich.console import Console
 from rich.table import Table
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_server.commands.calibration_data import DataDirectory, open_data
+from foveacam_server.commands.options import RigOptions
+from foveacam_server.commands.rig import RigChoice, open_enabled_rig
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.progress_bar import progress_bar
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.cli_choices import CalibrateOptions
-from foveacam_server.resources.calibration_sessions.cli_rig import (
-    DataDirectory,
-    RigChoice,
-    open_data,
-    open_environment,
-)
 from foveacam_server.resources.calibration_sessions.documents import session_document
 from foveacam_server.resources.calibration_sessions.options import FitOptions, WideOptions
 from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession
+from foveacam_server.resources.calibration_sessions.step_environment import (
+    StepEnvironment,
+    environment_of,
+)
 from foveacam_server.resources.calibration_sessions.steps import (
     ImageFolder,
     measure_on_images,
@@ -32,6 +32,7 @@ from foveacam_server.resources.calibration_sessions.steps import (
 )
 from foveacam_server.resources.drift_checks.records import DriftRecords
 from foveacam_server.resources.drift_checks.step import check_drift, keep_check
+from foveacam_server.rig.settle_times import SettleTimes
 
 _INTERRUPTED = 130
 
@@ -46,7 +47,7 @@ class SessionChoice:
 
 
 def run_in_session(
-    rig_options: CalibrateOptions, run: BaseModel, chosen: SessionChoice, *, activate: bool = False
+    rig_options: RigOptions, run: BaseModel, chosen: SessionChoice, *, activate: bool = False
 ) -> None:
     """Run a step with a rig and print the session; `activate`: put in force what it fits."""
     choice, console = RigChoice.of(rig_options), Console(stderr=True)
@@ -65,7 +66,7 @@ def run_in_session(
 
 
 def run_fit_in_session(
-    rig_options: CalibrateOptions, options: FitOptions, chosen: SessionChoice, *, activate: bool
+    rig_options: RigOptions, options: FitOptions, chosen: SessionChoice, *, activate: bool
 ) -> None:
     """Fit a session's sweeps without a rig and print the session; beside a server unless `activate`."""
     choice = RigChoice.of(rig_options)
@@ -80,7 +81,7 @@ def run_fit_in_session(
 
 
 def run_on_images(
-    rig_options: CalibrateOptions, images: ImageFolder, options: WideOptions, chosen: SessionChoice
+    rig_options: RigOptions, images: ImageFolder, options: WideOptions, chosen: SessionChoice
 ) -> None:
     """Measure the wide camera on image files and print the session; it runs beside a server."""
     console = Console(stderr=True)
@@ -97,7 +98,7 @@ def run_on_images(
         print_session(session, data, fitted=bar.fitted_ids, as_json=rig_options.as_json)
 
 
-def run_drift(rig_options: CalibrateOptions, *, distance_m: float | None, apply: bool) -> None:
+def run_drift(rig_options: RigOptions, *, distance_m: float | None, apply: bool) -> None:
     """Check the drift of the calibration in force and print the result."""
     choice, console = RigChoice.of(rig_options), Console(stderr=True)
     with open_data(choice, lock=True) as data:
@@ -248,3 +249,10 @@ def _settle_words(axis: Document) -> str:
     if axis["resonance_hz"] is None:
         return words
     return f"{words}, resonance {axis['resonance_hz']:g} Hz, Q {axis['quality']:g}"
+
+
+@contextmanager
+def open_environment(choice: RigChoice, times: SettleTimes, *, console: Console) -> Iterator[StepEnvironment]:
+    """Open the rig for calibration steps and park it at the end."""
+    with open_enabled_rig(choice, times, console=console) as rig:
+        yield environment_of(rig, times)

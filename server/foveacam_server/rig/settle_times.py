@@ -6,16 +6,18 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from foveacam_hardware.contract import NotCalibrated
-from foveacam_pipeline.calibrate.settle.settle_report import load_settle
 from foveacam_pipeline.storage.disk import disk_errors
-from foveacam_server.foundation.store import Document
 from foveacam_server.foundation.whole_file import read_document, write_document
-from foveacam_server.resources.calibration_sessions.sessions import SETTLE, SETTLE_REPORT, CalibrationSession
 
 _log = logging.getLogger(__name__)
 
+
 RIG_FILE = "rig file"
+
+
 FORMAT = "foveacam-settle-time"
+
+
 VERSION = 1
 
 
@@ -83,40 +85,3 @@ class SettleTimes:
 
     def _path(self, rig_id: str) -> Path:
         return self._folder / f"{rig_id}.json"
-
-
-def settle_time_document(in_use: SettleTime | None, *, rig_file_us: int) -> Document:
-    """Return the wait after a move and its origin as a REST document."""
-    return {
-        "settle_us": rig_file_us if in_use is None else in_use.settle_us,
-        "source": RIG_FILE if in_use is None else in_use.source,
-        "rig_file_us": rig_file_us,
-        "measured": None
-        if in_use is None
-        else {
-            "settle_us": in_use.settle_us,
-            "measured_utc": in_use.measured_utc,
-            "session_id": in_use.session_id,
-            "low_pass_hz": in_use.low_pass_hz,
-        },
-    }
-
-
-def measured_time(session: CalibrationSession) -> SettleTime:
-    """Return the settle time that a session measured; raise `NotCalibrated` before it has."""
-    settle_us = (session.read(SETTLE) or {}).get("settle_us")
-    if settle_us is None:
-        raise NotCalibrated(
-            f"session {session.id} has not measured how the mirrors settle; run the step settle first",
-            asked="the measured settle time in use",
-            found="no settle time was measured",
-            remedy="run the step settle first",
-        )
-    report = load_settle(session.folder / SETTLE_REPORT)
-    return SettleTime(
-        rig_id=report.rig_id,
-        settle_us=int(settle_us),
-        measured_utc=report.created_utc,
-        session_id=session.id,
-        low_pass_hz=report.low_pass_hz,
-    )

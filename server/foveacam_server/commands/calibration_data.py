@@ -1,19 +1,24 @@
-"""Calibrations, sessions and drift checks of a data directory, for commands that run beside a server."""
+"""What commands read and write of calibrations in the data directory, with or without a server beside."""
 
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.commands.rig import RigChoice
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.store import Document
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Document, Store
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
-from foveacam_server.resources.calibrations.discarding import check_discarded
 from foveacam_server.resources.calibrations.documents import calibration_document
-from foveacam_server.resources.calibrations.pinned import pinned_id, write_pin
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrations.in_force import check_discarded, pinned_id, write_pin
+from foveacam_server.resources.calibrations.service import SHIPPED, CalibrationService
 from foveacam_server.resources.drift_checks.records import DriftRecords
+from foveacam_server.rig.settle_times import SettleTimes
 
 CURRENT = "current"
 
@@ -96,3 +101,41 @@ class CalibrationData:
         pinned = pinned_id(self.folder, rig_id)
         chosen = next((known for known in of_rig if known.id == pinned), None)
         return chosen or max(of_rig, key=lambda known: known.created, default=None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DataDirectory:
+    """What a command reads and writes in the data directory, for one rig."""
+
+    rig_id: str
+    baseline_m: float
+    calibration: CalibrationService
+    sessions: SessionCollection
+    drift_folder: Path
+    settle_times: SettleTimes
+
+
+@contextmanager
+def open_data(choice: RigChoice, *, lock: bool) -> Iterator[DataDirectory]:
+    """Open the data directory for one command; with `lock`, raise `Busy` while a server has it.
+
+    A command locks it to change what a server holds in memory (the calibration and the settle time in use),
+    or to measure with a rig in a session. All others run beside a server: they write new files, or into
+    folders with a lock of their own.
+    """
+    folder = choice.settings.data / "calibrations"
+    with ExitStack() as stack:
+        events = None
+        if lock:
+            events = EventLog(stack.enter_context(Store(choice.settings.data)))
+            stack.callback(events.close)
+        calibration = CalibrationService(chosen=choice.settings.calibration, folder=folder, events=events)
+        calibration.choose_for(choice.rig_id)
+        yield DataDirectory(
+            rig_id=choice.rig_id,
+            baseline_m=choice.baseline_m,
+            calibration=calibration,
+            sessions=SessionCollection(folder / "sessions"),
+            drift_folder=folder / "drift",
+            settle_times=SettleTimes(folder / "settle"),
+        )

@@ -1,0 +1,237 @@
+"""Schemas of calibration sessions and of the results of their steps."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from foveacam_server.foundation.quantities import Label
+from foveacam_server.foundation.schema import RequestModel, ResponseModel
+
+EyeState = Literal["centred", "rim", "refused", "waiting"]
+
+
+class SessionRequest(RequestModel):
+    """A new session."""
+
+    label: Label
+
+
+class CombineRequest(RequestModel):
+    """Sessions of one rig whose sweeps are to be fitted together. `label`: None: the number of poses."""
+
+    sessions: Annotated[list[str], Field(min_length=2, max_length=50)]
+    label: Label | None = None
+
+
+class BoardDocument(ResponseModel):
+    """The calibration board of stage 1: inner corners, sides in mm."""
+
+    kind: Literal["charuco", "checkerboard"]
+    columns: int
+    rows: int
+    square_mm: float
+    marker_mm: float | None
+
+
+class WideSampleDocument(ResponseModel):
+    """One view of the board."""
+
+    id: str
+    thumbnail_url: str
+    rms_px: float | None
+    tilt_deg: float | None
+    centre_px: tuple[float, float]
+    corners: int
+
+
+class WideFitDocument(ResponseModel):
+    """A lens fitted to the samples; `accuracy_deg`: standard error of pixel to angle over the image."""
+
+    model: str
+    rms_px: float
+    fov_x_deg: float
+    fov_y_deg: float
+    fx_px: float
+    fy_px: float
+    cx_px: float
+    cy_px: float
+    distortion: list[float]
+    accuracy_deg: float | None
+
+
+class WideStageDocument(ResponseModel):
+    """Stage 1 so far."""
+
+    samples: list[WideSampleDocument]
+    coverage_fraction: float
+    cells: list[list[int]] | None = None
+    """How many views have a corner of the board in each part of the picture, row by row."""
+    tilts_covered: int
+    fit: WideFitDocument | None
+    other_model: WideFitDocument | None
+    reason: str
+    """Why this model was chosen, or why there is no fit."""
+
+
+class SweepPoseDocument(ResponseModel):
+    """One pose of a sweep, and the state of either eye."""
+
+    index: int
+    ax_deg: float
+    ay_deg: float
+    left: EyeState
+    right: EyeState
+    left_reason: str | None
+    right_reason: str | None
+
+
+class SweepDocument(ResponseModel):
+    """Stage 2 at one station: `done` of `nodes` poses."""
+
+    station: str
+    distance_m: float | None
+    nodes: int
+    done: int
+    poses: list[SweepPoseDocument]
+
+
+class ModelScoreDocument(ResponseModel):
+    """Leave-one-out error of a mirror model."""
+
+    name: str
+    order: int | None
+    eye: Literal["left", "right"]
+    loo_deg: tuple[float, float]
+    chosen: bool
+
+
+class FieldScoreDocument(ResponseModel):
+    """Leave-one-out error of a rectification."""
+
+    name: str
+    order: int
+    eye: Literal["left", "right"]
+    loo_px: float
+    chosen: bool
+
+
+class MountDriftDocument(ResponseModel):
+    """How an eye's mount drifted while it was calibrated; lengths in fovea px."""
+
+    px_per_minute: float
+    moved_px: float
+    """Largest distance of the gaze from its last position."""
+    sigma_px: float
+    minutes: float
+    pieces: int
+    """Number of line segments of the drift."""
+    visits: int
+    """Measurements that repeat a node."""
+    knocks_px: tuple[float, ...] = ()
+    """Jumps of the gaze when the mount was knocked during a sweep; they were corrected."""
+
+
+class FitDocument(ResponseModel):
+    """The last fit, and the models that were compared."""
+
+    calibration_id: str
+    models: list[ModelScoreDocument]
+    fields: list[FieldScoreDocument]
+    volts_roundtrip_max_lsb: float
+    """Largest volts -> angles -> volts over the calibrated field, steps of the DAC."""
+    paper: dict[str, Any] | None  # Any: the figures of the comparator, by name
+    parallax: dict[str, Any] | None  # Any: the report of Eq. 1, by name
+    drift: dict[str, MountDriftDocument] | None = None
+    """Drift of each eye's mount, which was corrected; null when no nodes were visited again."""
+
+
+class SettleAxisDocument(ResponseModel):
+    """How one axis of one mirror comes to rest."""
+
+    eye: Literal["left", "right"]
+    axis: Literal["x", "y"]
+    settle_ms: float | None
+    settle_1pct_ms: float | None
+    response_ms: float | None = None
+    """Until half of the step is done."""
+    response_open_ms: float | None = None
+    """The same with the drive filter wide open."""
+    resonance_hz: float | None
+    quality: float | None
+
+
+class SettleDocument(ResponseModel):
+    """The settle characterisation.
+
+    `settle_us`: the time that the largest move takes on every axis. `applied`: whether it is in use.
+    """
+
+    axes: list[SettleAxisDocument]
+    settle_us: int | None = None
+    applied: bool = False
+
+
+class CheckDocument(ResponseModel):
+    """Errors of the fitted calibration at poses that no sweep visited."""
+
+    calibration_id: str
+    epipolar_rms_px: float | None
+    epipolar_p95_px: float | None
+    pointing_rms_px: float | None
+    """Includes the measurement's own error, `pointing_sigma_px`."""
+    pointing_sigma_px: float | None
+    poses: int
+
+
+class ClosingEyeDocument(ResponseModel):
+    """How far an eye had drifted between its sweep and the check."""
+
+    eye: Literal["left", "right"]
+    shift_deg: tuple[float, float]
+    roll_deg: float
+    moved_px: float
+    sigma_px: float
+
+
+class ClosingDocument(ResponseModel):
+    """The drift since the sweep, by nodes visited again, and whether it was corrected before the check.
+
+    `rows_px`: vertical difference between the eyes that the drift caused.
+    """
+
+    calibration_id: str
+    corrected: bool
+    places: int
+    eyes: list[ClosingEyeDocument]
+    rows_px: float
+    detail: str
+
+
+class PictureDocument(ResponseModel):
+    """A picture of a step's result."""
+
+    name: str
+    title: str
+    url: str
+
+
+class SessionDocument(ResponseModel):
+    """The measurements of one calibration, and their results."""
+
+    id: str
+    label: str
+    rig_id: str
+    created_utc: str
+    bytes: int
+    board: BoardDocument | None
+    wide: WideStageDocument | None
+    sweeps: list[SweepDocument]
+    fit: FitDocument | None
+    closing: ClosingDocument | None = None
+    settle: SettleDocument | None
+    check: CheckDocument | None
+    pictures: list[PictureDocument]
+    calibrations: list[str]
+    running: str | None
+    problems: list[str]
+    """Files of the session that cannot be read, and why."""
