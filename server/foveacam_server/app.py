@@ -22,9 +22,9 @@ from foveacam_server.resources.cameras import routes as cameras
 from foveacam_server.resources.captures import routes as captures
 from foveacam_server.resources.clouds import depth_routes as depth
 from foveacam_server.resources.clouds import routes as clouds
-from foveacam_server.resources.corrections import routes as corrections
 from foveacam_server.resources.drift_checks import routes as drift_checks
 from foveacam_server.resources.events import routes as events
+from foveacam_server.resources.fixations import correction_routes as corrections
 from foveacam_server.resources.fixations import routes as fixations
 from foveacam_server.resources.fixations import target_routes as targets
 from foveacam_server.resources.jobs import routes as jobs

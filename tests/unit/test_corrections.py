@@ -4,8 +4,7 @@ import pytest
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.corrections.kept import kind_of
-from foveacam_server.resources.corrections.ranges import range_document, remaining_range
+from foveacam_server.resources.fixations.corrections import kind_of, range_document, remaining_range
 from foveacam_server.resources.fixations.schema import FixationDocument
 
 

@@ -7,7 +7,8 @@ from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget, Target
 from foveacam_server.foundation.store import Document
 from foveacam_server.resources.calibrations.service import SHIPPED
-from foveacam_server.resources.fixations.request import check_direction, check_target, target_of
+from foveacam_server.resources.fixations.request import check_target, target_of
+from foveacam_server.rig.refusals import check_direction
 
 RECTANGLE = {"x_px": 10.0, "y_px": 20.0, "width_px": 30.0, "height_px": 40.0}
 

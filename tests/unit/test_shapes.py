@@ -15,6 +15,7 @@ from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.resources.clouds.shapes import WAITING, ShapeWorker, VergedLook
+from foveacam_server.resources.fixations.documents import stored_look
 from foveacam_server.resources.fixations.schema import TargetDocument
 
 from .fake_rig import Pictures
@@ -168,6 +169,8 @@ def test_targets_of_an_earlier_run_stand_in_the_pane_again(setup: Setup) -> None
         cloud_id="cld-lost",
         created_utc="2026-01-01T00:00:00.000Z",
     )
-    setup.worker.put_back([target])
+    look = stored_look(target)
+    assert look is not None
+    setup.worker.put_back([look])
     setup.worker.start()
     assert setup.pane.wait_for("fix-9") == ("the door", None)

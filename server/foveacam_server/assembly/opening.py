@@ -210,7 +210,7 @@ def _open_observation(
         context=wide_depth,
     )
     fixations = FixationService(foundation.store, tools)
-    shapes.put_back(fixations.targets.every())
+    shapes.put_back(fixations.stored_looks())
     for worker in (shapes, wide_depth, jobs):
         worker.start()
         foundation.stack.callback(worker.close)
@@ -258,7 +258,7 @@ def _open_measurements(
         return None if newest is None else newest.t_ns
 
     tools = MeasuringTools(
-        shelf=clouds,
+        clouds=clouds,
         wide=lambda: knowledge.calibration.require().wide,
         shown=ShownViews(volts=lambda: hardware.pose, picture_t_ns=picture_t_ns),
         events=foundation.events,

@@ -1,10 +1,12 @@
-"""The errors that refuse a move or a look, each with its remedy."""
+"""The errors that refuse a move or a look, each with its remedy; the check of a direction."""
 
+import math
 from collections.abc import Sequence
 
 from foveacam_hardware.contract import (
     Busy,
     NotConnected,
+    OutOfRange,
     Stopped,
 )
 from foveacam_server.rig.status import DeviceProblem
@@ -56,3 +58,21 @@ def no_pan_tilt(asked: str) -> NotConnected:
         found="no pan-tilt",
         remedy=remedy,
     )
+
+
+STEERING_LIMIT_DEG = 10.0
+"""Largest angle of the mirrors' specification, both axes (Table 2); the calibration may reach less far."""
+
+
+def check_direction(ax_rad: float, ay_rad: float) -> None:
+    """Raise `OutOfRange` beyond the mirrors' specification."""
+    for name, angle_rad in (("ax_deg", ax_rad), ("ay_deg", ay_rad)):
+        angle_deg = math.degrees(angle_rad)
+        if not abs(angle_deg) <= STEERING_LIMIT_DEG * (1.0 + 1e-12):
+            allowed = f"-{STEERING_LIMIT_DEG:g} to {STEERING_LIMIT_DEG:g}"
+            raise OutOfRange(
+                f"direction {name} = {angle_deg:g} is outside {allowed} degrees; choose a direction inside",
+                asked=f"{name} = {angle_deg:g}",
+                found=f"the mirrors reach {allowed} degrees",
+                remedy="choose a direction inside",
+            )

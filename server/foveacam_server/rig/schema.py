@@ -1,6 +1,7 @@
-"""Schemas of the stop."""
+"""Schemas that several resources share: the stop, a device's identification, a direction."""
 
-from foveacam_server.foundation.schema import ResponseModel
+from foveacam_server.foundation.quantities import Degrees
+from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
 
 class StopDocument(ResponseModel):
@@ -17,3 +18,19 @@ class StopAnswer(ResponseModel):
     engaged: bool
     parked: bool
     parked_in_ms: float
+
+
+class DeviceInfoDocument(ResponseModel):
+    """Identification of a device."""
+
+    vendor: str
+    model: str
+    serial: str
+    version: str
+
+
+class Direction(RequestModel):
+    """Axis-wise angles in the rig frame: tan ax = X/Z, tan ay = Y/Z; +x right, +y down."""
+
+    ax_deg: Degrees
+    ay_deg: Degrees

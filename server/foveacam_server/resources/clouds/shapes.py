@@ -26,7 +26,6 @@ from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.clouds.collection import CloudCollection, FixationShape
 from foveacam_server.resources.clouds.depth_patches import project_patch
 from foveacam_server.resources.clouds.schema import CloudDocument
-from foveacam_server.resources.fixations.schema import BoundDocument, TargetDocument
 from foveacam_server.rig.ports import PictureSink, SceneViewer
 
 _log = logging.getLogger(__name__)
@@ -34,7 +33,7 @@ _log = logging.getLogger(__name__)
 WAITING = 4
 """Fixations that may wait; the oldest is dropped for a newer one."""
 PUT_BACK = 12
-"""Number of the newest targets of an earlier run that are drawn in the 3D pane again."""
+"""Number of the newest fixations of an earlier run that are drawn in the 3D pane again."""
 MAX_POINTS = 50_000
 MESH_STEP_PX = 4
 SCALE = 0.5
@@ -71,6 +70,19 @@ class BoundedLook:
     farthest_m: float | None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredLook:
+    """A fixation of an earlier run with a known distance; `cloud_id`: None without a cloud."""
+
+    fixation_id: str
+    label: str
+    point_rig_m: tuple[float, float, float]
+    distance_m: float
+    distance_sigma_m: float
+    basis: Basis
+    cloud_id: str | None
+
+
 class ShapeWorker:
     """Turns verged looks into pictures, stored clouds and drawings in the 3D pane, on one thread."""
 
@@ -86,18 +98,18 @@ class ShapeWorker:
         self._sink = sink
         self._viewer = viewer
         self._events = events
-        self._earlier: tuple[TargetDocument, ...] = ()
+        self._earlier: tuple[StoredLook | BoundedLook, ...] = ()
         self._waiting: queue.Queue[VergedLook | BoundedLook | None] = queue.Queue()
         self.dropped = 0
         self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
 
     def start(self) -> None:
-        """Start the thread, which first draws the targets of an earlier run."""
+        """Start the thread, which first draws the fixations of an earlier run."""
         self._thread.start()
 
-    def put_back(self, targets: Sequence[TargetDocument]) -> None:
-        """Draw targets of an earlier run, with their clouds; before `start`."""
-        self._earlier = tuple(targets[-PUT_BACK:])
+    def put_back(self, looks: Sequence[StoredLook | BoundedLook]) -> None:
+        """Draw the newest fixations of an earlier run, oldest first, with their clouds; before `start`."""
+        self._earlier = tuple(looks[-PUT_BACK:])
 
     def close(self) -> None:
         """Drop the fixations that wait and end the thread."""
@@ -126,8 +138,11 @@ class ShapeWorker:
         return True
 
     def _run(self) -> None:
-        for target in self._earlier:
-            self._show_again(target)
+        for earlier in self._earlier:
+            if isinstance(earlier, BoundedLook):
+                self._show_limits(earlier)
+            else:
+                self._show_again(earlier)
         while (seen := self._waiting.get()) is not None:
             if isinstance(seen, BoundedLook):
                 self._show_limits(seen)
@@ -185,26 +200,21 @@ class ShapeWorker:
             farthest_m=seen.farthest_m,
         )
 
-    def _show_again(self, target: TargetDocument) -> None:
+    def _show_again(self, look: StoredLook) -> None:
         if self._viewer is None:
             return
-        distance_m, sigma_m, point = target.distance_m, target.distance_sigma_m, target.point_rig_m
-        if distance_m is None or sigma_m is None or point is None:
-            if target.bound is not None:
-                self._show_limits(_limits_of(target, target.bound))
-            return
         try:
-            cloud = None if target.cloud_id is None else self._clouds.points(target.cloud_id)
+            cloud = None if look.cloud_id is None else self._clouds.points(look.cloud_id)
         except (FoveaError, OSError, ValueError) as error:
-            _log.warning("%s: its cloud cannot be read: %s", target.label, error)
+            _log.warning("%s: its cloud cannot be read: %s", look.label, error)
             cloud = None
         self._viewer.show_fixation(
-            target.fixation_id,
-            label=target.label,
-            point_rig_m=point,
-            distance_m=distance_m,
-            distance_sigma_m=sigma_m,
-            basis=Basis(target.basis),
+            look.fixation_id,
+            label=look.label,
+            point_rig_m=look.point_rig_m,
+            distance_m=look.distance_m,
+            distance_sigma_m=look.distance_sigma_m,
+            basis=look.basis,
             cloud=cloud,
             mesh=None,
         )
@@ -234,13 +244,3 @@ class ShapeWorker:
             level=EventLevel.WARNING,
             data={"fixation_id": seen.fixation_id, "detail": reason},
         )
-
-
-def _limits_of(target: TargetDocument, bound: BoundDocument) -> BoundedLook:
-    return BoundedLook(
-        fixation_id=target.fixation_id,
-        label=target.label,
-        direction_deg=(target.ax_deg, target.ay_deg),
-        nearest_m=bound.nearest_m,
-        farthest_m=bound.farthest_m,
-    )

@@ -3,10 +3,11 @@
 import math
 
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.values import Alternative, DistanceBound, EyeView, Fixation, VergeStep
+from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, EyeView, Fixation, VergeStep
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.rounding import deg, rounded
 from foveacam_server.foundation.store import Document
+from foveacam_server.resources.clouds.shapes import BoundedLook, StoredLook
 from foveacam_server.resources.fixations.schema import (
     AlternativeDocument,
     BoundDocument,
@@ -123,3 +124,27 @@ def _digits(sigma_m: float) -> int:
 def _bound_words(bound: BoundDocument) -> str:
     nearest = f"farther than {bound.nearest_m:.1f} m"
     return nearest if bound.farthest_m is None else f"{nearest}, nearer than {bound.farthest_m:.1f} m"
+
+
+def stored_look(target: TargetDocument) -> StoredLook | BoundedLook | None:
+    """Return how a stored target is drawn in the 3D pane; None without a distance and without limits."""
+    distance_m, sigma_m, point = target.distance_m, target.distance_sigma_m, target.point_rig_m
+    if distance_m is not None and sigma_m is not None and point is not None:
+        return StoredLook(
+            fixation_id=target.fixation_id,
+            label=target.label,
+            point_rig_m=point,
+            distance_m=distance_m,
+            distance_sigma_m=sigma_m,
+            basis=Basis(target.basis),
+            cloud_id=target.cloud_id,
+        )
+    if target.bound is None:
+        return None
+    return BoundedLook(
+        fixation_id=target.fixation_id,
+        label=target.label,
+        direction_deg=(target.ax_deg, target.ay_deg),
+        nearest_m=target.bound.nearest_m,
+        farthest_m=target.bound.farthest_m,
+    )

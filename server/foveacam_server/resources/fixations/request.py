@@ -2,7 +2,7 @@
 
 import math
 
-from foveacam_hardware.contract import InvalidInput, OutOfRange
+from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import (
     DirectionTarget,
@@ -12,9 +12,7 @@ from foveacam_pipeline.verge.values import (
     Target,
 )
 from foveacam_server.foundation.store import Document
-
-STEERING_LIMIT_DEG = 10.0
-"""Largest angle of the mirrors' specification, both axes (Table 2); the calibration may reach less far."""
+from foveacam_server.rig.refusals import check_direction
 
 
 def target_of(request: Document) -> Target:
@@ -74,20 +72,6 @@ def check_target(target: Target, calibration: Calibration) -> None:
             )
         case DirectionTarget():
             check_direction(target.ax_rad, target.ay_rad)
-
-
-def check_direction(ax_rad: float, ay_rad: float) -> None:
-    """Raise `OutOfRange` beyond the mirrors' specification."""
-    for name, angle_rad in (("ax_deg", ax_rad), ("ay_deg", ay_rad)):
-        angle_deg = math.degrees(angle_rad)
-        if not abs(angle_deg) <= STEERING_LIMIT_DEG * (1.0 + 1e-12):
-            allowed = f"-{STEERING_LIMIT_DEG:g} to {STEERING_LIMIT_DEG:g}"
-            raise OutOfRange(
-                f"direction {name} = {angle_deg:g} is outside {allowed} degrees; choose a direction inside",
-                asked=f"{name} = {angle_deg:g}",
-                found=f"the mirrors reach {allowed} degrees",
-                remedy="choose a direction inside",
-            )
 
 
 def direction_of(target: Target, calibration: Calibration) -> tuple[float, float]:

@@ -4,8 +4,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from foveacam_server.foundation.quantities import Degrees, DistanceM, Label, Metres, Pixels
+from foveacam_server.foundation.quantities import DistanceM, Index, Label, Metres, Pixels
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
+from foveacam_server.rig.schema import Direction
 from foveacam_server.rig.stream_messages import FrameSeq
 
 Basis = Literal["both_foveae", "fovea_and_wide", "surroundings", "bound"]
@@ -27,13 +28,6 @@ class Rectangle(RequestModel):
     y_px: Pixels
     width_px: Pixels
     height_px: Pixels
-
-
-class Direction(RequestModel):
-    """Axis-wise angles in the rig frame: tan ax = X/Z, tan ay = Y/Z; +x right, +y down."""
-
-    ax_deg: Degrees
-    ay_deg: Degrees
 
 
 class DistanceLimits(RequestModel):
@@ -183,3 +177,15 @@ class TargetDocument(ResponseModel):
     y_px: float
     cloud_id: str | None
     created_utc: str
+
+
+class ChoiceRequest(RequestModel):
+    """Which alternative of the fixation is the true one, counted from 0."""
+
+    alternative: Index
+
+
+class CorrectionRequest(RequestModel):
+    """Where the target is in truth, seen from the present answer."""
+
+    direction: Literal["nearer", "farther"]

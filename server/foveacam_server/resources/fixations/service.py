@@ -15,13 +15,14 @@ from foveacam_server.foundation.names import new_id
 from foveacam_server.foundation.store import Document, Store
 from foveacam_server.resources.clouds.depth_patches import DepthPatches, point_patch
 from foveacam_server.resources.clouds.schema import CloudDocument
-from foveacam_server.resources.clouds.shapes import BoundedLook, ShapeWorker, VergedLook
-from foveacam_server.resources.corrections.kept import kind_of, with_correction
+from foveacam_server.resources.clouds.shapes import BoundedLook, ShapeWorker, StoredLook, VergedLook
+from foveacam_server.resources.fixations.corrections import kind_of, with_correction
 from foveacam_server.resources.fixations.documents import (
     describe_fixation,
     describe_step,
     distance_words,
     fixation_words,
+    stored_look,
 )
 from foveacam_server.resources.fixations.request import check_target, depth_range_of, target_of
 from foveacam_server.resources.fixations.schema import CorrectionDocument, FixationDocument, TargetDocument
@@ -79,6 +80,11 @@ class FixationService:
         direction = {"ax_deg": target.ax_deg, "ay_deg": target.ay_deg}
         request = {"direction": direction, "label": target.label, "depth": True, "target_id": target_id}
         return self.foveate(request, source=source)
+
+    def stored_looks(self) -> list[StoredLook | BoundedLook]:
+        """Return how the stored targets are drawn in the 3D pane, oldest first."""
+        looks = [stored_look(target) for target in self.targets.every()]
+        return [look for look in looks if look is not None]
 
     def get_by_url(self, url: str) -> FixationDocument:
         """Return the fixation that a job's result URL names."""

@@ -23,8 +23,7 @@ from foveacam_pipeline.measure.views import (
 )
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.errors import NotFound, StaleView
-from foveacam_server.resources.clouds.depth_patches import DepthPatches
-from foveacam_server.resources.measurements.looks import LookReader
+from foveacam_server.resources.measurements.looks import DepthOfPixels, LookReader
 from foveacam_server.resources.measurements.schema import PlaceRequest
 
 REACH_PX = 6.0
@@ -59,7 +58,7 @@ class ShownViews:
 class PointFinder:
     """Finds the points that pixels show."""
 
-    def __init__(self, looks: LookReader, patches: DepthPatches, shown: ShownViews) -> None:
+    def __init__(self, looks: LookReader, patches: DepthOfPixels, shown: ShownViews) -> None:
         self._looks = looks
         self._patches = patches
         self._shown = shown

@@ -15,7 +15,6 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.names import new_id, utc_now
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.measurements.documents import (
     length_document,
     metres,
@@ -29,7 +28,7 @@ from foveacam_server.resources.measurements.drawing import (
     scene_drawing,
     value_text,
 )
-from foveacam_server.resources.measurements.looks import LookReader
+from foveacam_server.resources.measurements.looks import LookReader, StoredClouds
 from foveacam_server.resources.measurements.places import PointFinder, ShownViews
 from foveacam_server.resources.measurements.regions import WindowRegion, line_of, mask_of, rectangle_of
 from foveacam_server.resources.measurements.schema import (
@@ -51,7 +50,7 @@ POINTS: dict[MeasurementKind, int] = {"point": 1, "length": 2, "plane": 2, "prof
 class MeasuringTools:
     """What the service works with."""
 
-    shelf: CloudCollection
+    clouds: StoredClouds
     wide: Callable[[], Intrinsics]
     """Returns the calibrated wide camera or raises NotCalibrated."""
     shown: ShownViews
@@ -65,7 +64,7 @@ class MeasurementService:
     def __init__(self, store: Store, tools: MeasuringTools) -> None:
         self._table = MeasurementTable(store)
         self._tools = tools
-        self._places = PointFinder(LookReader(tools.shelf), tools.shelf.patches, tools.shown)
+        self._places = PointFinder(LookReader(tools.clouds), tools.clouds.patches, tools.shown)
 
     def put_back(self) -> None:
         """Show the newest measurements of earlier runs in the 3D pane."""

@@ -10,16 +10,16 @@ from foveacam_pipeline.models.calibration import eye_volts
 from foveacam_server.assembly.services import Services, ServicesDep
 from foveacam_server.foundation.answers import LeaseHeader, problems
 from foveacam_server.foundation.rounding import deg, rounded
-from foveacam_server.resources.fixations.request import check_direction
-from foveacam_server.resources.mirrors.schema import SteerRequest
-from foveacam_server.resources.rig_state.schema import (
+from foveacam_server.resources.mirrors.schema import (
     ControllerDocument,
     ControllerLinkDocument,
     EyeDocument,
     MirrorsDocument,
     PositionStreamDocument,
+    SteerRequest,
 )
 from foveacam_server.rig import refusals
+from foveacam_server.rig.refusals import check_direction
 
 router = APIRouter(prefix="/mirrors", tags=["rig"])
 

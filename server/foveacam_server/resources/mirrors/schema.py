@@ -1,8 +1,8 @@
-"""Schemas of steering by hand."""
+"""Schemas of the mirrors, their controller, and steering by hand."""
 
 from foveacam_server.foundation.quantities import DistanceM
-from foveacam_server.foundation.schema import RequestModel
-from foveacam_server.resources.fixations.schema import Direction
+from foveacam_server.foundation.schema import RequestModel, ResponseModel
+from foveacam_server.rig.schema import Direction
 
 
 class SteerRequest(RequestModel):
@@ -10,3 +10,92 @@ class SteerRequest(RequestModel):
 
     direction: Direction
     distance_m: DistanceM | None = None
+
+
+class EyeDocument(ResponseModel):
+    """One mirror's drive, and its direction by the calibration; null while unknown.
+
+    They are unknown while the mirrors' controller is not connected: it may have stopped, or lost its supply.
+    """
+
+    x_v: float | None
+    y_v: float | None
+    ax_deg: float | None
+    ay_deg: float | None
+
+
+class PositionStreamDocument(ResponseModel):
+    """One of the controller's position streams."""
+
+    stream: int
+    updates_per_s: float
+    left_x_v: float
+    left_y_v: float
+    right_x_v: float
+    right_y_v: float
+
+
+class ControllerLinkDocument(ResponseModel):
+    """The controller's link since it was connected; rates are of the last second."""
+
+    tx_bytes: int
+    rx_bytes: int
+    tx_packets: int
+    rx_packets: int
+    bad_packets: int
+    crc: bool
+    """Whether packets carry a CRC: if the firmware supports it, and the rig file does not forbid it."""
+    crc_errors: int
+    """Bad packets that only the CRC detected."""
+    lost_answers: int
+    """Requests whose answer was lost: the mirrors were parked, and the request failed."""
+    tx_bytes_per_s: float
+    rx_bytes_per_s: float
+    tx_packets_per_s: float
+    rx_packets_per_s: float
+    queued_bytes: int
+    """Bytes accepted by the system and not yet by the controller."""
+    rtt_p50_ms: float
+    rtt_p95_ms: float
+    rtt_p99_ms: float
+    rtt_max_ms: float
+    update_limit_hz: float
+    """Present limit of position updates a second on the link."""
+    clock_offset_ms: float
+    clock_drift_ppm: float | None
+    """By how much the controller's clock runs faster than the host's."""
+    streams: list[PositionStreamDocument]
+
+
+class ControllerDocument(ResponseModel):
+    """Identification of the mirrors' controller."""
+
+    vendor: str
+    model: str
+    serial: str
+    version: str
+    port: str
+    """Port that it is attached to; empty before it was."""
+
+
+class MirrorsDocument(ResponseModel):
+    """Both mirrors and their controller."""
+
+    connected: bool
+    enabled: bool | None
+    """Whether the mirrors' supply rail is on; null while unknown."""
+    left: EyeDocument
+    right: EyeDocument
+    fault: str | None
+    rtt_p50_ms: float | None
+    rtt_p99_ms: float | None
+    tx_packets: int
+    rx_packets: int
+    bad_packets: int
+    clock_offset_ms: float | None
+    guarded: bool
+    """Whether the mirrors are parked when this server is killed."""
+    rail_wanted: bool
+    """False after the operator has switched the mirrors off."""
+    controller: ControllerDocument | None
+    link: ControllerLinkDocument | None

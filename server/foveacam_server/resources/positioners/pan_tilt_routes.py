@@ -10,13 +10,13 @@ from foveacam_server.assembly.services import ServicesDep
 from foveacam_server.foundation.answers import LeaseHeader, problems
 from foveacam_server.foundation.rounding import deg
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
-from foveacam_server.resources.rig_state.schema import (
-    DeviceInfoDocument,
+from foveacam_server.resources.positioners.schema import (
     PanTiltDocument,
     PanTiltLimitsDocument,
     PanTiltMove,
     StationDocument,
 )
+from foveacam_server.rig.schema import DeviceInfoDocument
 
 router = APIRouter(prefix="/pan_tilt", tags=["rig"])
 

@@ -8,13 +8,13 @@ from foveacam_hardware.contract import InvalidInput, NotConnected, RailState
 from foveacam_server.assembly.services import ServicesDep
 from foveacam_server.foundation.answers import LeaseHeader, problems
 from foveacam_server.resources.positioners.rail import RailService, RailStatus
-from foveacam_server.resources.positioners.rail_schema import (
+from foveacam_server.resources.positioners.schema import (
     RailDocument,
     RailLimitsDocument,
     RailMove,
     RailPlaceDocument,
 )
-from foveacam_server.resources.rig_state.schema import DeviceInfoDocument
+from foveacam_server.rig.schema import DeviceInfoDocument
 
 router = APIRouter(prefix="/rail", tags=["rig"])
 

@@ -5,8 +5,13 @@ from foveacam_pipeline.verge.values import Basis
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.resources.corrections.kept import with_alternative, with_correction
-from foveacam_server.resources.corrections.ranges import Direction, range_document, remaining_range
+from foveacam_server.resources.fixations.corrections import (
+    Direction,
+    range_document,
+    remaining_range,
+    with_alternative,
+    with_correction,
+)
 from foveacam_server.resources.fixations.schema import CorrectionDocument, FixationDocument
 from foveacam_server.resources.fixations.service import FixationService
 from foveacam_server.rig.ports import SceneViewer

@@ -6,9 +6,8 @@ from fastapi.responses import JSONResponse
 from foveacam_server.assembly.services import ServicesDep
 from foveacam_server.foundation.answers import LeaseHeader, PreferHeader, job_answer, problems
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.corrections.schema import ChoiceRequest, CorrectionRequest
-from foveacam_server.resources.corrections.service import choose, look_beside, show_choice
-from foveacam_server.resources.fixations.schema import FixationDocument
+from foveacam_server.resources.fixations.correction_service import choose, look_beside, show_choice
+from foveacam_server.resources.fixations.schema import ChoiceRequest, CorrectionRequest, FixationDocument
 
 router = APIRouter(prefix="/fixations", tags=["corrections"])
 

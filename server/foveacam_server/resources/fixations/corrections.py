@@ -1,4 +1,4 @@
-"""Which distances remain when an answer is said to be nearer or farther in truth."""
+"""Corrections of a fixation's answer: how a target stores them, and which distances they leave."""
 
 import math
 from typing import Literal, TypeAlias
@@ -7,12 +7,52 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.verge.values import DistanceRange
 from foveacam_server.foundation.store import Document
 from foveacam_server.resources.fixations.request import depth_range_of
-from foveacam_server.resources.fixations.schema import FixationDocument
+from foveacam_server.resources.fixations.schema import CorrectionDocument, FixationDocument, TargetDocument
+
+CorrectionKind: TypeAlias = Literal["choice", "nearer", "farther", "rectangle", "click"]
+
+
+def kind_of(request: Document) -> CorrectionKind | None:
+    """Return what kind of correction a stored fixation request is; None when it corrects nothing."""
+    if request.get("corrects") is None:
+        return None
+    match request.get("correction"):
+        case "nearer":
+            return "nearer"
+        case "farther":
+            return "farther"
+    return "click" if request.get("rectangle") is None else "rectangle"
+
+
+def with_correction(target: TargetDocument, correction: CorrectionDocument) -> TargetDocument:
+    """Return the target with one more correction."""
+    return target.model_copy(update={"corrections": [*target.corrections, correction]})
+
+
+def with_alternative(target: TargetDocument, fixation: FixationDocument, alternative: int) -> TargetDocument:
+    """Return the target with one of the fixation's alternatives as its distance."""
+    chosen = fixation.alternatives[alternative]
+    return target.model_copy(
+        update={
+            "basis": chosen.basis,
+            "distance_m": chosen.distance_m,
+            "distance_sigma_m": chosen.distance_sigma_m,
+            "point_rig_m": chosen.point_rig_m,
+            "alternatives": fixation.alternatives,
+            "bound": None,
+            "fixation_id": fixation.id,
+            "cloud_id": fixation.cloud_id,
+        }
+    )
+
 
 Direction: TypeAlias = Literal["nearer", "farther"]
 
+
 SIGMAS = 3.0
 """So many standard errors about the present answer are excluded with it."""
+
+
 LEAST_SHARE = 0.01
 """At least this share of the present distance is excluded: else its neighbour on the same surface answers."""
 

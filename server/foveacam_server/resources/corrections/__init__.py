@@ -1,1 +1,0 @@
-"""What the operator corrects of a fixation's answer."""
