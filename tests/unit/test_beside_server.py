@@ -12,9 +12,9 @@ from foveacam_hardware.contract import Busy, NotConnected
 from foveacam_pipeline.calibrate.wide.boards import Checkerboard
 from foveacam_pipeline.capture.dataset import DatasetWriter
 from foveacam_server import cli
+from foveacam_server.datasets.collection import CaptureCollection
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
-from foveacam_server.resources.captures.collection import CaptureCollection
 from foveacam_server.resources.stills.collection import HELD, StillCollection
 
 from .board_scenes import SMALL, Pose, board_picture

@@ -10,12 +10,12 @@ import pytest
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import DatasetState
 from foveacam_pipeline.capture.dataset.document import read_document, write_document
+from foveacam_server.datasets.collection import CaptureCollection, point_of
+from foveacam_server.datasets.download import zip_stream
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.captures.cli_run import plan_of
-from foveacam_server.resources.captures.collection import CaptureCollection
 from foveacam_server.resources.captures.documents import capture_document
-from foveacam_server.resources.captures.download import zip_stream
-from foveacam_server.resources.captures.points import point_of, points_document
+from foveacam_server.resources.captures.points import points_document
 
 from .dataset_scenes import written
 

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 from foveacam_server.assembly.first_services import DisplayServices, RigKnowledge, ServerFoundation
+from foveacam_server.datasets.capture_tools import CaptureTools
+from foveacam_server.datasets.collection import CAPTURES
+from foveacam_server.datasets.derived_products import DerivedProductTools
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.settings import Settings
-from foveacam_server.resources.captures.collection import CAPTURES
-from foveacam_server.resources.captures.derived_products import DerivedProductTools
-from foveacam_server.resources.captures.service import CaptureService, CaptureTools
+from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.mosaics.service import MosaicService
 from foveacam_server.resources.recordings.collection import RECORDINGS
 from foveacam_server.resources.recordings.service import RecordingService, RecordingTools

@@ -1,16 +1,17 @@
 """Opens the rig that a command chose: a simulated one in virtual time unless `real_time` is given."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
 
-from foveacam_hardware.contract import NotConnected
+from foveacam_hardware.contract import Clock, Head, NotConnected
 from foveacam_hardware.rig import Rig, open_rig
 from foveacam_hardware.rig_config import SerialMirrorsConfig, SerialRigConfig, SimulatedRigConfig
 from foveacam_pipeline.calibrate.fit.measured import NominalRig
+from foveacam_pipeline.capture.run import CaptureRig
 from foveacam_server.commands.options import RigOptions
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.configuration import rig_config
@@ -93,3 +94,34 @@ def _rig_of(config: SimulatedRigConfig | SerialRigConfig, *, real_time: bool) ->
     from foveacam_hardware.sim.rig import simulated_rig
 
     return simulated_rig(config, inline=True)
+
+
+T = TypeVar("T")
+
+
+class OwnRig:
+    """Implements the pipeline's `RigAccess` for a rig that this thread owns."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+
+    @property
+    def clock(self) -> Clock:
+        """The rig's clock."""
+        return self._rig.clock
+
+    @property
+    def head(self) -> Head:
+        """The rig's own head."""
+        return self._rig.head
+
+    def check_may_move(self) -> None:
+        """Always allow it: this command owns the rig."""
+
+    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
+        """Run `work` on the rig at once."""
+        return work(self._rig)
+
+    def run_still(self, work: Callable[[CaptureRig], T]) -> T:
+        """Run `work` on the rig at once."""
+        return work(self._rig)

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from fastapi import Header, Query
+from fastapi import Header, Path, Query
 from fastapi.responses import JSONResponse
 
 from foveacam_server.assembly.services import Services
@@ -31,6 +31,7 @@ IdempotencyHeader = Annotated[
     ),
 ]
 Limit = Annotated[int, Query(ge=1, le=500)]
+CaptureId = Annotated[str, Path(max_length=255)]
 
 _WAIT = re.compile(r"(?:^|[,;\s])wait=(\d{1,6}(?:\.\d{1,3})?)(?:$|[,;\s])")
 

@@ -4,7 +4,7 @@ The bounds only keep arithmetic finite and messages short: they are wider than a
 what one request may cost, is checked where that is known, and said there.
 """
 
-from typing import Annotated, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -35,6 +35,9 @@ Index: TypeAlias = Annotated[int, Field(ge=0, le=1_000_000)]
 Bracket: TypeAlias = Annotated[int, Field(ge=0, le=99)]
 """Which exposure of a bracket, counted from 0."""
 
-
 Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """A name for people: no control characters."""
+Text = Annotated[str, Field(max_length=400, pattern=r"^[^\x00-\x1f\x7f]*$")]
+"""One line for people: no control characters."""
+CodecName = Literal["tiff", "png"]
+"""How the images of a dataset are stored."""

@@ -93,3 +93,9 @@ class LeaseDocument(ResponseModel):
 
     holder: str | None
     expires_in_s: float | None
+
+
+class TrashEmptied(ResponseModel):
+    """Number of items that were deleted from the trash."""
+
+    deleted: int

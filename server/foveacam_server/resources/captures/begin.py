@@ -19,10 +19,10 @@ from foveacam_pipeline.capture.run import (
     writer_settings,
 )
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.datasets.capture_tools import RigFacts, rig_facts
+from foveacam_server.datasets.collection import StoredCapture
 from foveacam_server.foundation.names import new_id
-from foveacam_server.resources.captures.collection import StoredCapture
 from foveacam_server.resources.captures.documents import capture_document
-from foveacam_server.resources.captures.rig_facts import RigFacts, rig_facts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

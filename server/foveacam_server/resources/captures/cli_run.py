@@ -3,23 +3,23 @@
 import json
 import shlex
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 import typer
 from rich.console import Console
 
-from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, InvalidInput
-from foveacam_hardware.rig import Rig
+from foveacam_hardware.contract import Cancelled, Frame, InvalidInput
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.plan import RasterPlan, plan_from
-from foveacam_pipeline.capture.run import CaptureReport, CaptureRig, prepare_plan, run_capture
+from foveacam_pipeline.capture.run import CaptureReport, prepare_plan, run_capture
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.commands.calibration_data import open_data
 from foveacam_server.commands.options import RigOptions
-from foveacam_server.commands.rig import RigChoice, open_enabled_rig
+from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
+from foveacam_server.datasets.capture_tools import rig_facts
+from foveacam_server.datasets.collection import CAPTURES, CaptureCollection
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 from foveacam_server.foundation.settings import Settings, default_data_dir
 from foveacam_server.foundation.store import Document
@@ -29,11 +29,8 @@ from foveacam_server.resources.captures.begin import (
     check_resumable,
     resume_dataset,
 )
-from foveacam_server.resources.captures.collection import CAPTURES, CaptureCollection
 from foveacam_server.resources.captures.documents import capture_document, estimate_document
-from foveacam_server.resources.captures.rig_facts import rig_facts
 
-T = TypeVar("T")
 INTERRUPTED = 130
 
 
@@ -83,34 +80,6 @@ class CaptureOrder:
     label: str = ""
     codec: str = "tiff"
     estimate: bool = False
-
-
-class OwnRig:
-    """Implements the pipeline's `RigAccess` for a rig that this thread owns."""
-
-    def __init__(self, rig: Rig) -> None:
-        self._rig = rig
-
-    @property
-    def clock(self) -> Clock:
-        """The rig's clock."""
-        return self._rig.clock
-
-    @property
-    def head(self) -> Head:
-        """The rig's own head."""
-        return self._rig.head
-
-    def check_may_move(self) -> None:
-        """Always allow it: this command owns the rig."""
-
-    def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
-        """Run `work` on the rig at once."""
-        return work(self._rig)
-
-    def run_still(self, work: Callable[[CaptureRig], T]) -> T:
-        """Run `work` on the rig at once."""
-        return work(self._rig)
 
 
 class CaptureProgressBar:

@@ -6,10 +6,8 @@ from urllib.parse import quote
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.plan import CaptureEstimate, PlanCoverage
 from foveacam_pipeline.capture.run import CaptureReport
+from foveacam_server.datasets.collection import CAPTURES_URL, StoredCapture
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.collection import StoredCapture
-
-URL = "/api/v1/captures"
 
 
 def capture_document(stored: StoredCapture) -> Document:
@@ -114,5 +112,5 @@ def _document(
         "resumable": state == "partial" and not stored.removed,
         "job_id": None,
         "progress": None,
-        "url": f"{URL}/{quote(stored.id, safe='')}",
+        "url": f"{CAPTURES_URL}/{quote(stored.id, safe='')}",
     }

@@ -4,41 +4,16 @@ import math
 
 import numpy as np
 
-from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.dataset.pictures import png_bytes, sheet_cells
 from foveacam_pipeline.capture.dataset.reader import DatasetPoint
 from foveacam_pipeline.stereo.depth import rgb
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.collection import StoredCapture
 from foveacam_server.rig.encoder import encode_jpeg
 
 QUALITY = 90
-
-
-def readable_dataset(stored: StoredCapture) -> Dataset:
-    """Return the dataset of a capture; raise `InvalidInput` for a damaged one."""
-    if stored.dataset is None:
-        raise InvalidInput(f"capture {stored.name} cannot be read: {stored.trouble}")
-    return stored.dataset
-
-
-def brackets_of(dataset: Dataset | None) -> list[int]:
-    """Return the numbers of the exposures that any camera has frames of."""
-    return sorted({frame.bracket for point in dataset or () for frame in point.frames})
-
-
-def point_of(stored: StoredCapture, index: int) -> DatasetPoint:
-    """Return a point by its number in the plan; raise `InvalidInput` when it was not captured."""
-    dataset = readable_dataset(stored)
-    point = next((point for point in dataset if point.index == index), None)
-    if point is None:
-        raise InvalidInput(
-            f"capture {stored.name}: point {index} was asked for, it has {len(dataset)} points of"
-            f" {dataset.document.header.points}; ask for one that was taken"
-        )
-    return point
 
 
 def points_document(dataset: Dataset) -> Document:

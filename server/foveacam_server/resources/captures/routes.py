@@ -9,7 +9,11 @@ from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.datasets.collection import point_of, readable_dataset
+from foveacam_server.datasets.download import zip_stream
+from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
 from foveacam_server.foundation.answers import (
+    CaptureId,
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
@@ -18,15 +22,8 @@ from foveacam_server.foundation.answers import (
     problems,
 )
 from foveacam_server.foundation.quantities import Index
-from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.captures.download import zip_stream
-from foveacam_server.resources.captures.drawings import anaglyph_picture, capture_picture
-from foveacam_server.resources.captures.points import (
-    point_of,
-    point_picture,
-    points_document,
-    readable_dataset,
-)
+from foveacam_server.foundation.schema import JobDocument, TrashEmptied
+from foveacam_server.resources.captures.points import point_picture, points_document
 from foveacam_server.resources.captures.schema import (
     CaptureChecked,
     CaptureDocument,
@@ -35,12 +32,10 @@ from foveacam_server.resources.captures.schema import (
     EstimateDocument,
     EstimateRequest,
     PointsDocument,
-    TrashEmptied,
 )
 
 router = APIRouter(prefix="/captures", tags=["captures"])
 
-CaptureId = Annotated[str, Path(max_length=255)]
 Picture = Literal["thumbnail", "sheet", "coverage"]
 Form = Literal["jpg", "png"]
 PointIndex = Annotated[Index, Path()]

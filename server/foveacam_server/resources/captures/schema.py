@@ -5,12 +5,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from foveacam_pipeline.capture.plan import RasterPlan
-from foveacam_server.foundation.quantities import DistanceM
+from foveacam_server.foundation.quantities import CodecName, DistanceM, Text
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
-
-Text = Annotated[str, Field(max_length=400, pattern=r"^[^\x00-\x1f\x7f]*$")]
-"""One line for people: no control characters."""
-CodecName = Literal["tiff", "png"]
 
 
 class CaptureRequest(RequestModel):
@@ -175,9 +171,3 @@ class EstimateDocument(ResponseModel):
     kinds: list[KindDocument]
     warnings: list[str]
     coverage: CoverageDocument
-
-
-class TrashEmptied(ResponseModel):
-    """Number of items that were deleted from the trash."""
-
-    deleted: int

@@ -1,18 +1,17 @@
 """Runs captures as jobs: start, pause, continue, resume; one at a time, as each has the rig exclusively."""
 
 import threading
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import Busy, Clock
+from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.dataset.labels import change_labels
 from foveacam_pipeline.capture.plan import plan_from
 from foveacam_pipeline.capture.run import run_capture
-from foveacam_server.foundation.events import EventLog
+from foveacam_server.datasets.capture_tools import CaptureTools, RigFacts, rig_facts
+from foveacam_server.datasets.collection import CAPTURES_URL, CaptureCollection, StoredCapture
 from foveacam_server.foundation.job_table import Job
-from foveacam_server.foundation.jobs import JobContext, JobRunner
+from foveacam_server.foundation.jobs import JobContext
 from foveacam_server.foundation.store import Document
 from foveacam_server.resources.captures.begin import (
     CaptureSpec,
@@ -22,10 +21,9 @@ from foveacam_server.resources.captures.begin import (
     check_room,
     resume_dataset,
 )
-from foveacam_server.resources.captures.collection import CaptureCollection, StoredCapture
-from foveacam_server.resources.captures.documents import URL, capture_document, report_document
+from foveacam_server.resources.captures.documents import capture_document, report_document
+from foveacam_server.resources.captures.estimates import check_possible, estimate_plan
 from foveacam_server.resources.captures.job_watcher import CaptureJobWatcher, LiveCapture
-from foveacam_server.resources.captures.rig_facts import RigFacts, check_possible, estimate_plan, rig_facts
 from foveacam_server.resources.captures.schema import (
     CaptureDocument,
     CaptureProgress,
@@ -35,27 +33,10 @@ from foveacam_server.resources.captures.schema import (
 )
 from foveacam_server.rig import refusals
 from foveacam_server.rig.access import ThreadAccess
-from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import answer_of
-from foveacam_server.rig.live_views import OverlayOf
-from foveacam_server.rig.ports import CalibrationInForce, PictureSink
 
 KIND = "capture"
 ID_PREFIX = "cap-"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CaptureTools:
-    """Services that captures need. `distance_m`: of the last fixation, infinite before the first."""
-
-    hardware: HardwareThread
-    calibration: CalibrationInForce
-    jobs: JobRunner
-    sink: PictureSink
-    overlay: OverlayOf
-    distance_m: Callable[[], float]
-    events: EventLog
-    clock: Clock
 
 
 class CaptureService:
@@ -152,6 +133,11 @@ class CaptureService:
             return self._not_begun(live)
         return self._shown(self.collection.get(capture_id))
 
+    def is_running(self, capture_id: str) -> bool:
+        """Return whether a job takes the capture or waits to."""
+        live = self._current()
+        return live is not None and live.id == capture_id
+
     def get_by_url(self, url: str) -> CaptureDocument:
         """Return the capture that a job's result URL names."""
         return self.get(url.rsplit("/", 1)[1])
@@ -200,7 +186,7 @@ class CaptureService:
             with self._lock:
                 self._live = None
             self._emit_end(live)
-        return f"{URL}/{live.id}"
+        return f"{CAPTURES_URL}/{live.id}"
 
     def _facts(self) -> RigFacts:
         return answer_of(self._tools.hardware.submit(rig_facts), asked="the rig's settings")

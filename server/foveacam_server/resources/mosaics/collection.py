@@ -17,6 +17,8 @@ from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.store import Document
 
+MOSAICS = ".mosaics"
+"""Folder beside the datasets."""
 MADE, MAKING = "made", "making"
 Layer = Literal["picture", "depth"]
 FILES: dict[str, str] = {"picture": "mosaic", "depth": "depth"}

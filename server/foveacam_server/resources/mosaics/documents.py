@@ -5,9 +5,8 @@ from typing import TypeAlias
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_server.datasets.collection import CAPTURES_URL, brackets_of
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.documents import URL
-from foveacam_server.resources.captures.points import brackets_of
 from foveacam_server.resources.mosaics.collection import FORMS, StoredMosaic
 
 PICTURE_TILE_PX = 512
@@ -22,7 +21,7 @@ Point: TypeAlias = tuple[float, float, float]
 
 def mosaic_url(capture_id: str) -> str:
     """Return the URL of a capture's mosaic."""
-    return f"{URL}/{capture_id}/mosaic"
+    return f"{CAPTURES_URL}/{capture_id}/mosaic"
 
 
 def made_document(capture_id: str, made: StoredMosaic, dataset: Dataset | None) -> Document:

@@ -10,6 +10,7 @@ from fastapi.responses import FileResponse, JSONResponse, Response
 
 from foveacam_server.assembly.services import Services, ServicesDep
 from foveacam_server.foundation.answers import (
+    CaptureId,
     IdempotencyHeader,
     PreferHeader,
     file_responses,
@@ -19,7 +20,6 @@ from foveacam_server.foundation.answers import (
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.quantities import Index
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.captures.routes import CaptureId
 from foveacam_server.resources.mosaics.collection import FILES, FORMS
 from foveacam_server.resources.mosaics.process import MosaicSpec
 from foveacam_server.resources.mosaics.schema import MosaicDocument, MosaicRequest

@@ -6,18 +6,18 @@ from dataclasses import asdict
 
 from foveacam_hardware.contract import FoveaError, NotConnected
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_server.foundation.errors import problem_of
-from foveacam_server.foundation.job_table import Job
-from foveacam_server.foundation.schema import Problem
-from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.collection import MOSAICS, StoredCapture
-from foveacam_server.resources.captures.derived_products import (
+from foveacam_server.datasets.collection import StoredCapture
+from foveacam_server.datasets.derived_products import (
     DerivedProduct,
     DerivedProductJobs,
     DerivedProductTools,
     Run,
 )
-from foveacam_server.resources.mosaics.collection import MosaicCollection, StoredMosaic, recipe_in
+from foveacam_server.foundation.errors import problem_of
+from foveacam_server.foundation.job_table import Job
+from foveacam_server.foundation.schema import Problem
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.mosaics.collection import MOSAICS, MosaicCollection, StoredMosaic, recipe_in
 from foveacam_server.resources.mosaics.documents import (
     choices_document,
     made_document,
@@ -39,6 +39,7 @@ class MosaicService:
     def __init__(self, tools: DerivedProductTools, viewer: SceneViewer | None) -> None:
         """Open the collection; `viewer`: the 3D scene, if there is one."""
         self.collection = MosaicCollection(tools.captures.collection.folder / MOSAICS)
+        tools.captures.collection.on_delete(self.collection.remove)
         self._captures, self._viewer = tools.captures, viewer
         self._lock = threading.Lock()
         self._shown: str | None = None

@@ -18,8 +18,7 @@ from foveacam_server.foundation.answers import (
     problems,
 )
 from foveacam_server.foundation.quantities import Seconds
-from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.captures.schema import TrashEmptied
+from foveacam_server.foundation.schema import JobDocument, TrashEmptied
 from foveacam_server.resources.recordings import moments
 from foveacam_server.resources.recordings.documents import URL
 from foveacam_server.resources.recordings.films import film_file

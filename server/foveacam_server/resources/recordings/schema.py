@@ -6,9 +6,8 @@ from pydantic import Field
 
 from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, LONGEST_S, EndCause
 from foveacam_pipeline.stereo.estimator import DepthBackend
-from foveacam_server.foundation.quantities import Seconds
+from foveacam_server.foundation.quantities import Seconds, Text
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
-from foveacam_server.resources.captures.schema import Text
 
 RoleName = Literal["wide", "left", "right"]
 Rate = Literal["full", "live"]

@@ -13,15 +13,14 @@ from foveacam_pipeline.capture.dataset.reference_folder import (
     reference_files,
 )
 from foveacam_pipeline.capture.rail_stops import rail_positions_m, reference_basis
+from foveacam_server.datasets.collection import CAPTURES_URL, StoredCapture
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.collection import StoredCapture
-from foveacam_server.resources.captures.documents import URL
 
 
 def reference_url(capture_id: str) -> str:
     """Return the URL of a capture's reference."""
-    return f"{URL}/{capture_id}/reference"
+    return f"{CAPTURES_URL}/{capture_id}/reference"
 
 
 def made_document(stored: StoredCapture) -> Document | None:

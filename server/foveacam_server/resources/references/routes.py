@@ -9,6 +9,7 @@ from fastapi.responses import JSONResponse, Response
 from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE_PICTURE, REFERENCE_SAMPLES
 from foveacam_server.assembly.services import Services, ServicesDep
 from foveacam_server.foundation.answers import (
+    CaptureId,
     IdempotencyHeader,
     PreferHeader,
     file_responses,
@@ -16,7 +17,6 @@ from foveacam_server.foundation.answers import (
     problems,
 )
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.captures.routes import CaptureId
 from foveacam_server.resources.references.documents import reference_file
 from foveacam_server.resources.references.process import ReferenceSpec
 from foveacam_server.resources.references.schema import ReferenceDocument, ReferenceRequest

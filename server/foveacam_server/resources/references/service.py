@@ -13,18 +13,17 @@ from foveacam_pipeline.capture.dataset.reference_folder import (
 )
 from foveacam_pipeline.capture.rail_stops import reference_basis
 from foveacam_pipeline.storage.disk import disk_errors
-from foveacam_server.foundation.errors import problem_of
-from foveacam_server.foundation.job_table import Job
-from foveacam_server.foundation.schema import Problem
-from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.collection import StoredCapture
-from foveacam_server.resources.captures.derived_products import (
+from foveacam_server.datasets.collection import StoredCapture, brackets_of
+from foveacam_server.datasets.derived_products import (
     DerivedProduct,
     DerivedProductJobs,
     DerivedProductTools,
     Run,
 )
-from foveacam_server.resources.captures.points import brackets_of
+from foveacam_server.foundation.errors import problem_of
+from foveacam_server.foundation.job_table import Job
+from foveacam_server.foundation.schema import Problem
+from foveacam_server.foundation.store import Document
 from foveacam_server.resources.references.documents import (
     is_outdated,
     made_document,

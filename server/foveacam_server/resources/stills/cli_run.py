@@ -13,11 +13,10 @@ from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
 from foveacam_server.commands.calibration_data import open_data
 from foveacam_server.commands.options import RigOptions
-from foveacam_server.commands.rig import RigChoice, open_enabled_rig
+from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
 from foveacam_server.foundation.names import new_id
 from foveacam_server.foundation.server_client import ServerClient
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.cli_run import OwnRig
 from foveacam_server.resources.stills.collection import STILLS, StillCollection
 from foveacam_server.resources.stills.documents import still_document
 

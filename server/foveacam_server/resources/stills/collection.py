@@ -11,8 +11,8 @@ from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
 from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_pipeline.storage.disk import disk_errors, sync_folder
+from foveacam_server.datasets.collection import TRASH, CaptureCollection, StoredCapture
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.captures.collection import TRASH, CaptureCollection, StoredCapture
 
 STILLS = "stills"
 HELD = ".held"

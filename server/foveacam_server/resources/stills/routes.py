@@ -9,6 +9,9 @@ from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server.assembly.services import ServicesDep
+from foveacam_server.datasets.collection import readable_dataset
+from foveacam_server.datasets.download import zip_stream
+from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -17,12 +20,9 @@ from foveacam_server.foundation.answers import (
     job_answer,
     problems,
 )
-from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.captures.download import zip_stream
-from foveacam_server.resources.captures.drawings import anaglyph_picture, capture_picture, still_picture
-from foveacam_server.resources.captures.points import readable_dataset
-from foveacam_server.resources.captures.schema import TrashEmptied
+from foveacam_server.foundation.schema import JobDocument, TrashEmptied
 from foveacam_server.resources.stills.collection import StillState
+from foveacam_server.resources.stills.drawings import still_picture
 from foveacam_server.resources.stills.schema import (
     CameraName,
     StateName,

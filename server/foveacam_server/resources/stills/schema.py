@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from foveacam_pipeline.capture.still import MOST_FRAMES
+from foveacam_server.foundation.quantities import CodecName, Text
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
-from foveacam_server.resources.captures.schema import CodecName, Text
 
 CameraName = Literal["wide", "left", "right"]
 Name = Annotated[str, Field(max_length=1000)]

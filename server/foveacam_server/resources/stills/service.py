@@ -15,10 +15,9 @@ from foveacam_pipeline.capture.still import (
     take_still,
     write_still,
 )
+from foveacam_server.datasets.capture_tools import CaptureTools, rig_facts
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext
-from foveacam_server.resources.captures.rig_facts import rig_facts
-from foveacam_server.resources.captures.service import CaptureTools
 from foveacam_server.resources.stills.collection import URL, StillCollection, StillState, StoredStill
 from foveacam_server.resources.stills.documents import still_document
 from foveacam_server.resources.stills.schema import StillDocument, StillRequest

@@ -1,4 +1,4 @@
-"""A capture as a ZIP stream, made while it is sent, without a copy in memory or on the disk."""
+"""A dataset as a ZIP stream, made while it is sent, without a copy in memory or on the disk."""
 
 import zipfile
 from collections.abc import Iterator

@@ -1,8 +1,9 @@
-"""The captures of a data directory: one folder each, found by id or name; removed ones are in the trash."""
+"""The datasets of a folder (captures or stills): found by id or name, moved to the trash and restored."""
 
 import shutil
 import threading
 import unicodedata
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,14 +13,14 @@ from foveacam_pipeline.capture.dataset import Dataset, dataset_name
 from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
 from foveacam_pipeline.capture.dataset.lock import is_being_written
+from foveacam_pipeline.capture.dataset.reader import DatasetPoint
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.mosaics.collection import MosaicCollection
 
 CAPTURES = "captures"
+CAPTURES_URL = "/api/v1/captures"
 TRASH = ".trash"
 PICTURES = ".pictures"
-MOSAICS = ".mosaics"
 _Stamp = tuple[int, int, int, int, bool]
 
 
@@ -42,12 +43,17 @@ class StoredCapture:
 class CaptureCollection:
     """Lists, removes and restores captures; the folders are the only record of them."""
 
-    def __init__(self, folder: Path, *, noun: str = "capture", url: str = "/api/v1/captures") -> None:
+    def __init__(self, folder: Path, *, noun: str = "capture", url: str = CAPTURES_URL) -> None:
         self.folder = folder
         self._noun, self._url = noun, url
         folder.mkdir(parents=True, exist_ok=True)
         self._lock = threading.Lock()
         self._known: dict[Path, tuple[_Stamp, StoredCapture]] = {}
+        self._on_delete: list[Callable[[str], None]] = []
+
+    def on_delete(self, callback: Callable[[str], None]) -> None:
+        """Call `callback` with the id of every capture that is deleted for good."""
+        self._on_delete.append(callback)
 
     def new_folder(self, name: str) -> Path:
         """Return the folder for a new capture; raise `InvalidInput` for an invalid or used name."""
@@ -126,7 +132,8 @@ class CaptureCollection:
         for stored in removed:
             shutil.rmtree(stored.folder.parent, ignore_errors=True)
             shutil.rmtree(self.pictures(stored.id), ignore_errors=True)
-            MosaicCollection(self.folder / MOSAICS).remove(stored.id)
+            for callback in self._on_delete:
+                callback(stored.id)
         return len(removed)
 
     def pictures(self, capture_id: str) -> Path:
@@ -190,3 +197,27 @@ def _stamp(path: Path) -> _Stamp:
         except OSError:
             numbers += [0, 0]
     return numbers[0], numbers[1], numbers[2], numbers[3], is_being_written(path)
+
+
+def readable_dataset(stored: StoredCapture) -> Dataset:
+    """Return the dataset of a capture; raise `InvalidInput` for a damaged one."""
+    if stored.dataset is None:
+        raise InvalidInput(f"capture {stored.name} cannot be read: {stored.trouble}")
+    return stored.dataset
+
+
+def brackets_of(dataset: Dataset | None) -> list[int]:
+    """Return the numbers of the exposures that any camera has frames of."""
+    return sorted({frame.bracket for point in dataset or () for frame in point.frames})
+
+
+def point_of(stored: StoredCapture, index: int) -> DatasetPoint:
+    """Return a point by its number in the plan; raise `InvalidInput` when it was not captured."""
+    dataset = readable_dataset(stored)
+    point = next((point for point in dataset if point.index == index), None)
+    if point is None:
+        raise InvalidInput(
+            f"capture {stored.name}: point {index} was asked for, it has {len(dataset)} points of"
+            f" {dataset.document.header.points}; ask for one that was taken"
+        )
+    return point

@@ -3,29 +3,41 @@
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from foveacam_hardware.contract import Busy, Clock
 from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_server.datasets.collection import CaptureCollection, StoredCapture, readable_dataset
 from foveacam_server.foundation.child_process import run_child
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.collection import StoredCapture
-from foveacam_server.resources.captures.points import readable_dataset
-from foveacam_server.resources.captures.service import CaptureService
 
 Run = Callable[[Sequence[str]], None]
 """Runs the child process with these arguments to its end and reports its progress."""
 WAIT = "wait for it, or cancel its job"
 
 
+class Captures(Protocol):
+    """The captures whose products are computed."""
+
+    @property
+    def collection(self) -> CaptureCollection:
+        """The captures on the disk."""
+        ...
+
+    def is_running(self, capture_id: str) -> bool:
+        """Return whether a job takes the capture or waits to."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DerivedProductTools:
     """Services that the jobs need."""
 
-    captures: CaptureService
+    captures: Captures
     jobs: JobRunner
     events: EventLog
     clock: Clock
@@ -82,7 +94,7 @@ class DerivedProductJobs:
     def ended_dataset(self, kept: StoredCapture) -> Dataset:
         """Return the dataset of a capture; raise InvalidInput for a damaged one, Busy for a running one."""
         dataset = readable_dataset(kept)
-        if self._tools.captures.get(kept.id).job_id is not None:
+        if self._tools.captures.is_running(kept.id):
             noun = self._kind.noun
             raise Busy(
                 f"capture {kept.name} is still running; its {noun} can be made when it has ended",

@@ -1,33 +1,34 @@
-"""The rig's facts that a capture's estimate needs, and plans checked and estimated by them."""
+"""What captures and stills need: services, and the rig's facts for their estimates."""
 
-import math
-import shutil
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
-from foveacam_hardware.contract import CameraSettings, PixelFormat, RailLimits, ValueRange
+from foveacam_hardware.contract import CameraSettings, Clock, PixelFormat, RailLimits, ValueRange
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.plan import (
     CaptureEstimate,
     CapturePace,
     ImageSize,
     RasterPlan,
-    check_plan,
-    check_rail,
-    coverage_of,
     estimate_capture,
-    fill_in_plan,
 )
 from foveacam_pipeline.capture.plan.plan_estimate import READOUT_10BIT_MS, READOUT_12BIT_MS
-from foveacam_pipeline.capture.run import CaptureRig, check_exposures, image_size, trigger_head
+from foveacam_pipeline.capture.run import CaptureRig, image_size, trigger_head
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.documents import coverage_document, estimate_document
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.live_views import OverlayOf
+from foveacam_server.rig.ports import CalibrationInForce, PictureSink
 
 RAIL_MM_S = 50.0
 """Speed of a motor rail; deduced: the usual one of a rig file."""
+
+
 EXPOSURE_CHANGE_MS = 5.0
 """Time until both cameras use another exposure; deduced: one command each, during the readout."""
+
+
 _TWELVE_BITS = (PixelFormat.MONO12, PixelFormat.MONO12P, PixelFormat.BAYER_RG12P)
 
 
@@ -80,32 +81,15 @@ def rig_facts(rig: CaptureRig) -> RigFacts:
     )
 
 
-def check_possible(plan: RasterPlan, calibration: Calibration, facts: RigFacts) -> None:
-    """Refuse a plan that the rig cannot do at its distance, or at any where the plan names none."""
-    check_rail(plan, facts.rail)
-    check_exposures(plan, facts.exposures_ns)
-    check_plan(fill_in_plan(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaptureTools:
+    """Services that captures need. `distance_m`: of the last fixation, infinite before the first."""
 
-
-def estimate_plan(
-    plan: RasterPlan,
-    calibration: Calibration,
-    facts: RigFacts,
-    *,
-    codec: ImageCodec,
-    assumed_m: float,
-    folder: Path,
-) -> Document:
-    """Return time, size, warnings and footprints; `assumed_m`: distance where the plan names none."""
-    whole = fill_in_plan(plan, calibration, average_m=assumed_m)
-    check_plan(whole, calibration, rail=facts.rail)
-    check_exposures(whole, facts.exposures_ns)
-    cover = coverage_of(whole, calibration)
-    needed = facts.estimate(whole, calibration, codec=codec)
-    return {
-        "plan": whole.model_dump(mode="json"),
-        "distance_assumed": plan.needs_distance,
-        **estimate_document(needed, free_bytes=shutil.disk_usage(folder).free),
-        "warnings": list(cover.warnings),
-        "coverage": coverage_document(cover),
-    }
+    hardware: HardwareThread
+    calibration: CalibrationInForce
+    jobs: JobRunner
+    sink: PictureSink
+    overlay: OverlayOf
+    distance_m: Callable[[], float]
+    events: EventLog
+    clock: Clock

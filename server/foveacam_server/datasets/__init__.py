@@ -1,0 +1,1 @@
+"""Datasets on the disk: what captures, stills, mosaics and references share."""

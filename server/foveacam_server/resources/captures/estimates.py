@@ -1,0 +1,50 @@
+"""Plans of captures checked and estimated by the facts of the rig."""
+
+import math
+import shutil
+from pathlib import Path
+
+from foveacam_pipeline.capture.dataset import ImageCodec
+from foveacam_pipeline.capture.plan import (
+    RasterPlan,
+    check_plan,
+    check_rail,
+    coverage_of,
+    fill_in_plan,
+)
+from foveacam_pipeline.capture.run import check_exposures
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.datasets.capture_tools import RigFacts
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.captures.documents import coverage_document, estimate_document
+
+
+def check_possible(plan: RasterPlan, calibration: Calibration, facts: RigFacts) -> None:
+    """Refuse a plan that the rig cannot do at its distance, or at any where the plan names none."""
+    check_rail(plan, facts.rail)
+    check_exposures(plan, facts.exposures_ns)
+    check_plan(fill_in_plan(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
+
+
+def estimate_plan(
+    plan: RasterPlan,
+    calibration: Calibration,
+    facts: RigFacts,
+    *,
+    codec: ImageCodec,
+    assumed_m: float,
+    folder: Path,
+) -> Document:
+    """Return time, size, warnings and footprints; `assumed_m`: distance where the plan names none."""
+    whole = fill_in_plan(plan, calibration, average_m=assumed_m)
+    check_plan(whole, calibration, rail=facts.rail)
+    check_exposures(whole, facts.exposures_ns)
+    cover = coverage_of(whole, calibration)
+    needed = facts.estimate(whole, calibration, codec=codec)
+    return {
+        "plan": whole.model_dump(mode="json"),
+        "distance_assumed": plan.needs_distance,
+        **estimate_document(needed, free_bytes=shutil.disk_usage(folder).free),
+        "warnings": list(cover.warnings),
+        "coverage": coverage_document(cover),
+    }
