@@ -38,7 +38,7 @@ def restored(times: SettleTimes, folder: Path) -> tuple[FakeRig, SettleTimeServi
 
 
 def test_rig_opens_with_what_was_measured_on_it(times: SettleTimes, tmp_path: Path) -> None:
-    times.keep(MEASURED)
+    times.store(MEASURED)
     rig, desk = restored(times, tmp_path)
     assert rig.settle_us == MEASURED.settle_us
     assert desk.source == "measured 2026-02-01"
@@ -47,25 +47,25 @@ def test_rig_opens_with_what_was_measured_on_it(times: SettleTimes, tmp_path: Pa
 def test_rig_on_which_nothing_was_measured_keeps_its_files_settle_time(
     times: SettleTimes, tmp_path: Path
 ) -> None:
-    times.keep(MEASURED.model_copy(update={"rig_id": "another"}))
+    times.store(MEASURED.model_copy(update={"rig_id": "another"}))
     rig, desk = restored(times, tmp_path)
     assert rig.settle_us == FakeRig.settle_us
     assert desk.source == "rig file"
 
 
 def test_settle_time_of_another_drive_filter_is_passed_over(times: SettleTimes, tmp_path: Path) -> None:
-    times.keep(MEASURED.model_copy(update={"low_pass_hz": 600}))
+    times.store(MEASURED.model_copy(update={"low_pass_hz": 600}))
     rig, desk = restored(times, tmp_path)
     assert rig.settle_us == FakeRig.settle_us
     assert desk.source == "rig file"
 
 
 def test_what_is_forgotten_is_not_restored_at_the_next_start(times: SettleTimes, tmp_path: Path) -> None:
-    times.keep(MEASURED)
-    times.forget("another")
+    times.store(MEASURED)
+    times.remove("another")
     assert times.of("fake") == MEASURED
-    times.forget("fake")
-    times.forget("fake")
+    times.remove("fake")
+    times.remove("fake")
     rig, desk = restored(times, tmp_path)
     assert (rig.settle_us, desk.source) == (FakeRig.settle_us, "rig file")
 
@@ -83,7 +83,7 @@ def test_what_is_forgotten_is_not_restored_at_the_next_start(times: SettleTimes,
 def test_damaged_file_leaves_the_rig_files_settle_time(
     times: SettleTimes, tmp_path: Path, content: str
 ) -> None:
-    times.keep(MEASURED)
+    times.store(MEASURED)
     (tmp_path / "settle" / "fake.json").write_text(content)
     assert times.of("fake") is None
 
@@ -91,8 +91,8 @@ def test_damaged_file_leaves_the_rig_files_settle_time(
 def test_newest_settle_time_counts_and_nothing_is_left_half_written(
     times: SettleTimes, tmp_path: Path
 ) -> None:
-    times.keep(MEASURED)
-    times.keep(MEASURED.model_copy(update={"settle_us": 8_000}))
+    times.store(MEASURED)
+    times.store(MEASURED.model_copy(update={"settle_us": 8_000}))
     found = times.of("fake")
     assert found is not None
     assert found.settle_us == 8_000
@@ -102,4 +102,4 @@ def test_newest_settle_time_counts_and_nothing_is_left_half_written(
 def test_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "settle").write_text("a file in the way")
     with pytest.raises(StorageFull, match=r"a settle time of .* ms in .*settle: the disk cannot be written"):
-        SettleTimes(tmp_path / "settle").keep(MEASURED)
+        SettleTimes(tmp_path / "settle").store(MEASURED)

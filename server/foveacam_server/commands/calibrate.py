@@ -265,9 +265,9 @@ def settle_time(
         if apply:
             measured = measured_time(find_session(data, session))
             measured.check_filter(choice.drive.low_pass_hz)
-            data.settle_times.keep(measured)
+            data.settle_times.store(measured)
         if rig_file:
-            data.settle_times.forget(data.rig_id)
+            data.settle_times.remove(data.rig_id)
         known = data.settle_times.of(data.rig_id)
     in_use = known if known is not None and known.suits(choice.drive.low_pass_hz) else None
     found = settle_time_document(in_use, rig_file_us=choice.drive.settle_us)

@@ -31,7 +31,7 @@ from foveacam_server.resources.calibration_sessions.steps import (
     run_step,
 )
 from foveacam_server.resources.drift_checks.records import DriftRecords
-from foveacam_server.resources.drift_checks.step import check_drift, keep_check
+from foveacam_server.resources.drift_checks.step import check_drift, store_check
 from foveacam_server.rig.settle_times import SettleTimes
 
 _INTERRUPTED = 130
@@ -112,7 +112,7 @@ def run_drift(rig_options: RigOptions, *, distance_m: float | None, apply: bool)
                 rig.head, calibration, distance_m=distance_m, clock=environment.clock, watch=bar
             )
             bar.finish()
-        document = keep_check(
+        document = store_check(
             found,
             calibration,
             apply=apply,

@@ -77,13 +77,13 @@ class DerivedProductJobs:
         jobs, request = self._tools.jobs, {"capture_id": capture_id, **spec}
         if jobs.has_key(idempotency_key):
             return jobs.submit(self._kind.noun, request, idempotency_key=idempotency_key)
-        kept = self._tools.captures.collection.get(capture_id)
-        check(kept)
+        stored = self._tools.captures.collection.get(capture_id)
+        check(stored)
         with self._lock:
             self._check_free()
             job = jobs.submit(self._kind.noun, request, idempotency_key=idempotency_key)
             self._live = capture_id, job.id
-        self.emit("begun", f"a {self._kind.noun} of capture {kept.name} was asked for", capture_id)
+        self.emit("begun", f"a {self._kind.noun} of capture {stored.name} was asked for", capture_id)
         return job
 
     def running_job(self, capture_id: str) -> JobDocument | None:
@@ -91,14 +91,14 @@ class DerivedProductJobs:
         job = self._job_of(capture_id)
         return None if job is None else job.describe()
 
-    def ended_dataset(self, kept: StoredCapture) -> Dataset:
+    def ended_dataset(self, stored: StoredCapture) -> Dataset:
         """Return the dataset of a capture; raise InvalidInput for a damaged one, Busy for a running one."""
-        dataset = readable_dataset(kept)
-        if self._tools.captures.is_running(kept.id):
+        dataset = readable_dataset(stored)
+        if self._tools.captures.is_running(stored.id):
             noun = self._kind.noun
             raise Busy(
-                f"capture {kept.name} is still running; its {noun} can be made when it has ended",
-                asked=f"the {noun} of {kept.name}",
+                f"capture {stored.name} is still running; its {noun} can be made when it has ended",
+                asked=f"the {noun} of {stored.name}",
                 found="it is still running",
                 remedy="wait for its end",
             )
@@ -121,13 +121,13 @@ class DerivedProductJobs:
 
     def _work(self, context: JobContext) -> str:
         spec = dict(context.job.request)
-        kept = self._tools.captures.collection.get(str(spec.pop("capture_id")))
+        stored = self._tools.captures.collection.get(str(spec.pop("capture_id")))
         try:
-            return self._kind.make(kept, spec, lambda arguments: self._run(context, arguments))
+            return self._kind.make(stored, spec, lambda arguments: self._run(context, arguments))
         finally:
             with self._lock:
                 self._live = None
-            self.emit("ended", f"the {self._kind.noun} of capture {kept.name} ended", kept.id)
+            self.emit("ended", f"the {self._kind.noun} of capture {stored.name} ended", stored.id)
 
     def _run(self, context: JobContext, arguments: Sequence[str]) -> None:
         began_ns = self._tools.clock.now_ns()

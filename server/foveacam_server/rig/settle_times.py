@@ -72,13 +72,13 @@ class SettleTimes:
             return None
         return found if found.rig_id == rig_id else None
 
-    def keep(self, time: SettleTime) -> None:
+    def store(self, time: SettleTime) -> None:
         """Put a settle time in use, now and at every start; raise as `write_document`."""
         document = {"format": FORMAT, "version": VERSION, **time.model_dump()}
         what = f"a settle time of {time.settle_us / 1e3:g} ms"
         write_document(self._path(time.rig_id), document, what=what)
 
-    def forget(self, rig_id: str) -> None:
+    def remove(self, rig_id: str) -> None:
         """Use the rig file's settle time again."""
         with disk_errors("removing the measured settle time", self._folder):
             self._path(rig_id).unlink(missing_ok=True)

@@ -135,7 +135,7 @@ def environment_of(rig: Rig, times: SettleTimes | None = None) -> StepEnvironmen
 
     def wait_after_moves(time: SettleTime) -> None:
         if times is not None:
-            times.keep(time)
+            times.store(time)
         rig.settle_us = time.settle_us
 
     @contextmanager

@@ -15,7 +15,7 @@ def calibration_document(
 ) -> CalibrationDocument:
     """Return what the operator needs to know of a calibration; `health` is known of the one in force.
 
-    `kept`: whether it is one of one's own, a file of the data directory.
+    `kept`: whether it is the user's own, a file of the data directory.
     """
     eyes = (calibration.left, calibration.right)
     return CalibrationDocument(

@@ -8,7 +8,10 @@ from foveacam_server.foundation.whole_file import write_whole
 
 
 def check_discarded(calibration: Calibration, *, in_force: bool, kept: bool) -> None:
-    """Raise `Busy` for the calibration in force, `InvalidInput` for one not `kept` in the data directory."""
+    """Raise `Busy` for the calibration in force, `InvalidInput` for one that is not `kept`.
+
+    `kept`: whether it is the user's own, a file of the data directory.
+    """
     asked = f"discard calibration {calibration.id}"
     if in_force:
         raise Busy(

@@ -1,4 +1,4 @@
-"""Schemas of calibration sessions, of their steps' results, of comparisons and of the settle time."""
+"""Schemas of calibrations: description, health, comparison."""
 
 from typing import Literal
 

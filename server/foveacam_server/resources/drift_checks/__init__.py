@@ -1,1 +1,1 @@
-"""Drift checks: a few looks into the scene that say how the mounts moved."""
+"""Drift checks: looks into the scene that measure how far the mounts moved."""

@@ -42,7 +42,7 @@ class DriftChecks:
         return self.get(url.rsplit("/", 1)[1])
 
     def _work(self, context: JobContext) -> str:
-        from foveacam_server.resources.drift_checks.step import check_drift, keep_check  # loads for a while
+        from foveacam_server.resources.drift_checks.step import check_drift, store_check  # loads for a while
 
         request = DriftRequest.model_validate(context.job.request, strict=False)
         watch = CalibrationJobWatcher(
@@ -63,7 +63,7 @@ class DriftChecks:
                 watch=watch,
             )
         with disk_errors("the drift check", self._folder):
-            document = keep_check(
+            document = store_check(
                 found,
                 calibration,
                 apply=request.apply,

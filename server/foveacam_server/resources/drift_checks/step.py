@@ -28,7 +28,7 @@ def check_drift(
     return run_drift_check(head, calibration, clock=clock, watch=watch, settings=settings)
 
 
-def keep_check(
+def store_check(
     found: DriftCheck,
     calibration: Calibration,
     *,

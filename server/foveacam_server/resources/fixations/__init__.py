@@ -1,1 +1,1 @@
-"""Fixations and their targets: both foveae verge on what was clicked."""
+"""Fixations: both foveae verge on a target; the targets, and the corrections of their answers."""

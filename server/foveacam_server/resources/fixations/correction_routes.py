@@ -1,4 +1,4 @@
-"""Corrections of a fixation's answer by the operator."""
+"""Routes of corrections of a fixation's answer."""
 
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse

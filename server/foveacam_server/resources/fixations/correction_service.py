@@ -1,4 +1,4 @@
-"""Carries out what the operator corrects: chooses an alternative, or orders a look nearer or farther."""
+"""Applies the operator's corrections: chooses an alternative, or queues a look nearer or farther."""
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.verge.values import Basis
@@ -16,8 +16,8 @@ from foveacam_server.resources.fixations.schema import CorrectionDocument, Fixat
 from foveacam_server.resources.fixations.service import FixationService
 from foveacam_server.rig.ports import SceneViewer
 
-ASKED = ("pixel", "rectangle", "direction", "label", "depth")
-"""What a look nearer or farther takes over from the request that it corrects."""
+COPIED_FIELDS = ("pixel", "rectangle", "direction", "label", "depth")
+"""Fields that a look nearer or farther copies from the request that it corrects."""
 
 
 def choose(
@@ -74,7 +74,7 @@ def look_beside(fixations: FixationService, fixation_id: str, direction: Directi
     """Queue a look at the same target, restricted to distances nearer or farther than the present answer."""
     corrected = fixations.table.get(fixation_id)
     remaining = remaining_range(corrected, direction)
-    request = {key: corrected.request[key] for key in ASKED if corrected.request.get(key) is not None}
+    request = {key: corrected.request[key] for key in COPIED_FIELDS if corrected.request.get(key) is not None}
     order = {
         **request,
         "within": range_document(remaining),

@@ -50,17 +50,18 @@ Direction: TypeAlias = Literal["nearer", "farther"]
 
 
 SIGMAS = 3.0
-"""So many standard errors about the present answer are excluded with it."""
+"""Standard errors about the present answer that are excluded with it."""
 
 
 LEAST_SHARE = 0.01
-"""At least this share of the present distance is excluded: else its neighbour on the same surface answers."""
+"""Least share of the present distance that is excluded: else its neighbour on the same surface answers."""
 
 
 def remaining_range(fixation: FixationDocument, direction: Direction) -> DistanceRange:
     """Return the distances nearer or farther than the answer of a fixation.
 
-    The range of its own request is kept. Raise `InvalidInput` when there is no answer, or nothing remains.
+    They are within the range of its own request, too. Raise `InvalidInput` when there is no answer, or
+    nothing remains.
     """
     nearest_m, farthest_m = _excluded(fixation)
     before = depth_range_of(fixation.request) or DistanceRange(nearest_m=0.0, farthest_m=math.inf)

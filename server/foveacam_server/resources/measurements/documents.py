@@ -1,11 +1,11 @@
-"""Measured values as documents: metres and degrees, rounded below what they mean."""
+"""Documents of measured values: metres and degrees, rounded below their errors."""
 
 import math
 
 from foveacam_pipeline.measure.length import MeasuredLength
 from foveacam_pipeline.measure.plane import MeasuredPlane
 from foveacam_pipeline.measure.profile import DepthProfile
-from foveacam_server.resources.measurements.places import PlacedPoint
+from foveacam_server.resources.measurements.point_finder import PlacedPoint
 from foveacam_server.resources.measurements.schema import (
     LengthDocument,
     MeasuredPointDocument,

@@ -1,4 +1,4 @@
-"""Measurements as a table: one line each, comma separated, units in the names of the columns."""
+"""Exports measurements as a table of comma-separated values, with units in the columns' names."""
 
 import csv
 import io

@@ -10,7 +10,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.measure.look import LookDepth
 from foveacam_pipeline.measure.views import MeasuredView, Pixel, ViewMap
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_server.resources.measurements.places import PointFinder
+from foveacam_server.resources.measurements.point_finder import PointFinder
 from foveacam_server.resources.measurements.schema import PlaceRequest
 
 LEAST_SIDE_PX = 3.0

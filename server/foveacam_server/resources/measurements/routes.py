@@ -1,4 +1,4 @@
-"""Measurements over REST."""
+"""Routes of measurements: create, list, rename, remove, export."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""Measures in what the foveae have looked at, and keeps what was measured."""
+"""Measures points, lengths, planes and profiles in the depth of looks, and stores the measurements."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from foveacam_server.resources.measurements.drawing import (
     value_text,
 )
 from foveacam_server.resources.measurements.looks import LookReader, StoredClouds
-from foveacam_server.resources.measurements.places import PointFinder, ShownViews
+from foveacam_server.resources.measurements.point_finder import PointFinder, ShownViews
 from foveacam_server.resources.measurements.regions import WindowRegion, line_of, mask_of, rectangle_of
 from foveacam_server.resources.measurements.schema import (
     MeasurementDocument,
@@ -42,13 +42,13 @@ from foveacam_server.resources.measurements.table import MeasurementTable
 from foveacam_server.rig.ports import SceneViewer
 
 PUT_BACK = 30
-"""Measurements of an earlier run that stand in the 3D pane again, the newest."""
+"""Number of the newest measurements of earlier runs that are drawn in the 3D pane again."""
 POINTS: dict[MeasurementKind, int] = {"point": 1, "length": 2, "plane": 2, "profile": 2}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasuringTools:
-    """What the service works with."""
+    """Services that measurements need."""
 
     clouds: StoredClouds
     wide: Callable[[], Intrinsics]
@@ -162,8 +162,8 @@ class MeasurementService:
         known = [(sample.x_px, sample.y_px, sample.z_m) for sample in profile.samples if sample.z_m]
         start, end = (_rig_point(region.look, at) for at in (known[0], known[-1]))
         document = _of_region(region, "profile", label, [start, end], wide=wide)
-        told = profile_document(profile, start_rig_m=start, end_rig_m=end)
-        return document.model_copy(update={"profile": told})
+        measured = profile_document(profile, start_rig_m=start, end_rig_m=end)
+        return document.model_copy(update={"profile": measured})
 
 
 def _of_region(

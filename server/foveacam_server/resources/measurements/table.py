@@ -1,4 +1,4 @@
-"""Measurements as rows, kept until somebody removes them."""
+"""Stores measurements as rows of the database until they are removed."""
 
 from sqlalchemy import String, select
 from sqlalchemy.orm import Mapped, mapped_column

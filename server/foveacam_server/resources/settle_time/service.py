@@ -69,7 +69,7 @@ class SettleTimeService:
                 remedy="run the step settle on this rig",
             )
         time.check_filter(low_pass_hz)
-        self._times.keep(time)
+        self._times.store(time)
         answer_of(hardware.submit(lambda rig: _set_settle_time(rig, time.settle_us)), asked=asked)
         self._in_use = time
         self._emit(_message(time.settle_us, time.source), time.settle_us)
@@ -77,7 +77,7 @@ class SettleTimeService:
     def forget(self, hardware: HardwareThread) -> None:
         """Put the rig file's settle time in use again, now and at every start."""
         rig_file_us = self.describe(hardware).rig_file_us
-        self._times.forget(answer_of(hardware.submit(lambda rig: rig.rig_id), asked="the rig's name"))
+        self._times.remove(answer_of(hardware.submit(lambda rig: rig.rig_id), asked="the rig's name"))
         if self._in_use is None:
             return
         changed = hardware.submit(lambda rig: _set_settle_time(rig, rig_file_us))

@@ -1,4 +1,4 @@
-"""From a pixel of a view to a point of the rig frame: which look, and which of its pixels."""
+"""Finds the point of the rig frame that a pixel of a view shows: in which look, at which of its pixels."""
 
 import math
 from collections.abc import Callable
@@ -29,7 +29,7 @@ from foveacam_server.resources.measurements.schema import PlaceRequest
 REACH_PX = 6.0
 """A pixel without depth takes that of the nearest one within so many pixels of the window (0.02 degrees)."""
 SAME_GAZE_V = 0.05
-"""Mirrors that stand so near to a look's volts show it: about 1.5 fovea px."""
+"""Mirrors within this of a look's volts still show it: about 1.5 fovea px."""
 SAME_SURFACE = 0.03
 """A wide pixel is measured in a look when that has the depth that the wide pixel has, to this share."""
 
@@ -137,7 +137,7 @@ class PointFinder:
 
 
 def same_gaze(a: StereoVolts, b: StereoVolts | None) -> bool:
-    """Tell whether both mirrors stand the same, within `SAME_GAZE_V`; not while nobody knows."""
+    """Return whether both mirrors have the same volts within `SAME_GAZE_V`; False while `b` is unknown."""
     if b is None:
         return False
     pairs = ((a.left.x_v, b.left.x_v), (a.left.y_v, b.left.y_v), (a.right.x_v, b.right.x_v))
