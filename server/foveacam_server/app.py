@@ -10,11 +10,11 @@ from foveacam_hardware.contract import FoveaError
 from foveacam_server import __version__
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
-from foveacam_server.doors.body_limit import BODY_BYTES, BodyLimitProblems
+from foveacam_server.doors.body_limit import BodyLimitProblems
 from foveacam_server.doors.head_requests import HeadRequests
 from foveacam_server.doors.threads import bound_threads
 from foveacam_server.foundation import errors
-from foveacam_server.foundation.answers import problems
+from foveacam_server.foundation.answers import BODY_BYTES, problems
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.calibration_sessions import routes as calibration_sessions
 from foveacam_server.resources.calibrations import routes as calibrations

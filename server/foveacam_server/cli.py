@@ -123,7 +123,7 @@ def bench(
 ) -> None:
     """Measure and print the project's figures; the benches come with a checkout of the sources."""
     from foveacam_pipeline.capture.mosaic.folder import finite
-    from foveacam_server.bench_package import bench_module
+    from foveacam_server.foundation.bench_package import bench_module
 
     catalogue = bench_module("catalogue")
     if name is None:

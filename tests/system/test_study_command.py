@@ -30,7 +30,8 @@ from foveacam_pipeline.study.report.findings import (
     drawing_of,
 )
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
-from foveacam_server import bench_package, cli
+from foveacam_server import cli
+from foveacam_server.foundation import bench_package
 from foveacam_server.resources.studies.placed_rig import pose_setter
 from foveacam_server.resources.studies.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
 from foveacam_server.resources.studies.run import ReportOptions, catch_ctrl_c, run_studies

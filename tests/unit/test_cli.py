@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from foveacam_bench import catalogue
-from foveacam_server import __version__, bench_package, cli
+from foveacam_server import __version__, cli
+from foveacam_server.foundation import bench_package
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
 

@@ -42,7 +42,7 @@ from foveacam_server.resources.suggestions.service import SuggestionService
 from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
-from foveacam_server.rig.configuration import rig_config
+from foveacam_server.rig.chosen_rig import rig_config
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.stop import StopSwitch

@@ -1,11 +1,8 @@
-"""All services of a running server, which the lifespan opens and the routes get as a dependency."""
+"""All services of a running server, which the lifespan opens; each router names those that it uses."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Annotated, cast
-
-from fastapi import Depends
-from starlette.requests import HTTPConnection
+from typing import TYPE_CHECKING
 
 from foveacam_hardware.contract import Clock
 from foveacam_server.foundation.compute_queue import ComputeQueue
@@ -85,9 +82,67 @@ class Services:
     """The 3D pane; None when it is switched off or could not be started."""
 
 
-async def services(connection: HTTPConnection) -> Services:
-    """Return the services that the lifespan opened; for requests and for WebSockets."""
-    return cast(Services, connection.app.state.services)
+if TYPE_CHECKING:
+    from foveacam_server.resources.calibration_sessions.routes import CalibrationSessionRouteServices
+    from foveacam_server.resources.calibrations.routes import CalibrationRouteServices
+    from foveacam_server.resources.cameras.routes import CameraRouteServices
+    from foveacam_server.resources.captures.routes import CaptureRouteServices
+    from foveacam_server.resources.clouds.depth_routes import DepthRouteServices
+    from foveacam_server.resources.clouds.routes import CloudRouteServices
+    from foveacam_server.resources.corrections.routes import CorrectionRouteServices
+    from foveacam_server.resources.drift_checks.routes import DriftCheckRouteServices
+    from foveacam_server.resources.events.routes import EventRouteServices
+    from foveacam_server.resources.fixations.routes import FixationRouteServices
+    from foveacam_server.resources.fixations.target_routes import TargetRouteServices
+    from foveacam_server.resources.jobs.routes import JobRouteServices
+    from foveacam_server.resources.lease.routes import LeaseRouteServices
+    from foveacam_server.resources.measurements.routes import MeasurementRouteServices
+    from foveacam_server.resources.mirrors.routes import MirrorRouteServices
+    from foveacam_server.resources.mosaics.routes import MosaicRouteServices
+    from foveacam_server.resources.planner.routes import PlannerRouteServices
+    from foveacam_server.resources.positioners.pan_tilt_routes import PanTiltRouteServices
+    from foveacam_server.resources.positioners.rail_routes import RailRouteServices
+    from foveacam_server.resources.reach.routes import ReachRouteServices
+    from foveacam_server.resources.recordings.routes import RecordingRouteServices
+    from foveacam_server.resources.references.routes import ReferenceRouteServices
+    from foveacam_server.resources.rig_state.health_routes import HealthRouteServices
+    from foveacam_server.resources.rig_state.routes import RigRouteServices
+    from foveacam_server.resources.settle_time.routes import SettleTimeRouteServices
+    from foveacam_server.resources.simulation.routes import SimulationRouteServices
+    from foveacam_server.resources.stills.routes import StillRouteServices
+    from foveacam_server.resources.stop.routes import StopRouteServices
+    from foveacam_server.resources.suggestions.routes import SuggestionRouteServices
+    from foveacam_server.resources.wide_depth.routes import WideDepthRouteServices
 
-
-ServicesDep = Annotated[Services, Depends(services)]
+    def _check_route_services(services: Services) -> None:
+        """Let the type checker verify that the services of every route are opened."""
+        _calibration_session: CalibrationSessionRouteServices = services
+        _calibration: CalibrationRouteServices = services
+        _camera: CameraRouteServices = services
+        _capture: CaptureRouteServices = services
+        _depth: DepthRouteServices = services
+        _cloud: CloudRouteServices = services
+        _correction: CorrectionRouteServices = services
+        _drift_check: DriftCheckRouteServices = services
+        _event: EventRouteServices = services
+        _fixation: FixationRouteServices = services
+        _target: TargetRouteServices = services
+        _job: JobRouteServices = services
+        _lease: LeaseRouteServices = services
+        _measurement: MeasurementRouteServices = services
+        _mirror: MirrorRouteServices = services
+        _mosaic: MosaicRouteServices = services
+        _planner: PlannerRouteServices = services
+        _pan_tilt: PanTiltRouteServices = services
+        _rail: RailRouteServices = services
+        _reach: ReachRouteServices = services
+        _recording: RecordingRouteServices = services
+        _reference: ReferenceRouteServices = services
+        _health: HealthRouteServices = services
+        _rig: RigRouteServices = services
+        _settle_time: SettleTimeRouteServices = services
+        _simulation: SimulationRouteServices = services
+        _still: StillRouteServices = services
+        _stop: StopRouteServices = services
+        _suggestion: SuggestionRouteServices = services
+        _wide_depth: WideDepthRouteServices = services

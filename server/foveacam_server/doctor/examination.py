@@ -13,7 +13,7 @@ from foveacam_server.doctor.machine import Machine
 from foveacam_server.doctor.needs import needs_of
 from foveacam_server.doctor.versions import check_versions, installed
 from foveacam_server.foundation.settings import Settings
-from foveacam_server.rig.configuration import rig_config
+from foveacam_server.rig.chosen_rig import rig_config
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,15 +7,8 @@ from starlette.datastructures import Headers
 from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from foveacam_server.foundation.answers import BODY_BYTES, MIB
 from foveacam_server.foundation.errors import TOO_LARGE, ProblemDetails
-
-MIB = 2**20
-BODY_BYTES = MIB
-"""Largest body of a route that does not name its own limit."""
-FILE_BYTES = 4 * MIB
-"""Of a route that takes a calibration file or a GeoJSON map: 100 times a calibration of 81 nodes."""
-PICTURE_BYTES = 24 * MIB
-"""Of a route that takes a picture in base64."""
 
 
 class BodyLimitProblems:

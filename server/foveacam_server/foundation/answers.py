@@ -1,21 +1,30 @@
-"""What routes share: header parameters, the answer with a job, the problems documented in OpenAPI."""
+"""What routes share: services, headers, limits of a body, the answer with a job, problems in OpenAPI."""
 
 import asyncio
 import re
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, Protocol
 
 from fastapi import Header, Path, Query
 from fastapi.responses import JSONResponse
+from starlette.requests import HTTPConnection
 
-from foveacam_server.assembly.services import Services
 from foveacam_server.foundation.errors import MEDIA_TYPE
 from foveacam_server.foundation.job_table import Job, JobState
+from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.foundation.store import Document
 
 JOBS_URL = "/api/v1/jobs"
 LONGEST_WAIT_S = 60.0
+
+MIB = 2**20
+BODY_BYTES = MIB
+"""Largest body of a route that does not name its own limit."""
+FILE_BYTES = 4 * MIB
+"""Of a route that takes a calibration file or a GeoJSON map: 100 times a calibration of 81 nodes."""
+PICTURE_BYTES = 24 * MIB
+"""Of a route that takes a picture in base64."""
 
 LeaseHeader = Annotated[str | None, Header(alias="X-Lease", description="token of the control lease")]
 PreferHeader = Annotated[
@@ -51,6 +60,20 @@ _TITLES = {
 }
 
 
+class JobServices(Protocol):
+    """Services that answer with a job."""
+
+    @property
+    def jobs(self) -> JobRunner:
+        """Runner of the job."""
+        ...
+
+
+async def opened_services(connection: HTTPConnection) -> object:
+    """Return the services that the lifespan opened; for requests and for WebSockets."""
+    return connection.app.state.services
+
+
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:  # Any: FastAPI's own type
     """Describe the problem documents that a route may answer, for OpenAPI."""
     return {
@@ -75,7 +98,7 @@ def wait_s(prefer: str | None) -> float:
 
 
 async def job_answer(
-    services: Services, job: Job, *, prefer: str | None, result: Callable[[str], ResponseModel | Document]
+    services: JobServices, job: Job, *, prefer: str | None, result: Callable[[str], ResponseModel | Document]
 ) -> JSONResponse:
     """Answer with the job (202); when it ends within the wait, with its result (200) or its problem.
 

@@ -1,4 +1,4 @@
-"""Protocols of what the runtime needs from other parts: an assembled rig, a sink of pictures, a 3D pane."""
+"""Protocols of what the server uses: the rig, its calibration, a sink of pictures, the 3D pane."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -89,15 +89,20 @@ class AssembledRig(CaptureRig, Protocol):
 
 
 class CalibrationInForce(Protocol):
-    """The calibration in force, which may change while the server runs: ask each time."""
+    """The calibration that the rig is used with now."""
 
     @property
     def current(self) -> Calibration | None:
         """The calibration in force; None without one."""
         ...
 
+    @property
+    def problem(self) -> str | None:
+        """Why there is none."""
+        ...
+
     def require(self) -> Calibration:
-        """Return the calibration in force or raise `NotCalibrated`."""
+        """Return the calibration in force; raise `NotCalibrated` without one."""
         ...
 
 

@@ -1,28 +1,38 @@
 """Routes of calibration sessions: the measurements of a calibration, and the steps that take and fit them."""
 
-from typing import Annotated
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Depends, Path
 from fastapi.responses import FileResponse, JSONResponse
 
-from foveacam_server.assembly.services import ServicesDep
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
     file_responses,
     job_answer,
+    opened_services,
     problems,
 )
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.calibration_sessions.options import Run
-from foveacam_server.resources.calibration_sessions.schema import (
-    CombineRequest,
-    SessionDocument,
-    SessionRequest,
-)
+from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
+from foveacam_server.resources.calibrations.schema import CombineRequest, SessionDocument, SessionRequest
 
 router = APIRouter(prefix="/calibration_sessions", tags=["calibrations"])
+
+
+class CalibrationSessionRouteServices(Protocol):
+    """Services that these routes use."""
+
+    sessions: CalibrationSessionService
+    jobs: JobRunner
+    lease: Lease
+
+
+ServicesDep = Annotated[CalibrationSessionRouteServices, Depends(opened_services)]
 
 SessionId = Annotated[str, Path(max_length=64)]
 SampleId = Annotated[str, Path(max_length=64)]

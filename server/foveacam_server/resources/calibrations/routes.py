@@ -1,21 +1,39 @@
 """Routes of calibrations: list, put in force, health, compare, import and export, trash, report."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Protocol
 
-from fastapi import APIRouter, Body, Path, Query
+from fastapi import APIRouter, Body, Depends, Path, Query
 from fastapi.responses import HTMLResponse, Response
 
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.doors.body_limit import FILE_BYTES
-from foveacam_server.foundation.answers import LeaseHeader, file_responses, problems
+from foveacam_server.foundation.answers import (
+    FILE_BYTES,
+    LeaseHeader,
+    file_responses,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.calibrations.record_files import FileFormat
+from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.calibrations.schema import (
     CalibrationDocument,
     ComparisonDocument,
     HealthDocument,
 )
+from foveacam_server.resources.calibrations.service import CalibrationService
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
+
+
+class CalibrationRouteServices(Protocol):
+    """Services that these routes use."""
+
+    calibration: CalibrationService
+    records: CalibrationRecords
+    lease: Lease
+
+
+ServicesDep = Annotated[CalibrationRouteServices, Depends(opened_services)]
 
 CalibrationId = Annotated[str, Path(max_length=64)]
 WhichOne = Annotated[str, Query(pattern=r"^[0-9a-f]{1,64}$", description="id of a calibration")]

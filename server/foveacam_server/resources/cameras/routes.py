@@ -2,21 +2,23 @@
 
 import asyncio
 from dataclasses import replace
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, Protocol, TypeAlias
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Depends, Path
 from fastapi.responses import JSONResponse
 
-from foveacam_hardware.contract import AutoMode, InvalidInput, PixelFormat, Role, ValueRange
-from foveacam_server.assembly.services import Services, ServicesDep
+from foveacam_hardware.contract import AutoMode, Clock, InvalidInput, PixelFormat, Role, ValueRange
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
     job_answer,
+    opened_services,
     problems,
 )
 from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.cameras.changes import FOVEAE, CameraChange, waits_for_pulses
 from foveacam_server.resources.cameras.schema import (
@@ -30,9 +32,31 @@ from foveacam_server.resources.cameras.schema import (
     SpanDocument,
     TriggerTestDocument,
 )
+from foveacam_server.resources.cameras.service import CameraSettingsService
+from foveacam_server.resources.cameras.trigger_tests import TriggerTests
+from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.status import CameraStatus
 
 router = APIRouter(prefix="/cameras", tags=["rig"])
+
+
+class CameraStateServices(Protocol):
+    """Services that describe the cameras."""
+
+    cameras: CameraSettingsService
+    hardware: HardwareThread
+    clock: Clock
+
+
+class CameraRouteServices(CameraStateServices, Protocol):
+    """Services that these routes use."""
+
+    trigger_tests: TriggerTests
+    jobs: JobRunner
+    lease: Lease
+
+
+ServicesDep = Annotated[CameraRouteServices, Depends(opened_services)]
 
 RoleName: TypeAlias = Literal["wide", "left", "right"]
 TestId = Annotated[str, Path(max_length=64)]
@@ -124,7 +148,7 @@ async def reset(role: RoleName, services: ServicesDep, x_lease: LeaseHeader = No
     return _changed((Role(role),), services)
 
 
-def camera_document(camera: CameraStatus, services: Services) -> CameraDocument:
+def camera_document(camera: CameraStatus, services: CameraStateServices) -> CameraDocument:
     """Return one camera as REST shows it."""
     now_ns = services.clock.now_ns()
     age_ms = None if camera.newest_t_ns is None else round((now_ns - camera.newest_t_ns) / 1e6, 1)
@@ -152,7 +176,7 @@ def camera_document(camera: CameraStatus, services: Services) -> CameraDocument:
     )
 
 
-def divergence(services: Services) -> list[DifferenceDocument]:
+def divergence(services: CameraStateServices) -> list[DifferenceDocument]:
     """Return the settings in which the foveae differ."""
     return [
         DifferenceDocument(setting=found.setting, left=found.left, right=found.right)
@@ -160,7 +184,7 @@ def divergence(services: Services) -> list[DifferenceDocument]:
     ]
 
 
-def _changed(roles: tuple[Role, ...], services: Services) -> CamerasChangedDocument:
+def _changed(roles: tuple[Role, ...], services: CameraRouteServices) -> CamerasChangedDocument:
     status = services.hardware.status
     return CamerasChangedDocument(
         cameras=[camera_document(camera, services) for camera in status.cameras if camera.role in roles],
@@ -168,7 +192,7 @@ def _changed(roles: tuple[Role, ...], services: Services) -> CamerasChangedDocum
     )
 
 
-def _status(role: RoleName, services: Services) -> CameraStatus:
+def _status(role: RoleName, services: CameraRouteServices) -> CameraStatus:
     for camera in services.hardware.status.cameras:
         if camera.role.value == role:
             return camera
@@ -188,7 +212,7 @@ def _roles(role: Role, *, linked: bool) -> tuple[Role, ...]:
     return FOVEAE
 
 
-def _wait_for_pulses(roles: tuple[Role, ...], services: Services) -> bool:
+def _wait_for_pulses(roles: tuple[Role, ...], services: CameraRouteServices) -> bool:
     cameras = [camera for camera in services.hardware.status.cameras if camera.role in roles]
     return any(waits_for_pulses(camera.role, camera.settings) for camera in cameras)
 

@@ -1,17 +1,13 @@
 """Routes of captures (raster datasets): estimate, start, pause, list, points, drawings, download."""
 
 import asyncio
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Path, Query, Response
+from fastapi import APIRouter, Depends, Path, Query, Response
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.datasets.collection import point_of, readable_dataset
-from foveacam_server.datasets.download import zip_stream
-from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
 from foveacam_server.foundation.answers import (
     CaptureId,
     IdempotencyHeader,
@@ -19,8 +15,12 @@ from foveacam_server.foundation.answers import (
     PreferHeader,
     file_responses,
     job_answer,
+    opened_services,
     problems,
 )
+from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.quantities import Index
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
 from foveacam_server.resources.captures.points import point_picture, points_document
@@ -33,9 +33,41 @@ from foveacam_server.resources.captures.schema import (
     EstimateRequest,
     PointsDocument,
 )
+from foveacam_server.resources.captures.service import CaptureService
 
 router = APIRouter(prefix="/captures", tags=["captures"])
 
+
+class CaptureProduct(Protocol):
+    """A product that is computed of captures: mosaics or references."""
+
+    def check_idle(self, capture_id: str, asked: str) -> None:
+        """Raise `Busy` while the product of this capture is being computed."""
+        ...
+
+
+class CaptureRouteServices(Protocol):
+    """Services that these routes use."""
+
+    captures: CaptureService
+    jobs: JobRunner
+    lease: Lease
+    computing: ComputeQueue
+
+    @property
+    def mosaics(self) -> CaptureProduct:
+        """Mosaics of the captures."""
+        ...
+
+    @property
+    def references(self) -> CaptureProduct:
+        """References of the captures."""
+        ...
+
+
+ServicesDep = Annotated[CaptureRouteServices, Depends(opened_services)]
+
+CaptureId = Annotated[str, Path(max_length=255)]
 Picture = Literal["thumbnail", "sheet", "coverage"]
 Form = Literal["jpg", "png"]
 PointIndex = Annotated[Index, Path()]

@@ -1,16 +1,31 @@
 """Route of the depth at a wide pixel, from the newest depth map that covers it."""
 
-from typing import Annotated
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import problems
+from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.foundation.names import age_s
 from foveacam_server.foundation.quantities import Pixels
+from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.schema import DepthDocument
+from foveacam_server.rig.ports import CalibrationInForce
 
 router = APIRouter(tags=["depth"])
+
+
+class DepthRouteServices(Protocol):
+    """Services that these routes use."""
+
+    clouds: CloudCollection
+
+    @property
+    def calibration(self) -> CalibrationInForce:
+        """Calibration in force."""
+        ...
+
+
+ServicesDep = Annotated[DepthRouteServices, Depends(opened_services)]
 
 PixelQuery = Annotated[Pixels, Query(description="wide pixel; the first one's centre is 0")]
 

@@ -1,15 +1,39 @@
 """Routes of clouds: the point cloud of each fixation, as PLY, GLB and a picture."""
 
-from typing import Annotated
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Depends, Path
 from fastapi.responses import FileResponse
 
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import Limit, file_responses, problems
+from foveacam_server.foundation.answers import Limit, file_responses, opened_services, problems
+from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.schema import CloudDocument
+from foveacam_server.rig.ports import SceneViewer
 
 router = APIRouter(prefix="/clouds", tags=["clouds"])
+
+
+class CloudOwners(Protocol):
+    """Fixations that name the cloud that was made of them."""
+
+    def remove_cloud(self, fixation_id: str) -> None:
+        """Remove the mention of a cloud from its fixation and target."""
+        ...
+
+
+class CloudRouteServices(Protocol):
+    """Services that these routes use."""
+
+    clouds: CloudCollection
+    viewer: SceneViewer | None
+
+    @property
+    def fixations(self) -> CloudOwners:
+        """Fixations that name their clouds."""
+        ...
+
+
+ServicesDep = Annotated[CloudRouteServices, Depends(opened_services)]
 
 CloudId = Annotated[str, Path(pattern=r"^cld-[0-9a-f]{1,32}$")]
 

@@ -1,23 +1,37 @@
 """Routes of drift checks: looks into the scene that measure how far the eyes moved since the calibration."""
 
-from typing import Annotated
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Depends, Path
 from fastapi.responses import JSONResponse, Response
 
-from foveacam_server.assembly.services import ServicesDep
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
     file_responses,
     job_answer,
+    opened_services,
     problems,
 )
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.drift_checks.schema import DriftCheckDocument, DriftRequest
+from foveacam_server.resources.drift_checks.service import DriftChecks
 
 router = APIRouter(prefix="/drift_checks", tags=["calibrations"])
+
+
+class DriftCheckRouteServices(Protocol):
+    """Services that these routes use."""
+
+    drift: DriftChecks
+    jobs: JobRunner
+    lease: Lease
+
+
+ServicesDep = Annotated[DriftCheckRouteServices, Depends(opened_services)]
 
 CheckId = Annotated[str, Path(max_length=64)]
 

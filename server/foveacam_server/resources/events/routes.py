@@ -2,18 +2,26 @@
 
 import json
 from collections.abc import AsyncIterator
-from typing import Annotated
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Header
+from fastapi import APIRouter, Depends, Header
 from fastapi.responses import StreamingResponse
 from sse_starlette import EventSourceResponse, ServerSentEvent
 
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import Limit
+from foveacam_server.foundation.answers import Limit, opened_services
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.schema import EventDocument
 
 router = APIRouter(prefix="/events", tags=["events"])
+
+
+class EventRouteServices(Protocol):
+    """Services that these routes use."""
+
+    events: EventLog
+
+
+ServicesDep = Annotated[EventRouteServices, Depends(opened_services)]
 
 PING_S = 10
 LAST_ID_LIMIT = 2**62

@@ -1,15 +1,41 @@
 """Routes of corrections of a fixation's answer."""
 
-from fastapi import APIRouter
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends
 from fastapi.responses import JSONResponse
 
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import LeaseHeader, PreferHeader, job_answer, problems
+from foveacam_server.foundation.answers import (
+    LeaseHeader,
+    PreferHeader,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.fixations.correction_service import choose, look_beside, show_choice
-from foveacam_server.resources.fixations.schema import ChoiceRequest, CorrectionRequest, FixationDocument
+from foveacam_server.resources.corrections.schema import ChoiceRequest, CorrectionRequest
+from foveacam_server.resources.corrections.service import choose, look_beside, show_choice
+from foveacam_server.resources.fixations.schema import FixationDocument
+from foveacam_server.resources.fixations.service import FixationService
+from foveacam_server.rig.ports import SceneViewer
 
 router = APIRouter(prefix="/fixations", tags=["corrections"])
+
+
+class CorrectionRouteServices(Protocol):
+    """Services that these routes use."""
+
+    fixations: FixationService
+    jobs: JobRunner
+    lease: Lease
+    events: EventLog
+    viewer: SceneViewer | None
+
+
+ServicesDep = Annotated[CorrectionRouteServices, Depends(opened_services)]
 
 
 @router.post("/{fixation_id}/choice", summary="Choose one of the alternatives", responses=problems(404))

@@ -1,21 +1,37 @@
 """Routes of fixations: point at a target, both foveae verge on it."""
 
-from fastapi import APIRouter
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends
 from fastapi.responses import JSONResponse
 
-from foveacam_server.assembly.services import ServicesDep
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
     Limit,
     PreferHeader,
     job_answer,
+    opened_services,
     problems,
 )
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.fixations.schema import FixationDocument, FixationRequest
+from foveacam_server.resources.fixations.service import FixationService
 
 router = APIRouter(prefix="/fixations", tags=["fixations"])
+
+
+class FixationRouteServices(Protocol):
+    """Services that these routes use."""
+
+    fixations: FixationService
+    jobs: JobRunner
+    lease: Lease
+
+
+ServicesDep = Annotated[FixationRouteServices, Depends(opened_services)]
 
 
 @router.post(

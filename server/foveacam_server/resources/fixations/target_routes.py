@@ -1,14 +1,39 @@
 """Routes of targets: stored points that were fixated."""
 
-from fastapi import APIRouter
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends
 from fastapi.responses import JSONResponse
 
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import LeaseHeader, PreferHeader, job_answer, problems
+from foveacam_server.foundation.answers import (
+    LeaseHeader,
+    PreferHeader,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.fixations.schema import FixationDocument, TargetDocument, TargetPatch
+from foveacam_server.resources.fixations.service import FixationService
+from foveacam_server.rig.ports import SceneViewer
 
 router = APIRouter(prefix="/targets", tags=["targets"])
+
+
+class TargetRouteServices(Protocol):
+    """Services that these routes use."""
+
+    fixations: FixationService
+    jobs: JobRunner
+    lease: Lease
+    events: EventLog
+    viewer: SceneViewer | None
+
+
+ServicesDep = Annotated[TargetRouteServices, Depends(opened_services)]
 
 
 @router.get("", summary="All targets, oldest first")

@@ -1,12 +1,23 @@
 """Routes of jobs: list, progress, cancel."""
 
-from fastapi import APIRouter
+from typing import Annotated, Protocol
 
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import Limit, problems
+from fastapi import APIRouter, Depends
+
+from foveacam_server.foundation.answers import Limit, opened_services, problems
+from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
+
+
+class JobRouteServices(Protocol):
+    """Services that these routes use."""
+
+    jobs: JobRunner
+
+
+ServicesDep = Annotated[JobRouteServices, Depends(opened_services)]
 
 
 @router.get("", summary="Newest jobs, newest first")

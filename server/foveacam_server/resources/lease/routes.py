@@ -1,12 +1,23 @@
 """Routes of the control lease: while a client holds it, only that client may move the rig."""
 
-from fastapi import APIRouter
+from typing import Annotated, Protocol
 
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import LeaseHeader, problems
+from fastapi import APIRouter, Depends
+
+from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import LeaseDocument, LeaseGrant, LeaseRequest
 
 router = APIRouter(prefix="/lease", tags=["lease"])
+
+
+class LeaseRouteServices(Protocol):
+    """Services that these routes use."""
+
+    lease: Lease
+
+
+ServicesDep = Annotated[LeaseRouteServices, Depends(opened_services)]
 
 
 @router.get("", summary="Who holds the lease")

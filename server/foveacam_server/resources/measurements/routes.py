@@ -1,20 +1,29 @@
 """Routes of measurements: create, list, rename, remove, export."""
 
-from typing import Annotated
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Depends, Path
 from fastapi.responses import Response
 
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import problems
+from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.measurements.export import csv_text
 from foveacam_server.resources.measurements.schema import (
     MeasurementDocument,
     MeasurementPatch,
     MeasurementRequest,
 )
+from foveacam_server.resources.measurements.service import MeasurementService
 
 router = APIRouter(tags=["measurements"])
+
+
+class MeasurementRouteServices(Protocol):
+    """Services that these routes use."""
+
+    measurements: MeasurementService
+
+
+ServicesDep = Annotated[MeasurementRouteServices, Depends(opened_services)]
 
 MeasurementId = Annotated[str, Path(pattern=r"^mea-[0-9a-f]{1,32}$")]
 

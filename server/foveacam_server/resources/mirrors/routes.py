@@ -2,13 +2,15 @@
 
 import asyncio
 import math
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 
 from foveacam_hardware.contract import DeviceInfo, LinkTelemetry, Role, StereoVolts, StreamTelemetry
 from foveacam_pipeline.models.calibration import eye_volts
-from foveacam_server.assembly.services import Services, ServicesDep
-from foveacam_server.foundation.answers import LeaseHeader, problems
+from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.rounding import deg, rounded
 from foveacam_server.resources.mirrors.schema import (
     ControllerDocument,
@@ -19,9 +21,44 @@ from foveacam_server.resources.mirrors.schema import (
     SteerRequest,
 )
 from foveacam_server.rig import refusals
-from foveacam_server.rig.refusals import check_direction
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.ports import CalibrationInForce
 
 router = APIRouter(prefix="/mirrors", tags=["rig"])
+
+
+class OverlayDistance(Protocol):
+    """Takes the distance for which the overlay of the wide view is drawn."""
+
+    def look_at_distance(self, distance_m: float) -> None:
+        """Draw for this distance from now on."""
+        ...
+
+
+class MirrorStateServices(Protocol):
+    """Services that describe the mirrors."""
+
+    hardware: HardwareThread
+
+    @property
+    def calibration(self) -> CalibrationInForce:
+        """Calibration in force."""
+        ...
+
+
+class MirrorRouteServices(MirrorStateServices, Protocol):
+    """Services that these routes use."""
+
+    lease: Lease
+    events: EventLog
+
+    @property
+    def overlay(self) -> OverlayDistance:
+        """Overlay of the wide view."""
+        ...
+
+
+ServicesDep = Annotated[MirrorRouteServices, Depends(opened_services)]
 
 UNKNOWN_EYE = EyeDocument(x_v=None, y_v=None, ax_deg=None, ay_deg=None)
 
@@ -73,7 +110,7 @@ async def recover(services: ServicesDep, x_lease: LeaseHeader = None) -> Mirrors
     return mirrors_document(services)
 
 
-async def _switched(services: Services, lease: str | None, *, on: bool) -> MirrorsDocument:
+async def _switched(services: MirrorRouteServices, lease: str | None, *, on: bool) -> MirrorsDocument:
     services.lease.check(lease)
     hardware = services.hardware
     if hardware.busy_with is not None:
@@ -83,7 +120,7 @@ async def _switched(services: Services, lease: str | None, *, on: bool) -> Mirro
     return mirrors_document(services)
 
 
-def mirrors_document(services: Services) -> MirrorsDocument:
+def mirrors_document(services: MirrorStateServices) -> MirrorsDocument:
     """Return both mirrors as REST shows them."""
     status = services.hardware.status
     state, telemetry = status.mirrors, status.telemetry
@@ -107,7 +144,7 @@ def mirrors_document(services: Services) -> MirrorsDocument:
     )
 
 
-def _eye(services: Services, role: Role, pose: StereoVolts | None) -> EyeDocument:
+def _eye(services: MirrorStateServices, role: Role, pose: StereoVolts | None) -> EyeDocument:
     if pose is None:
         return UNKNOWN_EYE
     volts = eye_volts(pose, role)

@@ -2,29 +2,41 @@
 
 import asyncio
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Header, Query
+from fastapi import APIRouter, Depends, Header, Query
 from fastapi import Path as InPath
 from fastapi.responses import FileResponse, JSONResponse, Response
 
-from foveacam_server.assembly.services import Services, ServicesDep
 from foveacam_server.foundation.answers import (
     CaptureId,
     IdempotencyHeader,
     PreferHeader,
     file_responses,
     job_answer,
+    opened_services,
     problems,
 )
 from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.quantities import Index
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.mosaics.collection import FILES, FORMS
 from foveacam_server.resources.mosaics.process import MosaicSpec
 from foveacam_server.resources.mosaics.schema import MosaicDocument, MosaicRequest
+from foveacam_server.resources.mosaics.service import MosaicService
 
 router = APIRouter(prefix="/captures/{capture_id}/mosaic", tags=["mosaics"])
+
+
+class MosaicRouteServices(Protocol):
+    """Services that these routes use."""
+
+    mosaics: MosaicService
+    jobs: JobRunner
+
+
+ServicesDep = Annotated[MosaicRouteServices, Depends(opened_services)]
 
 Layer = Literal["picture", "depth"]
 Level = Annotated[int, InPath(ge=0, le=32)]
@@ -176,7 +188,9 @@ def ply(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> File
     return FileResponse(path, media_type="application/octet-stream", filename=f"{capture_id}-mosaic.ply")
 
 
-def _sent(path: Path, services: Services, capture_id: str, *, made: str | None, kept: str | None) -> Response:
+def _sent(
+    path: Path, services: MosaicRouteServices, capture_id: str, *, made: str | None, kept: str | None
+) -> Response:
     """Send a file; a URL with the mosaic's version may be cached for good."""
     version = services.mosaics.collection.require(capture_id).version
     tag = f'"{version}"'

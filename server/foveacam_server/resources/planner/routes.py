@@ -1,11 +1,13 @@
 """Routes of the planner: where to stand, the probability of seeing a target unnoticed, maps. Needs no rig."""
 
-from fastapi import APIRouter
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends
 from fastapi.responses import JSONResponse
 
 from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.doors.body_limit import FILE_BYTES, PICTURE_BYTES
+from foveacam_server.foundation.answers import FILE_BYTES, PICTURE_BYTES, opened_services
+from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.planner.answers import describe_standoff
 from foveacam_server.resources.planner.maps import (
     describe_map,
@@ -28,6 +30,15 @@ from foveacam_server.resources.planner.schema import (
 )
 
 router = APIRouter(prefix="/planner", tags=["planner"])
+
+
+class PlannerRouteServices(Protocol):
+    """Services that these routes use."""
+
+    computing: ComputeQueue
+
+
+ServicesDep = Annotated[PlannerRouteServices, Depends(opened_services)]
 
 
 @router.post("/standoff", summary="Where to stand about one target")

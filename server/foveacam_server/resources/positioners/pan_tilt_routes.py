@@ -2,12 +2,14 @@
 
 import asyncio
 import math
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 
 from foveacam_hardware.contract import InvalidInput, PanTiltLimits, PanTiltPose, PanTiltState, Station
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import LeaseHeader, problems
+from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.rounding import deg
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
 from foveacam_server.resources.positioners.schema import (
@@ -19,6 +21,17 @@ from foveacam_server.resources.positioners.schema import (
 from foveacam_server.rig.schema import DeviceInfoDocument
 
 router = APIRouter(prefix="/pan_tilt", tags=["rig"])
+
+
+class PanTiltRouteServices(Protocol):
+    """Services that these routes use."""
+
+    pan_tilt: PanTiltService
+    lease: Lease
+    events: EventLog
+
+
+ServicesDep = Annotated[PanTiltRouteServices, Depends(opened_services)]
 
 ABSENT = PanTiltState(connected=False)
 

@@ -1,12 +1,14 @@
 """Routes of the rail, which moves the whole rig sideways: status, moves, hold, homing."""
 
 import asyncio
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 
 from foveacam_hardware.contract import InvalidInput, NotConnected, RailState
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import LeaseHeader, problems
+from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.positioners.rail import RailService, RailStatus
 from foveacam_server.resources.positioners.schema import (
     RailDocument,
@@ -17,6 +19,17 @@ from foveacam_server.resources.positioners.schema import (
 from foveacam_server.rig.schema import DeviceInfoDocument
 
 router = APIRouter(prefix="/rail", tags=["rig"])
+
+
+class RailRouteServices(Protocol):
+    """Services that these routes use."""
+
+    rail: RailService
+    lease: Lease
+    events: EventLog
+
+
+ServicesDep = Annotated[RailRouteServices, Depends(opened_services)]
 
 MM_PER_M = 1e3
 

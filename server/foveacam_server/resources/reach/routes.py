@@ -1,21 +1,33 @@
 """Where each eye can look, before anybody clicks."""
 
 import math
-from typing import Annotated
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.reach import reach_outline_px
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import problems
+from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.reach.schema import ReachDocument
+from foveacam_server.rig.ports import CalibrationInForce
 
 NEAREST_M, FARTHEST_M = 0.5, 1e6
 """Nearer than the baseline is long nothing can be verged on."""
 
 router = APIRouter(tags=["reach"])
+
+
+class ReachRouteServices(Protocol):
+    """Services that these routes use."""
+
+    @property
+    def calibration(self) -> CalibrationInForce:
+        """Calibration in force."""
+        ...
+
+
+ServicesDep = Annotated[ReachRouteServices, Depends(opened_services)]
 
 Distance = Annotated[
     float | None,

@@ -2,21 +2,22 @@
 
 import asyncio
 from pathlib import Path as FilePath
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Path, Query
+from fastapi import APIRouter, Depends, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, Response
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, Role
 from foveacam_pipeline.stereo.estimator import DepthBackend
-from foveacam_server.assembly.services import Services, ServicesDep
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     PreferHeader,
     file_responses,
     job_answer,
+    opened_services,
     problems,
 )
+from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.quantities import Seconds
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
 from foveacam_server.resources.recordings import moments
@@ -33,9 +34,20 @@ from foveacam_server.resources.recordings.schema import (
     RoleName,
     TimelineDocument,
 )
+from foveacam_server.resources.recordings.service import RecordingService
 from foveacam_server.rig.encoder import encode_jpeg
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])
+
+
+class RecordingRouteServices(Protocol):
+    """Services that these routes use."""
+
+    recordings: RecordingService
+    jobs: JobRunner
+
+
+ServicesDep = Annotated[RecordingRouteServices, Depends(opened_services)]
 
 RecordingId = Annotated[str, Path(max_length=100)]
 Moment = Annotated[Seconds, Query(description="seconds from the recording's begin")]
@@ -303,7 +315,7 @@ def film(
     return FileResponse(path, media_type="video/mp4", filename=f"{kept.name} {name}")
 
 
-def _path(services: Services, recording_id: str) -> FilePath:
+def _path(services: RecordingRouteServices, recording_id: str) -> FilePath:
     return services.recordings.readable(recording_id).path
 
 

@@ -1,27 +1,63 @@
 """Routes of a capture's reference, its depth over the rail's long baselines: compute it, figures, files."""
 
 import asyncio
-from typing import Literal
+from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from fastapi.responses import JSONResponse, Response
 
 from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE_PICTURE, REFERENCE_SAMPLES
-from foveacam_server.assembly.services import Services, ServicesDep
 from foveacam_server.foundation.answers import (
     CaptureId,
     IdempotencyHeader,
     PreferHeader,
     file_responses,
     job_answer,
+    opened_services,
     problems,
 )
+from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.captures.collection import StoredCapture
+from foveacam_server.resources.captures.routes import CaptureId
 from foveacam_server.resources.references.documents import reference_file
 from foveacam_server.resources.references.process import ReferenceSpec
 from foveacam_server.resources.references.schema import ReferenceDocument, ReferenceRequest
+from foveacam_server.resources.references.service import ReferenceService
 
 router = APIRouter(prefix="/captures/{capture_id}/reference", tags=["references"])
+
+
+class StoredCaptures(Protocol):
+    """The collection of captures."""
+
+    def get(self, capture_id: str) -> StoredCapture:
+        """Return one capture; raise `NotFound`."""
+        ...
+
+
+class CaptureSource(Protocol):
+    """The service of captures."""
+
+    @property
+    def collection(self) -> StoredCaptures:
+        """The stored captures."""
+        ...
+
+
+class ReferenceRouteServices(Protocol):
+    """Services that these routes use."""
+
+    references: ReferenceService
+    jobs: JobRunner
+
+    @property
+    def captures(self) -> CaptureSource:
+        """Captures that references are made of."""
+        ...
+
+
+ServicesDep = Annotated[ReferenceRouteServices, Depends(opened_services)]
 
 _MEDIA = {"svg": "image/svg+xml", "png": "image/png", "csv": "text/csv"}
 
@@ -88,7 +124,7 @@ def samples(capture_id: CaptureId, services: ServicesDep) -> Response:
     return _sent(services, capture_id, REFERENCE_SAMPLES)
 
 
-def _sent(services: Services, capture_id: str, name: str) -> Response:
+def _sent(services: ReferenceRouteServices, capture_id: str, name: str) -> Response:
     content = reference_file(services.captures.collection.get(capture_id), name)
     return Response(
         content, media_type=_MEDIA[name.rpartition(".")[2]], headers={"Cache-Control": "no-cache"}

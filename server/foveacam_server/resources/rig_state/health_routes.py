@@ -1,17 +1,43 @@
 """Routes for monitoring: liveness, readiness, and counters for Prometheus."""
 
-from fastapi import APIRouter
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends
 from fastapi.responses import JSONResponse, Response
 from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_latest
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
-from foveacam_server.assembly.services import Services, ServicesDep
+from foveacam_server.foundation.answers import opened_services
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.rig.device_reconnector import BASE
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.status import RigState
+from foveacam_server.rig.stop import StopSwitch
+from foveacam_server.rig.stream import LiveStreams
 
 router = APIRouter(tags=["health"])
+
+
+class HealthRouteServices(Protocol):
+    """Services that these routes use."""
+
+    hardware: HardwareThread
+    streams: LiveStreams
+    jobs: JobRunner
+    events: EventLog
+    stop: StopSwitch
+
+    @property
+    def calibration(self) -> CalibrationInForce:
+        """Calibration in force."""
+        ...
+
+
+ServicesDep = Annotated[HealthRouteServices, Depends(opened_services)]
 
 
 class Liveness(ResponseModel):
@@ -70,7 +96,7 @@ async def metrics(services: ServicesDep) -> Response:
     return Response(generate_latest(registry_of(services)), media_type=CONTENT_TYPE_LATEST)
 
 
-def registry_of(services: Services) -> CollectorRegistry:
+def registry_of(services: HealthRouteServices) -> CollectorRegistry:
     """Return a registry that reads the counters of `services` once."""
     registry = CollectorRegistry(auto_describe=False)
     registry.register(_ServiceCounters(services))
@@ -78,7 +104,7 @@ def registry_of(services: Services) -> CollectorRegistry:
 
 
 class _ServiceCounters(Collector):
-    def __init__(self, services: Services) -> None:
+    def __init__(self, services: HealthRouteServices) -> None:
         self._services = services
 
     def collect(self) -> list[Metric]:

@@ -1,14 +1,17 @@
 """Route of the whole rig's status in one document."""
 
 import math
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 
 from foveacam_hardware.contract import Role, TriggerBudget, trigger_budget
-from foveacam_server.assembly.services import Services, ServicesDep
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.foundation.answers import opened_services
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.resources.cameras.routes import camera_document, divergence
-from foveacam_server.resources.mirrors.routes import mirrors_document
+from foveacam_server.resources.calibrations.schema import CalibrationDocument
+from foveacam_server.resources.cameras.routes import CameraStateServices, camera_document, divergence
+from foveacam_server.resources.mirrors.routes import MirrorStateServices, mirrors_document
 from foveacam_server.resources.rig_state.schema import (
     ClockDocument,
     DeviceProblemDocument,
@@ -16,9 +19,58 @@ from foveacam_server.resources.rig_state.schema import (
     SteeringDocument,
     TriggerDocument,
 )
+from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.status import CameraStatus
 
 router = APIRouter(tags=["rig"])
+
+
+class SteeringCalibration(CalibrationInForce, Protocol):
+    """The calibration in force with the field that both eyes can be steered over."""
+
+    @property
+    def reach_rad(self) -> tuple[float, float, float, float] | None:
+        """Least and greatest ax, then ay, rad; None without a calibration."""
+        ...
+
+
+class CalibrationDescriber(Protocol):
+    """Describes calibrations as REST shows them."""
+
+    def describe(self, calibration: Calibration) -> CalibrationDocument:
+        """Return one calibration as REST shows it."""
+        ...
+
+
+class SettleTimeSource(Protocol):
+    """Knows the source of the settle time in use."""
+
+    @property
+    def source(self) -> str:
+        """`rig file`, or `measured` and the date."""
+        ...
+
+
+class RigRouteServices(CameraStateServices, MirrorStateServices, Protocol):
+    """Services that these routes use."""
+
+    @property
+    def calibration(self) -> SteeringCalibration:
+        """Calibration in force."""
+        ...
+
+    @property
+    def records(self) -> CalibrationDescriber:
+        """Describes the calibration in force."""
+        ...
+
+    @property
+    def settling(self) -> SettleTimeSource:
+        """Settle time in use."""
+        ...
+
+
+ServicesDep = Annotated[RigRouteServices, Depends(opened_services)]
 
 
 @router.get("/rig", summary="The rig as last seen")
@@ -48,7 +100,7 @@ async def rig(services: ServicesDep) -> RigDocument:
     )
 
 
-def _steering(services: Services) -> SteeringDocument | None:
+def _steering(services: RigRouteServices) -> SteeringDocument | None:
     reach_rad = services.calibration.reach_rad
     if reach_rad is None:
         return None
@@ -56,7 +108,7 @@ def _steering(services: Services) -> SteeringDocument | None:
     return SteeringDocument(ax_min_deg=ax_min, ax_max_deg=ax_max, ay_min_deg=ay_min, ay_max_deg=ay_max)
 
 
-def _trigger(services: Services) -> TriggerDocument | None:
+def _trigger(services: RigRouteServices) -> TriggerDocument | None:
     status = services.hardware.status
     if status.settle_us is None:
         return None

@@ -1,13 +1,42 @@
 """Routes of the settle time: measured and put in use, or the rig file's."""
 
-from fastapi import APIRouter
+from typing import Annotated, Protocol
 
-from foveacam_server.assembly.services import Services, ServicesDep
-from foveacam_server.foundation.answers import LeaseHeader, problems
-from foveacam_server.resources.settle_time.schema import SettleTimeDocument, SettleTimeRequest
+from fastapi import APIRouter, Depends
+
+from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.resources.calibrations.schema import SettleTimeDocument, SettleTimeRequest
+from foveacam_server.resources.settle_time.records import SettleTime
+from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.rig import refusals
+from foveacam_server.rig.hardware import HardwareThread
 
 router = APIRouter(prefix="/settle_time", tags=["calibrations"])
+
+
+class SettleTimeSessions(Protocol):
+    """Calibration sessions that measured a settle time."""
+
+    def settle_time(self, session_id: str) -> SettleTime:
+        """Return the settle time that a session measured; raise a `FoveaError` without one."""
+        ...
+
+
+class SettleTimeRouteServices(Protocol):
+    """Services that these routes use."""
+
+    settling: SettleTimeService
+    hardware: HardwareThread
+    lease: Lease
+
+    @property
+    def sessions(self) -> SettleTimeSessions:
+        """Sessions that measured a settle time."""
+        ...
+
+
+ServicesDep = Annotated[SettleTimeRouteServices, Depends(opened_services)]
 
 
 @router.get("", summary="The settle time in use", responses=problems(503))
@@ -34,7 +63,7 @@ def forget(services: ServicesDep, x_lease: LeaseHeader = None) -> SettleTimeDocu
     return services.settling.describe(services.hardware)
 
 
-def _check(services: Services, x_lease: str | None) -> None:
+def _check(services: SettleTimeRouteServices, x_lease: str | None) -> None:
     services.lease.check(x_lease)
     holder = services.hardware.busy_with
     if holder is not None:

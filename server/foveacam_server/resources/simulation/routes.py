@@ -1,16 +1,30 @@
 """Routes that inject faults into a simulated rig, to test how the product handles them."""
 
 import asyncio
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 
 from foveacam_hardware.simulated_faults import FaultInjector, SimulatedFaults
-from foveacam_server.assembly.services import Services, ServicesDep
-from foveacam_server.foundation.answers import LeaseHeader, problems
+from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import AssembledRig
 
 router = APIRouter(prefix="/simulation", tags=["rig"])
+
+
+class SimulationRouteServices(Protocol):
+    """Services that these routes use."""
+
+    hardware: HardwareThread
+    lease: Lease
+    events: EventLog
+
+
+ServicesDep = Annotated[SimulationRouteServices, Depends(opened_services)]
 
 
 @router.get("/faults", summary="What is broken on purpose", responses=problems(404, 503))
@@ -35,7 +49,7 @@ async def mend(services: ServicesDep, x_lease: LeaseHeader = None) -> SimulatedF
     return await _put(services, SimulatedFaults())
 
 
-async def _put(services: Services, wanted: SimulatedFaults) -> SimulatedFaults:
+async def _put(services: SimulationRouteServices, wanted: SimulatedFaults) -> SimulatedFaults:
     def put(rig: AssembledRig) -> SimulatedFaults:
         _breakable(rig).set_faults(wanted)
         return _breakable(rig).in_force

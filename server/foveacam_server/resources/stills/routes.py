@@ -1,26 +1,29 @@
 """Routes of stills (a stack of frames of every camera): take, list, keep, discard, pictures, download."""
 
 import asyncio
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Path, Query
+from fastapi import APIRouter, Depends, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.datasets.collection import readable_dataset
-from foveacam_server.datasets.download import zip_stream
-from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
     file_responses,
     job_answer,
+    opened_services,
     problems,
 )
-from foveacam_server.foundation.schema import JobDocument, TrashEmptied
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.captures.download import zip_stream
+from foveacam_server.resources.captures.drawings import anaglyph_picture, capture_picture, still_picture
+from foveacam_server.resources.captures.points import readable_dataset
+from foveacam_server.resources.captures.schema import TrashEmptied
 from foveacam_server.resources.stills.collection import StillState
 from foveacam_server.resources.stills.drawings import still_picture
 from foveacam_server.resources.stills.schema import (
@@ -32,8 +35,20 @@ from foveacam_server.resources.stills.schema import (
     StillPatch,
     StillRequest,
 )
+from foveacam_server.resources.stills.service import StillService
 
 router = APIRouter(prefix="/stills", tags=["stills"])
+
+
+class StillRouteServices(Protocol):
+    """Services that these routes use."""
+
+    stills: StillService
+    jobs: JobRunner
+    lease: Lease
+
+
+ServicesDep = Annotated[StillRouteServices, Depends(opened_services)]
 
 StillId = Annotated[str, Path(max_length=100)]
 Form = Literal["jpg", "png", "tiff"]

@@ -12,7 +12,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.study.report.cache import source_files
 from foveacam_pipeline.study.report.findings import StudyResult
-from foveacam_server.bench_package import INSTALL, bench_folder, bench_module
+from foveacam_server.foundation.bench_package import INSTALL, bench_folder, bench_module
 from foveacam_server.resources.calibrations.service import SHIPPED
 
 if TYPE_CHECKING:

@@ -1,15 +1,29 @@
 """Good targets for a first look."""
 
-from typing import Annotated
+from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 
-from foveacam_server.assembly.services import ServicesDep
-from foveacam_server.foundation.answers import problems
+from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.suggestions.schema import SuggestionDocument
-from foveacam_server.resources.suggestions.service import MOST
+from foveacam_server.resources.suggestions.service import MOST, SuggestionService
+from foveacam_server.rig.ports import CalibrationInForce
 
 router = APIRouter(prefix="/suggestions", tags=["suggestions"])
+
+
+class SuggestionRouteServices(Protocol):
+    """Services that these routes use."""
+
+    suggestions: SuggestionService
+
+    @property
+    def calibration(self) -> CalibrationInForce:
+        """Calibration in force."""
+        ...
+
+
+ServicesDep = Annotated[SuggestionRouteServices, Depends(opened_services)]
 
 Count = Annotated[int, Query(ge=1, le=MOST)]
 

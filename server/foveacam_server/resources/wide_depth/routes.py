@@ -1,23 +1,39 @@
 """The depth of the whole wide view: figures, picture, points, and looking around to measure it."""
 
+from typing import Annotated, Protocol
+
 import cv2
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from fastapi.responses import JSONResponse, Response
 
-from foveacam_server.assembly.services import ServicesDep
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
     file_responses,
     job_answer,
+    opened_services,
     problems,
 )
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.foundation.store import Document
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
+from foveacam_server.resources.wide_depth.service import WideDepthService
 
 router = APIRouter(tags=["depth"])
+
+
+class WideDepthRouteServices(Protocol):
+    """Services that these routes use."""
+
+    wide_depth: WideDepthService
+    jobs: JobRunner
+    lease: Lease
+
+
+ServicesDep = Annotated[WideDepthRouteServices, Depends(opened_services)]
 
 
 @router.get("/wide_depth", summary="Depth of the wide view, in figures", responses=problems(409))

@@ -1,9 +1,19 @@
-"""What every command does before it opens a simulated rig: checks its names, compiles its renderer."""
+"""The rig that the settings name, and what a command does before it opens a simulated one."""
+
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from foveacam_hardware.rig_config import SimulatedRigConfig
+from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, load_rig_config
+from foveacam_server.foundation.settings import Settings
+
+
+def rig_config(settings: Settings) -> SimulatedRigConfig | SerialRigConfig:
+    """Return the rig that the settings name; raise `InvalidInput` for a file that cannot be used."""
+    if settings.rig == "sim":
+        return SimulatedRigConfig(scene=settings.scene, preset=settings.preset)
+    return load_rig_config(Path(settings.rig))
 
 
 def check_simulation(config: SimulatedRigConfig) -> None:

@@ -1,0 +1,64 @@
+"""Answers `POST /api/v1/stop` without the event loop, with the access rules of every other request."""
+
+from http import HTTPStatus
+
+import h11
+from fastapi.responses import JSONResponse
+from starlette.types import Scope
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.console.security import AccessRules, put_security_headers
+from foveacam_server.foundation.errors import problem_of
+from foveacam_server.rig.stop import StopSwitch
+
+PATH = "/api/v1/stop"
+
+
+class StopAtDoor:
+    """Answers `POST /api/v1/stop` like the route, with the same access rules, on a thread for stops."""
+
+    def __init__(self, stop: StopSwitch, *, gate: AccessRules) -> None:
+        self._stop = stop
+        self._gate = gate
+
+    def __call__(self, request: bytes, peer: str) -> bytes:
+        """Engage the stop and return the HTTP response to a complete request; `peer`: client's address."""
+        connection = h11.Connection(h11.SERVER)
+        connection.receive_data(request)
+        try:
+            asked = connection.next_event()
+        except h11.RemoteProtocolError as error:
+            return _sent(connection, _unreadable(str(error)))
+        if not isinstance(asked, h11.Request):
+            return _sent(connection, _unreadable("its headers do not end"))
+        return _sent(connection, self._answer(asked, peer))
+
+    def _answer(self, asked: h11.Request, peer: str) -> JSONResponse:
+        headers = [(name.lower(), value) for name, value in asked.headers]
+        scope: Scope = {"type": "http", "scheme": "http", "method": "POST", "path": PATH, "headers": headers}
+        scope["client"] = (peer, 0)
+        refusal = self._gate.check(scope)
+        if refusal is not None:
+            return refusal.problem.response(instance=PATH)
+        try:
+            return JSONResponse(self._stop.engage(peer).as_json())
+        except Exception as error:  # noqa: BLE001 - the outermost frame of a request: it is answered
+            return problem_of(error).response(instance=PATH)
+
+
+def _unreadable(why: str) -> JSONResponse:
+    error = InvalidInput(
+        f"the request cannot be read: {why}", found=why, remedy="send POST /api/v1/stop as HTTP/1.1"
+    )
+    return problem_of(error).response(instance=PATH)
+
+
+def _sent(connection: h11.Connection, response: JSONResponse) -> bytes:
+    put_security_headers(response.headers, path=PATH)
+    head = h11.Response(
+        status_code=response.status_code,
+        reason=HTTPStatus(response.status_code).phrase.encode(),
+        headers=[*response.raw_headers, (b"connection", b"close")],
+    )
+    parts = [connection.send(head), connection.send(h11.Data(data=bytes(response.body)))]
+    return b"".join(part or b"" for part in [*parts, connection.send(h11.EndOfMessage())])
