@@ -1,4 +1,4 @@
-"""One process that owns the rig and serves it."""
+"""The server: one process that owns the rig and offers it by REST, WebSocket and a browser console."""
 
 from importlib.metadata import version
 

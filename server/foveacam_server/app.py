@@ -10,8 +10,7 @@ from foveacam_hardware.contract import FoveaError
 from foveacam_server import __version__
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
-from foveacam_server.doors.body_limit import BodyLimitProblems
-from foveacam_server.doors.head_requests import HeadRequests
+from foveacam_server.doors.middleware import BodyLimitProblems, HeadRequests
 from foveacam_server.doors.threads import bound_threads
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.answers import BODY_BYTES, problems
@@ -94,7 +93,7 @@ def create_app(settings: Settings) -> FastAPI:
             try:
                 services = open_services(settings, stack=stack, loop=asyncio.get_running_loop())
             except FoveaError as error:
-                app.state.failure = error  # for whoever runs the server: a reason for people, no traceback
+                app.state.failure = error  # `foveacam serve` prints it in place of a traceback
                 raise
             app.state.services = services
             yield

@@ -92,7 +92,7 @@ def serve(
     replay_at_end: ReplayAtEndOption = None,
 ) -> None:
     """Open the rig and serve the console, the 3D pane and the REST interface."""
-    from foveacam_server.serving import run_server  # the other commands need none of it
+    from foveacam_server.serving import run_server  # not loaded for other commands
 
     chosen = {
         "rig": rig,

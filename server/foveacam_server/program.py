@@ -1,7 +1,7 @@
-"""Where the `foveacam` program starts, before numpy is loaded.
+"""Entry point of the `foveacam` program, which sets the environment before numpy is loaded.
 
-Linear algebra is told to stay on one thread: the matrices of a calibration are small, and threads that share
-out small matrices wait for each other most of the time. Whoever has set the variable is left alone.
+It limits linear algebra to one thread: the matrices of a calibration are small, and threads that share small
+matrices wait for each other most of the time. A variable that the user has set is not changed.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""`foveacam serve`: checks what was asked, compiles the renderer, listens, and says where."""
+"""`foveacam serve`: checks the settings, compiles the renderer, listens, and prints the address."""
 
 import asyncio
 import logging
@@ -26,16 +26,16 @@ from foveacam_server.rig.stream_socket import listen
 
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
 TOKEN_FILE = "token"  # noqa: S105 - a file's name, no token
-"""In the data directory: the token that was made up at this start."""
+"""File in the data directory with the token that this start generated."""
 RIG_PATIENCE_S = 15.0
-"""How long the greeting waits for the rig; the server answers meanwhile."""
+"""Longest time that the greeting waits for the rig; the server answers requests meanwhile."""
 
 
-class _Greeting(WatchedServer):
-    """A server that says where it is as soon as it can be used, and why a part of it cannot."""
+class _GreetingServer(WatchedServer):
+    """A server that prints its address once the rig is open, and the problems of the rig."""
 
     def __init__(
-        self, config: uvicorn.Config, *, greeting: list[str], services: "_Later", console: Console
+        self, config: uvicorn.Config, *, greeting: list[str], services: "_StartedServices", console: Console
     ) -> None:
         super().__init__(config)
         self._lines = greeting
@@ -45,14 +45,14 @@ class _Greeting(WatchedServer):
         self._greeting: asyncio.Task[None] | None = None
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start behind the stop's own door, then greet once the rig is open."""
+        """Start with a `StopDoor` on each listening socket; print the greeting once the rig is open."""
         await super().startup(sockets=[])
         if self.started:
             self._open_doors(sockets or [])
             self._greeting = asyncio.create_task(self._greet())
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop, after ending the streams, which never end by themselves."""
+        """End the streams, which never end by themselves, then stop."""
         await asyncio.to_thread(self._close_doors)
         if self.started:
             services = self._services()
@@ -85,8 +85,8 @@ class _Greeting(WatchedServer):
             self._console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
-class _Later:
-    """Fetches the services from the application, which has them from its start on."""
+class _StartedServices:
+    """Returns the services of an application that has started."""
 
     def __init__(self, state: object) -> None:
         self._state = state
@@ -98,12 +98,12 @@ class _Later:
         return services
 
     def gate(self) -> AccessRules:
-        """Return who may ask."""
+        """Return the access rules."""
         return cast(AccessRules, self._state.gate)  # type: ignore[attr-defined]  # starlette's state has any attribute
 
 
 def run_server(settings: Settings, *, console: Console) -> None:
-    """Serve until interrupted; raise a `FoveaError` for what cannot be used."""
+    """Serve until interrupted; raise a `FoveaError` for settings that cannot be used."""
     simulated = _checked_simulation(settings)
     token_path = None
     if settings.wants_token_made:
@@ -114,10 +114,10 @@ def run_server(settings: Settings, *, console: Console) -> None:
     with listen(settings.host, settings.port) as listener:
         if simulated:
             compile_renderer(console)
-        server = _Greeting(
+        server = _GreetingServer(
             server_config(app, trusted_proxies=settings.trusted_proxies),
             greeting=_greeting(settings, port=listener.getsockname()[1], token_path=token_path),
-            services=_Later(app.state),
+            services=_StartedServices(app.state),
             console=console,
         )
         log = logging.getLogger("uvicorn.error")
@@ -125,13 +125,13 @@ def run_server(settings: Settings, *, console: Console) -> None:
         try:
             server.run(sockets=[listener])
         except KeyboardInterrupt:
-            return  # how a person ends it
-        except SystemExit as ended:  # how uvicorn tells that the application did not start
+            return  # Ctrl-C is the usual end
+        except SystemExit as ended:  # uvicorn's way to report that the application did not start
             raise _failure(app) or ended from None
 
 
 def _checked_simulation(settings: Settings) -> bool:
-    """Tell whether the rig is simulated; raise `InvalidInput` for a rig or a recording of no use."""
+    """Return whether the rig is simulated; raise `InvalidInput` for an unusable rig or recording."""
     if settings.replay is not None:
         from foveacam_server.rig.replay import open_recording
 
@@ -150,8 +150,8 @@ def _failure(app: FastAPI) -> FoveaError | None:
 
 
 def _greeting(settings: Settings, *, port: int, token_path: Path | None) -> list[str]:
-    """Return where the server is and, without showing it, which token it asks for."""
-    named = LOCALHOST.get(settings.host, settings.host)  # "any address" is none that a browser can open
+    """Return the lines with the server's address and, without the token itself, where its token is found."""
+    named = LOCALHOST.get(settings.host, settings.host)  # a browser cannot open "any address"
     host = f"[{named}]" if ":" in named else named
     lines = [f"FoveaCam Duo is ready: http://{host}:{port}/"]
     if settings.token is not None:
@@ -161,7 +161,7 @@ def _greeting(settings: Settings, *, port: int, token_path: Path | None) -> list
 
 
 def keep_token(settings: Settings) -> Path:
-    """Write a token that was made up where only its owner can read it; a log or a terminal keeps it for all.
+    """Write a generated token to a file that only its owner can read; logs and terminals are read by others.
 
     Raise `InvalidInput` for a folder that cannot be written.
     """

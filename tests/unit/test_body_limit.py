@@ -5,7 +5,7 @@ import httpx
 import pytest
 from fastapi import APIRouter, FastAPI, Request
 
-from foveacam_server.doors.body_limit import BodyLimitProblems
+from foveacam_server.doors.middleware import BodyLimitProblems
 from foveacam_server.foundation.answers import BODY_BYTES, FILE_BYTES
 
 

@@ -21,7 +21,7 @@ from foveacam_server.doctor.findings import (
     warning,
 )
 from foveacam_server.doctor.needs import NamedCamera, RigNeeds
-from foveacam_server.doctor.versions import check_versions
+from foveacam_server.doctor.program import check_versions
 
 from .fake_machine import FakeMachine
 

@@ -9,7 +9,7 @@ from fastapi.responses import FileResponse, StreamingResponse
 from sse_starlette import EventSourceResponse
 
 from foveacam_bench.servers import serving
-from foveacam_server.doors.head_requests import HeadRequests
+from foveacam_server.doors.middleware import HeadRequests
 from foveacam_server.foundation import errors
 
 PATIENCE_S = 10.0

@@ -24,7 +24,7 @@ _SCHEMES = {
         "description": f"What a browser gets for signing in at `/`. {_WHERE_NEEDED}",
     },
 }
-_AT_THE_DOOR = (400, 401, 403, 429)
+_BEFORE_ROUTES = (400, 401, 403, 429)
 
 
 def install(app: FastAPI, *, token_needed: bool) -> None:
@@ -41,7 +41,7 @@ def install(app: FastAPI, *, token_needed: bool) -> None:
 
 
 def _complete(document: dict[str, Any], *, token_needed: bool) -> None:  # Any: a JSON document
-    answers = problems(*_AT_THE_DOOR)
+    answers = problems(*_BEFORE_ROUTES)
     answers[400]["content"]["text/plain"] = {"schema": {"type": "string"}}
     answers[401]["content"]["text/html"] = {"schema": {"type": "string"}}
     components = document["components"]

@@ -1,4 +1,4 @@
-"""The Content-Security-Policy of our pages: what they may load and run."""
+"""The Content-Security-Policy of the server's pages: what they may load and run."""
 
 _OWN = {
     "default-src": "'self'",

@@ -21,7 +21,7 @@ SWAGGER = Path(fastapi_offline.__file__).parent / "static"
 """Swagger UI, as that package ships it."""
 
 NO_STALE_PAGES = {"Cache-Control": "no-cache"}
-"""The browser asks each time whether its copy is still the newest: page and server are of one version."""
+"""The browser validates its copy each time, so that page and server are of one version."""
 FOR_GOOD = {"Cache-Control": "public, max-age=31536000, immutable"}
 
 
@@ -30,11 +30,11 @@ def version(folder: Path = STATIC) -> str:
 
     So modules of two versions never mix, and browsers can cache each file for good.
     """
-    known = hashlib.sha256()
+    digest = hashlib.sha256()
     for path in sorted(folder.rglob("*")):
-        kept = path.stat()
-        known.update(f"{path.relative_to(folder)}\0{kept.st_mtime_ns}\0{kept.st_size}\0".encode())
-    return f"v-{known.hexdigest()[:12]}"
+        status = path.stat()
+        digest.update(f"{path.relative_to(folder)}\0{status.st_mtime_ns}\0{status.st_size}\0".encode())
+    return f"v-{digest.hexdigest()[:12]}"
 
 
 @lru_cache(maxsize=1)

@@ -9,7 +9,7 @@ PATH = "/sign_in"
 _FORM_BYTES = 4096
 _FORM_TYPE = b"application/x-www-form-urlencoded"
 
-# Its form may name its origin, which `no-referrer` would turn into `null` and the guard would refuse.
+# Its form may name its origin, which `no-referrer` would turn into `null`, which the access rules refuse.
 REFERRER_POLICY = "same-origin"
 
 _PAGE = """<!doctype html>

@@ -26,15 +26,15 @@ class StopAtDoor:
         connection = h11.Connection(h11.SERVER)
         connection.receive_data(request)
         try:
-            asked = connection.next_event()
+            event = connection.next_event()
         except h11.RemoteProtocolError as error:
-            return _sent(connection, _unreadable(str(error)))
-        if not isinstance(asked, h11.Request):
-            return _sent(connection, _unreadable("its headers do not end"))
-        return _sent(connection, self._answer(asked, peer))
+            return _response_bytes(connection, _unreadable(str(error)))
+        if not isinstance(event, h11.Request):
+            return _response_bytes(connection, _unreadable("its headers do not end"))
+        return _response_bytes(connection, self._answer(event, peer))
 
-    def _answer(self, asked: h11.Request, peer: str) -> JSONResponse:
-        headers = [(name.lower(), value) for name, value in asked.headers]
+    def _answer(self, request: h11.Request, peer: str) -> JSONResponse:
+        headers = [(name.lower(), value) for name, value in request.headers]
         scope: Scope = {"type": "http", "scheme": "http", "method": "POST", "path": PATH, "headers": headers}
         scope["client"] = (peer, 0)
         refusal = self._gate.check(scope)
@@ -53,7 +53,7 @@ def _unreadable(why: str) -> JSONResponse:
     return problem_of(error).response(instance=PATH)
 
 
-def _sent(connection: h11.Connection, response: JSONResponse) -> bytes:
+def _response_bytes(connection: h11.Connection, response: JSONResponse) -> bytes:
     put_security_headers(response.headers, path=PATH)
     head = h11.Response(
         status_code=response.status_code,

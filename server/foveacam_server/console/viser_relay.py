@@ -1,4 +1,4 @@
-"""Serves the 3D pane at our own origin: viser's page, and a relay of its WebSocket to viser's Unix socket.
+"""Serves the 3D pane at the server's own origin: its page, and a relay of its WebSocket to a Unix socket.
 
 viser has no access control; the security middleware checks each request before it comes here.
 """

@@ -1,1 +1,1 @@
-"""`foveacam doctor`: what a rig and a server would need on this machine, checked one by one."""
+"""`foveacam doctor`: checks what a rig and a server need on this machine."""

@@ -1,4 +1,4 @@
-"""USB and network as cameras need them: permission, memory for transfers, receive buffers, packet size."""
+"""Checks USB and network for cameras: permissions, transfer memory, receive buffers, packet size."""
 
 import ipaddress
 from collections.abc import Sequence
@@ -21,14 +21,14 @@ CAMERA_MAKERS = {
 }
 """By USB vendor id."""
 USBFS_MB = 1000
-"""Three USB3 cameras of 1.5 MB frames, with their buffers."""
+"""Enough for three USB3 cameras of 1.5 MB frames, with their buffers."""
 RMEM_BYTES = 10 * 1024 * 1024
-"""Half a dozen frames of a GigE camera."""
+"""Enough for six frames of a GigE camera."""
 JUMBO_MTU = 9000
 
 
 def udev_rules() -> str:
-    """Return rules that let whoever sits at the machine use cameras and controller."""
+    """Return udev rules that let the user at the machine use cameras and controller."""
     usb = 'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{id}", MODE="0660", GROUP="plugdev", TAG+="uaccess"  # {name}'
     lines = [usb.format(id=vendor, name=name) for vendor, name in CAMERA_MAKERS.items()]
     tty = (
@@ -38,7 +38,7 @@ def udev_rules() -> str:
 
 
 def check_usb_permission(machine: Machine) -> Finding:
-    """Say whether this user may open the USB cameras that are plugged in."""
+    """Check whether this user may open the USB cameras that are plugged in."""
     found = _usb_cameras(machine)
     closed = [name for name, node in found if node.exists() and not machine.may_use(node)]
     if closed:
@@ -51,7 +51,7 @@ def check_usb_permission(machine: Machine) -> Finding:
 
 
 def check_usbfs(machine: Machine, needs: RigNeeds) -> Finding:
-    """Say whether USB transfers have enough memory."""
+    """Check whether USB transfers have enough memory."""
     path = "/sys/module/usbcore/parameters/usbfs_memory_mb"
     memory_mb = machine.number(path)
     if memory_mb is None:
@@ -69,7 +69,7 @@ def check_usbfs(machine: Machine, needs: RigNeeds) -> Finding:
 
 
 def check_receive_buffer(machine: Machine, needs: RigNeeds) -> Finding:
-    """Say whether the network's receive buffer holds a few frames."""
+    """Check whether the network's receive buffer holds a few frames."""
     size_bytes = machine.number("/proc/sys/net/core/rmem_max")
     if size_bytes is None:
         return fine("net_core_rmem_max", "this machine does not tell")
@@ -88,25 +88,25 @@ def check_receive_buffer(machine: Machine, needs: RigNeeds) -> Finding:
 
 
 def check_mtu(machine: Machine, cameras: Sequence[FoundCamera]) -> Finding:
-    """Say whether the interfaces that GigE cameras are on take large packets."""
+    """Check whether the interfaces of GigE cameras accept large packets."""
     used = {name for camera in cameras if (name := interface_to(machine, camera.address)) is not None}
     sizes = {name: machine.number(f"/sys/class/net/{name}/mtu") for name in sorted(used)}
     if not sizes:
         return fine("mtu", "no network camera was found")
     small = [name for name, mtu in sizes.items() if mtu is not None and mtu < JUMBO_MTU]
-    told = ", ".join(f"{name} {mtu}" for name, mtu in sizes.items())
+    sizes_text = ", ".join(f"{name} {mtu}" for name, mtu in sizes.items())
     if small:
         commands = "; ".join(f"sudo ip link set {name} mtu {JUMBO_MTU}" for name in small)
         return warning(
             "mtu",
-            f"{told}; small packets cost CPU and frames",
+            f"{sizes_text}; small packets cost CPU and frames",
             f"{commands} (if adapter and switch allow it)",
         )
-    return fine("mtu", told)
+    return fine("mtu", sizes_text)
 
 
 def interface_to(machine: Machine, address: str) -> str | None:
-    """Return the interface that leads to an IPv4 address, None for another kind of address."""
+    """Return the network interface of the route to an IPv4 address; None for another kind of address."""
     try:
         target = int(ipaddress.IPv4Address(address))
     except ValueError:

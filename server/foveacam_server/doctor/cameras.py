@@ -1,4 +1,4 @@
-"""Cameras: what each driver's library finds, and whether those that the rig file names are among them."""
+"""Checks which cameras each driver's library finds, and whether those of the rig file are among them."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -11,13 +11,13 @@ from foveacam_server.doctor.findings import Finding, fine, problem, warning
 from foveacam_server.doctor.needs import MACHINE_VISION, NamedCamera, RigNeeds
 
 Discover: TypeAlias = Callable[[], list[FoundCamera]]
-"""Looks for cameras without opening any; raises `NotConnected` when its library is missing."""
+"""Lists cameras without opening any; raises `NotConnected` when its library is missing."""
 
 
 def look_for_cameras(
     discoveries: Mapping[str, Discover], needs: RigNeeds
 ) -> tuple[list[FoundCamera], list[Finding]]:
-    """Let every driver look; return what they found, and a finding for each."""
+    """Let every driver list its cameras; return the cameras, and a finding for each driver."""
     cameras: list[FoundCamera] = []
     findings = []
     for kind, discover in discoveries.items():
@@ -38,7 +38,7 @@ def look_for_cameras(
 
 
 def check_named(cameras: Sequence[FoundCamera], needs: RigNeeds) -> list[Finding]:
-    """Say for each camera that the rig file names whether it was found; streams and files are passed over."""
+    """Check whether each camera of the rig file was found; skip streams and files."""
     findings = []
     for named in needs.cameras:
         if named.kind not in MACHINE_VISION:
@@ -61,14 +61,14 @@ def check_named(cameras: Sequence[FoundCamera], needs: RigNeeds) -> list[Finding
                 )
             )
         elif found.problem is not None:
-            findings.append(problem(name, f"{_told(found)}: {found.problem}", "free it, then ask again"))
+            findings.append(problem(name, f"{_describe(found)}: {found.problem}", "free it, then ask again"))
         else:
-            findings.append(fine(name, _told(found)))
+            findings.append(fine(name, _describe(found)))
     return findings
 
 
 def _check_video_device(named: NamedCamera, cameras: Sequence[FoundCamera]) -> Finding:
-    """Say whether the system has the video device that the rig file names."""
+    """Check whether the system has the video device that the rig file names."""
     name = f"camera_{named.role}"
     same = [camera for camera in cameras if camera.kind == named.kind]
     found = next((camera for camera in same if is_named(camera, named.wanted)), None)
@@ -80,23 +80,23 @@ def _check_video_device(named: NamedCamera, cameras: Sequence[FoundCamera]) -> F
             "plug it in, or correct the source in the rig file",
         )
     if found.problem is not None:
-        return problem(name, f"{_told(found)}: {found.problem}", "let it be opened, then ask again")
-    return fine(name, _told(found))
+        return problem(name, f"{_describe(found)}: {found.problem}", "let it be opened, then ask again")
+    return fine(name, _describe(found))
 
 
 def _judge(name: str, found: Sequence[FoundCamera]) -> Finding:
-    told = ", ".join(map(_told, found)) or "none found"
+    cameras_text = ", ".join(map(_describe, found)) or "none found"
     twice = [serial for serial, count in Counter(camera.info.serial for camera in found).items() if count > 1]
     if twice:
         return warning(
             name,
-            f"{told}; serial {', '.join(twice)} is there more than once",
+            f"{cameras_text}; serial {', '.join(twice)} is there more than once",
             "give each camera a serial number of its own, or look on one interface alone (`interface = …`)",
         )
-    return fine(name, told)
+    return fine(name, cameras_text)
 
 
-def _told(camera: FoundCamera) -> str:
+def _describe(camera: FoundCamera) -> str:
     where = f" at {camera.address}" if camera.address else ""
     word = "serial" if camera.kind in MACHINE_VISION else "source"
     return f"{camera.info.vendor} {camera.info.model} {word} {camera.info.serial or '?'}{where}"

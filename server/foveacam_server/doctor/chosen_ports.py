@@ -1,6 +1,6 @@
-"""The serial ports that a rig file names: by a path, by the controller's USB id, or by a serial number.
+"""Finds the serial ports that a rig file names: by path, by the controller's USB id, or by serial number.
 
-They are looked for as the drivers do, in what the machine tells; what is wrong with them is `ports`'.
+They are searched for as the drivers do; `ports` checks them.
 """
 
 from collections.abc import Sequence
@@ -31,10 +31,10 @@ class UsbSerialPort:
     by_id: str = ""
 
     def __str__(self) -> str:
-        """Say it for people."""
+        """Return the port in words."""
         serial = f"serial {self.serial}" if self.serial else ""
-        told = ", ".join(part for part in (self.usb_id, self.product, serial, self.by_id) if part)
-        return f"{self.name} ({told})" if told else self.name
+        details = ", ".join(part for part in (self.usb_id, self.product, serial, self.by_id) if part)
+        return f"{self.name} ({details})" if details else self.name
 
     def identity(self) -> PortIdentity:
         """Return it as the drivers know it."""
@@ -45,7 +45,7 @@ class UsbSerialPort:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChosenPort:
-    """A port of the rig file, what it is for, and which device that is now: `name`, or none."""
+    """A port of the rig file, its use, and its present device `name`, empty without one."""
 
     use: str
     named: str
@@ -65,13 +65,13 @@ def usb_serial_ports(machine: Machine) -> list[UsbSerialPort]:
 
 
 def chosen_ports(machine: Machine, needs: RigNeeds) -> list[ChosenPort]:
-    """Return the ports that the rig file names, as they are to be found now."""
+    """Return the ports that the rig file names, with their present devices."""
     present = usb_serial_ports(machine)
     return [_chosen(machine, present, use, named) for use, named in needs.ports.items()]
 
 
 def uses_of_ports(machine: Machine, needs: RigNeeds) -> dict[str, str]:
-    """Return the rig's ports that are there, by their names: what each is for; one board may serve two."""
+    """Return the uses of the rig's present ports by name; one board may serve two."""
     uses: dict[str, str] = {}
     for port in chosen_ports(machine, needs):
         if port.name:
@@ -98,14 +98,14 @@ def _chosen(machine: Machine, present: Sequence[UsbSerialPort], use: str, named:
 
 def _port(machine: Machine, path: Path, link: str) -> UsbSerialPort:
     usb = _usb_device(machine, path.name)
-    told = {part: machine.text(usb / part) or "" for part in ("idVendor", "idProduct", "product", "serial")}
-    ids = (told["idVendor"], told["idProduct"])
+    facts = {part: machine.text(usb / part) or "" for part in ("idVendor", "idProduct", "product", "serial")}
+    ids = (facts["idVendor"], facts["idProduct"])
     return UsbSerialPort(
         path=path,
         name=f"/dev/{path.name}",
         usb_id=":".join(part for part in ids if part),
-        product=told["product"],
-        serial=told["serial"] if told["idVendor"] else serial_of_link(link),
+        product=facts["product"],
+        serial=facts["serial"] if facts["idVendor"] else serial_of_link(link),
         by_id=f"by-id/{link}" if link else "",
     )
 

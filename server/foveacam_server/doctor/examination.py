@@ -1,4 +1,4 @@
-"""All checks in their order: the machine, its cameras, the rig's devices, the server."""
+"""Runs all checks in their order: the machine, its cameras, the rig's devices, the program."""
 
 from collections.abc import Callable, Mapping
 from contextlib import closing
@@ -6,19 +6,19 @@ from dataclasses import dataclass, field
 
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_cameras import camera_searches
-from foveacam_server.doctor import buses, devices, ports, program, trigger
+from foveacam_server.doctor import buses, devices, ports, program
 from foveacam_server.doctor.cameras import Discover, check_named, look_for_cameras
 from foveacam_server.doctor.findings import Finding
 from foveacam_server.doctor.machine import Machine
 from foveacam_server.doctor.needs import needs_of
-from foveacam_server.doctor.versions import check_versions, installed
+from foveacam_server.doctor.program import check_versions, installed
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.chosen_rig import rig_config
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExaminationContext:
-    """Where the doctor looks; a test has its own."""
+    """What the checks examine; a test gives its own."""
 
     machine: Machine = field(default_factory=Machine)
     searches: Mapping[str, Discover] = field(default_factory=camera_searches)
@@ -28,7 +28,7 @@ class ExaminationContext:
 def examine(
     settings: Settings, *, trigger_test: bool = False, surroundings: ExaminationContext | None = None
 ) -> list[Finding]:
-    """Check everything; nothing is left open or changed. Raise `InvalidInput` for a bad rig file."""
+    """Run all checks; leave nothing open or changed. Raise `InvalidInput` for a bad rig file."""
     where = surroundings or ExaminationContext()
     machine, config = where.machine, rig_config(settings)
     needs = needs_of(config)
@@ -51,7 +51,7 @@ def examine(
         rig.connect()
         findings += devices.check_devices(rig)
         if trigger_test:
-            findings += trigger.check_trigger(rig)
+            findings += devices.check_trigger(rig)
     findings.append(program.check_calibration(settings, rig.rig_id))
     if needs.simulated:
         findings.append(program.check_renderer_cache(settings))

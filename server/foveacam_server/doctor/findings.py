@@ -1,4 +1,4 @@
-"""What a check has found, how bad it is, and what to do about it: as a table and as JSON."""
+"""Findings of the checks: what was found, its severity and remedy, as a table and as JSON."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ from rich.table import Table
 
 
 class Severity(StrEnum):
-    """How much a finding is in the way."""
+    """Severity of a finding."""
 
     OK = "ok"
     WARNING = "warning"
-    """It may work, slower or at times."""
+    """It works, but slower or not always."""
     PROBLEM = "problem"
     """It will not work."""
 
@@ -22,7 +22,7 @@ COLORS = {Severity.OK: "green", Severity.WARNING: "yellow", Severity.PROBLEM: "r
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """One thing that was checked. `remedy`: what to do about it, with commands to paste, or nothing."""
+    """Result of one check. `remedy`: what to do, with commands to paste; empty without a remedy."""
 
     name: str
     level: Severity
@@ -35,22 +35,22 @@ class Finding:
 
 
 def fine(name: str, found: str) -> Finding:
-    """Return a finding of something that is as it should be."""
+    """Return a finding of severity OK."""
     return Finding(name=name, level=Severity.OK, found=found)
 
 
 def warning(name: str, found: str, remedy: str) -> Finding:
-    """Return a finding of something that may get in the way."""
+    """Return a finding of severity WARNING."""
     return Finding(name=name, level=Severity.WARNING, found=found, remedy=remedy)
 
 
 def problem(name: str, found: str, remedy: str = "") -> Finding:
-    """Return a finding of something that is in the way."""
+    """Return a finding of severity PROBLEM."""
     return Finding(name=name, level=Severity.PROBLEM, found=found, remedy=remedy)
 
 
 def healthy(findings: Sequence[Finding]) -> bool:
-    """Return whether nothing is in the way."""
+    """Return whether no finding is a problem."""
     return all(finding.level is not Severity.PROBLEM for finding in findings)
 
 

@@ -1,6 +1,6 @@
-"""The machine as the checks see it: a tree of files, a user, and what that user may open.
+"""The machine that the checks examine: its file system, the user, and what that user may open.
 
-A test gives a made-up tree; nothing else asks the system.
+A test gives a file system of its own; no check accesses the system in another way.
 """
 
 import grp
@@ -29,11 +29,11 @@ class Machine:
     own_pid: int = field(default_factory=os.getpid)
 
     def at(self, path: str) -> Path:
-        """Return where an absolute path of the machine is."""
+        """Return the path below `root` of an absolute path of the machine."""
         return self.root / path.lstrip("/")
 
     def text(self, path: str | Path) -> str | None:
-        """Return what a small file says, None when there is none or it may not be read."""
+        """Return the text of a small file; None when it cannot be read."""
         file = self.at(path) if isinstance(path, str) else path
         try:
             return file.read_text(encoding="utf-8", errors="replace").strip()
@@ -41,7 +41,7 @@ class Machine:
             return None
 
     def number(self, path: str | Path) -> int | None:
-        """Return the number that a small file says, None when it says none."""
+        """Return the integer in a small file; None when it has none."""
         text = self.text(path)
         return int(text) if text is not None and text.lstrip("-").isdigit() else None
 

@@ -1,4 +1,4 @@
-"""What a rig needs of its machine: decides whether a finding is in the way or beside the point."""
+"""What a rig needs of its machine, which decides the severity of a finding."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ class NamedCamera:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigNeeds:
-    """What the rig file names. `ports`: serial ports by what they are for."""
+    """Devices that the rig file names. `ports`: serial ports by their use."""
 
     simulated: bool
     cameras: tuple[NamedCamera, ...] = ()
@@ -38,7 +38,7 @@ class RigNeeds:
 
     @property
     def machine_vision(self) -> bool:
-        """Whether it has cameras that fill a network or a USB bus."""
+        """Whether it has cameras of high bandwidth on a network or USB bus."""
         return not self.kinds.isdisjoint(MACHINE_VISION)
 
 
@@ -56,7 +56,7 @@ def needs_of(config: SimulatedRigConfig | SerialRigConfig) -> RigNeeds:
                 cameras.append(NamedCamera(role=role, kind=camera.kind, wanted=str(camera.source)))
     ports = {"mirrors": config.mirrors.port}
     for use, device in (("pan_tilt", config.pan_tilt), ("rail", config.rail)):
-        port = getattr(device, "port", None)  # what is moved by hand has none
+        port = getattr(device, "port", None)  # a device moved by hand has none
         if port is not None:
             ports[use] = port
     return RigNeeds(simulated=False, cameras=tuple(cameras), ports=ports)

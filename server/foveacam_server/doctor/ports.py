@@ -1,4 +1,4 @@
-"""Serial ports: which there are, whether they may be opened, who holds them, how late they answer."""
+"""Checks the serial ports: presence, permission, other processes that have them open, latency."""
 
 from foveacam_server.doctor.chosen_ports import chosen_ports, usb_serial_ports, uses_of_ports
 from foveacam_server.doctor.findings import Finding, fine, problem, warning
@@ -11,7 +11,7 @@ RELOAD = "sudo udevadm control --reload && sudo udevadm trigger"
 
 
 def check_ports(machine: Machine, needs: RigNeeds) -> Finding:
-    """Say which ports there are, and whether those that the rig file names are among them."""
+    """Check whether the ports that the rig file names are present; report all ports."""
     present = ", ".join(map(str, usb_serial_ports(machine))) or "none"
     chosen = chosen_ports(machine, needs)
     missing = [port for port in chosen if port.problem]
@@ -28,7 +28,7 @@ def check_ports(machine: Machine, needs: RigNeeds) -> Finding:
 
 
 def check_port_permission(machine: Machine, needs: RigNeeds) -> Finding:
-    """Say whether this user may open the ports, those of the rig before all."""
+    """Check whether this user may open the ports, those of the rig before all."""
     paths = {port.path: port.name for port in usb_serial_ports(machine)}
     used = {machine.at(name): f"{name} ({use})" for name, use in uses_of_ports(machine, needs).items()}
     closed = {path: name for path, name in (paths | used).items() if not machine.may_use(path)}
@@ -43,7 +43,7 @@ def check_port_permission(machine: Machine, needs: RigNeeds) -> Finding:
 
 
 def check_holders(machine: Machine, needs: RigNeeds) -> Finding:
-    """Say whether another process has a port of the rig, or a video device."""
+    """Check whether another process has a port of the rig, or a video device."""
     devices = uses_of_ports(machine, needs)
     devices |= {f"/dev/{path.name}": "camera" for path in machine.all("/dev/video[0-9]*")}
     held = [
@@ -57,7 +57,7 @@ def check_holders(machine: Machine, needs: RigNeeds) -> Finding:
 
 
 def check_latency(machine: Machine, needs: RigNeeds) -> Finding:
-    """Say whether FTDI converters wait before they hand bytes on, and which of them the rig uses."""
+    """Check whether FTDI converters wait before they hand bytes on, and which of them the rig uses."""
     used = uses_of_ports(machine, needs)
     uses = {machine.at(name).name: f" ({use})" for name, use in used.items()}
     slow = {

@@ -1,19 +1,73 @@
-"""What the server itself needs: a calibration, a renderer that is compiled, a port, a folder, its page."""
+"""Checks the program: versions, calibration, compiled renderer, port, data folder, the console's page."""
 
+import ctypes.util
 import os
+import platform
+from collections.abc import Callable, Mapping
+from importlib import metadata
 from pathlib import Path
 
 import foveacam_hardware
-from foveacam_hardware.contract import FoveaError
+from foveacam_hardware.contract import FoveaError, install_command
+from foveacam_hardware.drivers.cameras.aravis.library import LIBRARY
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.doctor.findings import Finding, fine, problem, warning
+from foveacam_server.doctor.needs import RigNeeds
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.rig.stream_socket import listen
 
+REMEDIES = {
+    "pypylon": install_command("pylon"),
+    "libaravis": "sudo apt install libaravis-0.8-0",
+}
+NEEDED_BY = {"pypylon": "pylon", "libaravis": "aravis"}
+"""Camera kinds that need the library."""
+PACKAGES = {
+    "foveacam": "foveacam-duo",
+    "opencv": "opencv-python-headless",
+    "numpy": "numpy",
+    "pyserial": "pyserial",
+    "pypylon": "pypylon",
+}
+
+
+def installed() -> dict[str, Callable[[], str | None]]:
+    """Return a function for each component that returns its version, None when it is missing."""
+    found: dict[str, Callable[[], str | None]] = {"python": platform.python_version}
+    for name, package in PACKAGES.items():
+        found[name] = lambda package=package: _package(package)  # type: ignore[misc]  # bound now
+    found["libaravis"] = _aravis
+    return found
+
+
+def check_versions(needs: RigNeeds, components: Mapping[str, Callable[[], str | None]]) -> Finding:
+    """Check that the libraries of the rig's cameras are installed; report all versions."""
+    versions = {name: version() for name, version in components.items()}
+    text = ", ".join(f"{name} {version or 'missing'}" for name, version in versions.items())
+    missing = [name for name, kind in NEEDED_BY.items() if kind in needs.kinds and versions.get(name) is None]
+    if missing:
+        return problem("versions", text, "; ".join(REMEDIES[name] for name in missing))
+    return fine("versions", text)
+
+
+def _package(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _aravis() -> str | None:
+    try:
+        ctypes.CDLL(LIBRARY)
+    except OSError:
+        return None
+    return LIBRARY.removeprefix("libaravis-").split(".so")[0]
+
 
 def check_calibration(settings: Settings, rig_id: str) -> Finding:
-    """Say whether there is a calibration that fits the rig."""
+    """Check whether there is a calibration that fits the rig."""
     path = settings.calibration or SHIPPED / f"{rig_id}.json"
     own = sorted((settings.data / "calibrations").glob("*.json"))
     try:
@@ -31,7 +85,7 @@ def check_calibration(settings: Settings, rig_id: str) -> Finding:
 
 
 def check_renderer_cache(settings: Settings) -> Finding:
-    """Say whether the simulation's renderer has to be compiled at every start."""
+    """Check whether the simulation's renderer must be compiled at every start."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     beside = Path(foveacam_hardware.__file__).parent / "sim" / "render"
     folders = [Path(chosen)] if chosen else [beside, Path.home() / ".cache"]
@@ -46,7 +100,7 @@ def check_renderer_cache(settings: Settings) -> Finding:
 
 
 def check_port(settings: Settings) -> Finding:
-    """Say whether the server's port is free."""
+    """Check whether the server's port is free."""
     try:
         with listen(settings.host, settings.port) as listener:
             return fine("port", f"{settings.host}:{listener.getsockname()[1]} is free")
@@ -55,7 +109,7 @@ def check_port(settings: Settings) -> Finding:
 
 
 def check_data(settings: Settings) -> Finding:
-    """Say whether the data folder can be written."""
+    """Check whether the data folder can be written."""
     folder = settings.data
     existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
     if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
@@ -64,7 +118,7 @@ def check_data(settings: Settings) -> Finding:
 
 
 def check_console() -> Finding:
-    """Say whether the page is there."""
+    """Check whether the console's page is installed."""
     from foveacam_server.console.pages import STATIC
 
     if not (STATIC / "index.html").is_file():

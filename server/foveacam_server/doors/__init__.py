@@ -1,1 +1,1 @@
-"""What comes in from outside, bounded: sizes of bodies, times of connections, threads, tokens tried."""
+"""Limits of what a client may use: sizes of bodies, times of connections, threads, wrong tokens."""

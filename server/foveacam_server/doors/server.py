@@ -1,4 +1,4 @@
-"""uvicorn with bounds: what a connection may take, and a watch that ends those that do not go on."""
+"""The HTTP server: uvicorn with limits, and with a watch that aborts connections without progress."""
 
 import asyncio
 import contextlib
@@ -9,26 +9,37 @@ from typing import cast
 
 import uvicorn
 from starlette.types import ASGIApp
+from uvicorn._types import ASGISendEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from foveacam_server.doors.connection_watch import Connection, ConnectionWatch
-from foveacam_server.doors.websockets import RefusableWebSocket
 
 GRACE_S = 1
-"""How long open requests may take when the server shuts down; streams never end by themselves."""
+"""Longest time of open requests when the server shuts down; streams never end by themselves."""
 PING_S = 10.0
-"""How often a WebSocket's peer is asked whether it lives, and how long it may take to answer."""
+"""Interval of the pings of a WebSocket, and longest time of their answers."""
 MESSAGE_BYTES = 2**20
 """Largest message of a WebSocket: subscriptions and viser's messages are a thousand times smaller."""
 OPEN_FILES = 65_536
-"""Open connections that the server asks the system for; 1 024 held ones would lock everybody out."""
+"""Limit of open files that the server requests; with 1 024, as many idle clients lock out all others."""
+
+
+class RefusableWebSocket(WebSocketsSansIOProtocol):
+    """Marks the handshake complete when it is answered by HTTP, for which uvicorn would log an error."""
+
+    async def send(self, message: ASGISendEvent) -> None:
+        """Send one message."""
+        await super().send(message)
+        if message["type"] == "websocket.http.response.body" and self.close_sent:
+            self.handshake_complete = True
 
 
 def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvicorn.Config:
     """Return the settings that every server of this project has.
 
-    `trusted_proxies`: addresses or networks whose X-Forwarded-For and X-Forwarded-Proto are believed; any
-    other peer's are what it says of itself.
+    `trusted_proxies`: addresses or networks whose X-Forwarded-For and X-Forwarded-Proto are used; those of
+    any other peer are ignored.
     """
     return uvicorn.Config(
         app,
@@ -47,7 +58,7 @@ def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvico
 
 
 class WatchedServer(uvicorn.Server):
-    """A server whose connections are watched while it runs."""
+    """A server that watches its connections and can adopt accepted ones."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)
@@ -62,22 +73,22 @@ class WatchedServer(uvicorn.Server):
         return cast(set[Connection], self.server_state.connections)  # h11 and sansio alone
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Begin to listen and to watch."""
+        """Start to listen and to watch."""
         await super().startup(sockets)
         if self.started:
             self._loop = asyncio.get_running_loop()
             self._watching = asyncio.create_task(self.watch.run(self.watched))
 
     def adopt(self, peer: socket.socket) -> None:
-        """Serve a connection that was accepted elsewhere; callable from any thread while the loop runs."""
+        """Serve a connection that another thread accepted; callable from any thread while the loop runs."""
         if self._loop is None:
             raise RuntimeError("the server has not started")
-        self._loop.call_soon_threadsafe(self._take, peer)
+        self._loop.call_soon_threadsafe(self._create_adoption, peer)
 
-    def _take(self, peer: socket.socket) -> None:
-        taking = asyncio.create_task(self._serve_adopted(peer))
-        self._adopted.add(taking)
-        taking.add_done_callback(self._adopted.discard)
+    def _create_adoption(self, peer: socket.socket) -> None:
+        adoption = asyncio.create_task(self._serve_adopted(peer))
+        self._adopted.add(adoption)
+        adoption.add_done_callback(self._adopted.discard)
 
     async def _serve_adopted(self, peer: socket.socket) -> None:
         def protocol() -> asyncio.Protocol:
@@ -88,10 +99,10 @@ class WatchedServer(uvicorn.Server):
         try:
             await asyncio.get_running_loop().connect_accepted_socket(protocol, peer)
         except OSError:
-            peer.close()  # it has gone meanwhile
+            peer.close()  # the peer has closed it meanwhile
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop; the watch goes on until the last connection has ended."""
+        """Stop; keep watching until the last connection has ended."""
         await super().shutdown(sockets)
         if self._watching is not None:
             self._watching.cancel()
@@ -100,7 +111,7 @@ class WatchedServer(uvicorn.Server):
 
 
 def allow_open_files() -> int:
-    """Raise this process's limit of open files towards `OPEN_FILES`; return what it is now."""
+    """Raise this process's limit of open files towards `OPEN_FILES`; return the new limit."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = OPEN_FILES if hard == resource.RLIM_INFINITY else min(OPEN_FILES, hard)
     if soft == resource.RLIM_INFINITY or soft >= wanted:

@@ -1,7 +1,7 @@
-"""The way in: a thread accepts every connection, answers a stop by itself, and hands all others to the loop.
+"""A thread accepts every connection, answers a stop without the event loop, and passes on all others.
 
-No request that keeps the event loop busy can hold up a stop that comes on a connection of its own. One on a
-connection that is kept open goes through the loop, as every other request.
+So a busy event loop cannot delay a stop that comes on a connection of its own. A stop on a kept-alive
+connection goes through the loop, as every other request.
 """
 
 import logging
@@ -17,29 +17,29 @@ _log = logging.getLogger(__name__)
 
 STOP_LINE = b"POST /api/v1/stop HTTP/1."
 FORWARDED = b"\r\nx-forwarded-for:"
-"""Who asks through a proxy is for the server to tell: it knows which proxies are trusted."""
+"""The server handles requests through a proxy: it knows which proxies are trusted."""
 END_OF_HEADERS = b"\r\n\r\n"
 PEEK_BYTES = 16_384
-"""A stop and its headers arrive in one piece; what is longer is the loop's."""
+"""A stop and its headers arrive in one piece; the loop handles what is longer."""
 SILENT_S = 10.0
-"""How long a new connection may say nothing."""
+"""Longest time in which a new connection may send nothing."""
 ANSWER_S = 2.0
-"""How long a peer may take to read the answer to its stop."""
+"""Longest time in which a peer may read the answer to its stop."""
 _ACCEPT_AT_ONCE = 64
 _FULL_PAUSE_S = 0.2
-"""After the system has no file left for another connection."""
+"""Pause after the system had no file left for another connection."""
 
 
 class StopAnswering(Protocol):
-    """What answers a whole request for a stop."""
+    """Answers a complete request for a stop."""
 
     def __call__(self, request: bytes, peer: str) -> bytes:
-        """Park, and return the HTTP response."""
+        """Park the mirrors, and return the HTTP response."""
         ...
 
 
 class StopDoor:
-    """Owns the listening socket while it is open; every accepted connection goes exactly one way."""
+    """Accepts connections while it is open; each is either a stop or adopted by the server."""
 
     def __init__(
         self,
@@ -49,7 +49,7 @@ class StopDoor:
         answer: StopAnswering,
         workers: Executor,
     ) -> None:
-        """`adopt`: takes a connection over, called on this thread; `workers`: threads that only stops use."""
+        """`adopt`: takes over a connection, called on this thread; `workers`: threads that only stops use."""
         self._listener = listener
         self._adopt = adopt
         self._answer = answer
@@ -61,13 +61,13 @@ class StopDoor:
         self._thread = threading.Thread(target=self._run, name="foveacam-door")
 
     def open(self) -> None:
-        """Begin to accept."""
+        """Start to accept connections."""
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._selector.register(self._woken, selectors.EVENT_READ)
         self._thread.start()
 
     def close(self) -> None:
-        """Accept no more; who has said nothing yet is sent away. The listening socket stays its owner's."""
+        """Stop accepting; close connections that have sent nothing. The caller closes the listener."""
         self._closing.set()
         self._wake.send(b"x")
         self._thread.join()
@@ -83,8 +83,8 @@ class StopDoor:
                 if key.fileobj is self._listener:
                     self._accept()
                 elif isinstance(key.fileobj, socket.socket) and key.fileobj is not self._woken:
-                    self._let_in(key.fileobj)
-            self._send_away_silent(time.monotonic())
+                    self._dispatch(key.fileobj)
+            self._close_silent(time.monotonic())
 
     def _accept(self) -> None:
         for _ in range(_ACCEPT_AT_ONCE):
@@ -92,7 +92,7 @@ class StopDoor:
                 peer, _ = self._listener.accept()
             except (BlockingIOError, ConnectionAbortedError):
                 return
-            except OSError as error:  # no file is left: those that are open have to end first
+            except OSError as error:  # no file is left: open ones must be closed first
                 _log.warning("a connection could not be accepted: %s", error)
                 self._closing.wait(_FULL_PAUSE_S)
                 return
@@ -100,7 +100,7 @@ class StopDoor:
             self._silent[peer] = time.monotonic()
             self._selector.register(peer, selectors.EVENT_READ)
 
-    def _let_in(self, peer: socket.socket) -> None:
+    def _dispatch(self, peer: socket.socket) -> None:
         self._selector.unregister(peer)
         del self._silent[peer]
         try:
@@ -116,7 +116,7 @@ class StopDoor:
             peer.close()
 
     def _stop(self, peer: socket.socket) -> None:
-        """Answer a stop that has arrived whole (on a thread for stops)."""
+        """Answer a complete stop (on a thread for stops)."""
         try:
             with peer:
                 peer.settimeout(ANSWER_S)
@@ -125,10 +125,10 @@ class StopDoor:
                 peer.shutdown(socket.SHUT_WR)
         except OSError as error:
             _log.info("the answer to a stop was not taken: %s", error)
-        except Exception:  # noqa: BLE001 - the outermost frame of the thread: nobody else would say it
+        except Exception:  # noqa: BLE001 - the outermost frame of the thread: nothing else would report it
             _log.exception("a stop failed")
 
-    def _send_away_silent(self, now_s: float) -> None:
+    def _close_silent(self, now_s: float) -> None:
         for peer in [peer for peer, since_s in self._silent.items() if now_s - since_s > SILENT_S]:
             self._selector.unregister(peer)
             del self._silent[peer]
@@ -136,7 +136,7 @@ class StopDoor:
 
 
 def _is_whole(begun: bytes) -> bool:
-    """Tell whether headers and body have arrived; a body is only taken when its length stands there."""
+    """Return whether headers and body have arrived; a body without Content-Length counts as incomplete."""
     head, end, body = begun.partition(END_OF_HEADERS)
     if not end:
         return False

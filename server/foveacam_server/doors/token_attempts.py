@@ -1,4 +1,4 @@
-"""Wrong tokens, counted by address: whoever has shown too many is not listened to for a while."""
+"""Counts wrong tokens by address, and blocks an address with too many for a while."""
 
 import threading
 import time
@@ -19,7 +19,7 @@ class TokenAttempts:
         self._wrong_s: OrderedDict[str, deque[float]] = OrderedDict()
 
     def wait_s(self, address: str) -> float:
-        """Return how long nothing that an address shows is looked at; 0 when it may try."""
+        """Return how long an address is blocked; 0 when it may try a token."""
         with self._lock:
             times_s = self._wrong_s.get(address)
             if times_s is None or len(times_s) < MOST_WRONG:

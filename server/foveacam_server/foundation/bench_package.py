@@ -1,6 +1,6 @@
-"""Find the package of the benches, foveacam_bench, which comes with the sources but not in the wheel.
+"""Imports modules of foveacam_bench, the benches, which come with the sources but not in the wheel.
 
-No module of the product imports it; what needs it asks here.
+No module of the product imports that package directly.
 """
 
 from importlib import import_module

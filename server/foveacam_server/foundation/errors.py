@@ -1,4 +1,4 @@
-"""The one place that knows HTTP and the error tree: status and problem type of every error (RFC 9457).
+"""Maps every error to an HTTP status and problem type (RFC 9457); no other module does.
 
 The tree is drawn in `foveacam_hardware.contract.errors`; here each branch gets its slug and status.
 """
@@ -40,7 +40,7 @@ MEDIA_TYPE = "application/problem+json"
 
 
 class NotFound(FoveaError):
-    """A resource that does not exist (any more)."""
+    """A resource that does not exist, or no longer."""
 
     code = "not_found"
 
@@ -124,12 +124,12 @@ class ProblemDetails:
 
 
 def _sendable(text: str) -> str:
-    """Return text that UTF-8 can carry: a problem may quote half a character that somebody sent."""
+    """Return text without lone surrogates, which UTF-8 cannot encode; a problem may quote a request."""
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def problem_of(error: BaseException) -> ProblemDetails:
-    """Return the problem that `error` is to the outside; what nobody foresaw shows no details."""
+    """Return the problem document of `error`; an unexpected error shows no details."""
     if isinstance(error, OSError) and is_disk_exhausted(error):
         error = _of_full_disk(error)
     for branch in type(error).__mro__:
@@ -146,7 +146,7 @@ def problem_of(error: BaseException) -> ProblemDetails:
 
 
 def _of_full_disk(error: OSError) -> FoveaError:
-    """Return the error for a full disk where nobody has said what was to be written."""
+    """Return the error of a full disk when it is not known what was to be written."""
     if error.filename is not None:
         path = Path(os.fsdecode(error.filename))
         return disk_fault(error, what=path.name, folder=path.parent)
@@ -191,7 +191,7 @@ def validation_problem(
 
 
 def unreadable_problem(cause: BaseException) -> ProblemDetails:
-    """Return the problem of a body that no parser can begin with: what is wrong, and where."""
+    """Return the problem of a body that cannot be parsed: what is wrong, and where."""
     return _of_words(UNREADABLE, explain_unreadable(cause))
 
 
@@ -213,7 +213,7 @@ def _served(request: Request) -> str:
 
 
 def install(app: FastAPI) -> None:
-    """Make every error that leaves the application a problem document."""
+    """Answer every error of the application with a problem document."""
 
     async def on_fovea_error(request: Request, error: Exception) -> JSONResponse:
         return problem_of(error).response(instance=request.url.path)

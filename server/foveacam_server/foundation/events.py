@@ -29,7 +29,7 @@ RING = 2000
 KEPT = 20_000
 """Number of events in the table."""
 UNWRITTEN = 5000
-"""Events that may wait for a disk that takes none; later ones go to listeners and are never written."""
+"""Most events that wait for a full disk; later ones go to listeners and are never written."""
 BATCH = 200
 """Events written at once."""
 RETRY_S = 0.5

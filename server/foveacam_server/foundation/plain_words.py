@@ -27,7 +27,7 @@ _NEEDED = {
 }
 
 _TOLD = 5
-"""Failures of one request that are told; a list of a thousand wrong numbers is wrong for one reason."""
+"""Most failures reported of one request; a list of a thousand wrong numbers has one cause."""
 _NAME_LENGTH = 80
 _TEXT_LENGTH = 40
 
@@ -37,7 +37,7 @@ Failure = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlainWords:
-    """One validation failure, told to a person."""
+    """One validation failure in plain words."""
 
     detail: str
     asked: str | None
@@ -46,7 +46,7 @@ class PlainWords:
 
 
 def explain_validation(errors: Sequence[Failure], *, body: object = None) -> PlainWords:
-    """Tell the failures of one request; the parts repeat the first. `body`: text that is no JSON."""
+    """Explain the failures of one request; the parts repeat the first. `body`: text that is no JSON."""
     if not errors:
         return PlainWords(detail="The request cannot be used.", asked=None, found=None, remedy=None)
     told = [_tell(error, body=body) for error in errors[:_TOLD]]
@@ -59,7 +59,7 @@ def explain_validation(errors: Sequence[Failure], *, body: object = None) -> Pla
 
 
 def explain_unreadable(cause: BaseException) -> PlainWords:
-    """Tell why the bytes of a body are no JSON that can be read."""
+    """Explain why a body is not readable JSON."""
     if isinstance(cause, UnicodeDecodeError):
         found = f"byte 0x{cause.object[cause.start]:02x} at position {cause.start} is not {cause.encoding}"
     elif isinstance(cause, RecursionError):
@@ -138,7 +138,7 @@ def _needed(kind: str, context: Mapping[str, Any]) -> str | None:
 
 
 def _place(location: Sequence[str | int], body: object) -> str:
-    """Return at which line and column of a body reading stopped; empty when that is not known."""
+    """Return the line and column of a body where parsing stopped; empty when unknown."""
     position = location[-1] if location else None
     if not isinstance(body, str) or not isinstance(position, int):
         return ""

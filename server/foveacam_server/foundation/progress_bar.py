@@ -39,11 +39,11 @@ class ProgressBar:
             self._bars.update(self._task, completed=done, total=total, note=note)
 
     def cancel(self) -> None:
-        """Let the procedure end at its next step."""
+        """Cancel the procedure at its next step."""
         self._cancelled = True
 
     def cancelled(self) -> bool:
-        """Tell whether the procedure shall end."""
+        """Return whether the procedure was cancelled."""
         return self._cancelled
 
     def interrupt(self, _signal: int, _frame: FrameType | None) -> None:

@@ -1,4 +1,4 @@
-"""A running server as the command line sees it: its REST interface, its refusals in its own words."""
+"""REST client of a running server for the command line; its refusals become errors with its own words."""
 
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -43,7 +43,7 @@ class ServerClient:
         self._http.close()
 
     def get(self, path: str, **query: str) -> Any:  # noqa: ANN401 - any JSON document
-        """Return what the server has at `path`, which begins with a slash."""
+        """Return the document at `path`, which begins with a slash."""
         return self._content("GET", path, params=query)
 
     def post(self, path: str, body: Document | None = None, *, wait_s: int = 0) -> Any:  # noqa: ANN401 - as above

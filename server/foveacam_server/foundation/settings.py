@@ -1,4 +1,4 @@
-"""What the operator may choose about the server: environment (`FOVEACAM_…`) and command line."""
+"""Settings of the server, from the environment (`FOVEACAM_…`) and the command line."""
 
 import os
 import secrets
@@ -13,14 +13,14 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.foundation.plain_words import explain_validation
 
-AUTOMATIC_TOKEN = "auto"  # noqa: S105 - a word that asks for a token, not one
+AUTOMATIC_TOKEN = "auto"  # noqa: S105 - requests a generated token
 TOKEN_BYTES = 16
 TOKEN_CHARS = 12
 """Least length of a token: with the bound on wrong ones, a random one cannot be guessed."""
 
 
 def default_data_dir() -> Path:
-    """Return where the server keeps its files unless told otherwise (XDG base directories)."""
+    """Return the default data directory (XDG base directories)."""
     root = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
     return Path(root) / "foveacam"
 
@@ -44,11 +44,11 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
     token: SecretStr | None = None
-    """What a request must carry; required when `host` is not a loopback address. `auto` makes one up."""
+    """Token of every request; required unless `host` is a loopback address. `auto` generates one."""
     allowed_origins: tuple[str, ...] = ()
-    """Origins of pages that may use this server, besides its own."""
+    """Origins of pages, besides its own, that may use this server."""
     trusted_proxies: tuple[str, ...] = ()
-    """Addresses or networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are believed."""
+    """Addresses or networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are used."""
     data: Path = Field(default_factory=default_data_dir)
     calibration: Path | None = None
     """Calibration file to use instead of the rig's own."""
@@ -71,16 +71,16 @@ class Settings(BaseSettings):
 
     @property
     def wants_token_made(self) -> bool:
-        """Whether a token is to be made up at the start."""
+        """Whether the start generates a token."""
         return self.token is not None and self.token.get_secret_value() == AUTOMATIC_TOKEN
 
     def with_made_token(self) -> "Settings":
-        """Return the same with a random token."""
+        """Return the same settings with a random token."""
         return self.model_copy(update={"token": SecretStr(secrets.token_urlsafe(TOKEN_BYTES))})
 
     @property
     def loopback(self) -> bool:
-        """Tell whether only this machine can reach the server."""
+        """Return whether only this machine can reach the server."""
         if self.host == "localhost":
             return True
         try:

@@ -1,4 +1,4 @@
-"""Numbers and words of a message, as long as a person reads them."""
+"""Shortens long numbers and words of messages."""
 
 import re
 from decimal import Context
@@ -10,7 +10,7 @@ _KEPT = 80
 
 
 def shorten(text: str) -> str:
-    """Return `text` with numbers of more than 20 digits as powers of ten, and endless words cut."""
+    """Return `text` with numbers over 20 digits as powers of ten, and words over 300 characters cut."""
     readable = _MORE_THAN_A_TIME_STAMP.sub(lambda number: _power(number[0]), text)
     return _MORE_THAN_A_PATH.sub(lambda word: word[0][:_KEPT] + "…", readable)
 

@@ -1,4 +1,4 @@
-"""Small files that are replaced whole or not at all, and what kind of document they hold."""
+"""Writes small files atomically; reads and writes JSON documents with format and version."""
 
 import json
 from collections.abc import Mapping

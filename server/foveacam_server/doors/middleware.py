@@ -1,6 +1,7 @@
-"""How large a request's body may be: 413 as a problem document.
+"""ASGI middleware: 413 as a problem document, and HEAD wherever GET is served.
 
-FastAPI counts the bytes (`max_body_size` of a router or route) reads no further, and answers in plain text.
+FastAPI counts a body's bytes (`max_body_size` of a router or route), reads no further, and answers in plain
+text; here that answer is replaced.
 """
 
 from starlette.datastructures import Headers
@@ -22,11 +23,11 @@ class BodyLimitProblems:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        await self._app(scope, receive, _Answer(scope, receive, send).send)
+        await self._app(scope, receive, _AnswerSender(scope, receive, send).send)
 
 
-class _Answer:
-    """What is sent of one answer: its own 413 in the place of the framework's."""
+class _AnswerSender:
+    """Sends one answer; replaces the framework's 413 by a problem document."""
 
     def __init__(self, scope: Scope, receive: Receive, send: Send) -> None:
         self._scope = scope
@@ -35,7 +36,7 @@ class _Answer:
         self._replaced = False
 
     async def send(self, message: Message) -> None:
-        """Send the message, or the problem instead of all of the framework's 413."""
+        """Send a message; in place of all messages of the framework's 413, send the problem document."""
         if message["type"] == "http.response.start" and message["status"] == TOO_LARGE.status:
             self._replaced = True
             problem = _problem(self._scope)
@@ -56,3 +57,31 @@ def _problem(scope: Scope) -> ProblemDetails:
         found=f"a limit of {most}",
         remedy="Send less; the size is that of the whole body.",
     )
+
+
+class HeadRequests:
+    """ASGI middleware: answers HEAD with the headers of GET, and ends the route before it makes the body."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] != "http" or scope["method"] != "HEAD":
+            await self._app(scope, receive, send)
+            return
+
+        async def send_headers(message: Message) -> None:
+            await send(message)
+            if message["type"] == "http.response.start":
+                await send({"type": "http.response.body", "body": b"", "more_body": False})
+                raise _HeadersSent
+
+        try:
+            await self._app({**scope, "method": "GET"}, receive, send_headers)
+        except* _HeadersSent:
+            pass  # from within a task group of a stream, or alone
+
+
+class _HeadersSent(Exception):
+    """Ends the GET after its headers."""
