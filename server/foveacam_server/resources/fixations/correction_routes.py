@@ -1,4 +1,4 @@
-"""Routes of corrections of a fixation's answer."""
+"""Routes of corrections: the operator chooses an alternative answer, or orders a look nearer or farther."""
 
 from typing import Annotated, Protocol
 

@@ -1,4 +1,4 @@
-"""Routes of measurements: create, list, rename, remove, export."""
+"""Routes of measurements: measure at pixels of views, list, rename, remove, export."""
 
 from typing import Annotated, Protocol
 

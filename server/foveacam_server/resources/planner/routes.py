@@ -1,4 +1,4 @@
-"""Routes of the planner: where to stand, the probability of seeing a target unnoticed, maps. Needs no rig."""
+"""Routes of the planner: where to stand, the probability of seeing a target unnoticed, maps; need no rig."""
 
 from typing import Annotated, Protocol
 

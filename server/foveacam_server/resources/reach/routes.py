@@ -1,4 +1,4 @@
-"""Where each eye can look, before anybody clicks."""
+"""Route of the reach: the outline of each eye's calibrated field in the wide image."""
 
 import math
 from typing import Annotated, Protocol

@@ -1,4 +1,4 @@
-"""Good targets for a first look."""
+"""Route of suggestions: targets of the live wide picture that are good for a first look."""
 
 from typing import Annotated, Protocol
 

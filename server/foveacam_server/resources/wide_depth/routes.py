@@ -1,4 +1,4 @@
-"""The depth of the whole wide view: figures, picture, points, and looking around to measure it."""
+"""Routes of the depth of the whole wide view: figures, picture, points, and looking around to measure it."""
 
 from typing import Annotated, Protocol
 
