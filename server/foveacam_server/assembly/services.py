@@ -89,9 +89,9 @@ if TYPE_CHECKING:
     from foveacam_server.resources.captures.routes import CaptureRouteServices
     from foveacam_server.resources.clouds.depth_routes import DepthRouteServices
     from foveacam_server.resources.clouds.routes import CloudRouteServices
-    from foveacam_server.resources.corrections.routes import CorrectionRouteServices
     from foveacam_server.resources.drift_checks.routes import DriftCheckRouteServices
     from foveacam_server.resources.events.routes import EventRouteServices
+    from foveacam_server.resources.fixations.correction_routes import CorrectionRouteServices
     from foveacam_server.resources.fixations.routes import FixationRouteServices
     from foveacam_server.resources.fixations.target_routes import TargetRouteServices
     from foveacam_server.resources.jobs.routes import JobRouteServices

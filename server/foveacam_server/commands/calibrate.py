@@ -64,7 +64,7 @@ def wide(
         run_in_session,
         run_on_images,
     )
-    from foveacam_server.resources.calibration_sessions.steps import ImageFolder
+    from foveacam_server.resources.calibration_sessions.wide_step import ImageFolder
 
     options = validated(
         of_step.WideOptions,

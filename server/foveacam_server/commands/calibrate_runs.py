@@ -24,12 +24,8 @@ from foveacam_server.resources.calibration_sessions.step_environment import (
     StepEnvironment,
     environment_of,
 )
-from foveacam_server.resources.calibration_sessions.steps import (
-    ImageFolder,
-    measure_on_images,
-    run_fit,
-    run_step,
-)
+from foveacam_server.resources.calibration_sessions.steps import measure_on_images, run_fit, run_step
+from foveacam_server.resources.calibration_sessions.wide_step import ImageFolder
 from foveacam_server.resources.drift_checks.records import DriftRecords
 from foveacam_server.resources.drift_checks.step import check_drift, store_check
 from foveacam_server.rig.settle_times import SettleTimes

@@ -14,9 +14,8 @@ from foveacam_pipeline.calibrate.fit.measured import NominalRig
 from foveacam_pipeline.capture.run import CaptureRig
 from foveacam_server.commands.options import RigOptions
 from foveacam_server.foundation.settings import Settings
-from foveacam_server.rig.configuration import rig_config
+from foveacam_server.rig.chosen_rig import check_simulation, compile_renderer, rig_config
 from foveacam_server.rig.settle_times import SettleTimes
-from foveacam_server.simulation import check_simulation, compile_renderer
 
 if TYPE_CHECKING:
     from foveacam_hardware.sim.presets import RigPreset

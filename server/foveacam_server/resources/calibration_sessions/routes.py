@@ -18,8 +18,12 @@ from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.calibration_sessions.options import Run
+from foveacam_server.resources.calibration_sessions.schema import (
+    CombineRequest,
+    SessionDocument,
+    SessionRequest,
+)
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
-from foveacam_server.resources.calibrations.schema import CombineRequest, SessionDocument, SessionRequest
 
 router = APIRouter(prefix="/calibration_sessions", tags=["calibrations"])
 

@@ -8,6 +8,9 @@ from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
+from foveacam_server.datasets.collection import point_of, readable_dataset
+from foveacam_server.datasets.download import zip_stream
+from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
 from foveacam_server.foundation.answers import (
     CaptureId,
     IdempotencyHeader,
@@ -67,7 +70,6 @@ class CaptureRouteServices(Protocol):
 
 ServicesDep = Annotated[CaptureRouteServices, Depends(opened_services)]
 
-CaptureId = Annotated[str, Path(max_length=255)]
 Picture = Literal["thumbnail", "sheet", "coverage"]
 Form = Literal["jpg", "png"]
 PointIndex = Annotated[Index, Path()]

@@ -16,9 +16,8 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.corrections.schema import ChoiceRequest, CorrectionRequest
-from foveacam_server.resources.corrections.service import choose, look_beside, show_choice
-from foveacam_server.resources.fixations.schema import FixationDocument
+from foveacam_server.resources.fixations.correction_service import choose, look_beside, show_choice
+from foveacam_server.resources.fixations.schema import ChoiceRequest, CorrectionRequest, FixationDocument
 from foveacam_server.resources.fixations.service import FixationService
 from foveacam_server.rig.ports import SceneViewer
 

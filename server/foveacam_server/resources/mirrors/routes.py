@@ -23,6 +23,7 @@ from foveacam_server.resources.mirrors.schema import (
 from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
+from foveacam_server.rig.refusals import check_direction
 
 router = APIRouter(prefix="/mirrors", tags=["rig"])
 

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Depends
 from fastapi.responses import JSONResponse, Response
 
 from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE_PICTURE, REFERENCE_SAMPLES
+from foveacam_server.datasets.collection import StoredCapture
 from foveacam_server.foundation.answers import (
     CaptureId,
     IdempotencyHeader,
@@ -18,8 +19,6 @@ from foveacam_server.foundation.answers import (
 )
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.captures.collection import StoredCapture
-from foveacam_server.resources.captures.routes import CaptureId
 from foveacam_server.resources.references.documents import reference_file
 from foveacam_server.resources.references.process import ReferenceSpec
 from foveacam_server.resources.references.schema import ReferenceDocument, ReferenceRequest

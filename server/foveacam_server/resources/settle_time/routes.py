@@ -6,11 +6,11 @@ from fastapi import APIRouter, Depends
 
 from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.lease import Lease
-from foveacam_server.resources.calibrations.schema import SettleTimeDocument, SettleTimeRequest
-from foveacam_server.resources.settle_time.records import SettleTime
+from foveacam_server.resources.settle_time.schema import SettleTimeDocument, SettleTimeRequest
 from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.settle_times import SettleTime
 
 router = APIRouter(prefix="/settle_time", tags=["calibrations"])
 
