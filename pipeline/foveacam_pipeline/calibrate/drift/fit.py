@@ -7,6 +7,7 @@ least squares with priors: what the places do not determine stays zero, with the
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from foveacam_pipeline.calibrate.drift.values import (
     turn_from_terms,
     turn_slopes,
 )
+from foveacam_pipeline.calibrate.robust_least_squares import ResidualModel, fit_reweighted
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import EYES, aim_at
 
@@ -30,8 +32,8 @@ TUKEY_CUTOFF = 4.7
 """Residual, in standard errors, from which a place has no weight (Tukey's biweight, 95 % efficient)."""
 MIN_MODEL_SIGMA_PX = 0.15
 """Lower limit of the standard error of a mirror's model, whatever the model states, fovea px."""
-START_CUTOFF = 12.0
-"""Factor on the cutoff in the first round; it falls as 1 / round, so that the majority is found first."""
+START_FACTORS = 12.0 / np.arange(1.0, 12.0)
+"""Factors on the cutoff in the first rounds, each of one round, so that the majority is found first."""
 VERGENCE = np.array([0, 1, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0]) / 2.0
 """Weights of the twelve terms in half the angle between the eyes: half the difference of the turns about
 y."""
@@ -69,28 +71,51 @@ class DriftFit:
 
 def fit_drift(places: tuple[DriftPlace, ...], calibration: Calibration, settings: DriftSettings) -> DriftFit:
     """Fit both eyes to all places at once; places that disagree with the others lose their weight."""
-    prior = np.diag(1.0 / np.tile(_prior_sigmas(settings), 2) ** 2)
+    prior_sigmas = np.tile(_prior_sigmas(settings), 2)
+    equations_at = _LastEquations(places, calibration)
+    model = ResidualModel(
+        residuals=lambda terms: np.append(-equations_at(terms).miss_ratios(), terms / prior_sigmas),
+        jacobian=lambda terms: np.vstack([equations_at(terms).slope_ratios(), np.diag(1.0 / prior_sigmas)]),
+    )
     terms = _start_terms(places, calibration)
-    for count in range(ROUNDS):
-        equations = _Equations.of(places, calibration, terms)
-        cutoff = TUKEY_CUTOFF * max(1.0, START_CUTOFF / (1.0 + count))
-        weights = equations.weights(cutoff)
-        normal = equations.normal(weights) + prior
-        step = np.linalg.solve(normal, equations.side(weights) - prior @ terms)
-        terms = terms + step
-        if cutoff == TUKEY_CUTOFF and float(np.abs(step).max()) < STOP_RAD:
-            break
-    equations = _Equations.of(places, calibration, terms)
-    weights = equations.weights(TUKEY_CUTOFF)
-    covariance = np.linalg.inv(equations.normal(weights) + prior)
-    excess = max(1.0, equations.misfit(weights, prior))
+    for factor in START_FACTORS:
+        weights = partial(_residual_weights, cutoff=factor * TUKEY_CUTOFF)
+        terms = fit_reweighted(model, terms, weights=weights, rounds=1).terms
+    fit = fit_reweighted(model, terms, weights=_residual_weights, rounds=ROUNDS, stop=STOP_RAD)
+    equations, covariance = equations_at(fit.terms), fit.covariance()
+    free_terms = 2 * TERMS - float(np.sum(np.diag(covariance) / prior_sigmas**2))
+    excess = max(1.0, equations.misfit(free_terms))
     return DriftFit(
-        left=turn_from_terms(terms[:TERMS]),
-        right=turn_from_terms(terms[TERMS:]),
+        left=turn_from_terms(fit.terms[:TERMS]),
+        right=turn_from_terms(fit.terms[TERMS:]),
         covariance=covariance * excess + _lens_covariance(settings, calibration),
         miss_sigmas=equations.miss_sigmas(),
-        residual_px=calibration.fovea_f_px * equations.residual_rad(weights),
+        residual_px=calibration.fovea_f_px * equations.residual_rad(),
     )
+
+
+class _LastEquations:
+    """The equations of the places at given terms; those of the last terms are kept, as a fit asks twice."""
+
+    def __init__(self, places: tuple[DriftPlace, ...], calibration: Calibration) -> None:
+        self._places, self._calibration = places, calibration
+        self._last: tuple[bytes, _Equations] | None = None
+
+    def __call__(self, terms: NDArray[np.float64]) -> "_Equations":
+        key = terms.tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = key, _Equations.of(self._places, self._calibration, terms)
+        return self._last[1]
+
+
+def _residual_weights(residuals: NDArray[np.float64], *, cutoff: float = TUKEY_CUTOFF) -> NDArray[np.float64]:
+    """Return Tukey's weights of the places, four residuals each by their worst, and 1 for the priors."""
+    worst = np.abs(residuals[: -2 * TERMS].reshape(-1, 4)).max(axis=1)
+    return np.append(np.repeat(_tukey_weights(worst, cutoff), 4), np.ones(2 * TERMS))
+
+
+def _tukey_weights(miss_sigmas: NDArray[np.float64], cutoff: float = TUKEY_CUTOFF) -> NDArray[np.float64]:
+    return np.asarray(np.clip(1.0 - (miss_sigmas / cutoff) ** 2, 0.0, None) ** 2, dtype=np.float64)
 
 
 def field_sigma_rad(
@@ -179,35 +204,30 @@ class _Equations:
             sigma=np.array([_place_sigmas(place, calibration) for place in places]),
         )
 
+    def miss_ratios(self) -> NDArray[np.float64]:
+        """Return the (4 n,) misses in standard errors."""
+        return np.asarray((self.misses / self.sigma).ravel(), dtype=np.float64)
+
+    def slope_ratios(self) -> NDArray[np.float64]:
+        """Return the (4 n, 12) slopes over the standard errors of the misses."""
+        return np.asarray((self.slopes / self.sigma[..., None]).reshape(-1, 2 * TERMS), dtype=np.float64)
+
     def miss_sigmas(self) -> NDArray[np.float64]:
         """Return the (n,) worst residual of each place, in standard errors."""
         return np.asarray(np.abs(self.misses / self.sigma).max(axis=1), dtype=np.float64)
 
-    def weights(self, cutoff: float) -> NDArray[np.float64]:
-        """Return the (n,) weights of the places."""
-        inside = np.clip(1.0 - (self.miss_sigmas() / cutoff) ** 2, 0.0, None)
-        return np.asarray(inside**2, dtype=np.float64)
+    def misfit(self, free_terms: float) -> float:
+        """Return the reduced chi-square: squared residuals over what their standard errors predict.
 
-    def normal(self, weights: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the (12, 12) normal matrix."""
-        share = weights[:, None] / self.sigma**2
-        return np.asarray(np.einsum("nki,nk,nkj->ij", self.slopes, share, self.slopes), dtype=np.float64)
+        `free_terms`: the terms that the places determine, without the share of the priors.
+        """
+        weights = _tukey_weights(self.miss_sigmas())[:, None]
+        free = float(np.sum(weights * np.isfinite(self.sigma))) - free_terms
+        return float(np.sum(weights * (self.misses / self.sigma) ** 2)) / free if free > 0.0 else math.inf
 
-    def side(self, weights: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the (12,) right-hand side."""
-        share = weights[:, None] / self.sigma**2
-        return np.asarray(np.einsum("nki,nk,nk->i", self.slopes, share, self.misses), dtype=np.float64)
-
-    def misfit(self, weights: NDArray[np.float64], prior: NDArray[np.float64]) -> float:
-        """Return the reduced chi-square: squared residuals over what their standard errors predict."""
-        left = float(np.sum(weights[:, None] * (self.misses / self.sigma) ** 2))
-        count = float(np.sum(weights[:, None] * np.isfinite(self.sigma)))
-        normal = self.normal(weights)
-        free = count - float(np.trace(np.linalg.solve(normal + prior, normal)))
-        return left / free if free > 0.0 else math.inf
-
-    def residual_rad(self, weights: NDArray[np.float64]) -> float:
+    def residual_rad(self) -> float:
         """Return the root mean square residual of the mean of the eyes at agreeing places, one axis."""
+        weights = _tukey_weights(self.miss_sigmas())
         return math.sqrt(float(np.average(np.mean(self.misses[:, :2] ** 2, axis=1), weights=weights)))
 
 

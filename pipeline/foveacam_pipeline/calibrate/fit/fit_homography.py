@@ -165,7 +165,11 @@ def _rows(basis: NDArray[np.float64], corners: _Corners) -> tuple[NDArray[np.flo
 def _fit_order(
     angles: NDArray[np.float64], corners: _Corners, order: int
 ) -> tuple[BivariatePolynomial, float]:
-    """Return the field of one order and its leave-one-pose-out error in units of the corners."""
+    """Return the field of one order and its leave-one-pose-out error in units of the corners.
+
+    The linear rounds stay by hand: scipy's least squares took 8 to 11 times as long on the sweeps of the
+    tests (order 3, 144 poses: 120 ms for 11 ms), and the entries agreed within 1e-4.
+    """
     centre, scale = scaling_of(angles)
     basis = monomials((angles[:, 0] - centre[0]) / scale[0], (angles[:, 1] - centre[1]) / scale[1], order)
     equations, values = _rows(basis, corners)

@@ -166,7 +166,11 @@ def _start_state(flat: list[TargetPose], corners: _Corners) -> _State:
 
 
 def _solve_base(corners: _Corners, state: _State) -> _State:
-    """Return the state of least squares (Gauss-Newton; the turn of each pose is eliminated)."""
+    """Return the state of least squares (Gauss-Newton; the turn of each pose is eliminated).
+
+    The elimination stays by hand: for 162 poses scipy's least squares took 150 times as long (6 s for 40 ms)
+    with a dense Jacobian, and with a sparse one 14 to 26 times as long without reaching the least cost.
+    """
     for _ in range(_ROUNDS):
         misses, to_turn, to_middle = _slopes(corners, state.turns, state.middles_m(corners))
         arms = np.einsum("nij,nj->ni", state.turns, corners.station @ state.arms_m)

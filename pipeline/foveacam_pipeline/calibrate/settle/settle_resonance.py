@@ -9,8 +9,13 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, signal
+from scipy import signal
 
+from foveacam_pipeline.calibrate.robust_least_squares import (
+    LeastSquaresFit,
+    ResidualModel,
+    fit_least_squares,
+)
 from foveacam_pipeline.calibrate.settle.settle_values import (
     AxisSettle,
     MirrorResonance,
@@ -61,13 +66,13 @@ def fit_resonance(
     alone = _fit_terms(data, filtering, [[0.0]])
     rough = _fit_terms(data, filtering, _start_terms(data, filtering))
     fit = _fit_terms(
-        data.with_motion_error(_combined_poles(filtering, rough.x), delay_s=float(rough.x[0])),
+        data.with_motion_error(_combined_poles(filtering, rough.terms), delay_s=float(rough.terms[0])),
         filtering,
-        [rough.x.tolist()],
+        [rough.terms.tolist()],
     )
-    frequency, quality = (math.exp(v) for v in fit.x[1:3].tolist())
+    frequency, quality = (math.exp(v) for v in fit.terms[1:3].tolist())
     _, *sigmas = _rel_sigmas(fit)
-    if data.gain(filtering, fit.x, alone.x) < MIN_GAIN or max(sigmas) > 1.0:
+    if data.gain(filtering, fit.terms, alone.terms) < MIN_GAIN or max(sigmas) > 1.0:
         return None, f"{NOT_RESOLVED}: the drive filter alone explains what the mirror does"
     if quality < MIN_QUALITY:
         return None, f"{NOT_RESOLVED}: the mirror is damped (quality {quality:.2f}) and does not ring"
@@ -171,24 +176,22 @@ def _start_terms(data: _StepData, filtering: NDArray[np.complex128]) -> list[lis
 
 def _fit_terms(
     data: _StepData, filtering: NDArray[np.complex128], starts: list[list[float]]
-) -> optimize.OptimizeResult:
+) -> LeastSquaresFit:
     """Return the best robust fit of the delay, and of a mode if the starts have one."""
 
     def miss(terms: NDArray[np.float64]) -> NDArray[np.float64]:
         return data.residuals(_combined_poles(filtering, terms), delay_s=float(terms[0]))
 
-    scales = (1e-4, 0.05, 0.2)
-    fits = [
-        optimize.least_squares(miss, start, loss="soft_l1", x_scale=scales[: len(start)]) for start in starts
-    ]
-    return min(fits, key=lambda fit: float(fit.cost))
+    model = ResidualModel(residuals=miss, term_scales=np.array([1e-4, 0.05, 0.2][: len(starts[0])]))
+    fits = [fit_least_squares(model, np.array(start), loss="soft_l1") for start in starts]
+    return min(fits, key=lambda fit: fit.cost)
 
 
-def _rel_sigmas(fit: optimize.OptimizeResult) -> list[float]:
+def _rel_sigmas(fit: LeastSquaresFit) -> list[float]:
     """Return the standard errors of a fit's terms, scaled by the scatter of the data."""
-    free = max(1, len(fit.fun) - len(fit.x))
-    variance = max(1.0, 2.0 * float(fit.cost) / free)
-    sigmas: list[float] = np.sqrt(variance * np.diag(np.linalg.pinv(fit.jac.T @ fit.jac))).tolist()
+    free = max(1, len(fit.residuals) - len(fit.terms))
+    variance = max(1.0, 2.0 * fit.cost / free)
+    sigmas: list[float] = np.sqrt(variance * np.diag(fit.covariance())).tolist()
     return sigmas
 
 

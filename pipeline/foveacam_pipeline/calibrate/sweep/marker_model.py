@@ -87,7 +87,9 @@ def fit_marker(
 ) -> MarkerFit:
     """Fit a marker to an image, (h, w), from its outer corners, (4, 2) px, known to about a blur's width.
 
-    Raise ValueError when the fit diverges from the marker, which happens only where there is none.
+    Raise ValueError when the fit diverges from the marker, which happens only where there is none. The damped
+    steps stay by hand, as a sweep fits hundreds of markers: scipy's least squares took 1.9 times as long (28
+    ms for 15 ms), and its corners were as far from the drawn ones.
     """
     problem = _Problem(gray, corners_px, black, blur_px=blur_px)
     state = problem.start(blur_px)

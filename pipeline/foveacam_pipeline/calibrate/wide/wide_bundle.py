@@ -240,7 +240,11 @@ class _BundleState:
 
 
 def _descend(state: _BundleState, moving: NDArray[np.bool_], sigma_px: float) -> _BundleState:
-    """Return the state of least cost at a fixed noise (Levenberg-Marquardt)."""
+    """Return the state of least cost at a fixed noise (Levenberg-Marquardt).
+
+    The damped steps stay by hand, on the eliminated poses that the accuracy needs anyway: scipy's least
+    squares took 7 times as long for 20 views and 12 times for 24 (1.1 s for 0.1 s), and found the same lens.
+    """
     damping, cost = 1e-4, state.cost(sigma_px)
     for _ in range(_ROUNDS):
         trial = state.stepped(moving, sigma_px, damping)
