@@ -18,11 +18,11 @@ from types import FrameType
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from foveacam_hardware.contract import Cancelled, FoveaError
 from foveacam_pipeline.study.report.cache import CachedStudy, DamagedFile, StudyCache, cache_key
 from foveacam_pipeline.study.report.page import ReportedStudy
+from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 from foveacam_server.resources.studies.output import describe_results, print_results, write_report
 from foveacam_server.resources.studies.recipes import StudyRecipe
 
@@ -88,26 +88,6 @@ class _Outcome:
     interrupted: bool = False
 
 
-class StudyProgressBar:
-    """Implements `ProgressWatcher` with a bar; the first Ctrl-C cancels the study, the second kills it."""
-
-    def __init__(self, progress: Progress, task: TaskID) -> None:
-        self._progress, self._task = progress, task
-        self._cancelled = False
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Move the bar."""
-        self._progress.update(self._task, completed=done, total=total, note=note)
-
-    def cancelled(self) -> bool:
-        """Return whether Ctrl-C was pressed."""
-        return self._cancelled
-
-    def cancel(self) -> None:
-        """Cancel the study after the current step."""
-        self._cancelled = True
-
-
 def run_studies(recipes: Sequence[StudyRecipe], wanted: ReportOptions) -> None:
     """Compute the studies or read them from the cache, write the report, and print the results.
 
@@ -116,9 +96,9 @@ def run_studies(recipes: Sequence[StudyRecipe], wanted: ReportOptions) -> None:
     console = Console(stderr=True, quiet=wanted.as_json)
     cache = StudyCache(cache_folder())
     outcome = _Outcome()
-    with _bars(console) as progress:
-        for recipe in recipes:
-            if not _run_one(recipe, wanted, cache, progress=progress, outcome=outcome):
+    for recipe in recipes:
+        with progress_bar(console, stage=recipe.name) as bar:
+            if not _run_one(recipe, wanted, cache, bar=bar, outcome=outcome):
                 break
     folder = wanted.out if wanted.as_json else wanted.out or Path("foveacam-study")
     report = (
@@ -139,14 +119,12 @@ def run_studies(recipes: Sequence[StudyRecipe], wanted: ReportOptions) -> None:
 
 
 def _run_one(
-    recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, progress: Progress, outcome: _Outcome
+    recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, bar: ProgressBar, outcome: _Outcome
 ) -> bool:
     """Run one study; return whether to continue with the next."""
-    task = progress.add_task(recipe.name, total=None, note="")
-    watch = StudyProgressBar(progress, task)
-    with catch_ctrl_c(watch.cancel):
+    with catch_ctrl_c(bar.cancel):
         try:
-            reported = _cached_or_computed(recipe, wanted, cache, watch=watch)
+            reported = _cached_or_computed(recipe, wanted, cache, bar=bar)
         except (Cancelled, KeyboardInterrupt):
             outcome.failed.append(
                 f"{recipe.name}: ended before it was finished; the same command computes it again, "
@@ -159,16 +137,14 @@ def _run_one(
                 raise
             outcome.failed.append(f"{recipe.name}: {error}")
             return True
-    progress.update(
-        task, completed=1, total=1, note=f"{reported.cached.took_s:.1f} s" if reported.fresh else "cached"
-    )
+    bar.progress(1, total=1, note=f"{reported.cached.took_s:.1f} s" if reported.fresh else "cached")
     outcome.finished.append(reported)
-    outcome.interrupted = watch.cancelled()
+    outcome.interrupted = bar.cancelled()
     return not outcome.interrupted
 
 
 def _cached_or_computed(
-    recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, watch: StudyProgressBar
+    recipe: StudyRecipe, wanted: ReportOptions, cache: StudyCache, *, bar: ProgressBar
 ) -> ReportedStudy:
     key = cache_key(recipe.name, recipe.settings, files=recipe.files)
     if not wanted.fresh:
@@ -182,7 +158,7 @@ def _cached_or_computed(
         if cached is not None:
             return ReportedStudy(cached=cached, fresh=False)
     began_s = time.monotonic()
-    study = recipe.compute(watch)
+    study = recipe.compute(bar)
     cached = CachedStudy(
         study=study,
         took_s=time.monotonic() - began_s,
@@ -190,19 +166,6 @@ def _cached_or_computed(
     )
     cache.store(key, cached)
     return ReportedStudy(cached=cached, fresh=True)
-
-
-@contextmanager
-def _bars(console: Console) -> Iterator[Progress]:
-    columns = (
-        TextColumn("{task.description:>9}"),
-        BarColumn(bar_width=24),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}", markup=False),
-    )
-    with Progress(*columns, console=console, disable=console.quiet) as progress:
-        yield progress
 
 
 def cache_folder() -> Path:
