@@ -1,14 +1,86 @@
-// Builds and updates elements. The page has no framework; every module uses these functions.
+// Builds and updates elements: templates of lit-html, and single elements that their module keeps and changes.
+
+import { html as litHtml, nothing, render, svg as litSvg } from "../vendor/lit-html/lit-html.js";
+
+export { keyed } from "../vendor/lit-html/directives/keyed.js";
+export { repeat } from "../vendor/lit-html/directives/repeat.js";
+
+/** The value of an attribute that the element then does not have. */
+export const absent = nothing;
 
 const SVG = "http://www.w3.org/2000/svg";
 
 /**
- * @typedef {Node | string | number | null | undefined | false} Child
+ * @import { TemplateResult } from "../vendor/lit-html/lit-html.js"
+ * @typedef {Node | TemplateResult | string | number | null | undefined | false} Child
  * @typedef {{
  *   class?: string, text?: string, on?: Record<string, (event: any) => void>, data?: Record<string, string>,
  *   [attribute: string]: unknown
  * }} Props `any`: each listener names its own event type
  */
+
+/** The templates without their line breaks. @type {WeakMap<TemplateStringsArray, TemplateStringsArray>} */
+const joined = new WeakMap();
+
+/**
+ * Remove the line breaks of a template with the spaces around them, as JSX does; between two words a space stays.
+ * @param {TemplateStringsArray} strings
+ * @returns {TemplateStringsArray} the same for the same template, as lit-html recognises it by identity
+ */
+function withoutBreaks(strings) {
+  const known = joined.get(strings);
+  if (known) return known;
+  const cut = strings
+    .join("\0")
+    .replace(/<[^<>]*>|[^<>]+/g, (part) =>
+      part.startsWith("<")
+        ? part.replace(/\s*\n\s*/g, " ")
+        : part.replace(/([^\s\0])?\s*\n\s*(?=([^\0])?)/g, (_, before, after) => (before ?? "") + (before && after ? " " : "")),
+    )
+    .split("\0");
+  const result = /** @type {TemplateStringsArray} */ (Object.assign(cut, { raw: cut }));
+  joined.set(strings, result);
+  return result;
+}
+
+/**
+ * Replace `false` by null, which shows nothing, also in lists.
+ * @param {unknown} value
+ * @returns {unknown}
+ */
+function shown(value) {
+  return Array.isArray(value) ? value.map(shown) : value === false ? null : value;
+}
+
+/**
+ * Make a template of HTML; `cond && …` shows nothing where the condition is false.
+ * @param {TemplateStringsArray} strings
+ * @param {...unknown} values
+ */
+export function html(strings, ...values) {
+  return litHtml(withoutBreaks(strings), ...values.map(shown));
+}
+
+/**
+ * Make a template of the inside of an SVG element.
+ * @param {TemplateStringsArray} strings
+ * @param {...unknown} values
+ */
+export function svg(strings, ...values) {
+  return litSvg(withoutBreaks(strings), ...values.map(shown));
+}
+
+/**
+ * Show templates in an element; what did not change keeps its elements. Where the focused element is gone, the keyboard
+ * continues from `element`.
+ * @param {HTMLElement} element
+ * @param {unknown} content
+ */
+export function update(element, content) {
+  const inside = element.contains(document.activeElement);
+  render(shown(content), element);
+  if (inside && !element.contains(document.activeElement)) focusOn(element);
+}
 
 /**
  * Make an HTML element.
@@ -64,15 +136,19 @@ function listen(element, listeners) {
 
 /**
  * @param {Child} child
- * @returns {child is Node | string | number}
+ * @returns {child is Node | TemplateResult | string | number}
  */
 function isShown(child) {
   return child !== null && child !== undefined && child !== false;
 }
 
-/** @param {Node | string | number} child */
+/** @param {Node | TemplateResult | string | number} child */
 function asNode(child) {
-  return child instanceof Node ? child : String(child);
+  if (typeof child !== "object") return String(child);
+  if (child instanceof Node) return child;
+  const fragment = document.createDocumentFragment();
+  render(child, fragment);
+  return fragment;
 }
 
 /**
@@ -85,11 +161,11 @@ export function fill(element, ...children) {
 }
 
 /**
- * Return a function that shows a value in an element and rebuilds it only when the value has changed, so that focus,
- * scrolling and pictures stay. The focused child gets the focus again by its `data-keep`.
+ * Return a function that shows a value in an element and builds it again only when the value has changed, so that
+ * elements within, which are not templates, stay.
  * @template T
  * @param {HTMLElement} element
- * @param {(value: T) => Child[]} build
+ * @param {(value: T) => unknown} build
  * @returns {(value: T) => void}
  */
 export function changing(element, build) {
@@ -98,14 +174,7 @@ export function changing(element, build) {
     const now = JSON.stringify(value) ?? "undefined";
     if (now === last) return;
     last = now;
-    const focused = document.activeElement;
-    const inside = focused instanceof HTMLElement && element.contains(focused);
-    const keep = inside ? focused.dataset["keep"] : undefined;
-    fill(element, ...build(value));
-    if (!inside) return;
-    const again = keep === undefined ? null : element.querySelector(`[data-keep="${CSS.escape(keep)}"]`);
-    if (again instanceof HTMLElement) again.focus();
-    else focusOn(element);
+    update(element, build(value));
   };
 }
 
