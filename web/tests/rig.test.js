@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { withEvent } from "../foveacam_web/static/js/panels/eventlog.js";
+import { withEvent } from "../foveacam_web/static/js/event_log.js";
 import * as scale from "../foveacam_web/static/js/rig/scale.js";
 import * as words from "../foveacam_web/static/js/rig/words.js";
 import { only } from "./documents.js";

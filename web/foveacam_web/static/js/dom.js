@@ -35,7 +35,10 @@ function withoutBreaks(strings) {
     .replace(/<[^<>]*>|[^<>]+/g, (part) =>
       part.startsWith("<")
         ? part.replace(/\s*\n\s*/g, " ")
-        : part.replace(/([^\s\0])?\s*\n\s*(?=([^\0])?)/g, (_, before, after) => (before ?? "") + (before && after ? " " : "")),
+        : part.replace(
+            /([^\s\0])?\s*\n\s*(?=([^\0])?)/g,
+            (_, before, after) => (before ?? "") + (before && after ? " " : ""),
+          ),
     )
     .split("\0");
   const result = /** @type {TemplateStringsArray} */ (Object.assign(cut, { raw: cut }));

@@ -1,6 +1,6 @@
 // Defines the page's icons as strokes on a 16 px grid, so that no file is fetched for them.
 
-import { s } from "./dom.js";
+import { html } from "./dom.js";
 
 const PATHS = Object.freeze({
   expand: "M2 6V2h4 M14 10v4h-4 M10 2h4v4 M6 14H2v-4",
@@ -51,5 +51,5 @@ const PATHS = Object.freeze({
  * @param {IconName} name
  */
 export function icon(name) {
-  return s("svg", { class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, s("path", { d: PATHS[name] }));
+  return html`<svg class="icon" viewBox="0 0 16 16" aria-hidden="true"><path d=${PATHS[name]}></path></svg>`;
 }

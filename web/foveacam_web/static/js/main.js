@@ -12,10 +12,9 @@ import { CAPTURE_ADDRESS, followCaptureAddress } from "./capture/route.js";
 import { stillPanel } from "./capture/still.js";
 import { StillReader } from "./capture/still_reader.js";
 import { Commands } from "./commands.js";
-import { fill, h, need } from "./dom.js";
+import { fill, html, need } from "./dom.js";
 import { Fixations } from "./fixations.js";
-import { mountGallery } from "./gallery/page.js";
-import { GalleryReader } from "./gallery/reader.js";
+import { GalleryReader, mountGallery } from "./gallery/page.js";
 import { followGalleryAddress, GALLERY_ADDRESS } from "./gallery/route.js";
 import { icon } from "./icons.js";
 import { Keyboard } from "./keys.js";
@@ -121,7 +120,7 @@ mountCapturePage(need("capture-page"), {
   capture_orders: captureOrders,
   capture_reader: captureReader,
 });
-need("still-capture").append(stillPanel({ store, commands, reader: stillReader }));
+fill(need("still-capture"), stillPanel({ store, commands, reader: stillReader }));
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
 mountPlannerPage(need("planner"), { store });
 followAddress(store);
@@ -178,12 +177,14 @@ function mountTools() {
     /** @type {import("./icons.js").IconName} */ name,
     /** @type {() => void} */ act,
   ) =>
-    h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));
+    html`<button class="tool" type="button" aria-label=${label} title=${label} @click=${act}>
+      ${icon(name)}
+    </button>`;
   const link = (
     /** @type {string} */ label,
     /** @type {import("./icons.js").IconName} */ name,
     /** @type {string} */ href,
-  ) => h("a", { class: "tool", href, "aria-label": label, title: label }, icon(name));
+  ) => html`<a class="tool" href=${href} aria-label=${label} title=${label}>${icon(name)}</a>`;
   fill(
     need("tools"),
     makeRecordButton({ store, live: recording }),

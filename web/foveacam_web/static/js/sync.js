@@ -2,7 +2,7 @@
 
 import { request } from "./api.js";
 import { listenToEvents } from "./eventlink.js";
-import { withEvent } from "./panels/eventlog.js";
+import { withEvent } from "./event_log.js";
 import { QuietReads } from "./quiet.js";
 
 /**

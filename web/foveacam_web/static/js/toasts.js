@@ -1,6 +1,6 @@
 // Shows short messages in a corner: what happened, why, and what to do. Equal messages are counted, not stacked.
 
-import { fill, h } from "./dom.js";
+import { fill, h, html } from "./dom.js";
 import { remedyOf, sentence } from "./format.js";
 import { icon } from "./icons.js";
 
@@ -69,25 +69,20 @@ export class Toasts {
       "div",
       { class: `toast ${tone}`, role: tone === "bad" || tone === "warn" ? "alert" : "status" },
       icon(tone === "info" ? "info" : tone === "good" ? "check" : "warn"),
-      h(
-        "div",
-        { class: "body" },
-        h("strong", {}, title, " ", counter),
-        detail && h("p", { text: sentence(detail) }),
-        remedy && h("p", { class: "remedy", text: sentence(remedy) }),
-        action &&
-          h("button", {
-            type: "button",
-            class: "plain",
-            text: action.label,
-            on: { click: () => this.#act(key, action) },
-          }),
-      ),
-      h(
-        "button",
-        { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => this.#close(key) } },
-        icon("close"),
-      ),
+      html`<div class="body">
+        <strong>${title} ${counter}</strong>
+        ${detail && html`<p>${sentence(detail)}</p>`}
+        ${remedy && html`<p class="remedy">${sentence(remedy)}</p>`}
+        ${
+          action &&
+          html`<button type="button" class="plain" @click=${() => this.#act(key, action)}>
+            ${action.label}
+          </button>`
+        }
+      </div>`,
+      html`<button type="button" class="tool" aria-label="Dismiss" @click=${() => this.#close(key)}>
+        ${icon("close")}
+      </button>`,
     );
     const timer = setTimeout(() => this.#close(key), stay_ms);
     this.#shown.set(key, { element, times: 1, counter, timer });

@@ -1,7 +1,7 @@
 // Step 4, the check at poses that the fit has not used: pointing error over the wide picture, row error between the
 // eyes.
 
-import { changing, h } from "../dom.js";
+import { changing, h, html } from "../dom.js";
 import { pixels } from "../format.js";
 import { badge, nothing, panel, starter } from "./parts.js";
 import { figure, picturesOf } from "./pictures.js";
@@ -66,20 +66,18 @@ export function makeCheckStep({ store, orders }) {
   const element = h(
     "div",
     { class: "step step-check" },
-    h(
-      "div",
-      { class: "seeing" },
-      panel(
+    html`<div class="seeing">
+      ${panel(
         "Check",
-        h("p", {
-          class: "lead",
-          text: "The eyes look at places that were not in the sweep, and what the fitted model predicts is held against what they see.",
-        }),
-        h("p", { class: "actions" }, start),
+        html`<p class="lead">
+          The eyes look at places that were not in the sweep, and what the fitted model predicts is held against what
+          they see.
+        </p>`,
+        html`<p class="actions">${start}</p>`,
         result,
-      ),
-      live,
-    ),
+      )}
+      ${live}
+    </div>`,
     panel("Diagrams", diagrams),
   );
   return { element, live };
@@ -103,29 +101,22 @@ function isOld(session) {
 function resultOf({ check, old }) {
   if (!check) return [nothing("Not checked yet.")];
   return [
-    old &&
-      h("p", { class: "remedy", text: "Fitted anew since: this check is of the calibration before. Check again." }),
-    h(
-      "dl",
-      { class: "goals" },
-      GOALS.flatMap(({ key, name, goal, what }) => {
+    old && html`<p class="remedy">Fitted anew since: this check is of the calibration before. Check again.</p>`,
+    html`<dl class="goals">
+      ${GOALS.flatMap(({ key, name, goal, what }) => {
         const value = check[key];
         const met = value !== null && value <= goal;
         return [
-          h("dt", { text: name, title: what }),
-          h(
-            "dd",
-            {},
-            h("span", { class: "number", text: value === null ? "not measured" : pixels(value) }),
-            value === null ? null : badge(met ? "good" : "warn", `${met ? "within" : "beyond"} ${goal} px`),
-          ),
+          html`<dt title=${what}>${name}</dt>`,
+          html`<dd>
+            <span class="number">${value === null ? "not measured" : pixels(value)}</span>
+            ${value === null ? null : badge(met ? "good" : "warn", `${met ? "within" : "beyond"} ${goal} px`)}
+          </dd>`,
         ];
-      }),
-    ),
-    h("p", { class: "legend", text: `${check.poses} places in the field. Pixels of the fovea.` }),
-    ...(!old && GOALS.some(({ key, goal }) => (check[key] ?? 0) > goal)
-      ? [h("p", { class: "remedy", text: BEYOND })]
-      : []),
+      })}
+    </dl>`,
+    html`<p class="legend">${check.poses} places in the field. Pixels of the fovea.</p>`,
+    ...(!old && GOALS.some(({ key, goal }) => (check[key] ?? 0) > goal) ? [html`<p class="remedy">${BEYOND}</p>`] : []),
   ];
 }
 

@@ -1,6 +1,6 @@
 // Shows where in the picture the board was seen, and at which tilts.
 
-import { h, s } from "../dom.js";
+import { h, html, svg } from "../dom.js";
 import { number, pixels } from "../format.js";
 
 /** @import { WideSampleDocument } from "#api" */
@@ -21,39 +21,27 @@ export function drawCoverage(samples, { width, height, cells: counts }) {
   const cells = Array.from({ length: COLUMNS * ROWS }, (_, index) => [
     index % COLUMNS,
     Math.floor(index / COLUMNS),
-  ]).map(([x = 0, y = 0]) =>
-    s("rect", {
-      class: held.has(`${x} ${y}`) ? "cell held" : "cell",
-      x: x * cell.width,
-      y: y * cell.height,
-      width: cell.width,
-      height: cell.height,
-    }),
+  ]).map(
+    ([x = 0, y = 0]) =>
+      svg`<rect
+      class=${held.has(`${x} ${y}`) ? "cell held" : "cell"} x=${x * cell.width} y=${y * cell.height}
+      width=${cell.width} height=${cell.height}
+    ></rect>`,
   );
   const words =
     samples.length === 0
       ? "No view yet."
       : `${samples.length} ${samples.length === 1 ? "view" : "views"}${counts ? ` in ${held.size} of ${COLUMNS * ROWS} parts of the picture` : ""}.`;
-  return s(
-    "svg",
-    {
-      class: "coverage",
-      viewBox: `0 0 ${width} ${height}`,
-      role: "img",
-      "aria-label": `Coverage of the picture. ${words}`,
-    },
-    cells,
-    samples.map(({ centre_px: [x, y], rms_px, tilt_deg }) =>
-      s(
-        "circle",
-        { cx: x, cy: y, r: height / 54 },
-        s("title", { text: `${tilt_deg === null ? "" : `tilt ${number(tilt_deg, 0)}°, `}${pixels(rms_px)}` }),
-      ),
-    ),
-    samples.length === 0
-      ? s("text", { x: width / 2, y: height / 2, "text-anchor": "middle", text: "No view yet" })
-      : null,
-  );
+  return html`<svg class="coverage" viewBox="0 0 ${width} ${height}" role="img" aria-label="Coverage of the picture. ${words}">
+    ${cells}
+    ${samples.map(
+      ({ centre_px: [x, y], rms_px, tilt_deg }) =>
+        svg`<circle cx=${x} cy=${y} r=${height / 54}>
+        <title>${`${tilt_deg === null ? "" : `tilt ${number(tilt_deg, 0)}°, `}${pixels(rms_px)}`}</title>
+      </circle>`,
+    )}
+    ${samples.length === 0 ? svg`<text x=${width / 2} y=${height / 2} text-anchor="middle">No view yet</text>` : null}
+  </svg>`;
 }
 
 /** @param {number[][]} counts */
@@ -80,18 +68,16 @@ export function drawTilts(samples, covered) {
     const part = h("span", { class: "part" });
     part.style.inlineSize = `${(count / most) * 100}%`;
     return [
-      h("dt", { text: until === undefined ? `over ${TILTS_DEG[index]}°` : `${TILTS_DEG[index]}–${until}°` }),
-      h(
-        "dd",
-        {},
-        h("span", { class: "bar", "aria-hidden": "true" }, part),
-        h("span", { class: "number", text: String(count) }),
-      ),
+      html`<dt>${until === undefined ? `over ${TILTS_DEG[index]}°` : `${TILTS_DEG[index]}–${until}°`}</dt>`,
+      html`<dd>
+        <span class="bar" aria-hidden="true">${part}</span>
+        <span class="number">${String(count)}</span>
+      </dd>`,
     ];
   });
   const title =
     covered === null
       ? "Tilt of the board"
       : `Tilt of the board: ${covered} of ${WAYS} shown (head on, each side nearer)`;
-  return h("div", { class: "tilts" }, h("h4", { text: title }), h("dl", {}, rows));
+  return html`<div class="tilts"><h4>${title}</h4><dl>${rows}</dl></div>`;
 }

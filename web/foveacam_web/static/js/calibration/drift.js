@@ -1,6 +1,6 @@
 // Shows the drift checks (Sec. 3.3): each eye's drift, whether it exceeds its error, and its history.
 
-import { changing, h } from "../dom.js";
+import { absent, changing, h, html } from "../dom.js";
 import { angle, MISSING, number, sentence } from "../format.js";
 import { badge, numberField, nothing, starter } from "./parts.js";
 import { fresh } from "./pictures.js";
@@ -64,38 +64,28 @@ function resultOf(checks) {
     loading: "lazy",
     on: { error: () => (trend.hidden = true) },
   });
-  const large = h(
-    "a",
-    { href: trend.getAttribute("src"), target: "_blank", rel: "noopener", title: "Open at full size" },
-    trend,
-  );
+  const large = html`<a href=${trend.getAttribute("src") ?? absent} target="_blank" rel="noopener" title="Open at full size">
+    ${trend}
+  </a>`;
   return [
-    h("h4", { text: `Last check, ${when(last)}` }),
+    html`<h4>Last check, ${when(last)}</h4>`,
     outcome(last),
-    h(
-      "div",
-      { class: "scroll-x" },
-      h(
-        "table",
-        { class: "compare" },
-        h(
-          "thead",
-          {},
-          h(
-            "tr",
-            {},
-            ["Eye", "", "Across", "Down", "Roll", "Error, 1 σ"].map((text) => h("th", { scope: "col", text })),
-          ),
-        ),
-        h("tbody", {}, last.eyes.map(eyeRow)),
-      ),
-    ),
-    h("p", { class: "lead", text: sentence(last.detail) }),
+    html`<div class="scroll-x">
+      <table class="compare">
+        <thead>
+          <tr>
+            ${["Eye", "", "Across", "Down", "Roll", "Error, 1 σ"].map((text) => html`<th scope="col">${text}</th>`)}
+          </tr>
+        </thead>
+        <tbody>${last.eyes.map(eyeRow)}</tbody>
+      </table>
+    </div>`,
+    html`<p class="lead">${sentence(last.detail)}</p>`,
     !last.vergence_known &&
-      h("p", {
-        class: "remedy",
-        text: "Without a known distance the eyes’ common inward turn cannot be told from depth: give the distance to correct that too.",
-      }),
+      html`<p class="remedy">
+        Without a known distance the eyes’ common inward turn cannot be told from depth: give the distance to correct
+        that too.
+      </p>`,
     large,
     checks.length > 1 ? history(checks.slice(1, 1 + SHOWN)) : null,
   ];
@@ -104,57 +94,45 @@ function resultOf(checks) {
 /** @param {DriftCheckDocument} check */
 function outcome({ applied, eyes, new_calibration_id }) {
   if (applied)
-    return h(
-      "p",
-      {},
-      badge("good", "corrected"),
-      " ",
-      new_calibration_id ? `Record ${new_calibration_id.slice(0, 10)} is in use.` : "",
-    );
+    return html`<p>
+      ${badge("good", "corrected")} ${new_calibration_id ? `Record ${new_calibration_id.slice(0, 10)} is in use.` : ""}
+    </p>`;
   if (eyes.some(({ significant }) => significant))
-    return h("p", {}, badge("warn", "drifted"), " More than its own error; not corrected yet.");
-  return h("p", {}, badge("good", "no drift"), " Nothing beyond its own error.");
+    return html`<p>${badge("warn", "drifted")} More than its own error; not corrected yet.</p>`;
+  return html`<p>${badge("good", "no drift")} Nothing beyond its own error.</p>`;
 }
 
 /** @param {DriftEyeDocument} eye */
 function eyeRow({ eye, shift_x_deg, shift_y_deg, rotation_deg, sigma_deg, significant }) {
-  return h(
-    "tr",
-    {},
-    h("th", { scope: "row", class: `eye-${eye}`, text: eye }),
-    h("td", {}, badge(significant ? "warn" : "plain", significant ? "drifted" : "within its error")),
-    h("td", { text: angle(shift_x_deg, 4) }),
-    h("td", { text: angle(shift_y_deg, 4) }),
-    h("td", { text: angle(rotation_deg, 3) }),
-    h("td", { text: sigma_deg === null ? MISSING : `${number(sigma_deg, 4)}°` }),
-  );
+  return html`<tr>
+    <th scope="row" class="eye-${eye}">${eye}</th>
+    <td>${badge(significant ? "warn" : "plain", significant ? "drifted" : "within its error")}</td>
+    <td>${angle(shift_x_deg, 4)}</td>
+    <td>${angle(shift_y_deg, 4)}</td>
+    <td>${angle(rotation_deg, 3)}</td>
+    <td>${sigma_deg === null ? MISSING : `${number(sigma_deg, 4)}°`}</td>
+  </tr>`;
 }
 
 /** @param {DriftCheckDocument[]} checks */
 function history(checks) {
-  return h(
-    "details",
-    {},
-    h("summary", { text: "Earlier checks" }),
-    h(
-      "ul",
-      { class: "history" },
-      checks.map((check) =>
-        h(
-          "li",
-          {},
-          h("time", { datetime: check.created_utc, text: when(check) }),
-          h("span", {
-            class: "number",
-            text: check.eyes
+  return html`<details>
+    <summary>Earlier checks</summary>
+    <ul class="history">
+      ${checks.map(
+        (check) =>
+          html`<li>
+          <time datetime=${check.created_utc}>${when(check)}</time>
+          <span class="number">
+            ${check.eyes
               .map((eye) => `${eye.eye} ${angle(eye.shift_x_deg, 3)} ${angle(eye.shift_y_deg, 3)}`)
-              .join("  "),
-          }),
-          check.applied && badge("good", "corrected"),
-        ),
-      ),
-    ),
-  );
+              .join("  ")}
+          </span>
+          ${check.applied && badge("good", "corrected")}
+        </li>`,
+      )}
+    </ul>
+  </details>`;
 }
 
 /** @param {DriftCheckDocument} check */

@@ -1,6 +1,6 @@
 // The dialog that starts a complete calibration: its steps, its label, and whether the result is put in use.
 
-import { h, say } from "../dom.js";
+import { h, html, say } from "../dom.js";
 import { sheet } from "../panels/dialogs.js";
 import { starter, tickField } from "./parts.js";
 
@@ -21,7 +21,7 @@ export function makeEverything({ store, orders }) {
     placeholder: "date and time",
     autocomplete: "off",
   });
-  const named = h("div", { class: "setting" }, h("label", { for: "all-label", text: "Label" }), label);
+  const named = h("div", { class: "setting" }, html`<label for="all-label">Label</label>`, label);
   const start = choiceOfStart(() => (named.hidden = !start.fresh()));
   const activate = tickField("Take the result into use", true);
   const turn = h("p", { class: "remedy" });
@@ -73,20 +73,13 @@ export function makeEverything({ store, orders }) {
 }
 
 function plan() {
-  return h(
-    "ol",
-    { class: "plan" },
-    h("li", {}, h("b", { text: "Wide camera. " }), "Somebody shows the board at its station."),
-    h(
-      "li",
-      {},
-      h("b", { text: "Mirrors. " }),
-      "The rig turns to each station with markers; both eyes centre theirs at every node.",
-    ),
-    h("li", {}, h("b", { text: "Rectify. " }), "The models are fitted and chosen by cross-validation."),
-    h("li", {}, h("b", { text: "Check. " }), "The result is proved at places that were not measured."),
-    h("li", {}, h("b", { text: "Settle times. " }), "How fast the mirrors come to rest after a step."),
-  );
+  return html`<ol class="plan">
+    <li><b>Wide camera. </b>Somebody shows the board at its station.</li>
+    <li><b>Mirrors. </b>The rig turns to each station with markers; both eyes centre theirs at every node.</li>
+    <li><b>Rectify. </b>The models are fitted and chosen by cross-validation.</li>
+    <li><b>Check. </b>The result is proved at places that were not measured.</li>
+    <li><b>Settle times. </b>How fast the mirrors come to rest after a step.</li>
+  </ol>`;
 }
 
 /**
@@ -101,13 +94,11 @@ function choiceOfStart(changed) {
   const element = h(
     "div",
     { class: "starts", role: "radiogroup", "aria-label": "Where to begin" },
-    h("label", { class: "field tick" }, on, words),
-    h(
-      "label",
-      { class: "field tick" },
-      anew,
-      h("span", { text: "Measure everything anew; what there is stays as it is" }),
-    ),
+    html`<label class="field tick">${on}${words}</label>`,
+    html`<label class="field tick">
+      ${anew}
+      <span>Measure everything anew; what there is stays as it is</span>
+    </label>`,
   );
   return {
     element,

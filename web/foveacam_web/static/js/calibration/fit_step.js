@@ -1,6 +1,6 @@
 // Step 3, the fit: mirror and rectification models chosen by cross-validation, shown beside the paper's.
 
-import { changing, h } from "../dom.js";
+import { changing, h, html } from "../dom.js";
 import { number, pixels, sentence } from "../format.js";
 import { facts, parts, sentenceNames, sentences } from "./facts.js";
 import { fieldTable, mirrorTable, paperTable } from "./fit_tables.js";
@@ -48,12 +48,10 @@ export function makeFitStep(context) {
   const element = h(
     "div",
     { class: "step step-fit" },
-    h(
-      "div",
-      { class: "seeing" },
-      panel("Fit", runForm(context)),
-      h("div", { class: "stack" }, panel("Parallax of the markers", parallax), panel("Drift while measuring", mounts)),
-    ),
+    html`<div class="seeing">
+      ${panel("Fit", runForm(context))}
+      <div class="stack">${panel("Parallax of the markers", parallax)}${panel("Drift while measuring", mounts)}</div>
+    </div>`,
     panel("Models, by the error on poses left out", models, paper),
     panel("Both eyes, before and after", pair),
     panel("Diagrams", diagrams),
@@ -90,22 +88,18 @@ function runForm({ store, orders }) {
     why: against,
     named: ({ session }) => (session?.fit ? "Fit again" : "Fit"),
   });
-  return h(
-    "form",
-    { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
-    h("p", {
-      class: "lead",
-      text: "What was measured stays as it is: fit as often as you like, with another order or with one distance alone. Each fit is a record of its own.",
-    }),
-    h(
-      "div",
-      { class: "fields" },
-      h("div", { class: "field" }, h("label", { for: "fit-label", text: "Label" }), label),
-      order.element,
-      all.element,
-    ),
-    h("p", { class: "actions" }, start),
-  );
+  return html`<form class="run" @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
+    <p class="lead">
+      What was measured stays as it is: fit as often as you like, with another order or with one distance alone. Each
+      fit is a record of its own.
+    </p>
+    <div class="fields">
+      <div class="field"><label for="fit-label">Label</label>${label}</div>
+      ${order.element}
+      ${all.element}
+    </div>
+    <p class="actions">${start}</p>
+  </form>`;
 }
 
 /** @param {ConsoleState} state */
@@ -124,7 +118,7 @@ function parallaxOf(fit) {
     ];
   const stations = parts(fit.parallax);
   if (stations.length === 0) return report(fit.parallax);
-  return stations.flatMap(([station, parallax]) => [h("h4", { text: `Station “${station}”` }), ...report(parallax)]);
+  return stations.flatMap(([station, parallax]) => [html`<h4>Station “${station}”</h4>`, ...report(parallax)]);
 }
 
 /** @param {FitDocument["drift"]} drift */
@@ -137,24 +131,23 @@ function mountsOf(drift) {
       ),
     ];
   return [
-    h("p", {
-      class: "lead",
-      text: "How far each eye’s mount moved between the first node and the last; it was taken out.",
-    }),
+    html`<p class="lead">
+      How far each eye’s mount moved between the first node and the last; it was taken out.
+    </p>`,
     figures(
       Object.entries(drift).map(([eye, { moved_px, sigma_px, minutes }]) => [
         eye,
         `${pixels(moved_px)} ± ${number(sigma_px, 2)} in ${number(minutes, 1)} min`,
       ]),
     ),
-    knocked && h("p", { class: "lead", text: knocked }),
+    knocked && html`<p class="lead">${knocked}</p>`,
   ];
 }
 
 /** @param {Record<string, unknown>} document */
 function report(document) {
   return [
-    ...sentences(document).map((text) => h("p", { class: "lead", text: sentence(text) })),
+    ...sentences(document).map((text) => html`<p class="lead">${sentence(text)}</p>`),
     figures(facts(document, sentenceNames(document))),
   ];
 }

@@ -1,6 +1,6 @@
 // Tables of a fit: each model's error at left-out poses, ours and the paper's, and the effect of each addition.
 
-import { h } from "../dom.js";
+import { h, html } from "../dom.js";
 import { MISSING, number, pixels } from "../format.js";
 import { facts, sentenceNames, sentences } from "./facts.js";
 import { badge, figures, nothing } from "./parts.js";
@@ -54,37 +54,24 @@ function table(title, scores, what) {
   const rows = kinds.map((kind) => {
     const [first, ...more] = scores.filter((score) => kindOf(score) === kind);
     const both = first ? [first, ...more] : more;
-    return h(
-      "tr",
-      { class: both.some(({ chosen }) => chosen) ? "chosen" : "" },
-      h("th", { scope: "row", text: first?.name }),
-      ...EYES.map((eye) =>
+    return html`<tr class=${both.some(({ chosen }) => chosen) ? "chosen" : ""}>
+      <th scope="row">${first?.name}</th>
+      ${EYES.map((eye) =>
         cell(
           both.find((score) => score.eye === eye),
           { least, most },
         ),
-      ),
-    );
+      )}
+    </tr>`;
   });
-  return h(
-    "div",
-    { class: "scroll-x", tabindex: "0", role: "region", "aria-label": title },
-    h(
-      "table",
-      { class: "compare" },
-      h(
-        "thead",
-        {},
-        h(
-          "tr",
-          {},
-          h("th", { scope: "col", text: title }),
-          EYES.map((eye) => h("th", { scope: "col", text: `${eye} ${what}` })),
-        ),
-      ),
-      h("tbody", {}, rows),
-    ),
-  );
+  return html`<div class="scroll-x" tabindex="0" role="region" aria-label=${title}>
+    <table class="compare">
+      <thead>
+        <tr><th scope="col">${title}</th>${EYES.map((eye) => html`<th scope="col">${eye} ${what}</th>`)}</tr>
+      </thead>
+      <tbody>${rows}</tbody>
+    </table>
+  </div>`;
 }
 
 /** @param {Score} score */
@@ -97,16 +84,14 @@ function kindOf({ name, order }) {
  * @param {{least: number, most: number}} errors the smallest and the largest of all; the bars are logarithmic, so that small errors differ visibly
  */
 function cell(score, { least, most }) {
-  if (!score) return h("td", { text: MISSING });
+  if (!score) return html`<td>${MISSING}</td>`;
   const part = h("span", { class: "part" });
   part.style.inlineSize = `${100 * shareOf(score.size, { least, most })}%`;
-  return h(
-    "td",
-    { class: `score eye-${score.eye}` },
-    h("span", { class: "bar", "aria-hidden": "true" }, part),
-    h("span", { text: score.text }),
-    score.chosen && badge("good", "taken"),
-  );
+  return html`<td class="score eye-${score.eye}">
+    <span class="bar" aria-hidden="true">${part}</span>
+    <span>${score.text}</span>
+    ${score.chosen && badge("good", "taken")}
+  </td>`;
 }
 
 /**
@@ -143,8 +128,8 @@ export function paperTable(fit) {
           ]),
         ];
   return [
-    h("h4", { text: "Beside the paper’s plain model" }),
-    ...sentences(paper).map((text) => h("p", { class: "lead", text })),
+    html`<h4>Beside the paper’s plain model</h4>`,
+    ...sentences(paper).map((text) => html`<p class="lead">${text}</p>`),
     figures([...rows, ["Ours: error on poses left out", ours], ...trip]),
     steps.length ? variants(steps) : null,
   ];
@@ -152,41 +137,30 @@ export function paperTable(fit) {
 
 /** @param {VariantStep[]} steps */
 function variants(steps) {
-  const what = h("p", {
-    class: "legend",
-    text: "RMS at poses left out, in pixels of the fovea. “Ours, but …” takes one addition away: what is lost is what it brings.",
-  });
-  return h(
-    "div",
-    { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "What each addition brings" },
-    h("h4", { text: "What each addition brings" }),
-    what,
-    h(
-      "table",
-      { class: "compare" },
-      h(
-        "thead",
-        {},
-        h(
-          "tr",
-          {},
-          ["Model", "Pointing", "Rectification", "Rows apart"].map((text) => h("th", { scope: "col", text })),
-        ),
-      ),
-      h(
-        "tbody",
-        {},
-        steps.map((step) =>
-          h(
-            "tr",
-            {},
-            h("th", { scope: "row", class: "long", text: step.name }),
-            [step.pointing_rms_px, step.rectification_rms_px, step.epipolar_rms_px].map((px) =>
-              h("td", { text: pixels(px) }),
-            ),
-          ),
-        ),
-      ),
-    ),
-  );
+  const what = html`<p class="legend">
+    RMS at poses left out, in pixels of the fovea. “Ours, but …” takes one addition away: what is lost is what it
+    brings.
+  </p>`;
+  return html`<div class="scroll-x" tabindex="0" role="region" aria-label="What each addition brings">
+    <h4>What each addition brings</h4>
+    ${what}
+    <table class="compare">
+      <thead>
+        <tr>
+          ${["Model", "Pointing", "Rectification", "Rows apart"].map((text) => html`<th scope="col">${text}</th>`)}
+        </tr>
+      </thead>
+      <tbody>
+        ${steps.map(
+          (step) =>
+            html`<tr>
+            <th scope="row" class="long">${step.name}</th>
+            ${[step.pointing_rms_px, step.rectification_rms_px, step.epipolar_rms_px].map(
+              (px) => html`<td>${pixels(px)}</td>`,
+            )}
+          </tr>`,
+        )}
+      </tbody>
+    </table>
+  </div>`;
 }

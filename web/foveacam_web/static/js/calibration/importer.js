@@ -1,6 +1,6 @@
 // Imports a calibration from a file. The authors' files lack the distance of the markers, so a dialog asks for it.
 
-import { h, say } from "../dom.js";
+import { h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { sheet } from "../panels/dialogs.js";
 import { numberField } from "./parts.js";
@@ -48,12 +48,10 @@ export function makeImporter({ store, orders, toasts }) {
       ask(document, file.name);
     else await take(document, null);
   };
-  return h(
-    "span",
-    { class: "starter" },
-    h("label", { class: "plain file" }, icon("plus"), "Import a file", input),
-    state,
-  );
+  return html`<span class="starter">
+    <label class="plain file">${icon("plus")}Import a file${input}</label>
+    ${state}
+  </span>`;
 }
 
 /**
@@ -96,7 +94,7 @@ function makeQuestion(take) {
       },
     },
     distance.element,
-    h("p", { class: "actions" }, h("button", { type: "submit", class: "plain primary" }, "Import")),
+    html`<p class="actions"><button type="submit" class="plain primary">Import</button></p>`,
   );
   const dialog = sheet("How far away were the markers?", what, form);
   return (/** @type {object} */ found, /** @type {string} */ name) => {

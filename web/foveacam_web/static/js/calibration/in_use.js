@@ -1,6 +1,6 @@
 // Shows the calibration in use: name, age, standard errors, and its health with the reason.
 
-import { changing, h } from "../dom.js";
+import { changing, h, html } from "../dom.js";
 import { baseline, MISSING, number, sentence, span } from "../format.js";
 import { icon } from "../icons.js";
 import { figures } from "./parts.js";
@@ -31,7 +31,7 @@ export function mountInUse(place, store) {
  * @param {{verdict: ReturnType<typeof verdictOf>, calibration: NonNullable<ConsoleState["rig"]>["calibration"], age: string, loading: boolean}} now
  */
 function inUse({ verdict, calibration, age, loading }) {
-  if (loading) return [h("p", { class: "empty", text: "Loading …" })];
+  if (loading) return [html`<p class="empty">Loading …</p>`];
   const tone = verdict.tone === "plain" ? "" : verdict.tone;
   const title = h(
     "p",
@@ -44,7 +44,7 @@ function inUse({ verdict, calibration, age, loading }) {
     return [
       title,
       reason,
-      h("p", { class: "remedy", text: "Calibrate everything, activate a record of this rig, or import one." }),
+      html`<p class="remedy">Calibrate everything, activate a record of this rig, or import one.</p>`,
     ];
   return [
     title,

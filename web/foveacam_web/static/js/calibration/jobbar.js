@@ -1,6 +1,6 @@
 // Shows the running procedure: step, progress, time left, cancel; after its end the result, the reason and the remedy.
 
-import { fill, h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { pixels, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { knockWords } from "./knocks.js";
@@ -128,14 +128,12 @@ function runningWords(work) {
         ? "cancelling"
         : [placeOf(work), far(work)].filter(Boolean).join(": ");
   return [
-    h(
-      "p",
-      { class: "state running" },
-      h("span", { class: "spinner", "aria-hidden": "true" }),
-      nameOf(work),
-      h("span", { class: "far number", text: state }),
-    ),
-    work.note && h("p", { class: "note", text: sentence(work.note) }),
+    html`<p class="state running">
+      <span class="spinner" aria-hidden="true"></span>
+      ${nameOf(work)}
+      <span class="far number">${state}</span>
+    </p>`,
+    work.note && html`<p class="note">${sentence(work.note)}</p>`,
   ];
 }
 
@@ -150,17 +148,14 @@ function endedWords(work, found) {
   const kept = work.state !== "succeeded" && RESUMABLE.has(work.step) ? `What was measured is kept. ${how}` : "";
   const { problem } = work;
   return [
-    h(
-      "p",
-      { class: `state ${tone}` },
-      icon(tone === "good" ? "check" : "warn"),
-      `${work.state === "succeeded" ? NAMES[work.step] : nameOf(work)}: ${end}`,
-    ),
-    work.state === "succeeded" && work.step === "all" && h("p", { class: "lead", text: resultOf(found) }),
-    work.state === "failed" &&
-      h("p", { class: "lead", text: sentence(problem?.detail) || "The server did not say why." }),
-    work.state === "failed" && remedyOf(problem) && h("p", { class: "remedy", text: remedyOf(problem) }),
-    kept && h("p", { class: "lead", text: kept }),
+    html`<p class="state ${tone}">
+      ${icon(tone === "good" ? "check" : "warn")}
+      ${work.state === "succeeded" ? NAMES[work.step] : nameOf(work)}: ${end}
+    </p>`,
+    work.state === "succeeded" && work.step === "all" && html`<p class="lead">${resultOf(found)}</p>`,
+    work.state === "failed" && html`<p class="lead">${sentence(problem?.detail) || "The server did not say why."}</p>`,
+    work.state === "failed" && remedyOf(problem) && html`<p class="remedy">${remedyOf(problem)}</p>`,
+    kept && html`<p class="lead">${kept}</p>`,
   ];
 }
 

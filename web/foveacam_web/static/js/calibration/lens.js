@@ -1,6 +1,6 @@
 // Compares both models of the wide lens: fit error, field of view, accuracy of a pixel's direction.
 
-import { h } from "../dom.js";
+import { html } from "../dom.js";
 import { MISSING, number, pixels, sentence } from "../format.js";
 import { nothing } from "./parts.js";
 
@@ -30,39 +30,29 @@ export function lensTable(wide) {
     ];
   const fits = wide.other_model ? [wide.fit, wide.other_model] : [wide.fit];
   return [
-    h(
-      "table",
-      { class: "compare" },
-      h(
-        "thead",
-        {},
-        h(
-          "tr",
-          {},
-          h("td", {}),
-          fits.map((fit, index) =>
-            h(
-              "th",
-              { scope: "col" },
-              NAMES[fit.model] ?? fit.model,
-              index === 0 && h("span", { class: "badge good", text: "in use" }),
-            ),
-          ),
-        ),
-      ),
-      h(
-        "tbody",
-        {},
-        ROWS.map(([name, of]) =>
-          h(
-            "tr",
-            {},
-            h("th", { scope: "row", text: name }),
-            fits.map((fit) => h("td", { class: name === "Distortion" ? "long" : "", text: of(fit) })),
-          ),
-        ),
-      ),
-    ),
-    wide.reason ? h("p", { class: "lead", text: sentence(wide.reason) }) : null,
+    html`<table class="compare">
+      <thead>
+        <tr>
+          <td></td>
+          ${fits.map(
+            (fit, index) =>
+              html`<th scope="col">
+              ${NAMES[fit.model] ?? fit.model}
+              ${index === 0 && html`<span class="badge good">in use</span>`}
+            </th>`,
+          )}
+        </tr>
+      </thead>
+      <tbody>
+        ${ROWS.map(
+          ([name, of]) =>
+            html`<tr>
+            <th scope="row">${name}</th>
+            ${fits.map((fit) => html`<td class=${name === "Distortion" ? "long" : ""}>${of(fit)}</td>`)}
+          </tr>`,
+        )}
+      </tbody>
+    </table>`,
+    wide.reason ? html`<p class="lead">${sentence(wide.reason)}</p>` : null,
   ];
 }

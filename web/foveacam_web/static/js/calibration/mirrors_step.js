@@ -1,6 +1,6 @@
 // Step 2, the sweep: the rig turns so that the markers pass through the whole field; each eye centres its own marker.
 
-import { changing, h } from "../dom.js";
+import { changing, h, html } from "../dom.js";
 import { number } from "../format.js";
 import { NodeGrid } from "./nodegrid.js";
 import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "./parts.js";
@@ -47,20 +47,16 @@ export function makeMirrorsStep(context) {
   const element = h(
     "div",
     { class: "step step-mirrors" },
-    h(
-      "div",
-      { class: "seeing" },
-      h(
-        "div",
-        { class: "stack" },
-        panel(
+    html`<div class="seeing">
+      <div class="stack">
+        ${panel(
           "Measure",
           runForm(context, () => chosen.name),
-        ),
-        panel("Sweep", stations, empty, grid.element),
-      ),
-      live,
-    ),
+        )}
+        ${panel("Sweep", stations, empty, grid.element)}
+      </div>
+      ${live}
+    </div>`,
   );
   return { element, live };
 }
@@ -131,19 +127,11 @@ function refusals(sweep) {
 function stationButton({ name, distance_m, done, nodes, refused, chosen }, choose) {
   const far = distance_m === null ? "distance not measured" : `${number(distance_m, 2)} m`;
   const measured = nodes ? `${done} of ${nodes}${refused ? `, ${refused} with a refusal` : ""}` : "not measured";
-  return h(
-    "button",
-    {
-      type: "button",
-      class: "station",
-      "aria-pressed": String(chosen),
-      data: { keep: `station-${name}` },
-      on: { click: choose },
-    },
-    h("strong", { text: name }),
-    h("span", { text: far }),
-    h("span", { class: "number", text: measured }),
-  );
+  return html`<button type="button" class="station" aria-pressed=${String(chosen)} @click=${choose}>
+    <strong>${name}</strong>
+    <span>${far}</span>
+    <span class="number">${measured}</span>
+  </button>`;
 }
 
 /**
@@ -186,25 +174,17 @@ function runForm({ store, orders }, station) {
     why: against,
     named: startWords,
   });
-  return h(
-    "form",
-    { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
-    h("p", {
-      class: "lead",
-      text: "The rig turns from node to node. At each one the wide camera measures where the markers are, and each eye steers until its own marker is in the middle.",
-    }),
-    h(
-      "details",
-      { class: "options" },
-      h("summary", { text: "Grid and options" }),
-      h(
-        "div",
-        { class: "fields" },
-        [where, across, down, ax, ay, spacing, again].map(({ element }) => element),
-      ),
-    ),
-    h("p", { class: "actions" }, start),
-  );
+  return html`<form class="run" @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
+    <p class="lead">
+      The rig turns from node to node. At each one the wide camera measures where the markers are, and each eye steers
+      until its own marker is in the middle.
+    </p>
+    <details class="options">
+      <summary>Grid and options</summary>
+      <div class="fields">${[where, across, down, ax, ay, spacing, again].map(({ element }) => element)}</div>
+    </details>
+    <p class="actions">${start}</p>
+  </form>`;
 }
 
 /** @param {ConsoleState} state */

@@ -1,6 +1,6 @@
 // Shows the nodes of a running sweep: both eyes' state at each, and the reason of a refusal under pointer or focus.
 
-import { fill, h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { angle, sentence } from "../format.js";
 
 /**
@@ -75,7 +75,7 @@ export class NodeGrid {
           h(
             "div",
             { class: "row heads", "aria-hidden": "true" },
-            across.map((ax_deg) => h("span", { text: angle(ax_deg, 1) })),
+            across.map((ax_deg) => html`<span>${angle(ax_deg, 1)}</span>`),
           ),
         ]
       : [];
@@ -84,13 +84,12 @@ export class NodeGrid {
       ...heads,
       ...[...rows]
         .sort(([a], [b]) => a - b)
-        .map(([row, cells]) =>
-          h(
-            "div",
-            { class: "row", role: "row" },
-            cells.sort((a, b) => Number(a.dataset["column"]) - Number(b.dataset["column"])),
-            lattice && h("span", { class: "head", "aria-hidden": "true", text: angle(down[row], 1) }),
-          ),
+        .map(
+          ([row, cells]) =>
+            html`<div class="row" role="row">
+            ${cells.sort((a, b) => Number(a.dataset["column"]) - Number(b.dataset["column"]))}
+            ${lattice && html`<span class="head" aria-hidden="true">${angle(down[row], 1)}</span>`}
+          </div>`,
         ),
     );
     const first = this.#grid.querySelector(".node");
@@ -151,7 +150,7 @@ export class NodeGrid {
 
 /** @param {"left" | "right"} side */
 function eye(side) {
-  return h("span", { class: `eye ${side}`, "aria-hidden": "true" });
+  return html`<span class="eye ${side}" aria-hidden="true"></span>`;
 }
 
 /** @param {SweepPoseDocument} pose */
@@ -168,19 +167,14 @@ function inWords(pose) {
 }
 
 function legend() {
-  return h(
-    "p",
-    { class: "legend", "aria-hidden": "true" },
-    h(
-      "span",
-      { class: "eyes" },
-      h("span", { class: "eye left", data: { state: "centred" } }, "●"),
-      "left ",
-      h("span", { class: "eye right", data: { state: "centred" } }, "●"),
-      "right",
-    ),
-    Object.values(STATES).map(({ sign, word }) => h("span", { text: `${sign} ${word}` })),
-  );
+  return html`<p class="legend" aria-hidden="true">
+    <span class="eyes">
+      <span class="eye left" data-state="centred">●</span>
+      left <span class="eye right" data-state="centred">●</span>
+      right
+    </span>
+    ${Object.values(STATES).map(({ sign, word }) => html`<span>${sign} ${word}</span>`)}
+  </p>`;
 }
 
 /** @param {EventTarget | null} target */

@@ -1,6 +1,6 @@
 // Builds the calibration page: the session, the steps, the running procedure, and the pan-tilt beside them.
 
-import { changing, fill, focusOn, h, need } from "../dom.js";
+import { changing, fill, focusOn, h, html, need } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { makeCheckStep, checkProgress } from "./check_step.js";
@@ -57,25 +57,12 @@ export function mountWizard(place, context) {
     makeTabs(context),
     bar,
     makeDamage(store),
-    h(
-      "div",
-      { class: "wizard-body" },
-      h(
-        "div",
-        { class: "wizard-step" },
-        [...steps.values()].map(({ element }) => element),
-      ),
-      h(
-        "aside",
-        { class: "wizard-side" },
-        h(
-          "section",
-          { class: "panel", "aria-label": "Pan-tilt" },
-          h("header", {}, h("h3", { text: "Pan-tilt" })),
-          turner,
-        ),
-      ),
-    ),
+    html`<div class="wizard-body">
+      <div class="wizard-step">${[...steps.values()].map(({ element }) => element)}</div>
+      <aside class="wizard-side">
+        <section class="panel" aria-label="Pan-tilt"><header><h3>Pan-tilt</h3></header>${turner}</section>
+      </aside>
+    </div>`,
   );
   advance(store);
   store.on(["wizard"], ({ wizard }) => {
@@ -122,8 +109,8 @@ function makeOverview(context) {
   const element = h(
     "div",
     { class: "step step-overview" },
-    h("div", { class: "column" }, panel("In use", inUse), panel("Measurements", sessions)),
-    h("div", { class: "column" }, panel("Records", records), panel("Drift", drift)),
+    html`<div class="column">${panel("In use", inUse)}${panel("Measurements", sessions)}</div>`,
+    html`<div class="column">${panel("Records", records)}${panel("Drift", drift)}</div>`,
   );
   return { element, live: null };
 }
@@ -135,24 +122,18 @@ function stack() {
 /** @param {WizardContext} context */
 function head(context) {
   const calibrateEverything = makeEverything(context);
-  return h(
-    "div",
-    { class: "wizard-head" },
-    h("h2", { id: "wizard-title", tabindex: "-1", text: "Calibration" }),
-    makeSessionChoice(context),
-    h(
-      "button",
-      { type: "button", class: "plain primary", on: { click: () => calibrateEverything() } },
-      icon("scope"),
-      "Calibrate everything",
-    ),
-    h(
-      "a",
-      { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" },
-      icon("back"),
-      h("span", { text: "Console" }),
-    ),
-  );
+  return html`<div class="wizard-head">
+    <h2 id="wizard-title" tabindex="-1">Calibration</h2>
+    ${makeSessionChoice(context)}
+    <button type="button" class="plain primary" @click=${() => calibrateEverything()}>
+      ${icon("scope")}
+      Calibrate everything
+    </button>
+    <a class="plain back" href=${addressOf(null)} aria-label="Back to the console">
+      ${icon("back")}
+      <span>Console</span>
+    </a>
+  </div>`;
 }
 
 /**
@@ -163,11 +144,7 @@ function makeDamage(store) {
   const place = h("div", { class: "strip warn damage", role: "status" });
   const show = changing(place, (/** @type {string[]} */ problems) => [
     icon("warn"),
-    h(
-      "ul",
-      {},
-      problems.map((problem) => h("li", { text: sentence(problem) })),
-    ),
+    html`<ul>${problems.map((problem) => html`<li>${sentence(problem)}</li>`)}</ul>`,
   ]);
   store.on(["session"], ({ session }) => {
     const problems = session?.problems ?? [];
@@ -181,7 +158,7 @@ function makeDamage(store) {
 function makeTabs({ store }) {
   const links = PAGES.map(({ page, title }) => ({
     page,
-    link: h("a", { href: addressOf(page), id: `to-${page}` }, h("span", { text: title })),
+    link: h("a", { href: addressOf(page), id: `to-${page}` }, html`<span>${title}</span>`),
     mark: h("span", { class: "mark" }),
   }));
   const shows = links.map(({ page, mark }) => ({
@@ -210,11 +187,7 @@ function makeTabs({ store }) {
     if (state.session && state.session.id !== known) uncover(); // new marks have moved the tabs
     known = state.session?.id ?? "";
   });
-  return h(
-    "nav",
-    { class: "wizard-tabs", "aria-label": "Steps of calibrating" },
-    links.map(({ link }) => link),
-  );
+  return html`<nav class="wizard-tabs" aria-label="Steps of calibrating">${links.map(({ link }) => link)}</nav>`;
 }
 
 /**

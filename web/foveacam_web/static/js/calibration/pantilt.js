@@ -1,7 +1,7 @@
 // Controls the pan-tilt: its angles, turning by steps or to a station, stopping; or instructions to turn the rig by
 // hand.
 
-import { changing, fill, h, say } from "../dom.js";
+import { changing, fill, h, html, say } from "../dom.js";
 import { angle, MISSING, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { zeroOf } from "../rig/zero.js";
@@ -52,17 +52,17 @@ function stateOf({ pan_tilt, work }) {
   if (!pan_tilt) return [nothing("The pan-tilt has not answered yet.")];
   if (!pan_tilt.present) {
     return [
-      h("p", { class: "lead", text: "This rig has no pan-tilt, and none by hand is set up." }),
-      h("p", {
-        class: "remedy",
-        text: "The mirrors' sweep needs the rig to be turned: name a pan-tilt, or “manual”, in the rig's file. The other steps work without.",
-      }),
+      html`<p class="lead">This rig has no pan-tilt, and none by hand is set up.</p>`,
+      html`<p class="remedy">
+        The mirrors' sweep needs the rig to be turned: name a pan-tilt, or “manual”, in the rig's file. The other
+        steps work without.
+      </p>`,
     ];
   }
   if (pan_tilt.fault)
     return [
-      h("p", { class: "state bad" }, icon("warn"), "Pan-tilt not usable"),
-      h("p", { class: "lead", text: sentence(pan_tilt.fault) }),
+      html`<p class="state bad">${icon("warn")}Pan-tilt not usable</p>`,
+      html`<p class="lead">${sentence(pan_tilt.fault)}</p>`,
     ];
   if (!pan_tilt.moves_itself) return byHand(work);
   const word = !pan_tilt.connected
@@ -74,13 +74,11 @@ function stateOf({ pan_tilt, work }) {
         : "not homed";
   const tone = !pan_tilt.connected ? "bad" : pan_tilt.homed || pan_tilt.moving ? "good" : "";
   return [
-    h(
-      "p",
-      { class: "pose number" },
-      h("span", { class: `lamp ${tone}` }),
-      `pan ${angle(pan_tilt.pan_deg)}  tilt ${angle(pan_tilt.tilt_deg)}`,
-    ),
-    h("p", { class: "lead", text: `${word}${reach(pan_tilt)}` }),
+    html`<p class="pose number">
+      <span class="lamp ${tone}"></span>
+      pan ${angle(pan_tilt.pan_deg)}  tilt ${angle(pan_tilt.tilt_deg)}
+    </p>`,
+    html`<p class="lead">${word}${reach(pan_tilt)}</p>`,
   ];
 }
 
@@ -100,19 +98,13 @@ function byHand(work) {
         text: "Start a step: here it says which way to turn, and each pose is taken by itself once the rig is near and still.",
       });
   return [
-    h("p", { class: "state warn" }, icon("hand"), "You turn the rig"),
+    html`<p class="state warn">${icon("hand")}You turn the rig</p>`,
     wanted,
-    h(
-      "ol",
-      { class: "how" },
-      h("li", {
-        text: "Turn the rig until the bearing asked for is reached; pan is positive to the right, tilt downwards.",
-      }),
-      h("li", { text: "Let go, and hold still until the number of poses goes up." }),
-      h("li", {
-        text: "Skip none: a pose that cannot be reached may be left by cancelling; what was measured is kept.",
-      }),
-    ),
+    html`<ol class="how">
+      <li>Turn the rig until the bearing asked for is reached; pan is positive to the right, tilt downwards.</li>
+      <li>Let go, and hold still until the number of poses goes up.</li>
+      <li>Skip none: a pose that cannot be reached may be left by cancelling; what was measured is kept.</li>
+    </ol>`,
   ];
 }
 
@@ -149,18 +141,16 @@ function driveOf({ store, orders }) {
     arrow("Turn right", "on", 1, 0),
     arrow("Turn down", "low", 0, 1),
   ];
-  const hold = h(
-    "button",
-    { type: "button", class: "plain hold", on: { click: () => void orders.hold() }, title: "Stop turning now" },
-    "Hold",
-  );
+  const hold = html`<button type="button" class="plain hold" @click=${() => void orders.hold()} title="Stop turning now">
+    Hold
+  </button>`;
   const home = h("button", { type: "button", class: "plain", on: { click: () => void orders.home() } }, "Home");
   const reason = h("p", { class: "why", role: "status" });
   const element = h(
     "div",
     { class: "drive" },
-    h("div", { class: "pad", role: "group", "aria-label": "Turn the rig" }, arrows, hold),
-    h("div", { class: "beside" }, step.element, home, reason),
+    html`<div class="pad" role="group" aria-label="Turn the rig">${arrows}${hold}</div>`,
+    html`<div class="beside">${step.element}${home}${reason}</div>`,
   );
   return {
     element,
@@ -182,39 +172,32 @@ function stationsOf({ pan_tilt, busy }, { orders }) {
   if (!pan_tilt?.present) return [];
   if (pan_tilt.stations.length === 0)
     return [
-      h("h4", { text: "Stations" }),
+      html`<h4>Stations</h4>`,
       nothing("None is set up. Name them in the rig's file: where to point, and what stands there."),
     ];
   return [
-    h("h4", { text: "Stations" }),
-    h(
-      "ul",
-      {},
-      pan_tilt.stations.map((station) =>
-        h(
-          "li",
-          {},
-          h("span", { class: "name", text: station.name }),
-          h("span", {
-            class: "where",
-            text: `${station.target === "board" ? "board" : "markers"}${station.distance_m === null ? "" : `, ${number(station.distance_m, 2)} m`}; ${turnOf(station)}`,
-          }),
-          pan_tilt.moves_itself &&
-            h(
-              "button",
-              {
-                type: "button",
-                class: "plain",
-                disabled: busy || !pan_tilt.connected || Boolean(pan_tilt.fault),
-                data: { keep: `go-${station.name}` },
-                "aria-label": `Turn to the station ${station.name}`,
-                on: { click: () => void orders.turn({ station: station.name }) },
-              },
-              "Go",
-            ),
-        ),
-      ),
-    ),
+    html`<h4>Stations</h4>`,
+    html`<ul>
+      ${pan_tilt.stations.map(
+        (station) =>
+          html`<li>
+          <span class="name">${station.name}</span>
+          <span class="where">
+            ${`${station.target === "board" ? "board" : "markers"}${station.distance_m === null ? "" : `, ${number(station.distance_m, 2)} m`}; ${turnOf(station)}`}
+          </span>
+          ${
+            pan_tilt.moves_itself &&
+            html`<button
+              type="button" class="plain" ?disabled=${busy || !pan_tilt.connected || Boolean(pan_tilt.fault)}
+              aria-label="Turn to the station ${station.name}"
+              @click=${() => void orders.turn({ station: station.name })}
+            >
+              Go
+            </button>`
+          }
+        </li>`,
+      )}
+    </ul>`,
   ];
 }
 

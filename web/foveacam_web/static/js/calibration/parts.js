@@ -1,6 +1,6 @@
 // Small parts of the pages: panels, fields, figures, and buttons that show why they are disabled.
 
-import { fill, h, say } from "../dom.js";
+import { absent, fill, h, html, say } from "../dom.js";
 import { MISSING } from "../format.js";
 import { icon } from "../icons.js";
 import { isRunning } from "./work.js";
@@ -19,12 +19,10 @@ import { isRunning } from "./work.js";
  * @param {...(Child | Child[])} children
  */
 export function panel(title, ...children) {
-  return h(
-    "section",
-    { class: "panel", "aria-label": title },
-    h("header", {}, h("h3", { text: title })),
-    h("div", { class: "inside" }, ...children),
-  );
+  return html`<section class="panel" aria-label=${title}>
+    <header><h3>${title}</h3></header>
+    <div class="inside">${children}</div>
+  </section>`;
 }
 
 /**
@@ -62,7 +60,7 @@ export function starter({
     say(reason, against !== null && !silent && !isRunning(state.work) ? against : "");
     if (named) say(words, named(state));
   });
-  return h("span", { class: "starter" }, button, reason);
+  return html`<span class="starter">${button}${reason}</span>`;
 }
 
 let fields = 0;
@@ -89,8 +87,8 @@ export function numberField(label, { value = null, min, max, step = 1, unit = ""
   const element = h(
     "div",
     { class: "field" },
-    h("label", { for: id, text: label }),
-    h("span", { class: "entry" }, input, unit && h("span", { class: "unit", text: unit })),
+    html`<label for=${id}>${label}</label>`,
+    html`<span class="entry">${input}${unit && html`<span class="unit">${unit}</span>`}</span>`,
   );
   const put = (/** @type {number | null} */ given) => {
     input.value = given === null ? "" : String(given);
@@ -109,13 +107,13 @@ export function choiceField(label, choices, changed = () => {}) {
   const input = h(
     "select",
     { id, on: { change: () => changed(input.value) } },
-    choices.map(([value, text]) => h("option", { value, text })),
+    choices.map(([value, text]) => html`<option value=${value}>${text}</option>`),
   );
   const put = (/** @type {string} */ value) => {
     input.value = value;
   };
   return {
-    element: h("div", { class: "field" }, h("label", { for: id, text: label }), input),
+    element: h("div", { class: "field" }, html`<label for=${id}>${label}</label>`, input),
     input,
     value: () => input.value,
     put,
@@ -132,7 +130,7 @@ export function tickField(label, checked) {
     input.checked = on;
   };
   return {
-    element: h("label", { class: "field tick" }, input, h("span", { text: label })),
+    element: h("label", { class: "field tick" }, input, html`<span>${label}</span>`),
     input,
     value: () => input.checked,
     put,
@@ -152,14 +150,12 @@ export function allHold(...entries) {
  * @param {[string, Child][]} rows
  */
 export function figures(rows) {
-  return h(
-    "dl",
-    { class: "numbers" },
-    rows.flatMap(([name, value]) => [
-      h("dt", { text: name }),
-      h("dd", { class: "number" }, value === "" || value === null || value === undefined ? MISSING : value),
-    ]),
-  );
+  return html`<dl class="numbers">
+    ${rows.flatMap(([name, value]) => [
+      html`<dt>${name}</dt>`,
+      html`<dd class="number">${value === "" || value === null || value === undefined ? MISSING : value}</dd>`,
+    ])}
+  </dl>`;
 }
 
 /**
@@ -167,7 +163,7 @@ export function figures(rows) {
  * @param {string} text
  */
 export function nothing(text) {
-  return h("p", { class: "empty", text });
+  return html`<p class="empty">${text}</p>`;
 }
 
 /**
@@ -177,7 +173,7 @@ export function nothing(text) {
  * @param {string} [title]
  */
 export function badge(tone, text, title) {
-  return h("span", { class: `badge ${tone}`, text, title });
+  return html`<span class="badge ${tone}" title=${title ?? absent}>${text}</span>`;
 }
 
 /**
@@ -189,19 +185,12 @@ export function bar(label, { share, text }) {
   const value = share === null ? undefined : Math.round(Math.min(1, Math.max(0, share)) * 100);
   const part = h("span", { class: "part" });
   part.style.inlineSize = `${value ?? 0}%`;
-  return h(
-    "div",
-    {
-      class: share === null ? "bar endless" : "bar",
-      role: "progressbar",
-      "aria-label": label,
-      "aria-valuemin": 0,
-      "aria-valuemax": 100,
-      "aria-valuenow": value,
-      "aria-valuetext": text,
-    },
-    part,
-  );
+  return html`<div
+    class=${share === null ? "bar endless" : "bar"} role="progressbar" aria-label=${label} aria-valuemin="0"
+    aria-valuemax="100" aria-valuenow=${value ?? absent} aria-valuetext=${text}
+  >
+    ${part}
+  </div>`;
 }
 
 /**

@@ -1,7 +1,6 @@
 // Shows the server's diagrams: by name, enlarged by a click; two of the same view with a slider between them.
 
-import { h } from "../dom.js";
-import { nothing } from "./parts.js";
+import { h, html, keyed } from "../dom.js";
 
 /** @import { PictureDocument, SessionDocument } from "#api" */
 
@@ -35,18 +34,19 @@ export function fresh(url, stamp) {
  * @param {PictureDocument} picture
  */
 export function figure({ title, url }) {
-  const image = h("img", {
-    src: url,
-    alt: title,
-    loading: "lazy",
-    on: {
-      error: () => link.replaceWith(nothing("This picture could not be loaded.")),
-      load: () => box.classList.toggle("broad", image.naturalWidth > BROAD * image.naturalHeight),
-    },
-  });
-  const link = h("a", { href: url, target: "_blank", rel: "noopener", title: "Open at full size" }, image);
-  const box = h("figure", { class: "diagram" }, link, h("figcaption", { text: title }));
-  return box;
+  const failed = (/** @type {{target: Element}} */ { target }) =>
+    target.closest("a")?.replaceWith(h("p", { class: "empty", text: "This picture could not be loaded." }));
+  const loaded = (/** @type {{target: HTMLImageElement}} */ { target: image }) =>
+    image.closest("figure")?.classList.toggle("broad", image.naturalWidth > BROAD * image.naturalHeight);
+  return keyed(
+    url,
+    html`<figure class="diagram">
+      <a href=${url} target="_blank" rel="noopener" title="Open at full size">
+        <img loading="lazy" src=${url} alt=${title} @error=${failed} @load=${loaded} />
+      </a>
+      <figcaption>${title}</figcaption>
+    </figure>`,
+  );
 }
 
 /**
@@ -62,14 +62,14 @@ export function beforeAfter(before, after) {
     value: 50,
     "aria-label": `${before.title} on the left, ${after.title} on the right`,
   });
-  const over = h("img", { class: "over", src: before.url, alt: before.title });
+  const over = html`<img class="over" src=${before.url} alt=${before.title} />`;
   const box = h(
     "div",
     { class: "pair" },
-    h("img", { src: after.url, alt: after.title }),
+    html`<img src=${after.url} alt=${after.title} />`,
     over,
-    h("span", { class: "name left", text: "before" }),
-    h("span", { class: "name right", text: "after" }),
+    html`<span class="name left">before</span>`,
+    html`<span class="name right">after</span>`,
   );
   const place = () => {
     box.style.setProperty("--part", `${slider.value}%`);
@@ -77,11 +77,9 @@ export function beforeAfter(before, after) {
   };
   slider.addEventListener("input", place);
   place();
-  return h(
-    "figure",
-    { class: "diagram before-after" },
-    box,
-    slider,
-    h("figcaption", { text: `${before.title} | ${after.title}` }),
-  );
+  return html`<figure class="diagram before-after">
+    ${box}
+    ${slider}
+    <figcaption>${before.title} | ${after.title}</figcaption>
+  </figure>`;
 }

@@ -1,6 +1,6 @@
 // Lists the calibrations of this rig: put one in use, report, export, discard, import, compare two.
 
-import { changing, fill, h, say } from "../dom.js";
+import { changing, fill, h, html, say } from "../dom.js";
 import { MISSING, number, span } from "../format.js";
 import { icon } from "../icons.js";
 import { facts } from "./facts.js";
@@ -82,7 +82,7 @@ export function mountRecords(place, context) {
     place,
     empty,
     list,
-    h("p", { class: "actions" }, h("span", { class: "starter" }, compare, hint), makeImporter(context)),
+    html`<p class="actions"><span class="starter">${compare}${hint}</span>${makeImporter(context)}</p>`,
     compared,
   );
 }
@@ -128,87 +128,56 @@ function row(record, { orders, picked, choose }) {
       text,
     );
   };
-  return h(
-    "li",
-    { class: record.current ? "current" : "" },
-    tick,
-    h(
-      "div",
-      { class: "what" },
-      h(
-        "p",
-        { class: "name" },
-        h("strong", { text: name, title: name }),
-        record.current && badge("good", "in use"),
-        record.health?.verdict === "recalibrate" && badge("warn", "recalibrate", record.health.detail),
-      ),
-      h(
-        "p",
-        { class: "legend" },
-        h("span", { text: ORIGINS[record.origin] ?? record.origin }),
-        h("time", { datetime: record.created_utc, title: record.created_utc, text: `${span(record.age_s)} ago` }),
-        h("span", {
-          class: "number",
-          text: record.id.slice(0, 10),
-          title: `${record.id}${record.parent_id ? `, from ${record.parent_id}` : ""}`,
-        }),
-        h("span", {
-          class: "number",
-          text: `mirrors ${record.mirror_sigma_deg === null ? MISSING : `± ${number(record.mirror_sigma_deg, 4)}°`}`,
-        }),
-        h("span", {
-          class: "number",
-          text: `rectified ${record.rectify_sigma_px === null ? MISSING : `± ${number(record.rectify_sigma_px, 2)} px`}`,
-        }),
-      ),
-    ),
-    h(
-      "div",
-      { class: "links" },
-      !record.current &&
-        h(
-          "button",
-          {
-            type: "button",
-            class: "plain",
-            data: { keep: `use-${record.id}` },
-            "aria-label": `Use ${name}`,
-            on: { click: () => void orders.activate(record.id) },
-          },
-          "Use",
-        ),
-      h(
-        "a",
-        {
-          href: `/api/v1/calibrations/${record.id}/report`,
-          target: "_blank",
-          rel: "noopener",
-          "aria-label": `Report of ${name}`,
-        },
-        icon("file"),
-        "Report",
-      ),
-      saver("foveacam", "Export", { "aria-label": `Export ${name}` }),
-      saver("authors", "Authors’ format", {
+  return html`<li class=${record.current ? "current" : ""}>
+    ${tick}
+    <div class="what">
+      <p class="name">
+        <strong title=${name}>${name}</strong>
+        ${record.current && badge("good", "in use")}
+        ${record.health?.verdict === "recalibrate" && badge("warn", "recalibrate", record.health.detail)}
+      </p>
+      <p class="legend">
+        <span>${ORIGINS[record.origin] ?? record.origin}</span>
+        <time datetime=${record.created_utc} title=${record.created_utc}>${span(record.age_s)} ago</time>
+        <span class="number" title=${`${record.id}${record.parent_id ? `, from ${record.parent_id}` : ""}`}>
+          ${record.id.slice(0, 10)}
+        </span>
+        <span class="number">
+          ${`mirrors ${record.mirror_sigma_deg === null ? MISSING : `± ${number(record.mirror_sigma_deg, 4)}°`}`}
+        </span>
+        <span class="number">
+          ${`rectified ${record.rectify_sigma_px === null ? MISSING : `± ${number(record.rectify_sigma_px, 2)} px`}`}
+        </span>
+      </p>
+    </div>
+    <div class="links">
+      ${
+        !record.current &&
+        html`<button type="button" class="plain" aria-label="Use ${name}" @click=${() => void orders.activate(record.id)}>
+          Use
+        </button>`
+      }
+      <a href="/api/v1/calibrations/${record.id}/report" target="_blank" rel="noopener" aria-label="Report of ${name}">
+        ${icon("file")}
+        Report
+      </a>
+      ${saver("foveacam", "Export", { "aria-label": `Export ${name}` })}
+      ${saver("authors", "Authors’ format", {
         title: "Export in the exchange format of the authors’ application",
         "aria-label": `Export ${name} in the authors’ format`,
-      }),
-      record.kept &&
+      })}
+      ${
+        record.kept &&
         !record.current &&
-        h(
-          "button",
-          {
-            type: "button",
-            class: "tool",
-            data: { keep: `discard-${record.id}` },
-            title: "Put it in the trash",
-            "aria-label": `Discard ${name}`,
-            on: { click: () => void orders.discard(record.id, name) },
-          },
-          icon("trash"),
-        ),
-    ),
-  );
+        html`<button
+          type="button" class="tool" title="Put it in the trash" aria-label="Discard ${name}"
+          @click=${() => void orders.discard(record.id, name)}
+        >
+          ${icon("trash")}
+        </button>`
+      }
+    </div>
+  </li>`;
 }
 
 /**
@@ -218,8 +187,8 @@ function row(record, { orders, picked, choose }) {
 function comparisonOf(found, records) {
   const name = (/** @type {string} */ id) => records.find((record) => record.id === id)?.label || id.slice(0, 10);
   return [
-    h("h4", { text: `${name(found.a)} beside ${name(found.b)}` }),
+    html`<h4>${name(found.a)} beside ${name(found.b)}</h4>`,
     figures(facts(found, ["a", "b"])),
-    found.picture_url ? h("img", { src: found.picture_url, alt: "Where both differ, over the field" }) : null,
+    found.picture_url ? html`<img src=${found.picture_url} alt="Where both differ, over the field" />` : null,
   ];
 }

@@ -1,6 +1,6 @@
 // Shows the captured views of the board: thumbnails with their error; each can be removed.
 
-import { changing, fill, h } from "../dom.js";
+import { changing, fill, h, html } from "../dom.js";
 import { MISSING, number, pixels } from "../format.js";
 import { icon } from "../icons.js";
 import { nothing } from "./parts.js";
@@ -47,41 +47,28 @@ function card(sample, { index, far, busy, remove }) {
     sample.rms_px === null ? "" : pixels(sample.rms_px),
     sample.tilt_deg === null ? "" : `tilt ${number(sample.tilt_deg, 0)}°`,
   ];
-  return h(
-    "li",
-    { class: far ? "far" : "" },
-    h("img", {
-      src: sample.thumbnail_url,
-      alt: `View ${index + 1}: ${sample.corners} corners`,
-      loading: "lazy",
-      width: 144,
-      height: 108,
-    }),
-    h(
-      "span",
-      {
-        class: "error number",
-        title: far
-          ? "Much larger than the others: look whether the board was blurred or bent"
-          : `${sample.corners} corners`,
-      },
-      far && icon("warn"),
-      words.filter(Boolean).join(", ") || MISSING,
-    ),
-    h(
-      "button",
-      {
-        type: "button",
-        class: "tool",
-        "aria-label": `Remove view ${index + 1}`,
-        title: busy ? "Not while something runs" : "Remove and fit again",
-        disabled: busy,
-        data: { keep: `view-${index}` },
-        on: { click: () => void remove() },
-      },
-      icon("trash"),
-    ),
-  );
+  return html`<li class=${far ? "far" : ""}>
+    <img
+      src=${sample.thumbnail_url} alt="View ${index + 1}: ${sample.corners} corners" loading="lazy" width="144"
+      height="108"
+    />
+    <span
+      class="error number"
+      title=${
+        far ? "Much larger than the others: look whether the board was blurred or bent" : `${sample.corners} corners`
+      }
+    >
+      ${far && icon("warn")}
+      ${words.filter(Boolean).join(", ") || MISSING}
+    </span>
+    <button
+      type="button" class="tool" aria-label="Remove view ${index + 1}"
+      title=${busy ? "Not while something runs" : "Remove and fit again"} ?disabled=${busy}
+      @click=${() => void remove()}
+    >
+      ${icon("trash")}
+    </button>
+  </li>`;
 }
 
 /** @param {number[]} values */

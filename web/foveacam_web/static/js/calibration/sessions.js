@@ -1,6 +1,6 @@
 // Lists the sessions, one for each calibration: open one, create one, combine several, delete one.
 
-import { changing, fill, h, say } from "../dom.js";
+import { changing, fill, h, html, say } from "../dom.js";
 import { MISSING, number } from "../format.js";
 import { icon } from "../icons.js";
 import { badge, nothing } from "./parts.js";
@@ -17,20 +17,16 @@ import { badge, nothing } from "./parts.js";
  */
 export function makeSessionChoice({ store, orders, reader }) {
   const select = h("select", { id: "session", on: { change: () => void reader.openSession(select.value) } });
-  const add = h(
-    "button",
-    {
-      type: "button",
-      class: "plain",
-      title: "Begin another measurement; this one is kept",
-      on: { click: () => void orders.newSession() },
-    },
-    icon("plus"),
-    "New",
-  );
+  const add = html`<button
+    type="button" class="plain" title="Begin another measurement; this one is kept"
+    @click=${() => void orders.newSession()}
+  >
+    ${icon("plus")}
+    New
+  </button>`;
   const empty = h("span", { class: "why" });
   const show = changing(select, (/** @type {Shown} */ { list, open }) =>
-    list.map(({ id, label }) => h("option", { value: id, text: label || id, selected: id === open })),
+    list.map(({ id, label }) => html`<option value=${id} .selected=${id === open}>${label || id}</option>`),
   );
   store.on(["sessions", "session"], ({ sessions, session }) => {
     show({ list: sessions ?? [], open: session?.id });
@@ -39,7 +35,7 @@ export function makeSessionChoice({ store, orders, reader }) {
     select.hidden = !sessions?.length;
     say(empty, sessions?.length === 0 ? "Nothing measured yet" : "");
   });
-  return h("div", { class: "session-choice" }, h("label", { for: "session", text: "Measurement" }), select, empty, add);
+  return html`<div class="session-choice"><label for="session">Measurement</label>${select}${empty}${add}</div>`;
 }
 
 /**
@@ -60,7 +56,7 @@ export function mountSessions(place, { store, orders, reader }) {
     icon("plus"),
     "Combine",
   );
-  const together = h("p", { class: "actions" }, h("span", { class: "starter" }, combine, hint));
+  const together = h("p", { class: "actions" }, html`<span class="starter">${combine}${hint}</span>`);
   const act = async () => {
     combine.disabled = true;
     say(hint, "Putting them together …");
@@ -77,81 +73,55 @@ export function mountSessions(place, { store, orders, reader }) {
     update();
   };
   const show = changing(list, (/** @type {Shown & {asked: string | null, picked: string[]}} */ now) =>
-    now.list.map((session) =>
-      h(
-        "li",
-        { class: session.id === now.open ? "current" : "" },
-        now.list.length > 1 && makeTick(session, picked, choose),
-        h(
-          "div",
-          { class: "what" },
-          h(
-            "p",
-            { class: "name" },
-            h("strong", { text: session.label || session.id, title: session.label }),
-            session.id === now.open && badge("plain", "open"),
-            session.running && badge("good", "running"),
-          ),
-          h(
-            "p",
-            { class: "legend" },
-            h("time", {
-              datetime: session.created_utc,
-              text: new Date(session.created_utc).toLocaleString(undefined, {
+    now.list.map(
+      (session) =>
+        html`<li class=${session.id === now.open ? "current" : ""}>
+        ${now.list.length > 1 && makeTick(session, picked, choose)}
+        <div class="what">
+          <p class="name">
+            <strong title=${session.label}>${session.label || session.id}</strong>
+            ${session.id === now.open && badge("plain", "open")}
+            ${session.running && badge("good", "running")}
+          </p>
+          <p class="legend">
+            <time datetime=${session.created_utc}>
+              ${new Date(session.created_utc).toLocaleString(undefined, {
                 dateStyle: "medium",
                 timeStyle: "short",
-              }),
-            }),
-            h("span", { class: "number", text: size(session.bytes) }),
-          ),
-        ),
-        h(
-          "div",
-          { class: "links" },
-          now.asked === session.id
-            ? [
-                h("span", { class: "why", role: "alert", text: "Delete all that it measured?" }),
-                h(
-                  "button",
-                  {
-                    type: "button",
-                    class: "plain danger",
-                    data: { keep: `delete-${session.id}` },
-                    on: { click: () => void orders.deleteSession(session.id) },
-                  },
-                  "Delete",
-                ),
-                h("button", { type: "button", class: "plain", on: { click: () => ask(null) } }, "Keep"),
-              ]
-            : [
-                session.id !== now.open &&
-                  h(
-                    "button",
-                    {
-                      type: "button",
-                      class: "plain",
-                      data: { keep: `open-${session.id}` },
-                      "aria-label": `Open ${session.label}`,
-                      on: { click: () => void reader.openSession(session.id) },
-                    },
-                    "Open",
-                  ),
-                h(
-                  "button",
-                  {
-                    type: "button",
-                    class: "tool",
-                    data: { keep: `delete-${session.id}` },
-                    "aria-label": `Delete ${session.label}`,
-                    title: session.running ? "Not while something runs in it" : "Delete",
-                    disabled: Boolean(session.running),
-                    on: { click: () => ask(session.id) },
-                  },
-                  icon("trash"),
-                ),
-              ],
-        ),
-      ),
+              })}
+            </time>
+            <span class="number">${size(session.bytes)}</span>
+          </p>
+        </div>
+        <div class="links">
+          ${
+            now.asked === session.id
+              ? [
+                  html`<span class="why" role="alert">Delete all that it measured?</span>`,
+                  html`<button type="button" class="plain danger" @click=${() => void orders.deleteSession(session.id)}>
+                  Delete
+                </button>`,
+                  html`<button type="button" class="plain" @click=${() => ask(null)}>Keep</button>`,
+                ]
+              : [
+                  session.id !== now.open &&
+                    html`<button
+                    type="button" class="plain" aria-label="Open ${session.label}"
+                    @click=${() => void reader.openSession(session.id)}
+                  >
+                    Open
+                  </button>`,
+                  html`<button
+                  type="button" class="tool" aria-label="Delete ${session.label}"
+                  title=${session.running ? "Not while something runs in it" : "Delete"}
+                  ?disabled=${Boolean(session.running)} @click=${() => ask(session.id)}
+                >
+                  ${icon("trash")}
+                </button>`,
+                ]
+          }
+        </div>
+      </li>`,
     ),
   );
   const update = () => {

@@ -1,7 +1,7 @@
 // Shows how the mirrors settle: the time to one pixel and to one percent, the resonance and its quality; sets how long
 // the rig waits after every move.
 
-import { changing, h } from "../dom.js";
+import { changing, h, html } from "../dom.js";
 import { MISSING, number } from "../format.js";
 import { figures, nothing, panel, starter } from "./parts.js";
 import { figure, picturesOf } from "./pictures.js";
@@ -38,29 +38,25 @@ export function makeSettleStep({ store, orders }) {
   const element = h(
     "div",
     { class: "step step-settle" },
-    h(
-      "div",
-      { class: "seeing" },
-      h(
-        "div",
-        { class: "column" },
-        panel(
+    html`<div class="seeing">
+      <div class="column">
+        ${panel(
           "Settle times",
-          h("p", {
-            class: "lead",
-            text: "Each axis makes a step, and the fovea takes pictures later and later after it; how far they lie from the last one is how the mirror came to rest. The trigger’s timing and the raster follow from it.",
-          }),
-          h("p", {
-            class: "remedy",
-            text: "Let both eyes look at something with texture that stands still. The pictures are dark meanwhile: short exposures freeze the motion.",
-          }),
-          h("p", { class: "actions" }, start),
+          html`<p class="lead">
+            Each axis makes a step, and the fovea takes pictures later and later after it; how far they lie from the
+            last one is how the mirror came to rest. The trigger’s timing and the raster follow from it.
+          </p>`,
+          html`<p class="remedy">
+            Let both eyes look at something with texture that stands still. The pictures are dark meanwhile: short
+            exposures freeze the motion.
+          </p>`,
+          html`<p class="actions">${start}</p>`,
           table,
-        ),
-        panel("Wait after a move", makeWait({ store, orders })),
-      ),
-      live,
-    ),
+        )}
+        ${panel("Wait after a move", makeWait({ store, orders }))}
+      </div>
+      ${live}
+    </div>`,
     panel("Diagram", diagrams),
   );
   return { element, live };
@@ -107,11 +103,11 @@ function makeWait({ store, orders }) {
       label: sessions?.find(({ id }) => id === settle_time?.measured?.session_id)?.label ?? "",
     }),
   );
-  const lead = h("p", {
-    class: "lead",
-    text: "After every move the rig waits so long before it looks. Measured, it is what the largest move takes on the slowest axis, now and at every start.",
-  });
-  return h("div", { class: "stack" }, lead, now, h("p", { class: "actions" }, apply, forget));
+  const lead = html`<p class="lead">
+    After every move the rig waits so long before it looks. Measured, it is what the largest move takes on the slowest
+    axis, now and at every start.
+  </p>`;
+  return html`<div class="stack">${lead}${now}<p class="actions">${apply}${forget}</p></div>`;
 }
 
 /**
@@ -155,34 +151,23 @@ function tableOf(axes) {
   const value = (/** @type {number | null} */ number_, /** @type {number} */ decimals, /** @type {string} */ unit) =>
     number_ === null ? MISSING : `${number(number_, decimals)}${unit}`;
   return [
-    h(
-      "table",
-      { class: "compare" },
-      h(
-        "thead",
-        {},
-        h(
-          "tr",
-          {},
-          ["Axis", "to 1 px", "to 1 %", "Resonance", "Q"].map((text) => h("th", { scope: "col", text })),
-        ),
-      ),
-      h(
-        "tbody",
-        {},
-        axes.map((axis) =>
-          h(
-            "tr",
-            {},
-            h("th", { scope: "row", class: `eye-${axis.eye}`, text: `${axis.eye} ${axis.axis}` }),
-            h("td", { text: value(axis.settle_ms, 2, " ms") }),
-            h("td", { text: value(axis.settle_1pct_ms, 2, " ms") }),
-            h("td", { text: value(axis.resonance_hz, 0, " Hz") }),
-            h("td", { text: value(axis.quality, 1, "") }),
-          ),
-        ),
-      ),
-    ),
+    html`<table class="compare">
+      <thead>
+        <tr>${["Axis", "to 1 px", "to 1 %", "Resonance", "Q"].map((text) => html`<th scope="col">${text}</th>`)}</tr>
+      </thead>
+      <tbody>
+        ${axes.map(
+          (axis) =>
+            html`<tr>
+            <th scope="row" class="eye-${axis.eye}">${axis.eye} ${axis.axis}</th>
+            <td>${value(axis.settle_ms, 2, " ms")}</td>
+            <td>${value(axis.settle_1pct_ms, 2, " ms")}</td>
+            <td>${value(axis.resonance_hz, 0, " Hz")}</td>
+            <td>${value(axis.quality, 1, "")}</td>
+          </tr>`,
+        )}
+      </tbody>
+    </table>`,
   ];
 }
 

@@ -1,6 +1,6 @@
 // Step 1, the wide camera: views of the board all over the picture and at every tilt, and the accuracy of the lens fit.
 
-import { changing, h } from "../dom.js";
+import { changing, h, html } from "../dom.js";
 import { number, pixels } from "../format.js";
 import { drawCoverage, drawTilts } from "./coverage.js";
 import { lensTable } from "./lens.js";
@@ -39,7 +39,7 @@ export function makeWideStep(context) {
   const element = h(
     "div",
     { class: "step step-wide" },
-    h("div", { class: "seeing" }, live, panel("Views of the board", runForm(context), cover)),
+    html`<div class="seeing">${live}${panel("Views of the board", runForm(context), cover)}</div>`,
     panel("Views taken", samples),
     panel("The lens", lens, diagrams),
   );
@@ -52,13 +52,13 @@ function coverOf({ wide, width, height }) {
   const fraction = wide?.coverage_fraction ?? null;
   return [
     drawCoverage(taken, { width, height, cells: wide?.cells ?? null }),
-    h(
-      "p",
-      { class: "legend" },
-      fraction === null
-        ? "Each dot is the middle of one view of the board."
-        : `${number(fraction * 100, 0)} % of the picture covered`,
-    ),
+    html`<p class="legend">
+      ${
+        fraction === null
+          ? "Each dot is the middle of one view of the board."
+          : `${number(fraction * 100, 0)} % of the picture covered`
+      }
+    </p>`,
     drawTilts(taken, wide?.tilts_covered ?? null),
   ];
 }
@@ -100,26 +100,18 @@ function runForm({ store, orders }) {
     keys: ["session"],
     named: ({ session }) => (session?.wide?.samples.length ? "Take more views" : "Take views"),
   });
-  return h(
-    "form",
-    { class: "run", on: { submit: (/** @type {Event} */ event) => event.preventDefault() } },
-    h("p", {
-      class: "lead",
-      text: "Show the board to the wide camera: near and far, in every corner, tilted every way. A view is taken by itself when the board is still and adds something new.",
-    }),
-    h(
-      "details",
-      { class: "options" },
-      h("summary", { text: "Board and options" }),
-      h(
-        "div",
-        { class: "fields" },
-        [kind, columns, rows, square, marker, views, model].map(({ element }) => element),
-      ),
-      h("p", { class: "legend", text: "Columns and rows count inner corners: one less than the squares." }),
-    ),
-    h("p", { class: "actions" }, start),
-  );
+  return html`<form class="run" @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
+    <p class="lead">
+      Show the board to the wide camera: near and far, in every corner, tilted every way. A view is taken by itself
+      when the board is still and adds something new.
+    </p>
+    <details class="options">
+      <summary>Board and options</summary>
+      <div class="fields">${[kind, columns, rows, square, marker, views, model].map(({ element }) => element)}</div>
+      <p class="legend">Columns and rows count inner corners: one less than the squares.</p>
+    </details>
+    <p class="actions">${start}</p>
+  </form>`;
 }
 
 /**

@@ -1,7 +1,7 @@
 // Connects the editor, the estimate and the start button: estimates and saves the draft, shows each refusal at its
 // field.
 
-import { focusOn, h } from "../dom.js";
+import { focusOn, h, html } from "../dom.js";
 import { icon } from "../icons.js";
 import { keepDraft } from "./draft.js";
 import { makeEditor } from "./editor.js";
@@ -123,28 +123,23 @@ function makeKept({ commands, editor, starter, changed }) {
     fields.put(whole);
     changed();
   };
-  const reset = h(
-    "button",
-    {
-      type: "button",
-      class: "plain",
-      on: {
-        click: () => {
-          const before = fields.read();
-          putBack(draft.defaults);
-          focusOn(editor.element); // the button has disappeared
-          commands.say({
-            tone: "info",
-            title: "The plan has its defaults again",
-            detail: "",
-            action: { label: "Undo", act: () => putBack(before) },
-          });
-        },
-      },
-    },
-    icon("again"),
-    "Start from the defaults",
-  );
+  const reset = html`<button
+    type="button" class="plain"
+    @click=${() => {
+      const before = fields.read();
+      putBack(draft.defaults);
+      focusOn(editor.element); // the button has disappeared
+      commands.say({
+        tone: "info",
+        title: "The plan has its defaults again",
+        detail: "",
+        action: { label: "Undo", act: () => putBack(before) },
+      });
+    }}
+  >
+    ${icon("again")}
+    Start from the defaults
+  </button>`;
   const element = h("p", { class: "actions" }, reset);
   const show = () => {
     element.hidden = !draft.differs();

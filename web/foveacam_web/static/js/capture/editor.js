@@ -1,7 +1,7 @@
 // Builds the plan's editor: points, distance, exposures and stacks at each point, rail positions. Reports each change.
 
 import { choiceField, numberField, tickField } from "../calibration/parts.js";
-import { h } from "../dom.js";
+import { h, html } from "../dom.js";
 import { asked, named, numberChips, segments } from "./parts.js";
 import { asSetPoints, PAPER_RAIL_MM, planOf } from "./plan.js";
 import { makePoints } from "./points.js";
@@ -33,7 +33,9 @@ export function makeEditor({ store, troubles, changed }) {
   const element = h(
     "div",
     { class: "plan-editor", on: { input: said, change: said } },
-    parts.map((part, index) => h("fieldset", { class: "group" }, h("legend", { text: titles[index] }), part.element)),
+    parts.map(
+      (part, index) => html`<fieldset class="group"><legend>${titles[index]}</legend>${part.element}</fieldset>`,
+    ),
   );
   const put = (/** @type {PlanDraft} */ draft) => {
     for (const part of parts) part.put(draft);

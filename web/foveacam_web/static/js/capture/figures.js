@@ -1,7 +1,7 @@
 // Shows the estimate of a plan: time and its parts, files, disk space, the share of the field that is seen, warnings.
 
 import { figures, nothing } from "../calibration/parts.js";
-import { changing, h } from "../dom.js";
+import { changing, html } from "../dom.js";
 import { count, number, sentence, span } from "../format.js";
 import { icon } from "../icons.js";
 import { percent, sizeText } from "./words.js";
@@ -53,19 +53,15 @@ function shortened(plan) {
  */
 function figuresOf(estimate) {
   return [
-    h(
-      "p",
-      { class: "budget" },
-      h("strong", { class: "number", text: span(estimate.total_s) }),
-      h("span", { class: "lead", text: timeWords(estimate) }),
-    ),
+    html`<p class="budget">
+      <strong class="number">${span(estimate.total_s)}</strong>
+      <span class="lead">${timeWords(estimate)}</span>
+    </p>`,
     figures([...pointRows(estimate), ...roomRows(estimate), ...fieldRows(estimate)]),
     estimate.warnings.length > 0 &&
-      h(
-        "ul",
-        { class: "warnings" },
-        estimate.warnings.map((words) => h("li", {}, icon("warn"), h("span", { text: sentence(words) }))),
-      ),
+      html`<ul class="warnings">
+        ${estimate.warnings.map((words) => html`<li>${icon("warn")}<span>${sentence(words)}</span></li>`)}
+      </ul>`,
   ];
 }
 
@@ -112,10 +108,9 @@ function roomRows({ files, kinds, stored_bytes, raw_bytes, free_bytes }) {
     ["Size", `${sizeText(stored_bytes)}${smaller}`],
     [
       "Free on the disk",
-      h("span", {
-        class: tight ? "warn-text" : "",
-        text: tight ? `${sizeText(free_bytes)}: too little` : sizeText(free_bytes),
-      }),
+      html`<span class=${tight ? "warn-text" : ""}>
+        ${tight ? `${sizeText(free_bytes)}: too little` : sizeText(free_bytes)}
+      </span>`,
     ],
   ];
 }

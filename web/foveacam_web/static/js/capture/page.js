@@ -3,7 +3,7 @@
 
 import { addressOf } from "../calibration/route.js";
 import { panel } from "../calibration/parts.js";
-import { fill, focusOn, h, need } from "../dom.js";
+import { fill, focusOn, h, html, need } from "../dom.js";
 import { icon } from "../icons.js";
 import { Bench } from "./bench.js";
 import { mountFigures } from "./figures.js";
@@ -41,26 +41,20 @@ export function mountCapturePage(place, { store, views, commands, capture_orders
     place,
     head(),
     runs,
-    h(
-      "div",
-      { class: "capture-body" },
-      h("div", { class: "column capture-plan" }, panel("Plan", bench.editor)),
-      h(
-        "div",
-        { class: "column capture-see" },
-        places.get("wide") ?? null,
-        legend(),
-        h("div", { class: "capture-eyes" }, places.get("left") ?? null, places.get("right") ?? null),
-      ),
-      h(
-        "div",
-        { class: "column capture-start" },
-        panel("What it takes", figures),
-        panel("Capture", bench.starter),
-        panel("Unfinished", partials),
-      ),
-      h("div", { id: "still-capture", class: "column capture-still" }),
-    ),
+    html`<div class="capture-body">
+      <div class="column capture-plan">${panel("Plan", bench.editor)}</div>
+      <div class="column capture-see">
+        ${places.get("wide") ?? null}
+        ${legend()}
+        <div class="capture-eyes">${places.get("left") ?? null}${places.get("right") ?? null}</div>
+      </div>
+      <div class="column capture-start">
+        ${panel("What it takes", figures)}
+        ${panel("Capture", bench.starter)}
+        ${panel("Unfinished", partials)}
+      </div>
+      <div id="still-capture" class="column capture-still"></div>
+    </div>`,
   );
   store.on(["capture_page"], ({ capture_page, wizard, rig_page }) => {
     if (capture_page) lend(views, places);
@@ -71,29 +65,23 @@ export function mountCapturePage(place, { store, views, commands, capture_orders
 }
 
 function head() {
-  return h(
-    "div",
-    { class: "wizard-head" },
-    h("h2", { id: "capture-title", tabindex: "-1", text: "Capture" }),
-    h("a", { class: "plain to-gallery", href: "#/gallery" }, icon("pictures"), "Gallery"),
-    h(
-      "a",
-      { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" },
-      icon("back"),
-      h("span", { text: "Console" }),
-    ),
-  );
+  return html`<div class="wizard-head">
+    <h2 id="capture-title" tabindex="-1">Capture</h2>
+    <a class="plain to-gallery" href="#/gallery">${icon("pictures")}Gallery</a>
+    <a class="plain back" href=${addressOf(null)} aria-label="Back to the console">
+      ${icon("back")}
+      <span>Console</span>
+    </a>
+  </div>`;
 }
 
 function legend() {
-  return h(
-    "p",
-    { class: "legend prints-legend" },
-    h("span", { class: "key left", text: "left eye" }),
-    h("span", { class: "key right", text: "right eye" }),
-    h("span", { class: "key both", text: "both" }),
-    h("span", { class: "key way", text: "way of the mirrors" }),
-  );
+  return html`<p class="legend prints-legend">
+    <span class="key left">left eye</span>
+    <span class="key right">right eye</span>
+    <span class="key both">both</span>
+    <span class="key way">way of the mirrors</span>
+  </p>`;
 }
 
 /**

@@ -1,7 +1,7 @@
 // Lists the captures that ended before their last point, newest first: their points, the reason, and the resume button.
 
 import { nothing } from "../calibration/parts.js";
-import { changing, h } from "../dom.js";
+import { changing, h, html } from "../dom.js";
 import { count, sentence } from "../format.js";
 import { isCapturing } from "./reader.js";
 import { datasetAddress } from "./route.js";
@@ -36,13 +36,9 @@ function partialsOf(partials, orders) {
   if (partials.length === 0)
     return [nothing("None: what is cancelled or cut off waits here, and goes on at its exact next point.")];
   return [
-    h(
-      "ul",
-      { class: "partials" },
-      partials.slice(0, MOST).map((capture) => partial(capture, orders)),
-    ),
+    html`<ul class="partials">${partials.slice(0, MOST).map((capture) => partial(capture, orders))}</ul>`,
     partials.length > MOST &&
-      h("p", {}, h("a", { href: "#/gallery/datasets", text: `${count(partials.length - MOST)} more in the gallery` })),
+      html`<p><a href="#/gallery/datasets">${count(partials.length - MOST)} more in the gallery</a></p>`,
   ];
 }
 
@@ -69,20 +65,13 @@ function partial(capture, orders) {
     },
     "Resume",
   );
-  return h(
-    "li",
-    {},
-    h(
-      "div",
-      { class: "what" },
-      h("a", { class: "name", href: datasetAddress(id), text: name }),
-      label && h("span", { class: "lead", text: label }),
-      h("span", {
-        class: "number",
-        text: `${count(points.taken)} of ${count(points.planned)} points, ${sizeText(size_bytes)}`,
-      }),
-      why && h("span", { class: "lead", text: sentence(why) }),
-    ),
-    resume,
-  );
+  return html`<li>
+    <div class="what">
+      <a class="name" href=${datasetAddress(id)}>${name}</a>
+      ${label && html`<span class="lead">${label}</span>`}
+      <span class="number">${count(points.taken)} of ${count(points.planned)} points, ${sizeText(size_bytes)}</span>
+      ${why && html`<span class="lead">${sentence(why)}</span>`}
+    </div>
+    ${resume}
+  </li>`;
 }

@@ -1,6 +1,6 @@
 // Small parts of the capture page: messages beside fields, a choice in a row, a text line, numbers as chips.
 
-import { fill, h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { number, sentence } from "../format.js";
 import { icon } from "../icons.js";
 
@@ -48,7 +48,7 @@ export class Troubles {
  * @param {...(Node | null)} below
  */
 export function asked(fields, ...below) {
-  return h("div", { class: "asked-for" }, h("div", { class: "fields" }, ...fields), ...below);
+  return html`<div class="asked-for"><div class="fields">${fields}</div>${below}</div>`;
 }
 
 /** @param {number} value */
@@ -73,7 +73,7 @@ export function segments(label, options) {
   const element = h(
     "div",
     { class: "segments", role: "radiogroup", "aria-label": label },
-    options.map(([value, text], index) => [inputs[index], h("label", { for: `${name}-${value}`, text })]).flat(),
+    options.map(([value, text], index) => [inputs[index], html`<label for="${name}-${value}">${text}</label>`]).flat(),
   );
   const put = (/** @type {T} */ value) => {
     for (const input of inputs) input.checked = input.value === value;
@@ -94,7 +94,7 @@ export function textField(label, { value = "", placeholder } = {}) {
   const id = `text-${choices}`;
   const input = h("input", { type: "text", id, value, placeholder, autocomplete: "off", spellcheck: "false" });
   return {
-    element: h("div", { class: "field wide-field" }, h("label", { for: id, text: label }), input),
+    element: h("div", { class: "field wide-field" }, html`<label for=${id}>${label}</label>`, input),
     input,
     value: () => input.value,
   };
@@ -116,23 +116,18 @@ export function numberChips({ label, unit, empty, lists, changed }) {
     values = [...next];
     fill(
       list,
-      values.length === 0 ? h("li", { class: "none", text: empty }) : null,
-      values.map((value, index) =>
-        h(
-          "li",
-          {},
-          h(
-            "button",
-            {
-              type: "button",
-              class: "chip",
-              "aria-label": `${label}: take away ${value} ${unit}`,
-              on: { click: () => set(values.filter((_, other) => other !== index)) },
-            },
-            number(value, decimals(value)),
-            icon("close"),
-          ),
-        ),
+      values.length === 0 ? html`<li class="none">${empty}</li>` : null,
+      values.map(
+        (value, index) =>
+          html`<li>
+          <button
+            type="button" class="chip" aria-label="${label}: take away ${value} ${unit}"
+            @click=${() => set(values.filter((_, other) => other !== index))}
+          >
+            ${number(value, decimals(value))}
+            ${icon("close")}
+          </button>
+        </li>`,
       ),
     );
   };
@@ -147,20 +142,18 @@ export function numberChips({ label, unit, empty, lists, changed }) {
   };
   input.addEventListener("keydown", (event) => event.key === "Enter" && add());
   const button = (/** @type {string} */ text, /** @type {() => void} */ act) =>
-    h("button", { type: "button", class: "plain", on: { click: act } }, text);
+    html`<button type="button" class="plain" @click=${act}>${text}</button>`;
   const element = h(
     "div",
     { class: "field chips-field" },
-    h("label", { for: id, text: label }),
+    html`<label for=${id}>${label}</label>`,
     list,
-    h(
-      "span",
-      { class: "entry" },
-      input,
-      h("span", { class: "unit", text: unit }),
-      button("Add", add),
-      lists.map(({ text, values: whole }) => button(text, () => set(whole))),
-    ),
+    html`<span class="entry">
+      ${input}
+      <span class="unit">${unit}</span>
+      ${button("Add", add)}
+      ${lists.map(({ text, values: whole }) => button(text, () => set(whole)))}
+    </span>`,
   );
   put([]);
   return { element, value: () => values, put };

@@ -1,7 +1,7 @@
 // Fields for the source of the points: a grid of angles over a field, or a text in the set-point language.
 
 import { choiceField, numberField } from "../calibration/parts.js";
-import { h, say } from "../dom.js";
+import { h, html, say } from "../dom.js";
 import { asked, named, segments } from "./parts.js";
 
 /**
@@ -153,32 +153,25 @@ function makeText(troubles, asText, changed) {
     wrap: "off",
   });
   input.value = "# right°, down°[, distance m][, shift°]\n-4, -3\n 4, -3\n-4,  3\n 4,  3\n@interpolate 5 5 zigzag\n";
-  const begin = h(
-    "button",
-    {
-      type: "button",
-      class: "plain",
-      on: {
-        click: () => {
-          input.value = asText() ?? input.value;
-          changed();
-        },
-      },
-    },
-    "Begin with the grid",
-  );
-  const words = h(
-    "dl",
-    { class: "meanings" },
-    LANGUAGE.flatMap(([word, what]) => [h("dt", {}, h("code", { text: word })), h("dd", { text: what })]),
-  );
+  const begin = html`<button
+    type="button" class="plain"
+    @click=${() => {
+      input.value = asText() ?? input.value;
+      changed();
+    }}
+  >
+    Begin with the grid
+  </button>`;
+  const words = html`<dl class="meanings">
+    ${LANGUAGE.flatMap(([word, what]) => [html`<dt><code>${word}</code></dt>`, html`<dd>${what}</dd>`])}
+  </dl>`;
   const element = h(
     "div",
     { class: "stack asked-for" },
-    h("div", { class: "field" }, h("label", { for: "set-points", text: "Set points" }), input),
+    html`<div class="field"><label for="set-points">Set points</label>${input}</div>`,
     troubles.place("text"),
-    h("div", { class: "actions" }, begin),
-    h("details", {}, h("summary", { text: "The language" }), words),
+    html`<div class="actions">${begin}</div>`,
+    html`<details><summary>The language</summary>${words}</details>`,
   );
   const put = (/** @type {string} */ given) => {
     input.value = given;

@@ -2,7 +2,7 @@
 // it.
 
 import { bar } from "../calibration/parts.js";
-import { fill, h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { isCapturing } from "./reader.js";
@@ -92,16 +92,14 @@ function runningWords(capturing) {
   const far = [stateWords(capturing), farWords(capturing)].filter(Boolean).join(": ");
   const still = state === "paused" ? icon("hand") : h("span", { class: "spinner", "aria-hidden": "true" });
   return [
-    h(
-      "p",
-      { class: `state ${why ? "warn" : "running"}` },
-      still,
-      h("span", { class: "name", text: name || "A capture" }),
-      h("span", { class: "far number", text: far }),
-    ),
+    html`<p class="state ${why ? "warn" : "running"}">
+      ${still}
+      <span class="name">${name || "A capture"}</span>
+      <span class="far number">${far}</span>
+    </p>`,
     why
-      ? h("p", { class: "order", role: "status", text: sentence(why) })
-      : h("p", { class: "note", text: sentence(progress?.note) }),
+      ? html`<p class="order" role="status">${sentence(why)}</p>`
+      : html`<p class="note">${sentence(progress?.note)}</p>`,
   ];
 }
 
@@ -109,14 +107,12 @@ function runningWords(capturing) {
 function endedWords(capturing) {
   const { tone, head, why, remedy } = endWords(capturing);
   return [
-    h(
-      "p",
-      { class: `state ${tone}` },
-      icon(tone === "good" ? "check" : "warn"),
-      h("span", { class: "name", text: head }),
-    ),
-    h("p", { class: "lead", text: why }),
-    remedy && h("p", { class: "remedy", text: remedy }),
+    html`<p class="state ${tone}">
+      ${icon(tone === "good" ? "check" : "warn")}
+      <span class="name">${head}</span>
+    </p>`,
+    html`<p class="lead">${why}</p>`,
+    remedy && html`<p class="remedy">${remedy}</p>`,
   ];
 }
 

@@ -2,7 +2,7 @@
 // belong to no field.
 
 import { choiceField } from "../calibration/parts.js";
-import { changing, h } from "../dom.js";
+import { changing, h, html } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { blamed } from "./blame.js";
@@ -27,7 +27,7 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
   const fields = makeFields(troubles);
   const above = h("div", { class: "above" });
   const tellAbove = changing(above, (/** @type {string[]} */ refusals) =>
-    refusals.map((words) => h("p", { class: "refused", role: "alert", text: sentence(words) })),
+    refusals.map((words) => html`<p class="refused" role="alert">${sentence(words)}</p>`),
   );
   const start = h(
     "button",
@@ -43,7 +43,7 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
     { class: "stack", on: { input: edited, change: edited } },
     fields.element,
     above,
-    h("p", { class: "actions" }, start),
+    html`<p class="actions">${start}</p>`,
   );
 
   function edited() {

@@ -1,7 +1,7 @@
 // The panel of stills: the options of the next still, the button, and the last still.
 
 import { bar, panel } from "../calibration/parts.js";
-import { changing, h } from "../dom.js";
+import { changing, h, html } from "../dom.js";
 import { count, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { makeStillForm } from "./still_form.js";
@@ -18,7 +18,6 @@ import { makeStillShown } from "./still_shown.js";
 
 /**
  * @param {{store: Store, commands: Commands, reader: StillReader}} context
- * @returns {HTMLElement}
  */
 export function stillPanel({ store, commands, reader }) {
   const orders = new StillOrders({ commands, changed: () => reader.readHeld() });
@@ -54,7 +53,7 @@ export function stillPanel({ store, commands, reader }) {
   reader.taken = (still) => still.state === "kept" && orders.sayKept(still);
   store.on(["stream"], show);
   store.on(["capture_page"], ({ capture_page }) => capture_page && void reader.readAll());
-  const left = h("div", { class: "stack" }, form.element, h("p", { class: "actions" }, button), told);
+  const left = h("div", { class: "stack" }, form.element, html`<p class="actions">${button}</p>`, told);
   return panel("Still", h("div", { class: "still-panel" }, left, shown.element));
 }
 
@@ -64,9 +63,9 @@ function toldOf({ press, problem }) {
     const words = press.total ? `${count(press.done)} of ${count(press.total)} frames` : "Waiting for the rig.";
     return [
       bar("Frames taken", { share: press.total ? press.done / press.total : null, text: words }),
-      h("p", { class: "why", text: words }),
+      html`<p class="why">${words}</p>`,
     ];
   }
   if (!problem) return [];
-  return [h("p", { class: "refused", role: "alert" }, sentence(problem.detail), ` ${remedyOf(problem)}`)];
+  return [html`<p class="refused" role="alert">${sentence(problem.detail)} ${remedyOf(problem)}</p>`];
 }

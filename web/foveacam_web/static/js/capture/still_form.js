@@ -2,7 +2,7 @@
 // storing.
 
 import { allHold, numberField, tickField } from "../calibration/parts.js";
-import { h } from "../dom.js";
+import { h, html } from "../dom.js";
 import { asked, segments, textField } from "./parts.js";
 import { CAMERAS } from "./still_words.js";
 
@@ -32,11 +32,9 @@ export function makeStillForm() {
     "div",
     { class: "stack still-form", on: { change: mark } },
     asked([frames.element, keep.element]),
-    h(
-      "div",
-      { class: "fields", role: "group", "aria-label": "Cameras" },
-      cameras.map(([, { element: tick }]) => tick),
-    ),
+    html`<div class="fields" role="group" aria-label="Cameras">
+      ${cameras.map(([, { element: tick }]) => tick)}
+    </div>`,
     asked([name.element, label.element]),
     save.element,
   );

@@ -1,35 +1,19 @@
-// Takes, keeps, discards, restores, describes and checks stills.
+// Takes stills, and keeps them.
 
 import { RequestError, request } from "../api.js";
+import { CollectionOrders } from "../gallery/collection_orders.js";
 import { galleryAddress } from "../gallery/route.js";
-import { Trash } from "../gallery/trash.js";
 
 /**
- * @import { JobDocument, Problem, StillCheck, StillDocument, StillRequest } from "#api"
+ * @import { JobDocument, Problem, StillDocument, StillRequest } from "#api"
  * @import { Commands } from "../commands.js"
- * @typedef {Pick<StillDocument, "id" | "name">} Named
  */
 
-const CHECK_MS = 120_000;
-
-/**
- * @param {string} id
- * @param {string} [rest]
- */
-export function stillPath(id, rest = "") {
-  return `/stills/${encodeURIComponent(id)}${rest}`;
-}
-
-/** The still commands of one page. */
-export class StillOrders {
-  #commands;
-  #changed;
-
+/** The still commands of one page. @extends {CollectionOrders<StillDocument>} */
+export class StillOrders extends CollectionOrders {
   /** @param {{commands: Commands, changed?: () => unknown}} context `changed`: called when an order has changed what there is */
-  constructor({ commands, changed = () => {} }) {
-    this.#commands = commands;
-    this.#changed = changed;
-    this.trash = new Trash({ commands, resource: "/stills", changed });
+  constructor({ commands, changed }) {
+    super({ commands, resource: "/stills", changed });
   }
 
   /**
@@ -38,13 +22,11 @@ export class StillOrders {
    */
   async take(wish) {
     try {
-      return /** @type {JobDocument} */ (
-        await request("POST", "/stills", { body: wish, headers: this.#commands.leaseHeader() })
-      );
+      return await request("POST", this.resource, { body: wish, headers: this.commands.leaseHeader() });
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
       // shown as a message with a button
-      if (error.slug === "stopped") await this.#commands.attempt(() => Promise.reject(error));
+      if (error.slug === "stopped") await this.commands.attempt(() => Promise.reject(error));
       return error.document;
     }
   }
@@ -54,41 +36,22 @@ export class StillOrders {
    * @param {string} name
    */
   async keep(id, name) {
-    const kept = await this.#commands.attempt(
-      () =>
-        /** @type {Promise<StillDocument>} */ (
-          request("POST", stillPath(id, "/keep"), { body: name === "" ? {} : { name } })
-        ),
+    const body = name === "" ? {} : { name };
+    const kept = await this.commands.attempt(
+      () => /** @type {Promise<StillDocument>} */ (request("POST", this.path(id, "/keep"), { body })),
     );
     if (kept) this.sayKept(kept);
-    this.#changed();
+    this.changed();
     return kept !== null;
   }
 
-  /** @param {Named} still */
+  /** @param {Pick<StillDocument, "id" | "name">} still */
   sayKept({ id, name }) {
-    this.#commands.say({
+    this.commands.say({
       tone: "good",
       title: `“${name}” is kept`,
       detail: "",
       action: { label: "Show it in the gallery", act: () => (location.hash = galleryAddress("stills", id)) },
     });
-  }
-
-  /**
-   * @param {string} id
-   * @param {{label?: string, licence?: string}} change
-   */
-  describe(id, change) {
-    return this.#commands.attempt(
-      () => /** @type {Promise<StillDocument>} */ (request("PATCH", stillPath(id), { body: change })),
-    );
-  }
-
-  /** @param {string} id */
-  check(id) {
-    return this.#commands.attempt(
-      () => /** @type {Promise<StillCheck>} */ (request("POST", stillPath(id, "/check"), { patience_ms: CHECK_MS })),
-    );
   }
 }

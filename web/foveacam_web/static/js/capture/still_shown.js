@@ -1,9 +1,9 @@
 // Shows the last still that is neither kept nor discarded: its pictures, missing frames, keep and discard buttons.
 
-import { changing, h } from "../dom.js";
+import { changing, h, html } from "../dom.js";
 import { count } from "../format.js";
 import { icon } from "../icons.js";
-import { makeDrawn } from "../gallery/drawn.js";
+import "../gallery/drawn.js";
 import { cameraWords, CAMERAS, missingWords } from "./still_words.js";
 import { textField } from "./parts.js";
 
@@ -33,10 +33,7 @@ export function makeStillShown(orders) {
 }
 
 function nothingYet() {
-  return h("p", {
-    class: "lead",
-    text: "What is taken shows up here before it is kept. The mirrors stay where they stand.",
-  });
+  return html`<p class="lead">What is taken shows up here before it is kept. The mirrors stay where they stand.</p>`;
 }
 
 /**
@@ -44,29 +41,18 @@ function nothingYet() {
  * @param {StillDocument} still
  */
 export function picturesOf(still) {
-  return still.cameras.map((camera) => {
-    const words = cameraWords(camera);
-    const caption = h("figcaption", {}, h("b", { text: CAMERAS[camera.camera] }), " ", h("span", { text: words }));
-    if (camera.came === 0)
-      return h(
-        "figure",
-        { class: `still-picture of-${camera.camera}` },
-        h("p", { class: "blank", text: "Nothing came." }),
-        caption,
-      );
-    const drawn = makeDrawn({ width: 1440, height: 1080 });
-    drawn.show(`${still.url}/cameras/${camera.camera}.jpg`, `${CAMERAS[camera.camera]}, ${words}`);
-    const open = h(
-      "a",
-      {
-        href: `${still.url}/cameras/${camera.camera}.jpg`,
-        target: "_blank",
-        rel: "noopener",
-        title: "Open it at full size",
-      },
-      drawn.element,
-    );
-    return h("figure", { class: `still-picture of-${camera.camera}` }, open, caption);
+  return still.cameras.map((shown) => {
+    const { camera, came } = shown;
+    const words = cameraWords(shown);
+    const url = `${still.url}/cameras/${camera}.jpg`;
+    const alt = `${CAMERAS[camera]}, ${words}`;
+    const picture = html`<a href=${url} target="_blank" rel="noopener" title="Open it at full size">
+      <drawn-picture src=${url} alt=${alt} width="1440" height="1080"></drawn-picture>
+    </a>`;
+    return html`<figure class="still-picture of-${camera}">
+      ${came > 0 ? picture : html`<p class="blank">Nothing came.</p>`}
+      <figcaption><b>${CAMERAS[camera]}</b> <span>${words}</span></figcaption>
+    </figure>`;
   });
 }
 
@@ -80,43 +66,24 @@ function aboutOf({ still, waiting }, orders) {
   const missing = missingWords(still);
   return [
     missing.length > 0 &&
-      h(
-        "div",
-        { class: "strip warn", role: "status" },
-        icon("warn"),
-        h(
-          "ul",
-          {},
-          missing.map((text) => h("li", { text })),
-        ),
-      ),
-    ...still.warnings.map((text) => h("p", { class: "strip warn" }, icon("info"), text)),
+      html`<div class="strip warn" role="status">
+        ${icon("warn")}
+        <ul>${missing.map((text) => html`<li>${text}</li>`)}</ul>
+      </div>`,
+    ...still.warnings.map((text) => html`<p class="strip warn">${icon("info")}${text}</p>`),
     name.element,
-    h(
-      "p",
-      { class: "actions" },
-      h(
-        "button",
-        { type: "button", class: "plain primary", data: { keep: "keep" }, on: { click: () => void keep() } },
-        icon("check"),
-        "Keep",
-      ),
-      h(
-        "button",
-        {
-          type: "button",
-          class: "plain",
-          data: { keep: "discard" },
-          on: { click: () => void orders.trash.remove(still, "is discarded") },
-        },
-        icon("trash"),
-        "Discard",
-      ),
-      waiting > 0 &&
-        h("span", {
-          class: "why",
-          text: `${count(waiting)} more ${waiting === 1 ? "waits" : "wait"} to be kept or discarded.`,
-        }),
-    ),
+    html`<p class="actions">
+      <button type="button" class="plain primary" @click=${() => void keep()}>${icon("check")}Keep</button>
+      <button type="button" class="plain" @click=${() => void orders.remove(still, "is discarded")}>
+        ${icon("trash")}
+        Discard
+      </button>
+      ${
+        waiting > 0 &&
+        html`<span class="why">
+          ${count(waiting)} more ${waiting === 1 ? "waits" : "wait"} to be kept or discarded.
+        </span>`
+      }
+    </p>`,
   ];
 }

@@ -1,148 +1,218 @@
 // The page of one dataset: contact sheet, coverage, details, checks and files.
 
-import { nothing, panel } from "../calibration/parts.js";
+import { badge, figures, nothing, panel } from "../calibration/parts.js";
 import { fresh } from "../calibration/pictures.js";
-import { changing, fill, h } from "../dom.js";
+import { addressOf } from "../calibration/route.js";
+import { html, say } from "../dom.js";
 import { sentence } from "../format.js";
-import { makeAbout } from "./dataset_about.js";
-import { makeCheck } from "./dataset_check.js";
-import { makeHead } from "./dataset_head.js";
-import { DatasetOrders } from "./dataset_orders.js";
-import { conditionsOf, makeCalibration, planOf } from "./dataset_origin.js";
-import { DatasetReader } from "./dataset_reader.js";
+import { icon } from "../icons.js";
+import { headOf, makeCheck } from "./collection.js";
 import { makeSheet } from "./dataset_sheet.js";
-import { makeDrawn } from "./drawn.js";
+import { conditionRows, factRows, isLive, planWords, snippet, stateWords } from "./dataset_words.js";
+import { progressOf } from "./datasets.js";
+import { makeEditable } from "./editable.js";
+import { openMosaic } from "./mosaic.js";
 import { makeReference } from "./reference.js";
 import { galleryAddress } from "./route.js";
-import { makeSnippet } from "./snippet.js";
 
 /**
  * @import { CaptureDocument, PointsDocument } from "#api"
- * @import { GalleryContext } from "./tabs.js"
- * @typedef {{element: HTMLElement, show: (dataset: CaptureDocument) => void}} Part
+ * @import { Noun } from "./collection.js"
+ * @import { DatasetOrders, DatasetReader } from "./datasets.js"
+ * @import { GalleryContext, GalleryTab } from "./page.js"
  */
 
 /**
+ * The further pages about one dataset, at #/gallery/datasets/ID/PART, in the form of the gallery's tabs.
+ * @type {readonly GalleryTab[]}
+ */
+export const DATASET_PARTS = Object.freeze([{ name: "mosaic", title: "Mosaic", open: openMosaic }]);
+const LICENCES = ["all rights reserved", "CC BY 4.0", "CC BY-SA 4.0", "CC0 1.0"];
+
+/**
+ * Return a function that shows a dataset.
  * @param {string} id
- * @param {GalleryContext} context
+ * @param {{noun: Noun, orders: DatasetOrders, reader: DatasetReader, context: GalleryContext}} tools
  */
-export function openDataset(id, context) {
-  const reader = new DatasetReader(id, () => show());
-  const orders = new DatasetOrders(context);
-  const page = makePage(orders, reader, context, makeReference(id, context));
-  const place = h("div", { class: "dataset" }, nothing("Loading …"));
-  const show = () => {
-    const { dataset, points, missing } = reader;
-    if (dataset === null) return fill(place, ...missingOf(missing));
-    if (place.firstChild !== page.element) fill(place, page.element);
-    page.show(dataset, points);
+export function makeDatasetPage(id, { noun, orders, reader, context }) {
+  const { store, signal } = context;
+  const save = (/** @type {"label" | "licence"} */ key) => async (/** @type {string} */ value) => {
+    const now = await orders.describe(id, { [key]: value });
+    if (now) reader.adopt(now);
+    return now !== null;
   };
-  context.follow(reader);
-  return place;
-}
-
-/** @param {string} missing */
-function missingOf(missing) {
-  return [
-    nothing(sentence(missing)),
-    h(
-      "p",
-      { class: "lead" },
-      "It may be in the trash. ",
-      h("a", { href: galleryAddress("datasets"), text: "To the datasets" }),
-      ".",
-    ),
-  ];
-}
-
-/**
- * @param {DatasetOrders} orders
- * @param {DatasetReader} reader
- * @param {GalleryContext} context
- * @param {HTMLElement} reference
- */
-function makePage(orders, reader, { store, signal }, reference) {
-  const pictures = makePictures(signal, reference);
-  const [head, about, check, python, calibration] = [
-    makeHead(orders),
-    makeAbout(orders, reader),
-    makeCheck(orders),
-    makeSnippet(),
-    makeCalibration(store, signal),
-  ];
-  const [plan, conditions] = [h("div", { class: "stack" }), h("div", { class: "stack" })];
-  const showPlan = changing(plan, planOf);
-  const showConditions = changing(conditions, conditionsOf);
-  const readable = [
-    panel("In Python", python.element),
-    panel("Plan", plan),
-    panel("Conditions", conditions),
-    panel("Calibration", calibration.element),
-  ];
-  const element = h(
-    "article",
-    { class: "dataset-page" },
-    head.element,
-    h(
-      "div",
-      { class: "dataset-body" },
-      pictures.element,
-      h("div", { class: "column" }, panel("About", about.element), panel("Check", check.element), readable),
-    ),
-  );
-  return {
-    element,
-    show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
-      for (const part of [head, about, check, python, calibration]) part.show(dataset);
-      showPlan(dataset.plan);
-      showConditions(dataset.conditions);
-      for (const each of readable) each.hidden = points === null;
-      pictures.show(dataset, points);
-    },
-  };
-}
-
-/**
- * @param {AbortSignal} signal
- * @param {HTMLElement} reference
- */
-function makePictures(signal, reference) {
+  const label = makeEditable("Label", { save: save("label"), hint: "a line for people" });
+  const licence = makeEditable("Licence", { save: save("licence"), usual: LICENCES });
+  const check = makeCheck(orders, () => reader.changed());
+  const reference = makeReference(id, context, () => reader.entry && reader.changed());
   const sheet = makeSheet(signal);
-  const coverage = makeDrawn({ width: 720, height: 540 });
-  const none = h("div", { class: "stack" });
-  const showNone = changing(none, (/** @type {string} */ words) => (words === "" ? [] : [nothing(words)]));
-  const panels = [
-    panel("Contact sheet", sheet.element),
-    panel(
-      "Coverage",
-      h(
-        "figure",
-        { class: "cover-map" },
-        coverage.element,
-        h("figcaption", {
-          text: "The wide view at the middle of the plan, and what each fovea saw: left red, right cyan.",
-        }),
-      ),
-    ),
-  ];
-  return {
-    element: h("div", { class: "column" }, none, panels, reference),
-    show: (/** @type {CaptureDocument} */ dataset, /** @type {PointsDocument | null} */ points) => {
-      const empty = points === null || points.points.length === 0;
-      showNone(
-        !empty
-          ? ""
-          : dataset.state === "damaged"
-            ? "Its pictures are not shown, as it cannot be read. Its files were left alone."
-            : "Nothing was taken yet.",
-      );
-      for (const each of panels) each.hidden = empty;
-      if (points === null || empty) return;
-      sheet.show(dataset, points);
-      coverage.show(
-        fresh(`${dataset.url}/coverage.jpg`, String(points.points.length)),
-        "Coverage: the wide view with the outlines of all foveae",
-      );
-    },
+  store.on(["rig"], () => reader.entry && reader.changed(), signal);
+  return (/** @type {CaptureDocument} */ dataset) => {
+    const { points } = reader;
+    const taken = points !== null && points.points.length > 0;
+    const described = dataset.state !== "damaged" && dataset.state !== "starting";
+    return html`<article class="dataset-page">
+      ${headOf(dataset, headParts(dataset, noun, orders))}
+      <div class="dataset-body">
+        <div class="column">
+          ${!taken && nothing(emptyWords(dataset))}
+          ${taken && panel("Contact sheet", sheet(dataset, points))}
+          ${taken && panel("Coverage", coverageOf(dataset, points))}
+          ${reference()}
+        </div>
+        <div class="column">
+          ${panel(
+            "About",
+            html`<div class="stack">
+              ${described && [label(dataset.label), licence(dataset.licence)]}
+              <div>${figures(factRows(dataset))}</div>
+            </div>`,
+          )}
+          ${panel("Check", check(dataset))}
+          ${
+            points && [
+              panel("In Python", python(dataset)),
+              panel("Plan", html`<div class="stack">${planOf(dataset.plan)}</div>`),
+              panel("Conditions", html`<div class="stack">${conditionsOf(dataset.conditions)}</div>`),
+              panel("Calibration", calibrationOf(dataset.calibration_id, store.state.rig?.calibration?.id ?? null)),
+            ]
+          }
+        </div>
+      </div>
+    </article>`;
   };
+}
+
+/**
+ * @param {CaptureDocument} dataset
+ * @param {Noun} noun
+ * @param {DatasetOrders} orders
+ */
+function headParts(dataset, noun, orders) {
+  const { id, name, state, resumable, url, points, why } = dataset;
+  const live = isLive(dataset);
+  const readable = state !== "damaged" && !live;
+  const { tone, text } = stateWords(dataset);
+  const resume = async () => {
+    if (await orders.resume(id)) location.hash = "#/capture";
+  };
+  const strip = () =>
+    html`<p class=${state === "damaged" ? "strip bad" : "strip warn"}>${icon("warn")}${sentence(why)}</p>`;
+  return {
+    noun,
+    orders,
+    word: badge(tone, text),
+    busy: live ? "Not while it runs" : "",
+    actions: [
+      live && html`<a class="plain primary" href="#/capture">Watch it</a>`,
+      resumable &&
+        html`<button
+          type="button" class="plain primary" title="Take what is missing, from the exact next point" @click=${resume}
+        >
+          ${icon("again")}Resume
+        </button>`,
+      readable &&
+        points.taken > 0 &&
+        DATASET_PARTS.map(
+          (part) => html`<a class="plain" href=${galleryAddress(noun.many, id, part.name)}>${part.title}</a>`,
+        ),
+      readable &&
+        html`<a class="plain" href="${url}/download.zip" download="${name}.zip">${icon("down")}Download ZIP</a>`,
+    ],
+    far: live ? progressOf(dataset, "Progress") : why !== "" && strip(),
+  };
+}
+
+/** @param {CaptureDocument} dataset */
+function emptyWords({ state }) {
+  return state === "damaged"
+    ? "Its pictures are not shown, as it cannot be read. Its files were left alone."
+    : "Nothing was taken yet.";
+}
+
+/**
+ * @param {CaptureDocument} dataset
+ * @param {PointsDocument} points
+ */
+function coverageOf({ url }, { points }) {
+  return html`<figure class="cover-map">
+    <drawn-picture
+      src=${fresh(`${url}/coverage.jpg`, String(points.length))} width="720" height="540"
+      alt="Coverage: the wide view with the outlines of all foveae"
+    ></drawn-picture>
+    <figcaption>The wide view at the middle of the plan, and what each fovea saw: left red, right cyan.</figcaption>
+  </figure>`;
+}
+
+/** @param {Record<string, unknown> | null} plan */
+function planOf(plan) {
+  const words = planWords(plan);
+  return [
+    words.length > 0
+      ? html`<ul class="sentences">${words.map((text) => html`<li>${text}</li>`)}</ul>`
+      : nothing("It says nothing of its plan."),
+    asWritten("The plan as it is written", plan),
+  ];
+}
+
+/** @param {Record<string, unknown> | null} conditions */
+function conditionsOf(conditions) {
+  const rows = conditionRows(conditions);
+  return [
+    rows.length > 0 ? figures(rows) : nothing("It says nothing of what the rig ran with."),
+    asWritten("The conditions as they are written", conditions),
+  ];
+}
+
+/**
+ * @param {string} title
+ * @param {Record<string, unknown> | null} document
+ */
+function asWritten(title, document) {
+  if (!document || Object.keys(document).length === 0) return null;
+  return html`<details>
+    <summary>${title}</summary>
+    <pre class="code scroll-x" tabindex="0">${JSON.stringify(document, null, 1)}</pre>
+  </details>`;
+}
+
+/**
+ * @param {string | null} id
+ * @param {string | null} in_use
+ */
+function calibrationOf(id, in_use) {
+  if (id === null) return nothing("It was taken without a calibration: no rectified pairs, no anaglyphs.");
+  const word =
+    in_use !== null && (id === in_use ? badge("good", "in use now") : badge("plain", "another one is in use now"));
+  return html`<div class="stack">
+    <p class="facts"><span class="number" title=${id}>${id.slice(0, 10)}</span>${word}</p>
+    <p class="lead">
+      Embedded in the dataset, whole: it is rectified by this one, whatever the rig uses.
+      ${" "}<a href=${addressOf("overview")}>Calibrations</a>.
+    </p>
+  </div>`;
+}
+
+/** @param {CaptureDocument} dataset */
+function python(dataset) {
+  return html`<div class="stack">
+    <pre class="code scroll-x" tabindex="0" aria-label="Python">${snippet(dataset)}</pre>
+    <p class="actions">
+      <button type="button" class="plain" @click=${copy}>${icon("file")}Copy</button>
+      <span class="why" role="status"></span>
+    </p>
+  </div>`;
+}
+
+/** @param {{currentTarget: HTMLElement}} event */
+async function copy({ currentTarget }) {
+  const told = /** @type {HTMLElement} */ (currentTarget.nextElementSibling);
+  const code = currentTarget.closest(".stack")?.querySelector("pre") ?? told;
+  try {
+    await navigator.clipboard.writeText(code.textContent ?? "");
+    say(told, "Copied");
+  } catch {
+    getSelection()?.selectAllChildren(code); // no clipboard over plain HTTP from another machine
+    say(told, "Selected: copy it with the keyboard");
+  }
 }

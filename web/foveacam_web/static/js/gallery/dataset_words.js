@@ -33,6 +33,15 @@ const CAMERAS = Object.freeze(
   ]),
 );
 
+/**
+ * Return the path of a capture below /api/v1.
+ * @param {string} id
+ * @param {string} [rest]
+ */
+export function capturePath(id, rest = "") {
+  return `/captures/${encodeURIComponent(id)}${rest}`;
+}
+
 /** @param {CaptureDocument} dataset */
 export function stateWords({ state }) {
   return STATES[state] ?? { text: state, tone: "plain" };
@@ -87,6 +96,47 @@ export function pointWords({ aim_ax_deg, aim_ay_deg, distance_m, rail_mm, scan }
   return [scans > 1 && `scan ${scan + 1}`, aim, met, rail_mm !== null && `rail at ${number(rail_mm, 1)} mm`]
     .filter(Boolean)
     .join(" · ");
+}
+
+/**
+ * @param {CaptureDocument} dataset
+ * @returns {[string, string][]} names and values
+ */
+export function factRows(dataset) {
+  const { scans, frames } = dataset.points;
+  return filled([
+    ["Taken", whenWords(dataset.created_utc)],
+    ["Points", pointsWords(dataset)],
+    ["Pictures", frames > 0 ? [count(frames), scans > 1 && `in ${count(scans)} scans`].filter(Boolean).join(" ") : ""],
+    ["Size", dataset.size_bytes > 0 ? sizeWords(dataset.size_bytes) : ""],
+    ["Format", dataset.codec ? dataset.codec.toUpperCase() : ""],
+    ["Rig", dataset.rig_id ?? ""],
+    ["Id", dataset.id],
+    ["Folder", dataset.folder],
+  ]);
+}
+
+/**
+ * Return the rows that have a value.
+ * @param {[string, string][]} rows
+ */
+export function filled(rows) {
+  return rows.filter(([, value]) => value !== "");
+}
+
+/**
+ * Return the lines of Python that load a dataset, with its real path.
+ * @param {CaptureDocument} dataset
+ */
+export function snippet({ folder, points, calibration_id }) {
+  const calibrated = calibration_id !== null;
+  return [
+    "from foveacam_pipeline.capture.dataset import Dataset",
+    `dataset = Dataset.open(${JSON.stringify(folder)})`,
+    `point = dataset[${Math.floor(points.taken / 2)}]`,
+    `print(len(dataset), point.left.shape, ${calibrated ? "point.pose.left_rad, dataset.calibration.id" : "point.right.shape"})`,
+    calibrated ? "pair = point.rectified(scale=0.5)" : "wide = point.wide",
+  ].join("\n");
 }
 
 /**
@@ -171,11 +221,11 @@ export function conditionRows(conditions) {
   const survey = listOf(survey_distances_m, () => true).map((each) =>
     typeof each === "number" ? number(each, 2) : MISSING,
   );
-  return /** @type {[string, string][]} */ ([
+  return filled([
     ["Scene", typeof scene === "string" ? scene : ""],
     ["Wait after a move", typeof settle_us === "number" ? `${plain(settle_us / 1e3)} ms` : ""],
     ["Low pass of the mirrors", typeof low_pass_hz === "number" ? `${plain(low_pass_hz)} Hz` : ""],
-    ...CAMERAS.map(([role, name]) => [name, cameraWords(part(cameras[role]))]),
+    ...CAMERAS.map(([role, name]) => /** @type {[string, string]} */ ([name, cameraWords(part(cameras[role]))])),
     ["Rail", typeof rail_m === "number" ? `${number(1e3 * rail_m, 1)} mm` : ""],
     [
       "Pan, tilt",
@@ -184,7 +234,7 @@ export function conditionRows(conditions) {
         : "",
     ],
     ["Scene measured at", survey.length > 0 ? `${survey.join(", ")} m` : ""],
-  ]).filter(([, value]) => value !== "");
+  ]);
 }
 
 /** @param {Json} settings */

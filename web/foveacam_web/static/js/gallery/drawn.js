@@ -1,4 +1,4 @@
-// Shows a picture that the server draws, or the reason why it cannot.
+// The element <drawn-picture src alt>: a picture that the server draws, or the server's reason why it cannot.
 
 import { file, RequestError } from "../api.js";
 import { h, say } from "../dom.js";
@@ -6,55 +6,62 @@ import { sentence } from "../format.js";
 
 const ROOT = "/api/v1";
 
-/**
- * @param {{lazy?: boolean, width?: number, height?: number}} [options] the size that is reserved for it, px
- * @returns {{element: HTMLElement, image: HTMLImageElement, show: (url: string, alt: string) => void}}
- */
-export function makeDrawn({ lazy = false, width, height } = {}) {
-  const image = h("img", {
-    alt: "",
-    loading: lazy ? "lazy" : "eager",
-    decoding: "async",
-    width,
-    height,
-    draggable: "false",
-  });
-  const reason = h("p", { class: "no-picture", hidden: true });
-  const element = h("div", { class: "drawn" }, image, reason);
-  const settle = (/** @type {string} */ why) => {
-    image.hidden = why !== "";
-    reason.hidden = why === "";
-    say(reason, why);
-    element.removeAttribute("aria-busy");
-  };
-  let wanted = "";
-  image.addEventListener("load", () => settle(""));
-  image.addEventListener("error", () => {
-    const failed = wanted;
-    void whyNot(failed).then((why) => failed === wanted && settle(why));
-  });
-  const show = (/** @type {string} */ url, /** @type {string} */ alt) => {
-    image.alt = alt;
-    if (url === wanted) return;
-    wanted = url;
-    image.hidden = false;
-    reason.hidden = true;
-    element.setAttribute("aria-busy", "true");
-    image.src = url;
-  };
-  return { element, image, show };
-}
+/** Attributes: `src`, `alt`, `lazy`, and the size that is reserved, `width` and `height` in px. */
+class DrawnPicture extends HTMLElement {
+  static observedAttributes = ["src", "alt"];
 
-/**
- * Return the server's reason for a picture that did not load.
- * @param {string} url
- */
-async function whyNot(url) {
-  try {
-    await file(url.slice(ROOT.length));
-    return "This picture could not be shown.";
-  } catch (error) {
-    if (error instanceof RequestError) return sentence(error.message);
-    throw error;
+  /** @type {HTMLImageElement | null} */
+  #image = null;
+  #reason = h("p", { class: "no-picture", hidden: true });
+
+  connectedCallback() {
+    if (this.#image) return;
+    const [width, height] = [this.getAttribute("width"), this.getAttribute("height")];
+    const loading = this.hasAttribute("lazy") ? "lazy" : "eager";
+    this.#image = h("img", {
+      ...{ loading, decoding: "async", width, height, draggable: "false" },
+      on: { load: () => this.#settle(""), error: () => void this.#explain() },
+    });
+    this.classList.add("drawn");
+    this.append(this.#image, this.#reason);
+    this.#show();
+  }
+
+  /** @param {string} name */
+  attributeChangedCallback(name) {
+    if (name === "src") this.#show();
+    else this.#image?.setAttribute("alt", this.getAttribute("alt") ?? "");
+  }
+
+  #show() {
+    const src = this.getAttribute("src");
+    if (!this.#image || !src || this.#image.getAttribute("src") === src) return;
+    this.#image.alt = this.getAttribute("alt") ?? "";
+    this.#image.hidden = false;
+    this.#reason.hidden = true;
+    this.setAttribute("aria-busy", "true");
+    this.#image.src = src;
+  }
+
+  /** @param {string} why */
+  #settle(why) {
+    if (this.#image) this.#image.hidden = why !== "";
+    this.#reason.hidden = why === "";
+    say(this.#reason, why);
+    this.removeAttribute("aria-busy");
+  }
+
+  async #explain() {
+    const failed = this.getAttribute("src") ?? "";
+    let why = "This picture could not be shown.";
+    try {
+      await file(failed.slice(ROOT.length));
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+      why = sentence(error.message);
+    }
+    if (failed === this.getAttribute("src")) this.#settle(why);
   }
 }
+
+customElements.define("drawn-picture", DrawnPicture);

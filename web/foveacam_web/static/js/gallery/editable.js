@@ -1,24 +1,18 @@
 // A text line that is edited in place: saved on blur or Enter, reset by Escape or a refusal.
 
-import { h, say } from "../dom.js";
+import { h, html, say } from "../dom.js";
 
 let lists = 0;
 
 /**
+ * Return a function that shows a value and returns the field.
  * @param {string} label
  * @param {{save: (value: string) => Promise<boolean>, usual?: string[], hint?: string}} options `save`: whether the server accepted it
  */
 export function makeEditable(label, { save, usual = [], hint = "" }) {
   lists += 1;
   const id = `editable-${lists}`;
-  const input = h("input", {
-    type: "text",
-    id,
-    maxlength: 400,
-    placeholder: hint,
-    list: usual.length > 0 ? `${id}-usual` : undefined,
-    autocomplete: "off",
-  });
+  const list = usual.length > 0 ? `${id}-usual` : undefined;
   const told = h("span", { class: "why", role: "status" });
   let kept = "";
   let saving = false;
@@ -34,34 +28,23 @@ export function makeEditable(label, { save, usual = [], hint = "" }) {
     say(told, taken ? "Saved" : "Not saved");
     if (taken && document.activeElement !== input) void keep(); // it was edited again and left meanwhile
   };
-  input.addEventListener("change", () => void keep());
-  input.addEventListener("input", () => say(told, ""));
-  input.addEventListener("keydown", (event) => {
-    if (event.key === "Enter") void keep();
-    if (event.key !== "Escape") return;
-    input.value = kept;
-    input.blur();
-  });
-  const element = h(
-    "div",
-    { class: "field" },
-    h("label", { for: id, text: label }),
-    input,
-    told,
-    usual.length > 0 &&
-      h(
-        "datalist",
-        { id: `${id}-usual` },
-        usual.map((value) => h("option", { value })),
-      ),
-  );
-  return {
-    element,
-    input,
-    show: (/** @type {string} */ value) => {
-      const untouched = input.value === kept;
-      kept = value;
-      if (untouched && !saving) input.value = value;
+  const on = {
+    change: () => void keep(),
+    input: () => say(told, ""),
+    keydown: (/** @type {KeyboardEvent} */ event) => {
+      if (event.key === "Enter") void keep();
+      if (event.key !== "Escape") return;
+      input.value = kept;
+      input.blur();
     },
+  };
+  const input = h("input", { type: "text", id, maxlength: 400, placeholder: hint, list, autocomplete: "off", on });
+  const options = html`<datalist id=${list ?? ""}>${usual.map((value) => html`<option value=${value}></option>`)}</datalist>`;
+  const field = h("div", { class: "field" }, html`<label for=${id}>${label}</label>`, input, told, list && options);
+  return (/** @type {string} */ value) => {
+    const untouched = input.value === kept;
+    kept = value;
+    if (untouched && !saving) input.value = value;
+    return field;
   };
 }

@@ -1,6 +1,6 @@
 // Controls around a mosaic: choice of layers, zoom, depth scale, readout at the pointer.
 
-import { h, say } from "../dom.js";
+import { h, html, say } from "../dom.js";
 import { angle, MISSING, number } from "../format.js";
 import { icon } from "../icons.js";
 import { gradient, ticksOf } from "./mosaic_depth.js";
@@ -72,7 +72,9 @@ export function makeZoom(viewer) {
     /** @type {import("../icons.js").IconName} */ name,
     /** @type {() => void} */ act,
   ) =>
-    h("button", { type: "button", class: "tool", "aria-label": label, title: label, on: { click: act } }, icon(name));
+    html`<button type="button" class="tool" aria-label=${label} title=${label} @click=${act}>
+      ${icon(name)}
+    </button>`;
   const scale = h("output", { class: "number" });
   const element = h(
     "div",
@@ -80,11 +82,9 @@ export function makeZoom(viewer) {
     tool("Smaller (−)", "minus", () => viewer().zoom(1 / 1.5)),
     tool("Larger (+)", "plus", () => viewer().zoom(1.5)),
     tool("All of it (0)", "fit", () => viewer().fit()),
-    h(
-      "button",
-      { type: "button", class: "tool words", title: "Its own pixels (1)", on: { click: () => viewer().whole() } },
-      "1:1",
-    ),
+    html`<button type="button" class="tool words" title="Its own pixels (1)" @click=${() => viewer().whole()}>
+      1:1
+    </button>`,
     scale,
   );
   return {
@@ -119,7 +119,7 @@ export function makeScale({ near_m, far_m }) {
     },
     colours,
     mark,
-    h("div", { class: "scale" }, ticks),
+    html`<div class="scale">${ticks}</div>`,
   );
   return {
     element,
@@ -140,9 +140,9 @@ export function makeReadout() {
   const element = h(
     "dl",
     { class: "mosaic-readout" },
-    h("div", {}, h("dt", { text: "Depth" }), depth),
-    h("div", {}, h("dt", { text: "Angles" }), gaze),
-    h("div", {}, h("dt", { text: "Pixel" }), where),
+    html`<div><dt>Depth</dt>${depth}</div>`,
+    html`<div><dt>Angles</dt>${gaze}</div>`,
+    html`<div><dt>Pixel</dt>${where}</div>`,
   );
   const show = (/** @type {Reading} */ reading) => {
     say(where, reading ? `${reading.pixel.x}, ${reading.pixel.y}` : MISSING);

@@ -1,49 +1,86 @@
-// Builds the gallery: datasets, recordings and stills in tabs. tabs.js says how a tab is added.
+// Builds the gallery: datasets, recordings and stills in tabs, one entry of TABS each: `name` is in the address, `title`
+// on the tab, and `open` builds the page of an address each time it is visited; its `id` is null for the list.
+// Everything that `open` starts must end with `context.signal`, which is aborted when the page is left:
+// `store.on(keys, listener, signal)`, `addEventListener(…, { signal })`, and `context.follow(reader)`, which reads at
+// once and after each reconnection, and receives the server's events.
 
 import { addressOf } from "../calibration/route.js";
-import { fill, focusOn, h, need } from "../dom.js";
+import { absent, focusOn, h, html, need, update } from "../dom.js";
 import { icon } from "../icons.js";
+import { openDatasets } from "./datasets.js";
+import { openRecordings } from "./recordings.js";
 import { GALLERY_ADDRESS, galleryAddress } from "./route.js";
-import { TABS } from "./tabs.js";
+import { openStills } from "./stills.js";
 
 /**
+ * @import { EventDocument } from "#api"
  * @import { GalleryPlace } from "#page"
- * @typedef {{
- *   store: import("../store.js").Store, commands: import("../commands.js").Commands, reader: import("./reader.js").GalleryReader
- * }} GalleryTools
+ * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
+ * @import { Reader } from "../sync.js"
+ * @typedef {{store: Store, commands: Commands, signal: AbortSignal, follow: (reader: Reader) => void}} GalleryContext
+ *   what the gallery gives to a page that it opens; `signal`: aborted when the operator leaves the page
+ * @typedef {{name: string, title: string, open: (at: GalleryPlace, context: GalleryContext) => HTMLElement}} GalleryTab
+ * @typedef {{store: Store, commands: Commands, reader: GalleryReader}} GalleryTools
  */
+
+/** @type {readonly GalleryTab[]} */
+const TABS = Object.freeze([
+  { name: "datasets", title: "Datasets", open: openDatasets },
+  { name: "recordings", title: "Recordings", open: openRecordings },
+  { name: "stills", title: "Stills", open: openStills },
+]);
+
+/** Passes the server's events and each reconnection to the readers of what the gallery shows. */
+export class GalleryReader {
+  /** @type {Set<Reader>} */
+  #readers = new Set();
+
+  /**
+   * Let a reader read now and after each reconnection, and receive events, until the signal is aborted.
+   * @param {Reader} reader
+   * @param {AbortSignal} signal
+   */
+  follow(reader, signal) {
+    this.#readers.add(reader);
+    signal.addEventListener("abort", () => this.#readers.delete(reader));
+    void reader.readAll();
+  }
+
+  readAll() {
+    return Promise.all([...this.#readers].map((reader) => reader.readAll()));
+  }
+
+  /** @param {EventDocument} event */
+  hear(event) {
+    for (const reader of this.#readers) reader.hear(event);
+  }
+}
 
 /**
  * @param {HTMLElement} place
  * @param {GalleryTools} tools
  */
 export function mountGallery(place, tools) {
-  const links = TABS.map(({ name, title }) => ({
-    name,
-    link: h("a", { href: galleryAddress(name), id: `to-${name}`, text: title }),
-  }));
   const body = h("div", { class: "gallery-body", tabindex: "-1" });
-  fill(
-    place,
-    head(),
-    h(
-      "nav",
-      { class: "wizard-tabs", "aria-label": "Parts of the gallery" },
-      links.map(({ link }) => link),
-    ),
-    body,
-  );
   let leave = new AbortController();
   tools.store.on(["gallery"], ({ gallery }) => {
     leave.abort();
     leave = new AbortController();
-    fill(body, gallery && opened(gallery, tools, leave.signal));
-    for (const { name, link } of links) {
-      if (name === gallery?.tab) link.setAttribute("aria-current", "page");
-      else link.removeAttribute("aria-current");
-    }
+    update(place, [head(), tabsOf(gallery), body]);
+    body.replaceChildren(...(gallery ? [opened(gallery, tools, leave.signal)] : []));
     turnPage(place, gallery !== null, body);
   });
+}
+
+/** @param {GalleryPlace | null} gallery */
+function tabsOf(gallery) {
+  return html`<nav class="wizard-tabs" aria-label="Parts of the gallery">
+    ${TABS.map(
+      ({ name, title }) =>
+        html`<a href=${galleryAddress(name)} id="to-${name}" aria-current=${name === gallery?.tab ? "page" : absent}>${title}</a>`,
+    )}
+  </nav>`;
 }
 
 /**
@@ -53,29 +90,18 @@ export function mountGallery(place, tools) {
  */
 function opened(at, tools, signal) {
   const tab = TABS.find(({ name }) => name === at.tab);
-  if (!tab)
-    return h(
-      "p",
-      { class: "empty" },
-      "There is no such page. ",
-      h("a", { href: GALLERY_ADDRESS, text: "To the datasets" }),
-      ".",
-    );
-  return tab.open(at, { ...tools, signal, follow: (reader) => tools.reader.follow(reader, signal) });
+  if (tab) return tab.open(at, { ...tools, signal, follow: (reader) => tools.reader.follow(reader, signal) });
+  const list = html`<a href=${GALLERY_ADDRESS}>To the datasets</a>`;
+  return h("p", { class: "empty" }, html`There is no such page. ${list}.`);
 }
 
 function head() {
-  return h(
-    "div",
-    { class: "wizard-head" },
-    h("h2", { id: "gallery-title", tabindex: "-1", text: "Gallery" }),
-    h(
-      "a",
-      { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" },
-      icon("back"),
-      h("span", { text: "Console" }),
-    ),
-  );
+  return html`<div class="wizard-head">
+    <h2 id="gallery-title" tabindex="-1">Gallery</h2>
+    <a class="plain back" href=${addressOf(null)} aria-label="Back to the console">
+      ${icon("back")}<span>Console</span>
+    </a>
+  </div>`;
 }
 
 /**

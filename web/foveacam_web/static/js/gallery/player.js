@@ -1,6 +1,6 @@
 // The player of a recording: pictures, timeline, steps of one frame, speeds, keys.
 
-import { fill, h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { count } from "../format.js";
 import { icon } from "../icons.js";
 import { PlayerClock, SPEEDS } from "./player_clock.js";
@@ -86,7 +86,7 @@ function makeControls(clock, { anaglyphs, turn }) {
   const speed = h(
     "select",
     { "aria-label": "Speed", on: { change: () => clock.setSpeed(Number(speed.value)) } },
-    SPEEDS.map((each) => h("option", { value: each, text: `${each}×` })),
+    SPEEDS.map((each) => html`<option value=${each}>${each}×</option>`),
   );
   const switch_ = h("button", {
     type: "button",
@@ -106,18 +106,16 @@ function makeControls(clock, { anaglyphs, turn }) {
     "div",
     { class: "player-bar" },
     line,
-    h(
-      "div",
-      { class: "player-buttons" },
-      tool("One frame back (←)", "previous", () => clock.go(-1)),
-      play,
-      tool("One frame on (→)", "next", () => clock.go(1)),
-      time,
-      step,
-      h("span", { class: "gap" }),
-      speed,
-      switch_,
-    ),
+    html`<div class="player-buttons">
+      ${tool("One frame back (←)", "previous", () => clock.go(-1))}
+      ${play}
+      ${tool("One frame on (→)", "next", () => clock.go(1))}
+      ${time}
+      ${step}
+      <span class="gap"></span>
+      ${speed}
+      ${switch_}
+    </div>`,
   );
   let shown = /** @type {boolean | null} */ (null);
   return {

@@ -1,10 +1,10 @@
 // Requests and shows the depth of the shown moment, which the server computes.
 
 import { RequestError } from "../api.js";
-import { changing, h, say } from "../dom.js";
+import { h, html, update } from "../dom.js";
 import { distanceText, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
-import { makeDrawn } from "./drawn.js";
+import "./drawn.js";
 import { clockWords } from "./recording_words.js";
 
 /**
@@ -16,50 +16,52 @@ const FAR_APART_MS = 5;
 
 /**
  * @param {string} id
- * @param {{orders: import("./recording_orders.js").RecordingOrders, at: () => number}} context `at`: returns the shown moment
+ * @param {{orders: import("./recordings.js").RecordingOrders, at: () => number}} context `at`: returns the shown moment
  */
 export function makeDepth(id, { orders, at }) {
-  const button = h("button", { type: "button", class: "plain" }, icon("cube"), "Compute depth");
-  const told = h("div", { class: "stack depth-told", role: "status" });
-  const drawn = makeDrawn({ width: 720, height: 540 });
-  drawn.element.hidden = true;
-  const show = changing(told, (/** @type {Now} */ now) => wordsOf(now));
+  const element = h("div", { class: "stack" });
+  /** @type {Now} */
+  let now = { waiting: false, refused: "", found: null };
+  let at_s = 0;
+  const show = (/** @type {Partial<Now>} */ part) => {
+    now = { ...now, ...part };
+    const { found } = now;
+    update(
+      element,
+      html`<div class="actions">
+          <button type="button" class="plain" ?disabled=${now.waiting} @click=${compute}>${icon("cube")}Compute depth</button>
+          <span class="why">of the moment shown, ${clockWords(at_s)}</span>
+        </div>
+        <div class="stack depth-told" role="status">${wordsOf(now)}</div>
+        ${found && html`<drawn-picture src=${found.picture_url} alt="Depth at ${clockWords(found.t_s)}" width="720" height="540"></drawn-picture>`}`,
+    );
+  };
   const compute = async () => {
-    if (button.disabled) return;
-    const at_s = at();
-    button.disabled = true;
+    if (now.waiting) return;
     show({ waiting: true, refused: "", found: null });
-    const answer = await orders.depth(id, at_s);
-    button.disabled = false;
+    const answer = await orders.depth(id, at());
     const refused = answer instanceof RequestError;
     show({ waiting: false, refused: refused ? answer.message : "", found: refused ? null : answer });
-    drawn.element.hidden = refused;
-    if (!refused) drawn.show(answer.picture_url, `Depth at ${clockWords(answer.t_s)}`);
   };
-  button.addEventListener("click", () => void compute());
-  const stale = h("span", { class: "why" });
-  return {
-    element: h("div", { class: "stack" }, h("div", { class: "actions" }, button, stale), told, drawn.element),
-    compute,
-    move: (/** @type {number} */ at_s) => say(stale, `of the moment shown, ${clockWords(at_s)}`),
+  const move = (/** @type {number} */ moment_s) => {
+    at_s = moment_s;
+    show({});
   };
+  return { element, compute, move };
 }
 
 /** @param {Now} now */
 function wordsOf({ waiting, refused, found }) {
-  if (waiting) return [h("p", { class: "lead", text: "Matching both foveae …" })];
-  if (refused !== "") return [h("p", { class: "refused", text: sentence(refused) })];
+  if (waiting) return [html`<p class="lead">Matching both foveae …</p>`];
+  if (refused !== "") return [html`<p class="refused">${sentence(refused)}</p>`];
   if (found === null) return [];
   const centre = found.z_m === null ? "Nothing could be matched at the centre" : distanceText(found.z_m, found.sigma_m);
   return [
-    h(
-      "p",
-      { class: "depth-centre" },
-      found.z_m === null ? sentence(centre) : [h("strong", { text: centre }), " at the centre of the left fovea"],
-    ),
-    h("p", {
-      class: "why",
-      text:
+    html`<p class="depth-centre">
+      ${found.z_m === null ? sentence(centre) : [html`<strong>${centre}</strong>`, " at the centre of the left fovea"]}
+    </p>`,
+    html`<p class="why">
+      ${
         [
           `At ${clockWords(found.t_s)}: ${number(100 * found.known, 0)} % of the pixels have depth`,
           found.verged_z_m === null ? "the eyes look parallel" : `the eyes meet at ${number(found.verged_z_m, 2)} m`,
@@ -68,7 +70,8 @@ function wordsOf({ waiting, refused, found }) {
             : "",
         ]
           .filter(Boolean)
-          .join("; ") + ".",
-    }),
+          .join("; ") + "."
+      }
+    </p>`,
   ];
 }

@@ -1,7 +1,7 @@
 // Options of a film of the recording, which the server makes and the browser downloads.
 
 import { bar } from "../calibration/parts.js";
-import { fill, h } from "../dom.js";
+import { fill, h, html } from "../dom.js";
 import { count } from "../format.js";
 import { icon } from "../icons.js";
 
@@ -21,7 +21,7 @@ const SHOWS = Object.freeze([
 
 /**
  * @param {RecordingDocument} recording
- * @param {{orders: import("./recording_orders.js").RecordingOrders, signal: AbortSignal}} context
+ * @param {{orders: import("./recordings.js").RecordingOrders, signal: AbortSignal}} context
  */
 export function makeFilm(recording, { orders, signal }) {
   const has = (/** @type {string} */ role) =>
@@ -32,7 +32,7 @@ export function makeFilm(recording, { orders, signal }) {
   const choice = h(
     "select",
     { id: "film-show" },
-    shows.map(([value, text]) => h("option", { value, text })),
+    shows.map(([value, text]) => html`<option value=${value}>${text}</option>`),
   );
   const button = h("button", { type: "button", class: "plain" }, icon("down"), "Make an MP4");
   const far = h("div", { class: "stack", role: "status" });
@@ -42,7 +42,7 @@ export function makeFilm(recording, { orders, signal }) {
       fill(
         far,
         bar("Film", { share: total > 0 ? done / total : null, text: `${count(done)} of ${count(total)} frames` }),
-        h("p", { class: "why", text: total > 0 ? `${count(done)} of ${count(total)} frames` : "Beginning …" }),
+        html`<p class="why">${total > 0 ? `${count(done)} of ${count(total)} frames` : "Beginning …"}</p>`,
       );
     told(0, 0);
     const url = await orders.film(recording.id, /** @type {FilmShow} */ (choice.value), { told, signal });
@@ -50,16 +50,14 @@ export function makeFilm(recording, { orders, signal }) {
     fill(far, url !== null && filmLink(url));
     if (url !== null && !signal.aborted) far.querySelector("a")?.click();
   });
-  return h(
-    "div",
-    { class: "stack" },
-    h("div", { class: "field" }, h("label", { for: "film-show", text: "Shows" }), choice),
-    h("div", { class: "actions" }, button),
-    far,
-  );
+  return html`<div class="stack">
+    <div class="field"><label for="film-show">Shows</label>${choice}</div>
+    <div class="actions">${button}</div>
+    ${far}
+  </div>`;
 }
 
 /** @param {string} url */
 function filmLink(url) {
-  return h("a", { href: url, download: "", text: "The film is made: download it" });
+  return html`<a href=${url} download="">The film is made: download it</a>`;
 }

@@ -3,7 +3,7 @@
 // behind.
 
 import { RequestError, request } from "../api.js";
-import { fill, h, s, say } from "../dom.js";
+import { fill, h, html, s, say, svg } from "../dom.js";
 import { angle, number } from "../format.js";
 import { frameAt } from "./player_clock.js";
 import { CAMERAS, recordingPath } from "./recording_words.js";
@@ -52,7 +52,7 @@ function makePane(name, label, { width, height }) {
   const surface = h(
     "div",
     { class: "player-surface" },
-    h("img", { alt: `${label}: no frame yet`, width, height, hidden: true }),
+    html`<img alt="${label}: no frame yet" width=${width} height=${height} hidden />`,
     reason,
   );
   surface.style.aspectRatio = `${width} / ${height}`;
@@ -60,7 +60,7 @@ function makePane(name, label, { width, height }) {
     "figure",
     { class: `player-pane player-${name}`, data: { pane: name } },
     surface,
-    h("figcaption", {}, h("b", { text: label }), readout),
+    html`<figcaption><b>${label}</b>${readout}</figcaption>`,
   );
   const load = async (/** @type {string} */ url) => {
     const image = new Image(width, height);
@@ -117,12 +117,10 @@ export function makePanes(id, timeline) {
     "div",
     { class: "player-panes" },
     panes.get("wide")?.element,
-    h(
-      "div",
-      { class: "player-eyes" },
-      EYES.map((role) => panes.get(role)?.element ?? null),
-      both?.element ?? null,
-    ),
+    html`<div class="player-eyes">
+      ${EYES.map((role) => panes.get(role)?.element ?? null)}
+      ${both?.element ?? null}
+    </div>`,
   );
   return {
     element,
@@ -173,11 +171,9 @@ function momentOfAll(indexes, streams, at_s) {
 function printOf(role, moment) {
   const corners = moment.frames[role]?.footprint_px;
   if (!corners) return null;
-  return s("polygon", {
-    class: role,
-    points: corners.map((corner) => corner.join(",")).join(" "),
-    "vector-effect": "non-scaling-stroke",
-  });
+  return svg`<polygon
+    class=${role} points=${corners.map((corner) => corner.join(",")).join(" ")} vector-effect="non-scaling-stroke"
+  ></polygon>`;
 }
 
 /**

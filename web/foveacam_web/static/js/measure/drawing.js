@@ -1,6 +1,6 @@
 // Draws measurements over a view in CSS px: points, lines, outlines, and the value of the selected one.
 
-import { s } from "../dom.js";
+import { svg } from "../dom.js";
 import { shownOf } from "./orders.js";
 import { valueText } from "./words.js";
 
@@ -54,13 +54,11 @@ function standsAt(mirrors, gaze) {
 export function drawMeasurement(measured, view, viewport, { selected, box }) {
   const places = (measured.drawn_px[view] ?? []).map(([x, y]) => viewport.toCss({ x, y }));
   const line = pathOf(places, measured.kind === "plane");
-  return s(
-    "g",
-    { class: selected ? "measured selected" : "measured", data: { id: measured.id } },
-    places.length > 1 ? [s("path", { class: "under", d: line }), s("path", { class: "line", d: line })] : null,
-    measured.kind === "plane" ? null : places.map(({ x, y }) => cross(x, y)),
-    selected ? label(valueText(measured), places, box) : null,
-  );
+  return svg`<g class=${selected ? "measured selected" : "measured"} data-id=${measured.id}>
+    ${places.length > 1 ? [svg`<path class="under" d=${line}></path>`, svg`<path class="line" d=${line}></path>`] : null}
+    ${measured.kind === "plane" ? null : places.map(({ x, y }) => cross(x, y))}
+    ${selected ? label(valueText(measured), places, box) : null}
+  </g>`;
 }
 
 /**
@@ -72,13 +70,11 @@ export function drawDraft({ kind, from, to }, viewport) {
   const b = viewport.toCss(to);
   const places = kind === "plane" ? [a, { x: b.x, y: a.y }, b, { x: a.x, y: b.y }] : [a, b];
   const line = pathOf(places, kind === "plane");
-  return s(
-    "g",
-    { class: "measured draft" },
-    s("path", { class: "under", d: line }),
-    s("path", { class: "line", d: line }),
-    kind === "plane" ? null : cross(a.x, a.y),
-  );
+  return svg`<g class="measured draft">
+    <path class="under" d=${line}></path>
+    <path class="line" d=${line}></path>
+    ${kind === "plane" ? null : cross(a.x, a.y)}
+  </g>`;
 }
 
 /**
@@ -95,7 +91,7 @@ function pathOf(places, closed) {
  */
 function cross(x, y) {
   const arms = `M${x - 6} ${y}H${x - 2}M${x + 2} ${y}H${x + 6}M${x} ${y - 6}V${y - 2}M${x} ${y + 2}V${y + 6}`;
-  return s("g", {}, s("path", { class: "under", d: arms }), s("path", { class: "line", d: arms }));
+  return svg`<g><path class="under" d=${arms}></path><path class="line" d=${arms}></path></g>`;
 }
 
 /**
@@ -110,7 +106,7 @@ function label(text, places, box) {
   const x = Math.min(box.width - half, Math.max(half, middle.x));
   const above = middle.y - 10 > LABEL_HEIGHT_PX;
   const y = above ? middle.y - 10 : Math.max(...places.map((place) => place.y)) + LABEL_HEIGHT_PX + 4;
-  return s("text", { class: "value", x, y: Math.min(box.height - 6, y), "text-anchor": "middle", text });
+  return svg`<text class="value" x=${x} y=${Math.min(box.height - 6, y)} text-anchor="middle">${text}</text>`;
 }
 
 /** @param {number[]} values */

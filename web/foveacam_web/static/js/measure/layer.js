@@ -1,6 +1,6 @@
 // The layer over one view while the measuring tool is on: handles its clicks and drags, and draws the measurements.
 
-import { fill, h, s } from "../dom.js";
+import { fill, h, html, s } from "../dom.js";
 import { drawDraft, drawMeasurement, visibleIn } from "./drawing.js";
 
 /**
@@ -35,7 +35,7 @@ export class MeasureLayer {
     this.element = h(
       "div",
       { class: "measure-layer" },
-      s("svg", { class: "measure-marks", "aria-hidden": "true" }, this.#marks, this.#draft),
+      html`<svg class="measure-marks" aria-hidden="true">${this.#marks}${this.#draft}</svg>`,
     );
     pane.surface.append(this.element);
     for (const kind of ["pointerdown", "pointermove", "pointerup", "pointercancel"]) {

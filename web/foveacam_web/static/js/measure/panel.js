@@ -1,6 +1,6 @@
 // Shows the list of measurements: names, values, the details of the selected one, export.
 
-import { fill, h, need, say } from "../dom.js";
+import { fill, h, html, need, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { shownOf } from "./orders.js";
 import { profilePlot } from "./plot.js";
@@ -168,10 +168,8 @@ function updateRow(row, measured, selected) {
   fill(
     row.more,
     measured.profile && profilePlot(measured.profile),
-    h(
-      "dl",
-      { class: "facts" },
-      factsOf(measured).flatMap(([name, value]) => [h("dt", { text: name }), h("dd", { text: value })]),
-    ),
+    html`<dl class="facts">
+      ${factsOf(measured).flatMap(([name, value]) => [html`<dt>${name}</dt>`, html`<dd>${value}</dd>`])}
+    </dl>`,
   );
 }

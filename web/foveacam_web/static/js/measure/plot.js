@@ -1,6 +1,6 @@
 // Plots a profile: depth over length, with a band of one standard error; unknown samples leave gaps.
 
-import { s } from "../dom.js";
+import { html, svg } from "../dom.js";
 import { number } from "../format.js";
 
 /** @import { ProfileDocument } from "#api" */
@@ -26,37 +26,28 @@ export function profilePlot(profile) {
   const y = (/** @type {number} */ z_m) =>
     HEIGHT - PAD.bottom - ((z_m - span.low) / (span.high - span.low)) * (HEIGHT - PAD.top - PAD.bottom);
   const words = `Depth along ${number(long_m, 3)} m: from ${number(low_m, 3)} to ${number(high_m, 3)} m`;
-  return s(
-    "svg",
-    { class: "profile-plot", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": words },
-    ticksOf(span.low, span.high).flatMap(({ at, text }) => [
-      s("line", { class: "grid", x1: PAD.left, x2: WIDTH - PAD.right, y1: y(at), y2: y(at) }),
-      s("text", { class: "tick", x: PAD.left - 5, y: y(at) + 3, "text-anchor": "end", text }),
-    ]),
-    ticksOf(0, long_m).map(({ at, text }) =>
-      s("text", { class: "tick", x: x(at), y: HEIGHT - PAD.bottom + 13, "text-anchor": "middle", text }),
-    ),
-    s("text", {
-      class: "tick",
-      x: (WIDTH + PAD.left) / 2,
-      y: HEIGHT - 4,
-      "text-anchor": "middle",
-      text: "along the line, m",
-    }),
-    s("text", {
-      class: "tick",
-      transform: `translate(10 ${(HEIGHT - PAD.bottom) / 2}) rotate(-90)`,
-      "text-anchor": "middle",
-      text: "Z, m",
-    }),
-    runs.map((run) => s("path", { class: "band", d: bandOf(run, x, y) })),
-    runs.map((run) =>
-      s("path", {
-        class: "curve",
-        d: `M${run.map(({ along_m, z_m }) => `${x(along_m).toFixed(1)} ${y(z_m).toFixed(1)}`).join("L")}`,
-      }),
-    ),
-  );
+  return html`<svg class="profile-plot" viewBox="0 0 ${WIDTH} ${HEIGHT}" role="img" aria-label=${words}>
+    ${ticksOf(span.low, span.high).flatMap(({ at, text }) => [
+      svg`<line class="grid" x1=${PAD.left} x2=${WIDTH - PAD.right} y1=${y(at)} y2=${y(at)}></line>`,
+      svg`<text class="tick" x=${PAD.left - 5} y=${y(at) + 3} text-anchor="end">${text}</text>`,
+    ])}
+    ${ticksOf(0, long_m).map(
+      ({ at, text }) =>
+        svg`<text class="tick" x=${x(at)} y=${HEIGHT - PAD.bottom + 13} text-anchor="middle">${text}</text>`,
+    )}
+    <text class="tick" x=${(WIDTH + PAD.left) / 2} y=${HEIGHT - 4} text-anchor="middle">along the line, m</text>
+    <text class="tick" transform="translate(10 ${(HEIGHT - PAD.bottom) / 2}) rotate(-90)" text-anchor="middle">
+      Z, m
+    </text>
+    ${runs.map((run) => svg`<path class="band" d=${bandOf(run, x, y)}></path>`)}
+    ${runs.map(
+      (run) =>
+        svg`<path
+        class="curve"
+        d=${`M${run.map(({ along_m, z_m }) => `${x(along_m).toFixed(1)} ${y(z_m).toFixed(1)}`).join("L")}`}
+      ></path>`,
+    )}
+  </svg>`;
 }
 
 /**

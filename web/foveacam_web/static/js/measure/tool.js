@@ -1,6 +1,6 @@
 // The measuring tool: its kind, the views it is on, its bar; turns clicks and drags into measurements.
 
-import { h, say } from "../dom.js";
+import { h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { MeasureLayer } from "./layer.js";
 import { KINDS } from "./words.js";
@@ -112,21 +112,16 @@ export class MeasureTool {
         on: { click: () => this.choose(index + 1) },
       }),
     );
-    const done = h(
-      "button",
-      {
-        class: "tool",
-        type: "button",
-        "aria-label": "Stop measuring",
-        title: "Stop measuring (Escape)",
-        on: { click: () => this.end() },
-      },
-      icon("close"),
-    );
+    const done = html`<button
+      class="tool" type="button" aria-label="Stop measuring" title="Stop measuring (Escape)"
+      @click=${() => this.end()}
+    >
+      ${icon("close")}
+    </button>`;
     const element = h(
       "div",
       { class: "measure-bar", role: "toolbar", "aria-label": "Measure", hidden: true },
-      h("span", { class: "kinds" }, kinds),
+      html`<span class="kinds">${kinds}</span>`,
       done,
       hint,
     );

@@ -1,7 +1,7 @@
 // Buttons that correct an answer: choose another alternative, or fixate again nearer or farther.
 
 import { answerText, basisOf, basisWords, chosenOf, percent } from "../answers.js";
-import { h } from "../dom.js";
+import { html } from "../dom.js";
 import { icon } from "../icons.js";
 
 /**
@@ -17,34 +17,23 @@ import { icon } from "../icons.js";
 export function alternatives(fixation, commands) {
   if (!fixation.alternatives?.length) return null;
   const chosen = chosenOf(fixation);
-  const rows = fixation.alternatives.map((each, index) =>
-    h(
-      "li",
-      {},
-      h(
-        "button",
-        {
-          type: "button",
-          class: "plain alternative",
-          "aria-pressed": String(each === chosen),
-          data: { keep: `alternative-${index}` },
-          on: { click: () => void commands.choose(fixation, index) },
-        },
-        h("span", { class: "number", text: answerText(each) }),
-        h("span", { class: "basis", text: basisWords(each.basis, fixation) }),
-        h("span", { class: "number chance", text: percent(each.probability) }),
-      ),
-    ),
+  const rows = fixation.alternatives.map(
+    (each, index) =>
+      html`<li>
+      <button
+        type="button" class="plain alternative" aria-pressed=${String(each === chosen)}
+        @click=${() => void commands.choose(fixation, index)}
+      >
+        <span class="number">${answerText(each)}</span>
+        <span class="basis">${basisWords(each.basis, fixation)}</span>
+        <span class="number chance">${percent(each.probability)}</span>
+      </button>
+    </li>`,
   );
-  return h(
-    "div",
-    { class: "alternatives" },
-    h("p", {
-      class: "lead",
-      text: chosen ? "Chosen of these:" : `${rows.length} distances are possible. Which one is it?`,
-    }),
-    h("ul", {}, rows),
-  );
+  return html`<div class="alternatives">
+    <p class="lead">${chosen ? "Chosen of these:" : `${rows.length} distances are possible. Which one is it?`}</p>
+    <ul>${rows}</ul>
+  </div>`;
 }
 
 /**
@@ -57,23 +46,16 @@ export function nearerOrFarther(fixation, commands) {
     /** @type {"nearer" | "farther"} */ direction,
     /** @type {import("../icons.js").IconName} */ picture,
   ) =>
-    h(
-      "button",
-      {
-        type: "button",
-        class: "plain",
-        data: { keep: direction },
-        title: `Look again, only ${direction} than this answer`,
-        on: { click: () => void commands.correct(fixation, direction) },
-      },
-      icon(picture),
-      direction === "nearer" ? "Nearer" : "Farther",
-    );
-  return h(
-    "p",
-    { class: "correct" },
-    h("span", { class: "ask", text: "Not right? It is" }),
-    button("nearer", "low"),
-    button("farther", "up"),
-  );
+    html`<button
+      type="button" class="plain" title="Look again, only ${direction} than this answer"
+      @click=${() => void commands.correct(fixation, direction)}
+    >
+      ${icon(picture)}
+      ${direction === "nearer" ? "Nearer" : "Farther"}
+    </button>`;
+  return html`<p class="correct">
+    <span class="ask">Not right? It is</span>
+    ${button("nearer", "low")}
+    ${button("farther", "up")}
+  </p>`;
 }

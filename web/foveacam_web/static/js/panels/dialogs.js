@@ -1,6 +1,6 @@
 // Builds the dialogs: help, settings, control, steering distance.
 
-import { h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { changeSettings } from "../store.js";
 
@@ -98,16 +98,14 @@ const SETTINGS = [
 /**
  * Build a dialog with a title, closed by Escape, by its button or by a click beside it.
  * @param {string} title
- * @param {...Node} content
+ * @param {...import("../dom.js").Child} content
  */
 export function sheet(title, ...content) {
   const dialog = h("dialog", { class: "sheet", "aria-label": title });
-  const close = h(
-    "button",
-    { type: "button", class: "tool", "aria-label": "Close", on: { click: () => dialog.close() } },
-    icon("close"),
-  );
-  dialog.append(h("header", {}, h("h2", { text: title }), close), ...content);
+  const close = html`<button type="button" class="tool" aria-label="Close" @click=${() => dialog.close()}>
+    ${icon("close")}
+  </button>`;
+  fill(dialog, html`<header><h2>${title}</h2>${close}</header>`, ...content);
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   document.body.append(dialog);
   return dialog;
@@ -115,39 +113,32 @@ export function sheet(title, ...content) {
 
 /** @param {{showHints: () => void}} context */
 export function makeHelp({ showHints }) {
-  const groups = HELP.map(([title, rows]) =>
-    h(
-      "section",
-      {},
-      h("h3", { text: title }),
-      h(
-        "dl",
-        { class: "keys" },
-        rows.flatMap(([keys, what]) => [h("dt", { text: keys }), h("dd", { text: what })]),
-      ),
-    ),
+  const groups = HELP.map(
+    ([title, rows]) =>
+      html`<section>
+      <h3>${title}</h3>
+      <dl class="keys">${rows.flatMap(([keys, what]) => [html`<dt>${keys}</dt>`, html`<dd>${what}</dd>`])}</dl>
+    </section>`,
   );
   const links = h(
     "p",
     { class: "lead" },
     "Programs do all of this by REST: ",
-    h("a", { href: "/docs", target: "_blank", rel: "noopener", text: "reference" }),
+    html`<a href="/docs" target="_blank" rel="noopener">reference</a>`,
     ".",
   );
   const hints = h(
     "p",
     { class: "lead" },
-    h("button", {
-      type: "button",
-      class: "plain",
-      text: "Mark good targets on the wide view",
-      on: {
-        click: () => {
-          showHints();
-          dialog.close();
-        },
-      },
-    }),
+    html`<button
+      type="button" class="plain"
+      @click=${() => {
+        showHints();
+        dialog.close();
+      }}
+    >
+      Mark good targets on the wide view
+    </button>`,
   );
   const dialog = sheet("Help", hints, ...groups, links);
   return dialog;
@@ -173,15 +164,15 @@ function settingRow({ key, label, options }, store) {
   if (!options) {
     const box = h("input", { type: "checkbox", on: { change: () => change(box.checked) } });
     store.on(["settings"], ({ settings }) => (box.checked = Boolean(settings[key])));
-    return h("label", { class: "setting" }, label, box);
+    return html`<label class="setting">${label}${box}</label>`;
   }
   const select = h(
     "select",
     { on: { change: () => change(select.value) } },
-    options.map(([value, text]) => h("option", { value, text })),
+    options.map(([value, text]) => html`<option value=${value}>${text}</option>`),
   );
   store.on(["settings"], ({ settings }) => (select.value = String(settings[key])));
-  return h("label", { class: "setting" }, label, select);
+  return html`<label class="setting">${label}${select}</label>`;
 }
 
 /** @param {{store: Store, commands: Commands}} context */
@@ -199,7 +190,7 @@ export function makeLease({ store, commands }) {
   const dialog = sheet(
     "Control",
     state,
-    h("div", { class: "setting" }, h("label", { for: "holder", text: "Your name" }), name),
+    h("div", { class: "setting" }, html`<label for="holder">Your name</label>`, name),
     h("p", { class: "buttons" }, take, give),
   );
   store.on(["lease", "lease_token"], ({ lease, lease_token }) => {
@@ -247,7 +238,7 @@ export function makeSteerDistance(store) {
   return h(
     "div",
     { class: "steering", title: "How far away Alt + drag points both eyes" },
-    h("label", { for: "steer-distance", text: "Steer at" }),
+    html`<label for="steer-distance">Steer at</label>`,
     slider,
     text,
   );

@@ -1,7 +1,7 @@
 // Shows the fixation: while it runs its steps, then distance, error, final state and reason.
 
 import { answerOf, basisMeaning, basisOf, boundText, chosenOf, heading, spoken } from "../answers.js";
-import { changing, fill, h, say } from "../dom.js";
+import { changing, fill, h, html, say } from "../dom.js";
 import { angle, distance, millis, MISSING, number, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { alternatives, nearerOrFarther } from "./corrections.js";
@@ -82,14 +82,12 @@ function outcomes(head, commands) {
 /** @param {CurrentFixation | null} current */
 function otherwise(current) {
   if (current?.state === "failed") return failed(current);
-  if (current)
-    return [title("warn", "Cancelled"), h("p", { class: "lead", text: "The mirrors stay where they were." })];
+  if (current) return [title("warn", "Cancelled"), html`<p class="lead">The mirrors stay where they were.</p>`];
   return [
-    h("p", { class: "big quiet", text: MISSING }),
-    h("p", {
-      class: "lead",
-      text: "Click on something in the wide view: both foveae look at it, and its distance appears here.",
-    }),
+    html`<p class="big quiet">${MISSING}</p>`,
+    html`<p class="lead">
+      Click on something in the wide view: both foveae look at it, and its distance appears here.
+    </p>`,
   ];
 }
 
@@ -101,12 +99,12 @@ function running(commands) {
     "button",
     { type: "button", class: "plain", on: { click: () => void commands.cancel() } },
     "Cancel ",
-    h("kbd", { text: "Esc" }),
+    html`<kbd>Esc</kbd>`,
   );
   const element = h(
     "div",
     { class: "part" },
-    h("p", { class: "state running" }, h("span", { class: "spinner", "aria-hidden": "true" }), state),
+    html`<p class="state running"><span class="spinner" aria-hidden="true"></span>${state}</p>`,
     note,
     cancel,
   );
@@ -131,8 +129,8 @@ function failed({ problem }) {
   const remedy = remedyOf(problem);
   return [
     title("bad", problem?.title ?? "Failed"),
-    h("p", { class: "lead", text: sentence(problem?.detail) || "The server did not say why." }),
-    remedy && h("p", { class: "remedy", text: remedy }),
+    html`<p class="lead">${sentence(problem?.detail) || "The server did not say why."}</p>`,
+    remedy && html`<p class="remedy">${remedy}</p>`,
   ];
 }
 
@@ -151,11 +149,11 @@ function ended(fixation, commands) {
     answer.distance_m !== null
       ? far(answer)
       : answer.bound
-        ? h("p", { class: "big limits", data: { role: "bound" }, text: boundText(answer.bound) })
+        ? html`<p class="big limits" data-role="bound">${boundText(answer.bound)}</p>`
         : null,
     alternatives(fixation, commands),
-    why && !chosen ? h("p", { class: "lead", text: why }) : null,
-    basis || !end.hint || fixation.reason.length > 60 ? null : h("p", { class: "remedy", text: end.hint }),
+    why && !chosen ? html`<p class="lead">${why}</p>` : null,
+    basis || !end.hint || fixation.reason.length > 60 ? null : html`<p class="remedy">${end.hint}</p>`,
     nearerOrFarther(fixation, commands),
     numbers(fixation),
   ];
@@ -174,13 +172,11 @@ function reasonBeside({ reason, bound }) {
 /** @param {import("../answers.js").Answer} answer */
 function far({ distance_m, distance_sigma_m }) {
   const { value, sigma, unit } = distance(distance_m, distance_sigma_m);
-  return h(
-    "p",
-    { class: "big", data: { role: "distance" } },
-    h("span", { class: "value", text: value }),
-    sigma && h("span", { class: "sigma", text: ` ± ${sigma}` }),
-    h("span", { class: "unit", text: ` ${unit}` }),
-  );
+  return html`<p class="big" data-role="distance">
+    <span class="value">${value}</span>
+    ${sigma && html`<span class="sigma"> ± ${sigma}</span>`}
+    <span class="unit"> ${unit}</span>
+  </p>`;
 }
 
 /** @param {FixationDocument} fixation */
@@ -196,24 +192,20 @@ function numbers(fixation) {
     ["Direction", `${angle(fixation.target.ax_deg)} ${angle(fixation.target.ay_deg)}`],
     ["Point x y z", x === null ? MISSING : `${number(x, 3)}  ${number(y, 3)}  ${number(z, 3)} m`],
   ];
-  return h(
-    "dl",
-    { class: "numbers" },
-    rows.flatMap(([name, text]) => [h("dt", { text: name }), h("dd", { class: "number", text })]),
-  );
+  return html`<dl class="numbers">
+    ${rows.flatMap(([name, text]) => [html`<dt>${name}</dt>`, html`<dd class="number">${text}</dd>`])}
+  </dl>`;
 }
 
 /** @param {string} cloud_id */
 function downloads(cloud_id) {
   const link = (/** @type {string} */ name, /** @type {string} */ path, /** @type {string} */ what) =>
-    h("a", { href: `/api/v1/clouds/${cloud_id}${path}`, download: "", title: what }, icon("down"), name);
-  return h(
-    "p",
-    { class: "downloads" },
-    link("PLY", ".ply", "Point cloud with colour and standard error"),
-    link("GLB", ".glb", "Textured depth mesh"),
-    link("Depth picture", "/depth.png", "Colour-coded depth"),
-  );
+    html`<a href="/api/v1/clouds/${cloud_id}${path}" download="" title=${what}>${icon("down")}${name}</a>`;
+  return html`<p class="downloads">
+    ${link("PLY", ".ply", "Point cloud with colour and standard error")}
+    ${link("GLB", ".glb", "Textured depth mesh")}
+    ${link("Depth picture", "/depth.png", "Colour-coded depth")}
+  </p>`;
 }
 
 /**
@@ -222,12 +214,10 @@ function downloads(cloud_id) {
  * @param {string} [meaning]
  */
 function title(tone, text, meaning = "") {
-  return h(
-    "p",
-    { class: `state ${tone}`, title: meaning },
-    icon(tone === "good" ? "check" : tone === "plain" ? "info" : "warn"),
-    text,
-  );
+  return html`<p class="state ${tone}" title=${meaning}>
+    ${icon(tone === "good" ? "check" : tone === "plain" ? "info" : "warn")}
+    ${text}
+  </p>`;
 }
 
 /** @param {FixationRequest | null} request */

@@ -2,13 +2,14 @@
 
 import { addressOf } from "../calibration/route.js";
 import { healthReason, healthWord } from "../calibration/verdict.js";
-import { fill, h } from "../dom.js";
+import { fill, h, html } from "../dom.js";
 import { RIG_ADDRESS } from "../rig/route.js";
 import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../format.js";
 
 /**
  * @import { CameraDocument, MirrorsDocument, RigDocument } from "#api"
  * @import { ConsoleState } from "#page"
+ * @import { Child } from "../dom.js"
  * @import { Store } from "../store.js"
  */
 
@@ -19,7 +20,7 @@ import { angle, baseline, clockTime, count, millis, MISSING, number, span } from
 export function mountRigStatus(place, store) {
   store.on(["rig", "server_stats", "overlay", "health"], (state) => {
     if (place.hidden) return;
-    if (!state.rig) fill(place, h("p", { class: "empty", text: "Loading …" }));
+    if (!state.rig) fill(place, html`<p class="empty">Loading …</p>`);
     else fill(place, ...tables(state, state.rig));
   });
 }
@@ -30,21 +31,17 @@ export function mountRigStatus(place, store) {
  */
 function tables(state, rig) {
   return [
-    h(
-      "table",
-      { class: "status" },
-      h("caption", { text: "Cameras" }),
-      head(["", "Camera", "Rate", "Age", "Dropped"]),
-      h("tbody", {}, rig.cameras.map(cameraRow)),
-    ),
-    h(
-      "table",
-      { class: "status" },
-      h("caption", { text: "Views" }),
-      head(["", "Served", "Shown", "Age"]),
-      h("tbody", {}, viewRows(state)),
-    ),
-    h("p", { class: "more" }, h("a", { href: RIG_ADDRESS, text: "Set cameras, test the trigger, see the controller" })),
+    html`<table class="status">
+      <caption>Cameras</caption>
+      ${head(["", "Camera", "Rate", "Age", "Dropped"])}
+      <tbody>${rig.cameras.map(cameraRow)}</tbody>
+    </table>`,
+    html`<table class="status">
+      <caption>Views</caption>
+      ${head(["", "Served", "Shown", "Age"])}
+      <tbody>${viewRows(state)}</tbody>
+    </table>`,
+    html`<p class="more"><a href=${RIG_ADDRESS}>Set cameras, test the trigger, see the controller</a></p>`,
     pairs("Mirrors", mirrorRows(rig.mirrors, state)),
     pairs("Calibration", calibrationRows(rig, state.health)),
     pairs("Server", [
@@ -58,15 +55,9 @@ function tables(state, rig) {
 
 /** @param {string[]} names */
 function head(names) {
-  return h(
-    "thead",
-    {},
-    h(
-      "tr",
-      {},
-      names.map((text) => h("th", { scope: "col", class: text === "Camera" ? "device" : "", text })),
-    ),
-  );
+  return html`<thead>
+    <tr>${names.map((text) => html`<th scope="col" class=${text === "Camera" ? "device" : ""}>${text}</th>`)}</tr>
+  </thead>`;
 }
 
 /** @param {CameraDocument} camera */
@@ -76,22 +67,20 @@ function cameraRow(camera) {
     ? h("span", { class: "lamp good", title: "connected" })
     : h("span", { class: "lamp bad", title: "missing" });
   const exposure = camera.exposure_ms === null ? "" : `, ${number(camera.exposure_ms, 2)} ms`;
-  return h(
-    "tr",
-    { class: camera.connected ? "" : "missing" },
-    h("th", { scope: "row" }, state, camera.role),
-    h("td", {
-      class: "device",
-      title: `${name} ${camera.serial ?? ""}, ${camera.width ?? MISSING} × ${camera.height ?? MISSING} px${exposure}`,
-      text: camera.connected ? name : "missing",
-    }),
-    h("td", { text: camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz` }),
-    h("td", { text: millis(camera.frame_age_ms) }),
-    h("td", {
-      text: count(camera.dropped),
-      title: `${count(camera.delivered)} delivered, ${count(camera.skipped)} skipped for newer ones`,
-    }),
-  );
+  return html`<tr class=${camera.connected ? "" : "missing"}>
+    <th scope="row">${state}${camera.role}</th>
+    <td
+      class="device"
+      title="${name} ${camera.serial ?? ""}, ${camera.width ?? MISSING} × ${camera.height ?? MISSING} px${exposure}"
+    >
+      ${camera.connected ? name : "missing"}
+    </td>
+    <td>${camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz`}</td>
+    <td>${millis(camera.frame_age_ms)}</td>
+    <td title="${count(camera.delivered)} delivered, ${count(camera.skipped)} skipped for newer ones">
+      ${count(camera.dropped)}
+    </td>
+  </tr>`;
 }
 
 /** @param {ConsoleState} state */
@@ -100,23 +89,19 @@ function viewRows({ views, server_stats, shown }) {
     .filter(({ name }) => shown[name]?.count)
     .map(({ name }) => {
       const served = server_stats[name];
-      return h(
-        "tr",
-        {},
-        h("th", { scope: "row", text: name }),
-        h("td", {
-          text: served?.rate_hz === null || served === undefined ? MISSING : `${number(served.rate_hz, 1)} Hz`,
-        }),
-        h("td", { text: `${number(shown[name]?.fps, 1)} fps` }),
-        h("td", { text: millis(shown[name]?.age_ms) }),
-      );
+      return html`<tr>
+        <th scope="row">${name}</th>
+        <td>${served?.rate_hz === null || served === undefined ? MISSING : `${number(served.rate_hz, 1)} Hz`}</td>
+        <td>${number(shown[name]?.fps, 1)} fps</td>
+        <td>${millis(shown[name]?.age_ms)}</td>
+      </tr>`;
     });
 }
 
 /**
  * @param {MirrorsDocument | null} mirrors
  * @param {ConsoleState} state
- * @returns {[string, string | Node][]}
+ * @returns {[string, Child][]}
  */
 function mirrorRows(mirrors, { overlay }) {
   if (!mirrors) return [["Controller", "not there"]];
@@ -129,7 +114,7 @@ function mirrorRows(mirrors, { overlay }) {
   const eye = (/** @type {typeof left} */ looks, /** @type {import("#api").EyeDocument | null} */ pose) =>
     `${angle(looks?.ax_deg)} ${angle(looks?.ay_deg)}  (${number(pose?.x_v, 2)} V, ${number(pose?.y_v, 2)} V)`;
   return [
-    ["Controller", h("span", {}, h("span", { class: `lamp ${lamp}` }), word)],
+    ["Controller", html`<span><span class="lamp ${lamp}"></span>${word}</span>`],
     ["Left eye", eye(left, mirrors.left)],
     ["Right eye", eye(right, mirrors.right)],
     ["Vergence", verge],
@@ -142,7 +127,7 @@ function mirrorRows(mirrors, { overlay }) {
 /**
  * @param {RigDocument} rig
  * @param {ConsoleState["health"]} health
- * @returns {[string, string | Node][]}
+ * @returns {[string, Child][]}
  */
 function calibrationRows({ calibration, calibration_problem, steering }, health) {
   const calibrate = h("a", { href: addressOf("overview"), text: "Calibrate, check, records" });
@@ -174,24 +159,18 @@ function calibrationRows({ calibration, calibration_problem, steering }, health)
 function healthOf(health) {
   const word = healthWord(health);
   const tone = health?.verdict === "good" ? "good" : health?.verdict === "recalibrate" ? "warn" : "";
-  return h("span", {}, h("span", { class: `lamp ${tone}` }), health ? `${word}: ${healthReason(health)}` : word);
+  return html`<span><span class="lamp ${tone}"></span>${health ? `${word}: ${healthReason(health)}` : word}</span>`;
 }
 
 /**
  * @param {string} caption
- * @param {[string, string | Node][]} rows
+ * @param {[string, Child][]} rows
  */
 function pairs(caption, rows) {
-  return h(
-    "table",
-    { class: "status pairs" },
-    h("caption", { text: caption }),
-    h(
-      "tbody",
-      {},
-      rows.map(([name, value]) =>
-        h("tr", {}, h("th", { scope: "row", text: name }), h("td", { class: "long" }, value)),
-      ),
-    ),
-  );
+  return html`<table class="status pairs">
+    <caption>${caption}</caption>
+    <tbody>
+      ${rows.map(([name, value]) => html`<tr><th scope="row">${name}</th><td class="long">${value}</td></tr>`)}
+    </tbody>
+  </table>`;
 }

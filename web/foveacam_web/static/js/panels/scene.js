@@ -1,6 +1,6 @@
 // The 3D pane: viser in a frame. Without WebGL it says so and offers the files and the depth picture.
 
-import { fill, h } from "../dom.js";
+import { fill, h, html } from "../dom.js";
 import { icon } from "../icons.js";
 
 /**
@@ -99,26 +99,22 @@ export class Scene {
 
   #failed() {
     this.#frame = null;
-    const again = h("button", {
-      type: "button",
-      class: "plain",
-      text: "Try again",
-      on: {
-        click: () => {
-          this.#loaded_for = null;
-          void this.#update(this.#store.state);
-        },
-      },
-    });
+    const again = html`<button
+      type="button" class="plain"
+      @click=${() => {
+        this.#loaded_for = null;
+        void this.#update(this.#store.state);
+      }}
+    >
+      Try again
+    </button>`;
     fill(
       this.#place,
-      h(
-        "div",
-        { class: "notice" },
-        h("strong", { text: "The 3D pane does not answer" }),
-        h("p", { text: "Everything else works. The server's log says why it could not start." }),
-        again,
-      ),
+      html`<div class="notice">
+        <strong>The 3D pane does not answer</strong>
+        <p>Everything else works. The server's log says why it could not start.</p>
+        ${again}
+      </div>`,
     );
   }
 
@@ -127,7 +123,7 @@ export class Scene {
     this.#loaded_for = null;
     fill(
       this.#place,
-      h("div", { class: "notice" }, icon("cube"), h("p", { text: "The 3D pane is switched off in the settings." })),
+      html`<div class="notice">${icon("cube")}<p>The 3D pane is switched off in the settings.</p></div>`,
     );
   }
 
@@ -140,25 +136,22 @@ export class Scene {
       h(
         "p",
         { class: "downloads" },
-        h("a", { href: newest.ply_url, download: "" }, icon("down"), "PLY"),
-        newest.glb_url && h("a", { href: newest.glb_url, download: "" }, icon("down"), "GLB"),
+        html`<a href=${newest.ply_url} download="">${icon("down")}PLY</a>`,
+        newest.glb_url && html`<a href=${newest.glb_url} download="">${icon("down")}GLB</a>`,
       );
     fill(
       this.#place,
-      h(
-        "div",
-        { class: "notice no-webgl" },
-        picture,
-        h(
-          "div",
-          {},
-          h("strong", { text: "No 3D here: this browser has no WebGL" }),
-          h("p", {
-            text: "Views, fixations and distances work without it. Switch on hardware acceleration, or open the measured shape in another program.",
-          }),
-          files,
-        ),
-      ),
+      html`<div class="notice no-webgl">
+        ${picture}
+        <div>
+          <strong>No 3D here: this browser has no WebGL</strong>
+          <p>
+            Views, fixations and distances work without it. Switch on hardware acceleration, or open the measured
+            shape in another program.
+          </p>
+          ${files}
+        </div>
+      </div>`,
     );
   }
 }

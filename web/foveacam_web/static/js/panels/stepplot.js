@@ -1,6 +1,6 @@
 // Plots the residual of each step of the vergence loop on a logarithmic scale, which shows whether it converged.
 
-import { fill, h, s } from "../dom.js";
+import { fill, html, svg } from "../dom.js";
 import { angle, millis, number } from "../format.js";
 
 /** @import { StepDocument } from "#api" */
@@ -21,7 +21,7 @@ export function drawSteps(place, steps) {
   if (steps.length === 0) {
     fill(
       place,
-      h("p", { class: "empty", text: "The residual between the eyes, step by step, appears here during a fixation." }),
+      html`<p class="empty">The residual between the eyes, step by step, appears here during a fixation.</p>`,
     );
     return;
   }
@@ -38,25 +38,21 @@ export function drawSteps(place, steps) {
   };
   fill(
     place,
-    s(
-      "svg",
-      { class: "stepplot", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": inWords(steps) },
-      grid(decades, y),
-      s("line", { class: "goal", x1: PAD.left, x2: WIDTH - PAD.right, y1: y(GOAL_PX), y2: y(GOAL_PX) }),
-      s("text", { class: "goal-name", x: WIDTH - PAD.right, y: y(GOAL_PX) - 3, "text-anchor": "end", text: "0.5 px" }),
-      ticks(steps, x, last),
-      steps.every((step) => step.residual_x_px === null)
-        ? s("text", {
-            class: "nothing",
-            x: WIDTH / 2,
-            y: HEIGHT / 2 + 16,
-            "text-anchor": "middle",
-            text: "No step found a match",
-          })
-        : null,
-      series(steps, "vertical", (step) => step.residual_y_px, x, y),
-      series(steps, "along", (step) => step.residual_x_px, x, y),
-    ),
+    html`<svg class="stepplot" viewBox="0 0 ${WIDTH} ${HEIGHT}" role="img" aria-label=${inWords(steps)}>
+      ${grid(decades, y)}
+      <line class="goal" x1=${PAD.left} x2=${WIDTH - PAD.right} y1=${y(GOAL_PX)} y2=${y(GOAL_PX)}></line>
+      <text class="goal-name" x=${WIDTH - PAD.right} y=${y(GOAL_PX) - 3} text-anchor="end">0.5 px</text>
+      ${ticks(steps, x, last)}
+      ${
+        steps.every((step) => step.residual_x_px === null)
+          ? svg`<text class="nothing" x=${WIDTH / 2} y=${HEIGHT / 2 + 16} text-anchor="middle">
+          No step found a match
+        </text>`
+          : null
+      }
+      ${series(steps, "vertical", (step) => step.residual_y_px, x, y)}
+      ${series(steps, "along", (step) => step.residual_x_px, x, y)}
+    </svg>`,
     legend(),
     table(steps),
   );
@@ -72,8 +68,8 @@ function grid({ low, high }, y) {
     const at = y(10 ** exponent);
     const name = exponent < 0 ? (10 ** exponent).toFixed(-exponent) : String(10 ** exponent);
     return [
-      s("line", { class: "grid", x1: PAD.left, x2: WIDTH - PAD.right, y1: at, y2: at }),
-      s("text", { class: "tick", x: PAD.left - 5, y: at + 3, "text-anchor": "end", text: name }),
+      svg`<line class="grid" x1=${PAD.left} x2=${WIDTH - PAD.right} y1=${at} y2=${at}></line>`,
+      svg`<text class="tick" x=${PAD.left - 5} y=${at + 3} text-anchor="end">${name}</text>`,
     ];
   });
 }
@@ -87,12 +83,12 @@ function ticks(steps, x, last) {
   const every = Math.ceil((last + 1) / 12);
   return steps
     .filter(({ index }) => index % every === 0)
-    .map(({ index, phase }) =>
-      s(
-        "text",
-        { class: "tick", x: x(index), y: HEIGHT - 6, "text-anchor": "middle", text: `${index + 1}` },
-        s("title", { text: phase }),
-      ),
+    .map(
+      ({ index, phase }) =>
+        svg`<text class="tick" x=${x(index)} y=${HEIGHT - 6} text-anchor="middle">
+        ${index + 1}
+        <title>${phase}</title>
+      </text>`,
     );
 }
 
@@ -110,35 +106,31 @@ function series(steps, kind, of, x, y) {
   });
   const line = known.map(({ step, px }) => `${x(step.index)} ${y(px)}`).join("L");
   return [
-    known.length > 1 ? s("path", { class: `line ${kind}`, d: `M${line}` }) : null,
-    ...known.map(({ step, px }) =>
-      s(
-        "circle",
-        { class: `dot ${kind}`, cx: x(step.index), cy: y(px), r: 2.6 },
-        s("title", { text: `step ${step.index + 1}, ${step.phase}: ${number(px, 3)} px` }),
-      ),
+    known.length > 1 ? svg`<path class="line ${kind}" d="M${line}"></path>` : null,
+    ...known.map(
+      ({ step, px }) =>
+        svg`<circle class="dot ${kind}" cx=${x(step.index)} cy=${y(px)} r="2.6">
+        <title>step ${step.index + 1}, ${step.phase}: ${number(px, 3)} px</title>
+      </circle>`,
     ),
   ];
 }
 
 function legend() {
-  return h(
-    "p",
-    { class: "legend" },
-    h("span", { class: "key along", text: "along", title: "along the epipolar line" }),
-    h("span", { class: "key vertical", text: "across", title: "across the epipolar line" }),
-    h("span", { class: "unit", text: "|left − right|, fovea px" }),
-  );
+  return html`<p class="legend">
+    <span class="key along" title="along the epipolar line">along</span>
+    <span class="key vertical" title="across the epipolar line">across</span>
+    <span class="unit">|left − right|, fovea px</span>
+  </p>`;
 }
 
 /** @param {StepDocument[]} steps */
 function table(steps) {
   const head = ["", "Phase", "Left ax, ay", "Right ax, ay", "Δx px", "Δy px", "Score", "Compute"];
-  const rows = steps.map((step) =>
-    h(
-      "tr",
-      {},
-      [
+  const rows = steps.map(
+    (step) =>
+      html`<tr>
+      ${[
         step.index + 1,
         step.phase,
         `${angle(step.left_ax_deg, 3)} ${angle(step.left_ay_deg, 3)}`,
@@ -147,32 +139,18 @@ function table(steps) {
         number(step.residual_y_px, 2),
         number(step.score, 3),
         millis(step.compute_ms),
-      ].map((text) => h("td", { text: String(text) })),
-    ),
+      ].map((text) => html`<td>${String(text)}</td>`)}
+    </tr>`,
   );
-  return h(
-    "details",
-    { class: "steps" },
-    h("summary", { text: `${steps.length} ${steps.length === 1 ? "step" : "steps"} in numbers` }),
-    h(
-      "div",
-      { class: "scroll-x", tabindex: "0", role: "region", "aria-label": "Steps in numbers" },
-      h(
-        "table",
-        {},
-        h(
-          "thead",
-          {},
-          h(
-            "tr",
-            {},
-            head.map((text) => h("th", { scope: "col", text })),
-          ),
-        ),
-        h("tbody", {}, rows),
-      ),
-    ),
-  );
+  return html`<details class="steps">
+    <summary>${steps.length} ${steps.length === 1 ? "step" : "steps"} in numbers</summary>
+    <div class="scroll-x" tabindex="0" role="region" aria-label="Steps in numbers">
+      <table>
+        <thead><tr>${head.map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>
+        <tbody>${rows}</tbody>
+      </table>
+    </div>
+  </details>`;
 }
 
 /** @param {StepDocument[]} steps */

@@ -7,7 +7,7 @@ import { isCapturing } from "../capture/reader.js";
 import { CAPTURE_ADDRESS } from "../capture/route.js";
 import { shareOf } from "../capture/runs.js";
 import { farWords, stateWords } from "../capture/words.js";
-import { fill, h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { baseline, clockTime, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 
@@ -135,12 +135,7 @@ function showLease(badge, { lease, lease_token }) {
 export function mountStop(button, strip, { store, commands }) {
   button.addEventListener("click", () => void commands.stop());
   const text = h("span", {});
-  const release = h("button", {
-    type: "button",
-    class: "plain",
-    text: "Release",
-    on: { click: () => void commands.releaseStop() },
-  });
+  const release = html`<button type="button" class="plain" @click=${() => void commands.releaseStop()}>Release</button>`;
   fill(strip, icon("warn"), text, release);
   store.on(["stop"], ({ stop }) => {
     const engaged = Boolean(stop?.engaged);
@@ -160,10 +155,8 @@ export function mountStop(button, strip, { store, commands }) {
  * @param {Store} store
  */
 export function mountOffline(strip, store) {
-  const text = h("span", {
-    text: "No connection to the server. The page shows what was last known and reconnects by itself.",
-  });
-  fill(strip, h("span", { class: "spinner", "aria-hidden": "true" }), text);
+  const text = html`<span>No connection to the server. The page shows what was last known and reconnects by itself.</span>`;
+  fill(strip, html`<span class="spinner" aria-hidden="true"></span>`, text);
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let later;
   store.on(["stream"], ({ stream }) => {
@@ -186,27 +179,22 @@ export function mountProblems(strip, store) {
     fill(
       strip,
       icon("warn"),
-      h(
-        "ul",
-        {},
-        problems.map((problem) =>
-          h(
-            "li",
-            {},
-            problem.detail.includes(problem.device) ? null : h("b", { text: `${problem.device} ` }),
-            `${sentence(problem.detail)} `,
-            h("span", { class: "remedy", text: remedyOf(problem) }),
-          ),
-        ),
-        stale &&
-          h(
-            "li",
-            {},
-            h("b", { text: "calibration " }),
-            `${healthReason(stale)} `,
-            h("a", { href: addressOf("overview"), text: "Check its drift, or calibrate again." }),
-          ),
-      ),
+      html`<ul>
+        ${problems.map(
+          (problem) =>
+            html`<li>
+            ${problem.detail.includes(problem.device) ? null : html`<b>${problem.device} </b>`}
+            ${sentence(problem.detail)} <span class="remedy">${remedyOf(problem)}</span>
+          </li>`,
+        )}
+        ${
+          stale &&
+          html`<li>
+            <b>calibration </b>
+            ${healthReason(stale)} <a href=${addressOf("overview")}>Check its drift, or calibrate again.</a>
+          </li>`
+        }
+      </ul>`,
     );
   });
 }

@@ -1,7 +1,7 @@
 // Shows the figures of a plan: ring, probabilities, free area on the map; says in words when the set is empty.
 
 import { figures, show } from "../calibration/parts.js";
-import { h } from "../dom.js";
+import { h, html } from "../dom.js";
 import { number } from "../format.js";
 import { plainly } from "../rig/scale.js";
 import { makeCurve } from "./curve.js";
@@ -62,10 +62,10 @@ export function makeRoom() {
     { class: "stack" },
     table,
     each,
-    h("p", {
-      class: "why",
-      text: "A region is where its own target is in sight and does not notice; what other targets notice there is not part of it.",
-    }),
+    html`<p class="why">
+      A region is where its own target is in sight and does not notice; what other targets notice there is not part of
+      it.
+    </p>`,
   );
   return {
     element,
@@ -97,32 +97,19 @@ export function makeRoom() {
         each,
         several &&
           multi_m2 > 0 &&
-          h(
-            "table",
-            { class: "compare" },
-            h(
-              "thead",
-              {},
-              h(
-                "tr",
-                {},
-                ["target", "area", "of its ring"].map((text) => h("th", { text })),
-              ),
-            ),
-            h(
-              "tbody",
-              {},
-              document.regions.map(({ target, area_m2, ring_share }) =>
-                h(
-                  "tr",
-                  {},
-                  h("th", { scope: "row" }, String(target)),
-                  h("td", { text: area(area_m2) }),
-                  h("td", { text: ring_share === null ? "–" : `${number(100 * ring_share, 1)} %` }),
-                ),
-              ),
-            ),
-          ),
+          html`<table class="compare">
+            <thead><tr>${["target", "area", "of its ring"].map((text) => html`<th>${text}</th>`)}</tr></thead>
+            <tbody>
+              ${document.regions.map(
+                ({ target, area_m2, ring_share }) =>
+                  html`<tr>
+                  <th scope="row">${String(target)}</th>
+                  <td>${area(area_m2)}</td>
+                  <td>${ring_share === null ? "–" : `${number(100 * ring_share, 1)} %`}</td>
+                </tr>`,
+              )}
+            </tbody>
+          </table>`,
       );
     },
   };

@@ -3,7 +3,7 @@
 import { addressOf } from "../calibration/route.js";
 import { panel } from "../calibration/parts.js";
 import { segments, Troubles } from "../capture/parts.js";
-import { fill, focusOn, h, need, say } from "../dom.js";
+import { fill, focusOn, h, html, need, say } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { Bench } from "./bench.js";
@@ -47,7 +47,7 @@ export function mountPlannerPage(place, { store }) {
     room.show(regions, map);
     say(nowhere, regions.document?.empty_because ?? standoff.document?.ring.empty_because ?? "");
     const homeless = troubles.tell(bench.troubles);
-    fill(above, ...homeless.map((words) => h("p", { class: "refused", role: "alert", text: sentence(words) })));
+    fill(above, ...homeless.map((words) => html`<p class="refused" role="alert">${sentence(words)}</p>`));
     plans.classList.toggle("no-map", map === null);
     const stale = regions.stale || regions.problem !== null;
     if (map)
@@ -64,7 +64,7 @@ export function mountPlannerPage(place, { store }) {
   const plans = h(
     "div",
     { class: "column planner-plan" },
-    h("p", { class: "empty no-map-yet", text: "No map yet: choose under “Map” where it comes from." }),
+    html`<p class="empty no-map-yet">No map yet: choose under “Map” where it comes from.</p>`,
     panel("Plan", toolbar(bench, view), nowhere, view.element),
     panel("Targets", targets.element, troubles.place("targets")),
   );
@@ -72,19 +72,15 @@ export function mountPlannerPage(place, { store }) {
     place,
     head(),
     above,
-    h(
-      "div",
-      { class: "planner-body" },
-      controls.element,
-      plans,
-      h(
-        "div",
-        { class: "column planner-figures" },
-        panel("Map", source.element),
-        panel("Room on the map", room.element),
-        panel("Ring and chances", chances.element),
-      ),
-    ),
+    html`<div class="planner-body">
+      ${controls.element}
+      ${plans}
+      <div class="column planner-figures">
+        ${panel("Map", source.element)}
+        ${panel("Room on the map", room.element)}
+        ${panel("Ring and chances", chances.element)}
+      </div>
+    </div>`,
   );
   window.addEventListener("hashchange", () => bench.open());
   store.on(["stream"], ({ stream }) => stream === "open" && bench.reconnected());
@@ -134,42 +130,32 @@ function toolbar(bench, view) {
   ]);
   seen.element.addEventListener("change", () => bench.seeWhole(seen.value() === "rings"));
   const button = (/** @type {string} */ text, /** @type {() => unknown} */ act) =>
-    h(
-      "button",
-      { type: "button", class: "plain", "aria-label": `Save the plan as ${text}`, on: { click: () => void act() } },
-      icon("down"),
-      text,
-    );
+    html`<button type="button" class="plain" aria-label="Save the plan as ${text}" @click=${() => void act()}>
+      ${icon("down")}
+      ${text}
+    </button>`;
   const geojson = () => bench.regions.document?.geojson ?? bench.map?.map;
-  return h(
-    "div",
-    { class: "plan-tools" },
-    seen.element,
-    h(
-      "span",
-      { class: "actions" },
-      button("PNG", async () => hand(await pngOf(view.drawing), "plan.png")),
-      button("SVG", () => hand(new Blob([svgText(view.drawing)], { type: "image/svg+xml" }), "plan.svg")),
-      button("GeoJSON", () =>
+  return html`<div class="plan-tools">
+    ${seen.element}
+    <span class="actions">
+      ${button("PNG", async () => hand(await pngOf(view.drawing), "plan.png"))}
+      ${button("SVG", () => hand(new Blob([svgText(view.drawing)], { type: "image/svg+xml" }), "plan.svg"))}
+      ${button("GeoJSON", () =>
         hand(new Blob([JSON.stringify(geojson(), null, 1)], { type: "application/geo+json" }), "plan.geojson"),
-      ),
-    ),
-  );
+      )}
+    </span>
+  </div>`;
 }
 
 function head() {
-  return h(
-    "div",
-    { class: "wizard-head" },
-    h("h2", { id: "planner-title", tabindex: "-1", text: "Where to stand" }),
-    h("p", { class: "lead", text: "Near enough to resolve a feature, too far to be noticed. Needs no rig." }),
-    h(
-      "a",
-      { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" },
-      icon("back"),
-      h("span", { text: "Console" }),
-    ),
-  );
+  return html`<div class="wizard-head">
+    <h2 id="planner-title" tabindex="-1">Where to stand</h2>
+    <p class="lead">Near enough to resolve a feature, too far to be noticed. Needs no rig.</p>
+    <a class="plain back" href=${addressOf(null)} aria-label="Back to the console">
+      ${icon("back")}
+      <span>Console</span>
+    </a>
+  </div>`;
 }
 
 /**

@@ -1,7 +1,7 @@
 // Asks for the scale of a picture that is used as a map: a number, or a line along something of known length.
 
 import { numberField } from "../calibration/parts.js";
-import { fill, h, s, say } from "../dom.js";
+import { fill, h, html, s, say, svg } from "../dom.js";
 import { sentence } from "../format.js";
 import { sheet } from "../panels/dialogs.js";
 import { plainly } from "../rig/scale.js";
@@ -44,9 +44,11 @@ export function makePictureSheet(take) {
     const [one, other] = ends;
     fill(
       drawing,
-      s("image", { href: url, width, height }),
-      one && other ? s("line", { x1: one.x, y1: one.y, x2: other.x, y2: other.y, "stroke-width": 2 * unit }) : null,
-      ends.map(({ x, y }) => s("circle", { cx: x, cy: y, r: 4 * unit, "stroke-width": 1.5 * unit })),
+      svg`<image href=${url} width=${width} height=${height}></image>`,
+      one && other
+        ? svg`<line x1=${one.x} y1=${one.y} x2=${other.x} y2=${other.y} stroke-width=${2 * unit}></line>`
+        : null,
+      ends.map(({ x, y }) => svg`<circle cx=${x} cy=${y} r=${4 * unit} stroke-width=${1.5 * unit}></circle>`),
     );
     say(
       line,
@@ -82,9 +84,9 @@ export function makePictureSheet(take) {
     },
     drawing,
     line,
-    h("div", { class: "fields" }, length.element, scale.element),
+    html`<div class="fields">${length.element}${scale.element}</div>`,
     refused,
-    h("p", { class: "actions" }, h("button", { type: "submit", class: "plain primary" }, "Use this picture")),
+    html`<p class="actions"><button type="submit" class="plain primary">Use this picture</button></p>`,
   );
   form.addEventListener("input", () => say(refused, ""));
   const give = async (/** @type {Picture} */ given) => {

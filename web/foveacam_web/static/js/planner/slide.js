@@ -1,6 +1,6 @@
 // A number of a plan: field and slider, which report each change at once.
 
-import { h } from "../dom.js";
+import { h, html } from "../dom.js";
 import { plainly, shareOf, valueAt, WAY } from "../rig/scale.js";
 
 /** @import { NumberSetting } from "./settings.js" */
@@ -58,20 +58,12 @@ export function makeSlide({ label, unit, low, high, kind, presets = [] }, { plac
   const element = h(
     "div",
     { class: "dial asked-for", role: "group", "aria-label": label },
-    h(
-      "div",
-      { class: "line" },
-      h("label", { for: id, text: label }),
-      h("span", { class: "entry" }, entry, h("span", { class: "unit", text: unit })),
-    ),
+    html`<div class="line">
+      <label for=${id}>${label}</label>
+      <span class="entry">${entry}<span class="unit">${unit}</span></span>
+    </div>`,
     slider,
-    chips.length > 0
-      ? h(
-          "div",
-          { class: "presets" },
-          chips.map(({ button }) => button),
-        )
-      : null,
+    chips.length > 0 ? html`<div class="presets">${chips.map(({ button }) => button)}</div>` : null,
     below,
     place,
   );

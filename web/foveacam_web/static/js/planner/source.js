@@ -2,7 +2,7 @@
 
 import { numberField } from "../calibration/parts.js";
 import { segments } from "../capture/parts.js";
-import { h, say } from "../dom.js";
+import { h, html, say } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { makePictureSheet, pictureOf } from "./picture.js";
@@ -100,22 +100,20 @@ function makeFiles(give) {
   const geojson = h(
     "div",
     { class: "stack" },
-    h("p", {
-      class: "why",
-      text: "Polygons are obstacles; points with the property kind “target” are targets; a polygon of kind “bounds” is the map’s edge.",
-    }),
-    h(
-      "div",
-      { class: "fields" },
-      unit.element,
-      fileButton("Load GeoJSON", ".geojson,.json,application/json,application/geo+json", async (file) => {
+    html`<p class="why">
+      Polygons are obstacles; points with the property kind “target” are targets; a polygon of kind “bounds” is the
+      map’s edge.
+    </p>`,
+    html`<div class="fields">
+      ${unit.element}
+      ${fileButton("Load GeoJSON", ".geojson,.json,application/json,application/geo+json", async (file) => {
         const document = objectOf(await file.text());
         if (!document)
           return say(refused, `“${file.name}” is no JSON document: it may be cut short, or another kind of file.`);
         read = { document, name: file.name };
         await send();
-      }),
-    ),
+      })}
+    </div>`,
     refused,
   );
   const unread = h("p", { class: "refused", role: "alert" });
@@ -126,7 +124,7 @@ function makeFiles(give) {
   const picture = h(
     "div",
     { class: "stack" },
-    h("p", { class: "why", text: "A plan or a view from above as PNG or JPEG: dark is where something stands." }),
+    html`<p class="why">A plan or a view from above as PNG or JPEG: dark is where something stands.</p>`,
     fileButton("Load a picture", "image/png,image/jpeg", async (file) => {
       const found = await pictureOf(file);
       say(unread, found ? "" : `“${file.name}” is no picture that this browser can read: choose a PNG or a JPEG.`);
@@ -156,7 +154,7 @@ function fileButton(label, accept, take) {
       },
     },
   });
-  return h("label", { class: "plain file" }, icon("file"), label, input);
+  return html`<label class="plain file">${icon("file")}${label}${input}</label>`;
 }
 
 /**

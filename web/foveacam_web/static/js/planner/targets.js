@@ -1,6 +1,6 @@
 // Lists the targets: shows, edits and removes each by keyboard, as the drawing does by pointer.
 
-import { fill, h } from "../dom.js";
+import { fill, h, html } from "../dom.js";
 import { icon } from "../icons.js";
 import { HUES } from "./drawing.js";
 
@@ -26,36 +26,28 @@ export function makeTargets(orders) {
     { class: "stack" },
     empty,
     list,
-    h(
-      "p",
-      { class: "actions" },
-      h("button", { type: "button", class: "plain", on: { click: () => orders.add() } }, icon("plus"), "Add a target"),
-      reset,
-    ),
+    html`<p class="actions">
+      <button type="button" class="plain" @click=${() => orders.add()}>${icon("plus")}Add a target</button>
+      ${reset}
+    </p>`,
   );
   const rebuild = (/** @type {number} */ length) => {
     rows = Array.from({ length }, (_, index) => row(index));
     fill(
       list,
-      ...rows.map(({ inputs }, index) =>
-        h(
-          "li",
-          { class: `hue-${index % HUES}` },
-          h("span", { class: "mark", "aria-hidden": "true", text: String(index) }),
-          inputs.map((input, axis) => h("label", {}, h("span", { text: axis === 0 ? "x" : "y" }), input)),
-          h("span", { class: "unit", text: "m" }),
-          h(
-            "button",
-            {
-              type: "button",
-              class: "tool",
-              "aria-label": `Remove target ${index}`,
-              title: `Remove target ${index}`,
-              on: { click: () => orders.remove(index) },
-            },
-            icon("trash"),
-          ),
-        ),
+      ...rows.map(
+        ({ inputs }, index) =>
+          html`<li class="hue-${index % HUES}">
+          <span class="mark" aria-hidden="true">${String(index)}</span>
+          ${inputs.map((input, axis) => html`<label><span>${axis === 0 ? "x" : "y"}</span>${input}</label>`)}
+          <span class="unit">m</span>
+          <button
+            type="button" class="tool" aria-label="Remove target ${index}" title="Remove target ${index}"
+            @click=${() => orders.remove(index)}
+          >
+            ${icon("trash")}
+          </button>
+        </li>`,
       ),
     );
   };

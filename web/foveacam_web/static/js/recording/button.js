@@ -1,6 +1,6 @@
 // The record button of the top bar: a click starts a recording named by date and time, the next click ends it.
 
-import { fill, h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { count } from "../format.js";
 import { icon } from "../icons.js";
 import { boundWords, clockWords, droppedOf, momentName, tallyWords } from "../gallery/recording_words.js";
@@ -38,7 +38,7 @@ export function makeRecordButton({ store, live }) {
     if (recording)
       fill(
         words,
-        h("span", { class: "number", text: clockWords(recording.duration_s, 0) }),
+        html`<span class="number">${clockWords(recording.duration_s, 0)}</span>`,
         dropWords(droppedOf(recording)),
       );
   });
@@ -47,5 +47,5 @@ export function makeRecordButton({ store, live }) {
 
 /** @param {number} dropped */
 function dropWords(dropped) {
-  return h("span", { class: dropped > 0 ? "dropped some" : "dropped", text: `${count(dropped)} dropped` });
+  return html`<span class=${dropped > 0 ? "dropped some" : "dropped"}>${count(dropped)} dropped</span>`;
 }

@@ -1,7 +1,7 @@
 // Controls for what a camera sets by itself: the mode of its exposure, the checkbox of its frame rate, where it has
 // them.
 
-import { changing, h, say } from "../dom.js";
+import { changing, h, html, say } from "../dom.js";
 import { sentence } from "../format.js";
 
 /**
@@ -31,9 +31,9 @@ export function exposureMode(of, ask) {
     "aria-label": `Automatic exposure of the ${of}`,
     on: { change: () => void order.send({ exposure_auto: /** @type {ExposureAuto} */ (input.value) }) },
   });
-  const element = h("span", { class: "itself" }, h("span", { "aria-hidden": "true", text: "Automatic" }), input);
+  const element = h("span", { class: "itself" }, html`<span aria-hidden="true">Automatic</span>`, input);
   const offer = changing(input, (/** @type {ExposureAuto[]} */ modes) =>
-    modes.map((value) => h("option", { value, text: MODES[value] })),
+    modes.map((value) => html`<option value=${value}>${MODES[value]}</option>`),
   );
   const order = makeOrder(ask, (camera, open, busy) => {
     const has = camera?.ranges?.exposure_auto ?? [];
@@ -60,7 +60,7 @@ export function ownRate(of, ask) {
     "aria-label": `Automatic frame rate of the ${of}`,
     on: { change: () => void order.send({ frame_rate_auto: input.checked }) },
   });
-  const element = h("label", { class: "itself" }, input, h("span", { "aria-hidden": "true", text: "automatic" }));
+  const element = h("label", { class: "itself" }, input, html`<span aria-hidden="true">automatic</span>`);
   const order = makeOrder(ask, (camera, open, busy) => {
     const now = camera?.settings?.frame_rate_auto ?? false;
     element.hidden = !camera?.ranges?.frame_rate_auto && !now;

@@ -2,7 +2,7 @@
 // back.
 
 import { choiceField } from "../calibration/parts.js";
-import { changing, h, say } from "../dom.js";
+import { changing, h, html, say } from "../dom.js";
 import { count, millis, MISSING, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { exposureMode, ownRate } from "./automatic.js";
@@ -45,8 +45,8 @@ export function makeCamera(role, { store, orders }) {
   const element = h(
     "section",
     { class: `panel camera camera-${role}`, "aria-label": CAMERAS[role], data: { role } },
-    h("header", {}, h("h3", { text: CAMERAS[role] }), since, head),
-    h("div", { class: "inside" }, link, place, facts, controls.element),
+    html`<header><h3>${CAMERAS[role]}</h3>${since}${head}</header>`,
+    html`<div class="inside">${link}${place}${facts}${controls.element}</div>`,
   );
   const showHead = changing(head, headOf);
   const showLink = changing(link, linkRows);
@@ -65,7 +65,7 @@ export function makeCamera(role, { store, orders }) {
 
 /** @param {{text: string, tone: string} | null} phase */
 function headOf(phase) {
-  return phase ? [h("span", { class: `badge phase ${phase.tone || "plain"}`, role: "status", text: phase.text })] : [];
+  return phase ? [html`<span class="badge phase ${phase.tone || "plain"}" role="status">${phase.text}</span>`] : [];
 }
 
 /**
@@ -90,8 +90,8 @@ function linkNow({ rig, stream }, role, camera) {
 /** @param {{tone: string, reason: string, remedy: string}} now */
 function linkRows({ tone, reason, remedy }) {
   return [
-    reason && h("p", { class: `reason ${tone}`, text: reason }),
-    remedy && !reason.includes(remedy) && h("p", { class: "remedy", text: sentence(remedy) }),
+    reason && html`<p class="reason ${tone}">${reason}</p>`,
+    remedy && !reason.includes(remedy) && html`<p class="remedy">${sentence(remedy)}</p>`,
   ];
 }
 
@@ -101,38 +101,29 @@ function factsOf(camera) {
   const name = [camera.vendor, camera.model].filter(Boolean).join(" ") || MISSING;
   const size = camera.width && camera.height ? `${camera.width} × ${camera.height} px` : MISSING;
   const lost = (/** @type {number | undefined} */ found) =>
-    h("span", { class: found ? "warn-text" : "", text: count(found) });
+    html`<span class=${found ? "warn-text" : ""}>${count(found)}</span>`;
   const row = (/** @type {string} */ term, /** @type {import("../dom.js").Child} */ value, title = "") =>
-    h("div", { title }, h("dt", { text: term }), h("dd", { class: "number" }, value));
-  return h(
-    "div",
-    { class: "facts" },
-    h(
-      "p",
-      { class: "who" },
-      h("strong", { text: name }),
-      h("span", {
-        class: "number",
-        text: `serial ${camera.serial || MISSING} · firmware ${camera.version || MISSING} · ${size}`,
-      }),
-    ),
-    h(
-      "dl",
-      { class: "counters" },
-      row(
+    html`<div title=${title}><dt>${term}</dt><dd class="number">${value}</dd></div>`;
+  return html`<div class="facts">
+    <p class="who">
+      <strong>${name}</strong>
+      <span class="number">serial ${camera.serial || MISSING} · firmware ${camera.version || MISSING} · ${size}</span>
+    </p>
+    <dl class="counters">
+      ${row(
         "Rate",
         camera.frame_rate_hz === null ? MISSING : `${number(camera.frame_rate_hz, 1)} Hz`,
         "measured over the last frames",
-      ),
-      row("Age", millis(camera.frame_age_ms), "of the newest frame"),
-      row("Delivered", count(delivered)),
-      row("Skipped", count(skipped), "frames that came and nobody needed: newer ones were read"),
-      row("Dropped", lost(dropped), "frames that never came: their numbers are missing"),
-      row("Incomplete", lost(incomplete), "frames that came without a part of them"),
-      row("Late", lost(late), "frames that came too late to be used"),
-      row("Underrun", lost(underrun), "frames for which no buffer was free"),
-    ),
-  );
+      )}
+      ${row("Age", millis(camera.frame_age_ms), "of the newest frame")}
+      ${row("Delivered", count(delivered))}
+      ${row("Skipped", count(skipped), "frames that came and nobody needed: newer ones were read")}
+      ${row("Dropped", lost(dropped), "frames that never came: their numbers are missing")}
+      ${row("Incomplete", lost(incomplete), "frames that came without a part of them")}
+      ${row("Late", lost(late), "frames that came too late to be used")}
+      ${row("Underrun", lost(underrun), "frames for which no buffer was free")}
+    </dl>
+  </div>`;
 }
 
 /**
@@ -188,13 +179,13 @@ function makeControls(role, { store, orders }) {
   const fields = h(
     "fieldset",
     { class: "controls" },
-    h("legend", { class: "unseen", text: `Settings of the ${of}` }),
+    html`<legend class="unseen">Settings of the ${of}</legend>`,
     pair,
     waits,
     format.element,
     [...dials.values()].map(({ element }) => element),
     pace,
-    h("div", { class: "actions" }, reset, kept),
+    html`<div class="actions">${reset}${kept}</div>`,
   );
   return {
     element: fields,
@@ -241,7 +232,7 @@ function makeFormat(ask) {
   };
   const field = choiceField(SETTINGS.pixel_format.name, [], (value) => void send(value));
   const offer = changing(field.input, (/** @type {string[]} */ formats) =>
-    formats.map((value) => h("option", { value, text: value })),
+    formats.map((value) => html`<option value=${value}>${value}</option>`),
   );
   const update = (/** @type {CameraDocument | undefined} */ camera, /** @type {boolean} */ open) => {
     const known = camera?.settings?.pixel_format;
@@ -250,5 +241,5 @@ function makeFormat(ask) {
     if (known && !sending && document.activeElement !== field.input) field.input.value = known;
     else if (known && !sending && field.input.value === "") field.input.value = known;
   };
-  return { element: h("div", { class: "dial" }, h("div", { class: "line" }, field.element), refused), update };
+  return { element: h("div", { class: "dial" }, html`<div class="line">${field.element}</div>`, refused), update };
 }

@@ -2,7 +2,7 @@
 // mirrors that do not move.
 
 import { figures, nothing, starter } from "../calibration/parts.js";
-import { changing, fill, h } from "../dom.js";
+import { changing, fill, h, html } from "../dom.js";
 import { count, MISSING, millis, number, sentence, span } from "../format.js";
 import { icon } from "../icons.js";
 
@@ -47,9 +47,9 @@ function stateOf(now) {
         ? ["good", "Connected, mirrors on"]
         : ["warn", rail_wanted === false ? "Connected, switched off by the operator" : "Connected, mirrors off"];
   return [
-    h("p", { class: `state ${tone}` }, tone === "good" ? icon("check") : icon("warn"), word),
-    fault && h("p", { class: "lead", text: sentence(fault) }),
-    now.remedy && !fault?.includes(now.remedy) && h("p", { class: "remedy", text: sentence(now.remedy) }),
+    html`<p class="state ${tone}">${tone === "good" ? icon("check") : icon("warn")}${word}</p>`,
+    fault && html`<p class="lead">${sentence(fault)}</p>`,
+    now.remedy && !fault?.includes(now.remedy) && html`<p class="remedy">${sentence(now.remedy)}</p>`,
     controller &&
       figures([
         ["Controller", nameOf(controller)],
@@ -57,14 +57,14 @@ function stateOf(now) {
         ["Serial", controller.serial],
         ["Port", controller.port || MISSING],
       ]),
-    h(
-      "p",
-      { class: "guard" },
-      h("span", { class: `lamp ${guarded ? "good" : ""}` }),
-      guarded
-        ? "The guardian watches: should this server be killed, it parks the mirrors and switches them off."
-        : "No guardian watches: should this server be killed, the mirrors stay where they are.",
-    ),
+    html`<p class="guard">
+      <span class="lamp ${guarded ? "good" : ""}"></span>
+      ${
+        guarded
+          ? "The guardian watches: should this server be killed, it parks the mirrors and switches them off."
+          : "No guardian watches: should this server be killed, the mirrors stay where they are."
+      }
+    </p>`,
   ];
 }
 
@@ -105,43 +105,30 @@ function switches(store, orders) {
     silent: true,
     why: away,
   });
-  return h(
-    "div",
-    { class: "stack" },
-    h("div", { class: "actions" }, on, off, recover),
-    h("p", {
-      class: "aside-note",
-      text: "Recover mirrors: for a mirror that stands still though it is told to move. Both DACs start anew without switching the high voltage, then both mirrors go back to where they were told to look. Needs firmware 2.1 or newer.",
-    }),
-  );
+  return html`<div class="stack">
+    <div class="actions">${on}${off}${recover}</div>
+    <p class="aside-note">
+      Recover mirrors: for a mirror that stands still though it is told to move. Both DACs start anew without
+      switching the high voltage, then both mirrors go back to where they were told to look. Needs firmware 2.1 or
+      newer.
+    </p>
+  </div>`;
 }
 
 /** @param {ControllerLinkDocument} link */
 function lineOf(link) {
   const drift = link.clock_drift_ppm === null ? "not measured yet" : `${number(link.clock_drift_ppm, 2)} ppm`;
   return [
-    h("h4", { text: "Line" }),
-    h(
-      "table",
-      { class: "compare" },
-      h(
-        "thead",
-        {},
-        h(
-          "tr",
-          {},
-          ["", "Sent", "Received"].map((text) => h("th", { scope: "col", text })),
-        ),
-      ),
-      h(
-        "tbody",
-        {},
-        pair("Packets/s", number(link.tx_packets_per_s, 1), number(link.rx_packets_per_s, 1)),
-        pair("Bytes/s", number(link.tx_bytes_per_s, 0), number(link.rx_bytes_per_s, 0)),
-        pair("Packets", count(link.tx_packets), count(link.rx_packets)),
-        pair("Bytes", count(link.tx_bytes), count(link.rx_bytes)),
-      ),
-    ),
+    html`<h4>Line</h4>`,
+    html`<table class="compare">
+      <thead><tr>${["", "Sent", "Received"].map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>
+      <tbody>
+        ${pair("Packets/s", number(link.tx_packets_per_s, 1), number(link.rx_packets_per_s, 1))}
+        ${pair("Bytes/s", number(link.tx_bytes_per_s, 0), number(link.rx_bytes_per_s, 0))}
+        ${pair("Packets", count(link.tx_packets), count(link.rx_packets))}
+        ${pair("Bytes", count(link.tx_bytes), count(link.rx_bytes))}
+      </tbody>
+    </table>`,
     figures([
       ["Queue", `${count(link.queued_bytes)} bytes`],
       [
@@ -153,7 +140,7 @@ function lineOf(link) {
       ["Lost answers", count(link.lost_answers)],
       ["Updates given", `${number(link.update_limit_hz, 0)} Hz at most`],
     ]),
-    h("h4", { text: "Clock" }),
+    html`<h4>Clock</h4>`,
     figures([
       ["Ahead of ours", offset(link.clock_offset_ms)],
       ["Drifts", drift],
@@ -168,7 +155,7 @@ function lineOf(link) {
  * @param {string} received
  */
 function pair(name, sent, received) {
-  return h("tr", {}, h("th", { scope: "row", text: name }), h("td", { text: sent }), h("td", { text: received }));
+  return html`<tr><th scope="row">${name}</th><td>${sent}</td><td>${received}</td></tr>`;
 }
 
 /** @param {number} offset_ms */
@@ -184,37 +171,22 @@ function streams(found) {
   const volts = (/** @type {number} */ x, /** @type {number} */ y) =>
     Number.isFinite(x) ? `${number(x, 2)}, ${number(y, 2)} V` : MISSING;
   return [
-    h("h4", { text: "Streams" }),
-    h(
-      "div",
-      { class: "scroll-x" },
-      h(
-        "table",
-        { class: "compare" },
-        h(
-          "thead",
-          {},
-          h(
-            "tr",
-            {},
-            ["", "Updates", "Left", "Right"].map((text) => h("th", { scope: "col", text })),
-          ),
-        ),
-        h(
-          "tbody",
-          {},
-          found.map((stream) =>
-            h(
-              "tr",
-              {},
-              h("th", { scope: "row", text: String(stream.stream) }),
-              h("td", { text: `${number(stream.updates_per_s, 1)} Hz` }),
-              h("td", { class: "eye-left", text: volts(stream.left_x_v, stream.left_y_v) }),
-              h("td", { class: "eye-right", text: volts(stream.right_x_v, stream.right_y_v) }),
-            ),
-          ),
-        ),
-      ),
-    ),
+    html`<h4>Streams</h4>`,
+    html`<div class="scroll-x">
+      <table class="compare">
+        <thead><tr>${["", "Updates", "Left", "Right"].map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>
+        <tbody>
+          ${found.map(
+            (stream) =>
+              html`<tr>
+              <th scope="row">${String(stream.stream)}</th>
+              <td>${number(stream.updates_per_s, 1)} Hz</td>
+              <td class="eye-left">${volts(stream.left_x_v, stream.left_y_v)}</td>
+              <td class="eye-right">${volts(stream.right_x_v, stream.right_y_v)}</td>
+            </tr>`,
+          )}
+        </tbody>
+      </table>
+    </div>`,
   ];
 }

@@ -1,6 +1,6 @@
 // A numeric camera setting: field and slider. Sends a value and shows the one that the camera took.
 
-import { h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { sentence } from "../format.js";
 import { decades, plainly, shareOf, snapped, spanText, valueAt, WAY } from "./scale.js";
 
@@ -65,17 +65,15 @@ export class Dial {
     this.element = h(
       "div",
       { class: "dial", role: "group", "aria-label": `${name} of the ${of}` },
-      h(
-        "div",
-        { class: "line" },
-        h("label", { for: id, text: name }),
-        this.#range,
-        beside,
-        h("span", { class: "entry" }, this.#entry, h("span", { class: "unit", text: unit })),
-      ),
-      h("div", { class: "track" }, this.#slider, this.#scale),
+      html`<div class="line">
+        <label for=${id}>${name}</label>
+        ${this.#range}
+        ${beside}
+        <span class="entry">${this.#entry}<span class="unit">${unit}</span></span>
+      </div>`,
+      html`<div class="track">${this.#slider}${this.#scale}</div>`,
       this.#presets,
-      note ? h("p", { class: "aside-note", text: note }) : null,
+      note ? html`<p class="aside-note">${note}</p>` : null,
       below,
       this.#taken,
       this.#refused,
@@ -125,15 +123,17 @@ export class Dial {
       ...presets.map((preset) => tick(preset, "preset")),
       ...(this.#kind === "log" ? decades(this.#span) : []).map((decade) => tick(decade, "decade")),
     );
-    this.#presets.replaceChildren(
-      ...presets.map((preset) =>
-        h("button", {
-          type: "button",
-          class: "chip",
-          "aria-label": `${this.#options.name} of the ${this.#options.of}: ${preset} ${this.#options.unit}`,
-          text: String(preset),
-          on: { click: () => void this.#send(preset) },
-        }),
+    fill(
+      this.#presets,
+      ...presets.map(
+        (preset) =>
+          html`<button
+          type="button" class="chip"
+          aria-label="${this.#options.name} of the ${this.#options.of}: ${preset} ${this.#options.unit}"
+          @click=${() => void this.#send(preset)}
+        >
+          ${String(preset)}
+        </button>`,
       ),
     );
   }

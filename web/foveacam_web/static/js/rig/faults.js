@@ -1,6 +1,6 @@
 // Sets the faults of a simulated rig: cables, cameras, mirrors, and mounts knocked out of alignment.
 
-import { changing, fill, h } from "../dom.js";
+import { changing, fill, h, html } from "../dom.js";
 import { icon } from "../icons.js";
 
 /**
@@ -42,26 +42,23 @@ export function mountFaults(place, { store, orders }) {
   const table = h("div", { class: "scroll-x" });
   const put = (/** @type {Partial<SimulatedFaults>} */ part) =>
     store.state.faults && void orders.breakIt({ ...store.state.faults, ...part });
-  const knock = h(
-    "button",
-    { type: "button", class: "plain", on: { click: () => put({ knocked_left: carried(), knocked_right: carried() }) } },
-    "Knock both mounts",
-  );
-  const mend = h(
-    "button",
-    { type: "button", class: "plain", on: { click: () => void orders.mend() } },
-    icon("again"),
-    "Mend everything",
-  );
+  const knock = html`<button type="button" class="plain" @click=${() => put({ knocked_left: carried(), knocked_right: carried() })}>
+    Knock both mounts
+  </button>`;
+  const mend = html`<button type="button" class="plain" @click=${() => void orders.mend()}>
+    ${icon("again")}
+    Mend everything
+  </button>`;
   fill(
     place,
-    h("p", { class: "lead", text: "This rig is simulated: break something, and see what the product makes of it." }),
+    html`<p class="lead">This rig is simulated: break something, and see what the product makes of it.</p>`,
     table,
-    h("p", { class: "actions" }, knock, mend),
-    h("p", {
-      class: "aside-note",
-      text: "A knock is as if the rig had been carried: each mount turned by 0.3° and rolled by 0.1°. Some clicks later, on things with texture, the calibration’s health says so, and “Measure and correct” on the calibration page finds what it was; the angle between the eyes only where it knows a distance.",
-    }),
+    html`<p class="actions">${knock}${mend}</p>`,
+    html`<p class="aside-note">
+      A knock is as if the rig had been carried: each mount turned by 0.3° and rolled by 0.1°. Some clicks later, on
+      things with texture, the calibration’s health says so, and “Measure and correct” on the calibration page finds
+      what it was; the angle between the eyes only where it knows a distance.
+    </p>`,
   );
   const show = changing(table, (/** @type {SimulatedFaults} */ faults) => [tableOf(faults, put)]);
   store.on(["faults", "rig", "rig_page"], ({ faults, rig, rig_page }) => {
@@ -87,25 +84,13 @@ function carried() {
  * @param {(part: Partial<SimulatedFaults>) => unknown} put
  */
 function tableOf(faults, put) {
-  return h(
-    "table",
-    { class: "compare faults" },
-    h(
-      "thead",
-      {},
-      h(
-        "tr",
-        {},
-        ["", "Wide", "Left", "Right"].map((text) => h("th", { scope: "col", text })),
-      ),
-    ),
-    h(
-      "tbody",
-      {},
-      ROWS.map((row) => tickRow(row, faults, put)),
-      SHIFTS.map((shift) => shiftRow(shift, faults, put)),
-    ),
-  );
+  return html`<table class="compare faults">
+    <thead><tr>${["", "Wide", "Left", "Right"].map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>
+    <tbody>
+      ${ROWS.map((row) => tickRow(row, faults, put))}
+      ${SHIFTS.map((shift) => shiftRow(shift, faults, put))}
+    </tbody>
+  </table>`;
 }
 
 /**
@@ -116,7 +101,7 @@ function tableOf(faults, put) {
 function tickRow({ name, list, axis, roles }, faults, put) {
   const broken = /** @type {string[]} */ (faults[list]);
   const cell = (/** @type {Role} */ role) => {
-    if (!roles.includes(role)) return h("td", {});
+    if (!roles.includes(role)) return html`<td></td>`;
     const what = axis ? `${role} ${axis}` : role;
     const changed = (/** @type {Event} */ event) => {
       const input = /** @type {HTMLInputElement} */ (event.currentTarget);
@@ -124,23 +109,13 @@ function tickRow({ name, list, axis, roles }, faults, put) {
       put({ [list]: input.checked ? [...others, what] : others });
       input.checked = broken.includes(what); // until the server confirms it
     };
-    return h(
-      "td",
-      {},
-      h(
-        "label",
-        { class: "cell" },
-        h("input", {
-          type: "checkbox",
-          checked: broken.includes(what),
-          data: { keep: `${list}-${what}` },
-          "aria-label": `${name}: ${role}`,
-          on: { change: changed },
-        }),
-      ),
-    );
+    return html`<td>
+      <label class="cell">
+        <input type="checkbox" .checked=${broken.includes(what)} aria-label="${name}: ${role}" @change=${changed} />
+      </label>
+    </td>`;
   };
-  return h("tr", {}, h("th", { scope: "row", text: name }), CAMERAS.map(cell));
+  return html`<tr><th scope="row">${name}</th>${CAMERAS.map(cell)}</tr>`;
 }
 
 /**
@@ -159,21 +134,12 @@ function shiftRow({ name, key }, faults, put) {
       });
       input.value = String(knocked[key]);
     };
-    return h(
-      "td",
-      {},
-      h("input", {
-        type: "number",
-        step: "any",
-        min: -FARTHEST_DEG,
-        max: FARTHEST_DEG,
-        value: knocked[key],
-        inputmode: "decimal",
-        data: { keep: `${key}-${eye}` },
-        "aria-label": `${name}: ${eye}`,
-        on: { change: changed },
-      }),
-    );
+    return html`<td>
+      <input
+        type="number" step="any" min=${-FARTHEST_DEG} max=${FARTHEST_DEG} value=${knocked[key]} inputmode="decimal"
+        aria-label="${name}: ${eye}" @change=${changed}
+      />
+    </td>`;
   };
-  return h("tr", {}, h("th", { scope: "row", text: name }), h("td", {}), cell("left"), cell("right"));
+  return html`<tr><th scope="row">${name}</th><td></td>${cell("left")}${cell("right")}</tr>`;
 }

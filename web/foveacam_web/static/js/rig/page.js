@@ -4,7 +4,7 @@
 import { addressOf } from "../calibration/route.js";
 import { mountPanTilt } from "../calibration/pantilt.js";
 import { panel } from "../calibration/parts.js";
-import { fill, focusOn, h, need, say } from "../dom.js";
+import { fill, focusOn, h, html, need, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { makeCamera } from "./camera.js";
 import { mountController } from "./controller.js";
@@ -48,19 +48,12 @@ export function mountRigPage(place, { store, views, rig_orders, orders }) {
   fill(
     place,
     head(store),
-    h(
-      "div",
-      { class: "rig-cameras" },
-      apart,
-      [...cameras.values()].map(({ element }) => element),
-    ),
-    h(
-      "div",
-      { class: "rig-devices" },
-      h("div", { class: "column" }, panel("Trigger", trigger), panel("Faults", faults)),
-      panel("Controller", controller),
-      h("div", { class: "column" }, panel("Pan-tilt", turner), panel("Rail", rail)),
-    ),
+    html`<div class="rig-cameras">${apart}${[...cameras.values()].map(({ element }) => element)}</div>`,
+    html`<div class="rig-devices">
+      <div class="column">${panel("Trigger", trigger)}${panel("Faults", faults)}</div>
+      ${panel("Controller", controller)}
+      <div class="column">${panel("Pan-tilt", turner)}${panel("Rail", rail)}</div>
+    </div>`,
   );
   mountFaults(faults, context);
   store.on(["rig_page"], ({ rig_page, wizard }) => {
@@ -78,18 +71,14 @@ function inside() {
 function head(store) {
   const name = h("span", { class: "lead" });
   store.on(["rig"], ({ rig }) => say(name, rig ? [rig.name, rig.rig_id].filter(Boolean).join(" · ") : ""));
-  return h(
-    "div",
-    { class: "wizard-head" },
-    h("h2", { id: "rig-page-title", tabindex: "-1", text: "Rig" }),
-    name,
-    h(
-      "a",
-      { class: "plain back", href: addressOf(null), "aria-label": "Back to the console" },
-      icon("back"),
-      h("span", { text: "Console" }),
-    ),
-  );
+  return html`<div class="wizard-head">
+    <h2 id="rig-page-title" tabindex="-1">Rig</h2>
+    ${name}
+    <a class="plain back" href=${addressOf(null)} aria-label="Back to the console">
+      ${icon("back")}
+      <span>Console</span>
+    </a>
+  </div>`;
 }
 
 /**

@@ -1,6 +1,6 @@
 // Shows how the foveae's settings differ; blocks changes until the operator chooses whose settings apply to both.
 
-import { changing, h } from "../dom.js";
+import { changing, html } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { settable, SETTINGS, settingText } from "./words.js";
@@ -54,52 +54,30 @@ export function mountPair(place, { store, orders }) {
 function question({ differences, refusal }, use) {
   if (differences.length === 0) return [];
   const button = (/** @type {"left" | "right"} */ eye) =>
-    h("button", {
-      type: "button",
-      class: "plain primary",
-      data: { keep: `use-${eye}` },
-      on: { click: () => void use(eye) },
-      text: `Use ${eye}'s`,
-    });
+    html`<button type="button" class="plain primary" @click=${() => void use(eye)}>Use ${eye}'s</button>`;
   return [
-    h(
-      "div",
-      { class: "apart", role: "alertdialog", "aria-labelledby": "apart-title", "aria-describedby": "apart-why" },
-      h("p", { class: "state warn", id: "apart-title" }, icon("warn"), "The foveae differ"),
-      h("p", {
-        id: "apart-why",
-        class: "lead",
-        text: "One pulse exposes both, and their pictures are compared: they must run alike. Nothing is changed on either until you say whose settings count.",
-      }),
-      h(
-        "table",
-        { class: "compare" },
-        h(
-          "thead",
-          {},
-          h(
-            "tr",
-            {},
-            ["", "Left", "Right"].map((text) => h("th", { scope: "col", text })),
-          ),
-        ),
-        h(
-          "tbody",
-          {},
-          differences.map(({ setting, left, right }) =>
-            h(
-              "tr",
-              {},
-              h("th", { scope: "row", text: SETTINGS[setting].name }),
-              h("td", { class: "eye-left", text: settingText(setting, left) }),
-              h("td", { class: "eye-right", text: settingText(setting, right) }),
-            ),
-          ),
-        ),
-      ),
-      refusal && h("p", { class: "refused", role: "alert", text: sentence(refusal) }),
-      h("div", { class: "actions" }, button("left"), button("right")),
-    ),
+    html`<div class="apart" role="alertdialog" aria-labelledby="apart-title" aria-describedby="apart-why">
+      <p class="state warn" id="apart-title">${icon("warn")}The foveae differ</p>
+      <p id="apart-why" class="lead">
+        One pulse exposes both, and their pictures are compared: they must run alike. Nothing is changed on either
+        until you say whose settings count.
+      </p>
+      <table class="compare">
+        <thead><tr>${["", "Left", "Right"].map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>
+        <tbody>
+          ${differences.map(
+            ({ setting, left, right }) =>
+              html`<tr>
+              <th scope="row">${SETTINGS[setting].name}</th>
+              <td class="eye-left">${settingText(setting, left)}</td>
+              <td class="eye-right">${settingText(setting, right)}</td>
+            </tr>`,
+          )}
+        </tbody>
+      </table>
+      ${refusal && html`<p class="refused" role="alert">${sentence(refusal)}</p>`}
+      <div class="actions">${button("left")}${button("right")}</div>
+    </div>`,
   ];
 }
 
@@ -107,10 +85,10 @@ function question({ differences, refusal }, use) {
 function triggers(trigger) {
   if (!trigger) return [];
   return [
-    h("p", { class: "state warn" }, icon("warn"), "Only one fovea waits for the trigger"),
-    h("p", {
-      class: "lead",
-      text: `Left: ${settingText("trigger", trigger.left)}; right: ${settingText("trigger", trigger.right)}. The trigger is set in the rig file; test both triggers below.`,
-    }),
+    html`<p class="state warn">${icon("warn")}Only one fovea waits for the trigger</p>`,
+    html`<p class="lead">
+      Left: ${settingText("trigger", trigger.left)}; right: ${settingText("trigger", trigger.right)}. The trigger is
+      set in the rig file; test both triggers below.
+    </p>`,
   ];
 }

@@ -2,7 +2,7 @@
 
 import { nothing, numberField } from "../calibration/parts.js";
 import { isRunning } from "../calibration/work.js";
-import { changing, fill, h, say } from "../dom.js";
+import { changing, fill, h, html, say } from "../dom.js";
 import { number, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { zeroOf } from "./zero.js";
@@ -41,38 +41,35 @@ function stateOf(rail) {
   if (!rail) return [nothing("The rail has not answered yet.")];
   if (!rail.present)
     return [
-      h("p", { class: "lead", text: "This rig stands on no rail." }),
-      h("p", { class: "remedy", text: "Name one, or “manual”, in the rig's file to move it sideways from here." }),
+      html`<p class="lead">This rig stands on no rail.</p>`,
+      html`<p class="remedy">Name one, or “manual”, in the rig's file to move it sideways from here.</p>`,
     ];
   if (rail.fault)
     return [
-      h("p", { class: "state bad" }, icon("warn"), "Rail not usable"),
-      h("p", { class: "lead", text: sentence(rail.fault) }),
+      html`<p class="state bad">${icon("warn")}Rail not usable</p>`,
+      html`<p class="lead">${sentence(rail.fault)}</p>`,
     ];
   if (!rail.moves_itself) return byHand(rail);
   const word = !rail.connected ? "not connected" : rail.moving ? "moving" : rail.homed ? "at rest" : "not homed";
   const tone = !rail.connected ? "bad" : rail.homed || rail.moving ? "good" : "";
   const reach = rail.limits ? `; reaches ${number(rail.limits.min_mm, 0)} … ${number(rail.limits.max_mm, 0)} mm` : "";
   return [
-    h(
-      "p",
-      { class: "pose number" },
-      h("span", { class: `lamp ${tone}` }),
-      rail.position_mm === null ? "nobody knows where" : `${number(rail.position_mm, 1)} mm`,
-    ),
-    h("p", { class: "lead", text: `${word}${reach}` }),
+    html`<p class="pose number">
+      <span class="lamp ${tone}"></span>
+      ${rail.position_mm === null ? "nobody knows where" : `${number(rail.position_mm, 1)} mm`}
+    </p>`,
+    html`<p class="lead">${word}${reach}</p>`,
   ];
 }
 
 /** @param {RailDocument} rail */
 function byHand({ wanted_mm, position_mm }) {
   return [
-    h("p", { class: "state warn" }, icon("hand"), "You push the rig"),
+    html`<p class="state warn">${icon("hand")}You push the rig</p>`,
     wanted_mm === null
-      ? h("p", { class: "lead", text: "Choose a place: here it says where to push the rig." })
-      : h("p", { class: "order", role: "status", text: `Push the rig to ${number(wanted_mm, 1)} mm.` }),
-    position_mm !== null &&
-      h("p", { class: "why", text: `It was last said to stand at ${number(position_mm, 1)} mm.` }),
+      ? html`<p class="lead">Choose a place: here it says where to push the rig.</p>`
+      : html`<p class="order" role="status">Push the rig to ${number(wanted_mm, 1)} mm.</p>`,
+    position_mm !== null && html`<p class="why">It was last said to stand at ${number(position_mm, 1)} mm.</p>`,
   ];
 }
 
@@ -105,7 +102,7 @@ function driveOf(orders) {
   const element = h(
     "form",
     { class: "stack", novalidate: true, on: { submit: send } },
-    h("div", { class: "actions" }, to.element, go, home, hold),
+    html`<div class="actions">${to.element}${go}${home}${hold}</div>`,
     reason,
   );
   return {
@@ -141,30 +138,21 @@ function placesOf({ rail, busy }, orders) {
   if (!rail?.present || rail.places.length === 0) return [];
   const ready = rail.connected && (rail.homed || !rail.moves_itself) && !rail.fault && !busy;
   return [
-    h("h4", { text: "Places" }),
-    h(
-      "ul",
-      {},
-      rail.places.map(({ name, position_mm }) =>
-        h(
-          "li",
-          {},
-          h("span", { class: "name", text: name }),
-          h("span", { class: "where", text: `${number(position_mm, 0)} mm` }),
-          h(
-            "button",
-            {
-              type: "button",
-              class: "plain",
-              disabled: !ready,
-              data: { keep: `rail-${name}` },
-              "aria-label": `Move to the place ${name}`,
-              on: { click: () => void orders.slide({ place: name }) },
-            },
-            "Go",
-          ),
-        ),
-      ),
-    ),
+    html`<h4>Places</h4>`,
+    html`<ul>
+      ${rail.places.map(
+        ({ name, position_mm }) =>
+          html`<li>
+          <span class="name">${name}</span>
+          <span class="where">${number(position_mm, 0)} mm</span>
+          <button
+            type="button" class="plain" ?disabled=${!ready} aria-label="Move to the place ${name}"
+            @click=${() => void orders.slide({ place: name })}
+          >
+            Go
+          </button>
+        </li>`,
+      )}
+    </ul>`,
   ];
 }

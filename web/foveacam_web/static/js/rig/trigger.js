@@ -1,7 +1,7 @@
 // Shows the trigger: its rate, the source of its settle time, and the self-test of each eye's line.
 
 import { badge, figures, nothing, starter } from "../calibration/parts.js";
-import { changing, fill, h } from "../dom.js";
+import { changing, fill, h, html } from "../dom.js";
 import { clockTime, millis, MISSING, number, sentence } from "../format.js";
 import { takesOrders, VERDICTS } from "./words.js";
 
@@ -28,12 +28,12 @@ export function mountTrigger(place, { store, orders }) {
   fill(
     place,
     budget,
-    h("h4", { text: "Self-test" }),
-    h("p", {
-      class: "lead",
-      text: "A command to each eye, then one pulse of the controller to both. What ran before is restored; it takes a few seconds.",
-    }),
-    h("div", { class: "actions" }, start),
+    html`<h4>Self-test</h4>`,
+    html`<p class="lead">
+      A command to each eye, then one pulse of the controller to both. What ran before is restored; it takes a few
+      seconds.
+    </p>`,
+    html`<div class="actions">${start}</div>`,
     running,
     verdicts,
     meanings(),
@@ -60,25 +60,23 @@ function budgetOf(trigger) {
   if (!trigger) return [nothing("No budget: the rig is not open yet.")];
   const { settle_us, settle_source, interval_ms, rate_hz } = trigger;
   return [
-    h(
-      "p",
-      { class: "budget" },
-      h("strong", { class: "number", text: rate_hz === null ? MISSING : `${number(rate_hz, 1)} Hz` }),
-      h("span", {
-        text:
+    html`<p class="budget">
+      <strong class="number">${rate_hz === null ? MISSING : `${number(rate_hz, 1)} Hz`}</strong>
+      <span>
+        ${
           interval_ms === null
             ? "not known until both cameras say how fast they can be"
-            : `at most: a look of both foveae every ${number(interval_ms, 2)} ms`,
-      }),
-    ),
+            : `at most: a look of both foveae every ${number(interval_ms, 2)} ms`
+        }
+      </span>
+    </p>`,
     figures([
       ["Mirrors settle", `${number(settle_us / 1000, 2)} ms`],
       ["Known from", settle_source === "rig file" ? "the rig file, not measured" : settle_source],
     ]),
-    h("p", {
-      class: "lead",
-      text: "One look is the settling, then the slower camera's exposure or read-out, whichever is longer, and a margin.",
-    }),
+    html`<p class="lead">
+      One look is the settling, then the slower camera's exposure or read-out, whichever is longer, and a margin.
+    </p>`,
   ];
 }
 
@@ -88,19 +86,11 @@ function budgetOf(trigger) {
  */
 function progress({ note, done, total }, orders) {
   return [
-    h(
-      "p",
-      { class: "state running", role: "status" },
-      h("span", { class: "spinner", "aria-hidden": "true" }),
-      `${sentence(note || "waiting for its turn")} ${total ? `${done} of ${total}` : ""}`,
-      h("button", {
-        type: "button",
-        class: "plain",
-        data: { keep: "cancel-test" },
-        text: "Cancel",
-        on: { click: () => void orders.cancelTest() },
-      }),
-    ),
+    html`<p class="state running" role="status">
+      <span class="spinner" aria-hidden="true"></span>
+      ${`${sentence(note || "waiting for its turn")} ${total ? `${done} of ${total}` : ""}`}
+      <button type="button" class="plain" @click=${() => void orders.cancelTest()}>Cancel</button>
+    </p>`,
   ];
 }
 
@@ -108,12 +98,11 @@ function progress({ note, done, total }, orders) {
 function verdictsOf(found) {
   if (!found) return [nothing("Not read yet.")];
   return [
-    h("ul", { class: "verdicts" }, found.eyes.map(eyeRow)),
+    html`<ul class="verdicts">${found.eyes.map(eyeRow)}</ul>`,
     found.created_utc &&
-      h("p", {
-        class: "why",
-        text: `Tested ${new Date(found.created_utc).toLocaleDateString()} at ${clockTime(found.created_utc)}`,
-      }),
+      html`<p class="why">
+        Tested ${new Date(found.created_utc).toLocaleDateString()} at ${clockTime(found.created_utc)}
+      </p>`,
   ];
 }
 
@@ -126,28 +115,22 @@ function eyeRow({ eye, verdict, detail, software_ms, hardware_ms }) {
   ]
     .filter(Boolean)
     .join(", ");
-  return h(
-    "li",
-    { data: { eye } },
-    h("span", { class: `name eye-${eye}`, text: eye === "left" ? "Left" : "Right" }),
-    badge(tone, text, meaning),
-    verdict !== "untested" && h("p", { class: "lead", text: sentence(detail) }),
-    times && h("p", { class: "why number", text: times }),
-  );
+  return html`<li data-eye=${eye}>
+    <span class="name eye-${eye}">${eye === "left" ? "Left" : "Right"}</span>
+    ${badge(tone, text, meaning)}
+    ${verdict !== "untested" && html`<p class="lead">${sentence(detail)}</p>`}
+    ${times && html`<p class="why number">${times}</p>`}
+  </li>`;
 }
 
 function meanings() {
-  return h(
-    "details",
-    {},
-    h("summary", { text: "What each verdict means" }),
-    h(
-      "dl",
-      { class: "meanings" },
-      Object.values(VERDICTS).flatMap(({ text, tone, meaning }) => [
-        h("dt", {}, badge(tone, text)),
-        h("dd", { text: meaning }),
-      ]),
-    ),
-  );
+  return html`<details>
+    <summary>What each verdict means</summary>
+    <dl class="meanings">
+      ${Object.values(VERDICTS).flatMap(({ text, tone, meaning }) => [
+        html`<dt>${badge(tone, text)}</dt>`,
+        html`<dd>${meaning}</dd>`,
+      ])}
+    </dl>
+  </details>`;
 }

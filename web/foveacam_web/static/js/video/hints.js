@@ -1,7 +1,7 @@
 // Marks good targets on the wide view with one line of instructions, until the first click in this browser.
 
 import { RequestError, request } from "../api.js";
-import { fill, h, s } from "../dom.js";
+import { fill, h, html, s, svg } from "../dom.js";
 import { icon } from "../icons.js";
 import { changeSettings } from "../store.js";
 
@@ -32,24 +32,15 @@ export class Hints {
     this.#bar = h(
       "div",
       { class: "hint-bar", hidden: true, role: "note" },
-      h(
-        "span",
-        {},
-        "New here? ",
-        h("b", { text: "Click one of the marked things" }),
-        ": both foveae look at it, and its distance appears.",
-      ),
-      h(
-        "button",
-        {
-          type: "button",
-          class: "tool",
-          "aria-label": "Hide the hint",
-          title: "Hide; Help shows it again",
-          on: { click: () => this.dismiss() },
-        },
-        icon("close"),
-      ),
+      html`<span>
+        New here? <b>Click one of the marked things</b>: both foveae look at it, and its distance appears.
+      </span>`,
+      html`<button
+        type="button" class="tool" aria-label="Hide the hint" title="Hide; Help shows it again"
+        @click=${() => this.dismiss()}
+      >
+        ${icon("close")}
+      </button>`,
     );
     for (const type of ["pointerdown", "pointerup", "click", "dblclick"])
       this.#bar.addEventListener(type, (event) => event.stopPropagation());
@@ -73,13 +64,11 @@ export class Hints {
       ...this.#found.map(({ x_px, y_px }) => {
         const { x, y } = viewport.toCss({ x: x_px, y: y_px });
         const below = y + r + LETTERS_CSS_PX;
-        return s(
-          "g",
-          { class: "try" },
-          s("circle", { class: "under", cx: x, cy: y, r }),
-          s("circle", { cx: x, cy: y, r }),
-          s("text", { x, y: below > lowest ? y - r - 5 : below, "text-anchor": "middle", text: "try here" }),
-        );
+        return svg`<g class="try">
+          <circle class="under" cx=${x} cy=${y} r=${r}></circle>
+          <circle cx=${x} cy=${y} r=${r}></circle>
+          <text x=${x} y=${below > lowest ? y - r - 5 : below} text-anchor="middle">try here</text>
+        </g>`;
       }),
     );
   }

@@ -1,6 +1,6 @@
 // The magnifier beside the pointer on the wide picture, with a readout of pixel, direction, reach and distance.
 
-import { fill, h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { angle, distanceText, span } from "../format.js";
 import { directionOf, inField } from "./angles.js";
 import { SEEING, seeing } from "./reach.js";
@@ -26,8 +26,8 @@ export class Loupe {
     this.element = h(
       "div",
       { class: "loupe", hidden: true, "aria-live": "off" },
-      h("div", { class: "glass" }, this.canvas),
-      h("div", { class: "words" }, this.pixel, this.direction, this.verdict, this.depth),
+      html`<div class="glass">${this.canvas}</div>`,
+      html`<div class="words">${this.pixel}${this.direction}${this.verdict}${this.depth}</div>`,
     );
     stream.setLoupeCanvas(this.canvas);
   }
@@ -60,7 +60,7 @@ export class Loupe {
     else
       fill(
         this.depth,
-        h("b", { text: distanceText(found.distance_m, found.distance_sigma_m) }),
+        html`<b>${distanceText(found.distance_m, found.distance_sigma_m)}</b>`,
         ` ${span(found.age_s)} ago`,
       );
   }

@@ -2,12 +2,13 @@
 // It draws in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
 
 import { answerText } from "../answers.js";
-import { fill, s } from "../dom.js";
+import { fill, h, html, s, say, svg } from "../dom.js";
+import { number } from "../format.js";
 import { fieldOutline } from "./angles.js";
-import { zones } from "./reach.js";
 
 /**
- * @import { ConsoleState, Point } from "#page"
+ * @import { ReachDocument } from "#api"
+ * @import { ConsoleState, Corners, Point } from "#page"
  * @import { Viewport } from "./viewport.js"
  * @typedef {{x: number, y: number, width: number, height: number}} Box
  */
@@ -61,8 +62,8 @@ export class Overlay {
     const outer = path(corners({ x: -0.5, y: -0.5, width: viewport.width, height: viewport.height }), viewport);
     fill(
       this.#field,
-      s("path", { class: "beyond", d: `${outer} ${inner}`, "fill-rule": "evenodd" }),
-      s("path", { class: "edge", d: inner }),
+      svg`<path class="beyond" d="${outer} ${inner}" fill-rule="evenodd"></path>`,
+      svg`<path class="edge" d=${inner}></path>`,
     );
   }
 
@@ -140,15 +141,11 @@ function footprint(eye, points, viewport) {
   const lowest = Math.max(...places.map(({ y }) => y));
   const side = eye === "left" ? Math.min(...places.map(({ x }) => x)) : Math.max(...places.map(({ x }) => x));
   return [
-    s("path", { class: `print-shadow`, d: path(points, viewport) }),
-    s("path", { class: `print ${eye}`, d: path(points, viewport) }),
-    s("text", {
-      class: `print-name ${eye}`,
-      x: side,
-      y: lowest + 13,
-      "text-anchor": eye === "left" ? "start" : "end",
-      text: eye === "left" ? "L" : "R",
-    }),
+    svg`<path class="print-shadow" d=${path(points, viewport)}></path>`,
+    svg`<path class="print ${eye}" d=${path(points, viewport)}></path>`,
+    svg`<text class="print-name ${eye}" x=${side} y=${lowest + 13} text-anchor=${eye === "left" ? "start" : "end"}>
+      ${eye === "left" ? "L" : "R"}
+    </text>`,
   ];
 }
 
@@ -165,7 +162,7 @@ function asked(request, viewport) {
   if (!request.rectangle) return [];
   const { x_px, y_px, width_px, height_px } = request.rectangle;
   const box = { x: x_px, y: y_px, width: width_px, height: height_px };
-  return [s("path", { class: "asked-box", d: path(corners(box), viewport) })];
+  return [svg`<path class="asked-box" d=${path(corners(box), viewport)}></path>`];
 }
 
 /**
@@ -176,7 +173,7 @@ function asked(request, viewport) {
 function cross({ x, y }, kind, reach) {
   const gap = reach / 3;
   const arms = `M${x - reach} ${y}H${x - gap}M${x + gap} ${y}H${x + reach}M${x} ${y - reach}V${y - gap}M${x} ${y + gap}V${y + reach}`;
-  return s("g", { class: kind }, s("path", { class: "under", d: arms }), s("path", { d: arms }));
+  return svg`<g class=${kind}><path class="under" d=${arms}></path><path d=${arms}></path></g>`;
 }
 
 /**
@@ -185,12 +182,10 @@ function cross({ x, y }, kind, reach) {
  * @param {string} label
  */
 function mark({ x, y }, kind, label) {
-  return s(
-    "g",
-    { class: kind },
-    s("path", { d: `M${x} ${y - 5}l5 5l-5 5l-5 -5z` }),
-    label && s("text", { x: x + 8, y: y + 4, text: label }),
-  );
+  return svg`<g class=${kind}>
+    <path d="M${x} ${y - 5}l5 5l-5 5l-5 -5z"></path>
+    ${label && svg`<text x=${x + 8} y=${y + 4}>${label}</text>`}
+  </g>`;
 }
 
 /** @param {string} label */
@@ -218,4 +213,56 @@ function corners({ x, y, width, height }) {
 function path(points, viewport) {
   const places = points.map((point) => viewport.toCss(point));
   return `M${places.map(({ x, y }) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}Z`;
+}
+
+/**
+ * Draw the zones as SVG: shaded where one eye or none reaches, clear where both do.
+ * @param {ReachDocument} reach
+ * @param {(points: Point[]) => string} path of a closed outline
+ * @param {Point[]} picture its corners
+ */
+function zones(reach, path, picture) {
+  const left = path(/** @type {Corners} */ (reach.left_px).map(([x, y]) => ({ x, y })));
+  const right = path(/** @type {Corners} */ (reach.right_px).map(([x, y]) => ({ x, y })));
+  const whole = path(picture);
+  const outside = (/** @type {string} */ id, /** @type {string} */ inner) =>
+    svg`<clipPath id=${id}><path d="${whole} ${inner}" clip-rule="evenodd"></path></clipPath>`;
+  return [
+    outside("reach-not-left", left),
+    outside("reach-not-right", right),
+    svg`<path class="beyond" d="${whole} ${right}" fill-rule="evenodd" clip-path="url(#reach-not-left)"></path>`,
+    svg`<path class="one-eye left" d=${left} clip-path="url(#reach-not-right)"></path>`,
+    svg`<path class="one-eye right" d=${right} clip-path="url(#reach-not-left)"></path>`,
+    svg`<path class="edge left" d=${left}></path>`,
+    svg`<path class="edge right" d=${right}></path>`,
+  ];
+}
+
+/** The legend of the shades, in the picture's corner. */
+export class ReachLegend {
+  #where = h("span", { class: "where" });
+
+  constructor() {
+    const key = (/** @type {string} */ kind, /** @type {string} */ text) =>
+      html`<span class="key ${kind}">${text}</span>`;
+    this.element = h(
+      "p",
+      { class: "reach-legend", hidden: true, title: "Where the mirrors reach, before you click" },
+      key("both", "both foveae"),
+      key("left", "left only"),
+      key("right", "right only"),
+      key("none", "none"),
+      this.#where,
+    );
+  }
+
+  /** @param {ReachDocument | null} reach */
+  show(reach) {
+    this.element.hidden = reach === null;
+    if (reach)
+      say(
+        this.#where,
+        reach.distance_m === null ? "far away" : `at ${number(reach.distance_m, reach.distance_m < 10 ? 1 : 0)} m`,
+      );
+  }
 }

@@ -1,6 +1,6 @@
 // A view's pane: canvas, title, rate and age, and the reason when there is no picture.
 
-import { fill, h, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { clockTime, millis, remedyOf, sentence, span } from "../format.js";
 import { isRunning } from "../calibration/work.js";
 import { isCapturing } from "../capture/reader.js";
@@ -134,7 +134,7 @@ export class Pane {
       this.describe({ width: shown.width * shown.scale, height: shown.height * shown.scale });
     const trouble = this.#trouble(state, shown);
     this.notice.hidden = trouble === null;
-    if (trouble) fill(this.notice, h("strong", { text: trouble.title }), h("p", { text: trouble.detail }));
+    if (trouble) fill(this.notice, html`<strong>${trouble.title}</strong>`, html`<p>${trouble.detail}</p>`);
     this.canvas.classList.toggle("dim", trouble !== null && !trouble.empty);
     this.canvas.hidden = trouble !== null && trouble.empty;
     this.#showNote(state, trouble !== null);

@@ -1,7 +1,4 @@
-// Shows where both eyes, one eye or none can look: as zones over the wide picture and as text at the pointer.
-
-import { h, s, say } from "../dom.js";
-import { number } from "../format.js";
+// Computes where both eyes, one eye or none can look. Pure functions.
 
 /**
  * @import { ReachDocument } from "#api"
@@ -41,55 +38,4 @@ function holds(outline, { x, y }) {
     if (y1 > y !== y2 > y && x < x1 + ((y - y1) / (y2 - y1)) * (x2 - x1)) inside = !inside;
   });
   return inside;
-}
-
-/**
- * Draw the zones as SVG: shaded where one eye or none reaches, clear where both do.
- * @param {ReachDocument} reach
- * @param {(points: Point[]) => string} path of a closed outline
- * @param {Point[]} picture its corners
- */
-export function zones(reach, path, picture) {
-  const left = path(/** @type {Corners} */ (reach.left_px).map(([x, y]) => ({ x, y })));
-  const right = path(/** @type {Corners} */ (reach.right_px).map(([x, y]) => ({ x, y })));
-  const whole = path(picture);
-  const outside = (/** @type {string} */ id, /** @type {string} */ inner) =>
-    s("clipPath", { id }, s("path", { d: `${whole} ${inner}`, "clip-rule": "evenodd" }));
-  return [
-    outside("reach-not-left", left),
-    outside("reach-not-right", right),
-    s("path", { class: "beyond", d: `${whole} ${right}`, "fill-rule": "evenodd", "clip-path": "url(#reach-not-left)" }),
-    s("path", { class: "one-eye left", d: left, "clip-path": "url(#reach-not-right)" }),
-    s("path", { class: "one-eye right", d: right, "clip-path": "url(#reach-not-left)" }),
-    s("path", { class: "edge left", d: left }),
-    s("path", { class: "edge right", d: right }),
-  ];
-}
-
-/** The legend of the shades, in the picture's corner. */
-export class ReachLegend {
-  #where = h("span", { class: "where" });
-
-  constructor() {
-    const key = (/** @type {string} */ kind, /** @type {string} */ text) => h("span", { class: `key ${kind}`, text });
-    this.element = h(
-      "p",
-      { class: "reach-legend", hidden: true, title: "Where the mirrors reach, before you click" },
-      key("both", "both foveae"),
-      key("left", "left only"),
-      key("right", "right only"),
-      key("none", "none"),
-      this.#where,
-    );
-  }
-
-  /** @param {ReachDocument | null} reach */
-  show(reach) {
-    this.element.hidden = reach === null;
-    if (reach)
-      say(
-        this.#where,
-        reach.distance_m === null ? "far away" : `at ${number(reach.distance_m, reach.distance_m < 10 ? 1 : 0)} m`,
-      );
-  }
 }

@@ -7,8 +7,8 @@ import { directionOf, inField } from "./angles.js";
 import { Gestures } from "./gestures.js";
 import { Loupe } from "./loupe.js";
 import { Hints } from "./hints.js";
-import { Overlay } from "./overlay.js";
-import { ReachLegend, seeing } from "./reach.js";
+import { Overlay, ReachLegend } from "./overlay.js";
+import { seeing } from "./reach.js";
 
 /**
  * @import { Point } from "#page"

@@ -1,0 +1,87 @@
+// Sends the commands of one collection: trash, restore, empty, describe, check.
+
+import { request } from "../api.js";
+
+/** @import { Commands } from "../commands.js" */
+
+const UNDO_MS = 15_000;
+const CHECK_MS = 1_800_000; // some seconds a gigabyte on a slow disk
+
+/**
+ * The commands of one collection.
+ * @template {{id: string, name: string}} T its documents
+ */
+export class CollectionOrders {
+  /**
+   * @param {{commands: Commands, resource: string, changed?: () => unknown}} context
+   *   `resource`: its path below /api/v1; `changed`: called after each command that has changed the list
+   */
+  constructor({ commands, resource, changed = () => {} }) {
+    this.commands = commands;
+    this.resource = resource;
+    this.changed = changed;
+  }
+
+  /** Return the path of an entry below /api/v1. */
+  path(/** @type {string} */ id, rest = "") {
+    return `${this.resource}/${encodeURIComponent(id)}${rest}`;
+  }
+
+  /**
+   * Move an entry to the trash; return whether the server accepted it.
+   * @param {Pick<T, "id" | "name">} entry
+   * @param {string} [became] the text of the message, after the name
+   */
+  async remove(entry, became = "is in the trash") {
+    const gone = await this.commands.attempt(() => request("DELETE", this.path(entry.id)).then(() => true));
+    if (gone)
+      this.commands.say({
+        tone: "info",
+        title: `“${entry.name}” ${became}`,
+        detail: "",
+        stay_ms: UNDO_MS,
+        action: { label: "Undo", act: () => this.restore(entry) },
+      });
+    this.changed();
+    return gone === true;
+  }
+
+  /** @param {Pick<T, "id" | "name">} entry */
+  async restore({ id, name }) {
+    const back = await this.commands.attempt(
+      () => /** @type {Promise<T>} */ (request("POST", this.path(id, "/restore"))),
+    );
+    if (back && back.name !== name)
+      this.commands.say({
+        tone: "info",
+        title: `Restored as “${back.name}”`,
+        detail: `There is another “${name}” by now.`,
+      });
+    this.changed();
+  }
+
+  /** Delete everything in the trash for good. */
+  async empty() {
+    await this.commands.attempt(() => request("DELETE", `${this.resource}/trash`));
+    this.changed();
+  }
+
+  /**
+   * Change the label or the licence; return the entry, or null when it was refused.
+   * @param {string} id
+   * @param {{label?: string, licence?: string}} change
+   * @returns {Promise<T | null>}
+   */
+  describe(id, change) {
+    return this.commands.attempt(() => request("PATCH", this.path(id), { body: change }));
+  }
+
+  /**
+   * Check every file; the response arrives when all were read.
+   * @param {string} id
+   * @returns {Promise<{sound: boolean, faults: string[]} | null>}
+   */
+  check(id) {
+    return this.commands.attempt(() => request("POST", this.path(id, "/check"), { patience_ms: CHECK_MS }));
+  }
+}
