@@ -47,7 +47,7 @@ export function picturesOf(still) {
     const url = `${still.url}/cameras/${camera}.jpg`;
     const alt = `${CAMERAS[camera]}, ${words}`;
     const picture = html`<a href=${url} target="_blank" rel="noopener" title="Open it at full size">
-      <drawn-picture src=${url} alt=${alt} width="1440" height="1080"></drawn-picture>
+      <drawn-picture src=${url} text=${alt} width="1440" height="1080"></drawn-picture>
     </a>`;
     return html`<figure class="still-picture of-${camera}">
       ${came > 0 ? picture : html`<p class="blank">Nothing came.</p>`}

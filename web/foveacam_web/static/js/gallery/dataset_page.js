@@ -138,7 +138,7 @@ function coverageOf({ url }, { points }) {
   return html`<figure class="cover-map">
     <drawn-picture
       src=${fresh(`${url}/coverage.jpg`, String(points.length))} width="720" height="540"
-      alt="Coverage: the wide view with the outlines of all foveae"
+      text="Coverage: the wide view with the outlines of all foveae"
     ></drawn-picture>
     <figcaption>The wide view at the middle of the plan, and what each fovea saw: left red, right cyan.</figcaption>
   </figure>`;

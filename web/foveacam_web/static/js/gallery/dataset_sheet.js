@@ -48,7 +48,7 @@ export function makeSheet(signal) {
       frame,
       html`<drawn-picture
           src=${fresh(`${url}/sheet.jpg`, String(points.length))}
-          alt="Contact sheet: what the left fovea saw at every point"
+          text="Contact sheet: what the left fovea saw at every point"
         ></drawn-picture>
         <div class="cells" @keydown=${move}>
           ${points.map((point, number) => cellOf(point, { scans, first: number === 0, open }))}

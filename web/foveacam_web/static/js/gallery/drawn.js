@@ -1,4 +1,4 @@
-// The element <drawn-picture src alt>: a picture that the server draws, or the server's reason why it cannot.
+// The element <drawn-picture src text>: a picture that the server draws, or the server's reason why it cannot.
 
 import { file, RequestError } from "../api.js";
 import { h, say } from "../dom.js";
@@ -6,9 +6,9 @@ import { sentence } from "../format.js";
 
 const ROOT = "/api/v1";
 
-/** Attributes: `src`, `alt`, `lazy`, and the size that is reserved, `width` and `height` in px. */
+/** Attributes: `src`, `text` (its alternative), `lazy`, and the size that is reserved, `width` and `height` in px. */
 class DrawnPicture extends HTMLElement {
-  static observedAttributes = ["src", "alt"];
+  static observedAttributes = ["src", "text"];
 
   /** @type {HTMLImageElement | null} */
   #image = null;
@@ -30,13 +30,13 @@ class DrawnPicture extends HTMLElement {
   /** @param {string} name */
   attributeChangedCallback(name) {
     if (name === "src") this.#show();
-    else this.#image?.setAttribute("alt", this.getAttribute("alt") ?? "");
+    else this.#image?.setAttribute("alt", this.getAttribute("text") ?? "");
   }
 
   #show() {
     const src = this.getAttribute("src");
     if (!this.#image || !src || this.#image.getAttribute("src") === src) return;
-    this.#image.alt = this.getAttribute("alt") ?? "";
+    this.#image.alt = this.getAttribute("text") ?? "";
     this.#image.hidden = false;
     this.#reason.hidden = true;
     this.setAttribute("aria-busy", "true");

@@ -33,7 +33,7 @@ export function makeDepth(id, { orders, at }) {
           <span class="why">of the moment shown, ${clockWords(at_s)}</span>
         </div>
         <div class="stack depth-told" role="status">${wordsOf(now)}</div>
-        ${found && html`<drawn-picture src=${found.picture_url} alt="Depth at ${clockWords(found.t_s)}" width="720" height="540"></drawn-picture>`}`,
+        ${found && html`<drawn-picture src=${found.picture_url} text="Depth at ${clockWords(found.t_s)}" width="720" height="540"></drawn-picture>`}`,
     );
   };
   const compute = async () => {

@@ -111,7 +111,7 @@ function figureOf({ name, title }, { shown: { url, stamp }, point, bracket }) {
     ${
       there
         ? html`<a target="_blank" rel="noopener" title="Open at full size" href=${address}>
-            <drawn-picture src=${address} alt="${title}, point ${point.index + 1}" width="1440" height="1080"></drawn-picture>
+            <drawn-picture src=${address} text="${title}, point ${point.index + 1}" width="1440" height="1080"></drawn-picture>
           </a>`
         : html`<p class="blank">Not taken with this point.</p>`
     }

@@ -144,7 +144,7 @@ function pairOf({ cameras, calibration_id, url }) {
     "Both eyes",
     html`<figure class="cover-map">
       <drawn-picture
-        src="${url}/anaglyph.jpg" alt="Both eyes, rectified, in red and cyan" width="720" height="540"
+        src="${url}/anaglyph.jpg" text="Both eyes, rectified, in red and cyan" width="720" height="540"
       ></drawn-picture>
       <figcaption>Rectified: left in red, right in green and blue.</figcaption>
     </figure>`,
