@@ -105,6 +105,29 @@ test("a plan is told in sentences, and what is unknown in it is left out", () =>
   assert.deepEqual(datasets.planWords(null), []);
 });
 
+test("a dataset's facts leave out what it does not say, and Python loads it by its real path", () => {
+  const points = { planned: 9, taken: 5, skipped: 0, scans: 2, frames: 15 };
+  const shown = dataset({
+    points,
+    id: "cap-1",
+    folder: '/data/a "b"',
+    size_bytes: 2e6,
+    codec: "tiff",
+    created_utc: null,
+  });
+  assert.deepEqual(datasets.factRows({ ...shown, rig_id: null }), [
+    ["Points", "5 of 9 points"],
+    ["Pictures", "15 in 2 scans"],
+    ["Size", "2.0 MB"],
+    ["Format", "TIFF"],
+    ["Id", "cap-1"],
+    ["Folder", '/data/a "b"'],
+  ]);
+  const lines = datasets.snippet({ ...shown, calibration_id: null }).split("\n");
+  assert.deepEqual(lines.slice(1, 3), ['dataset = Dataset.open("/data/a \\"b\\"")', "point = dataset[2]"]);
+  assert.equal(lines[4], "wide = point.wide");
+});
+
 test("conditions become rows of names and values", () => {
   const conditions = {
     scene: "bench",

@@ -1,6 +1,6 @@
 // Lists the calibrations of this rig: put one in use, report, export, discard, import, compare two.
 
-import { changing, fill, h, html, say } from "../dom.js";
+import { absent, fill, h, html, repeat, say, update } from "../dom.js";
 import { MISSING, number, span } from "../format.js";
 import { icon } from "../icons.js";
 import { facts } from "./facts.js";
@@ -54,19 +54,24 @@ export function mountRecords(place, context) {
     compare.disabled = picked.size !== 2;
     say(hint, picked.size === 2 ? "" : picked.size > 2 ? "Two at a time." : "Tick two records to compare them.");
   };
-  const show = changing(list, (/** @type {CalibrationDocument[] | null} */ records) =>
-    (records ?? []).map((record) => row(record, { ...context, picked, choose })),
-  );
+  const pick = (/** @type {string} */ id, /** @type {boolean} */ on) => {
+    if (on) picked.add(id);
+    else picked.delete(id);
+    show();
+  };
   const empty = h("div", {});
-  store.on(["records", "rig"], ({ records, rig }) => {
+  const show = () => {
+    const { records, rig } = store.state;
     const in_use = rig?.calibration?.id;
     for (const id of picked) if (!records?.some((record) => record.id === id)) picked.delete(id);
-    show(
-      records?.map((record) => ({
-        ...record,
-        current: rig ? record.id === in_use : record.current,
-        age_s: Math.floor(record.age_s / 60) * 60,
-      })) ?? null,
+    const rows = (records ?? []).map((record) => ({ ...record, current: rig ? record.id === in_use : record.current }));
+    update(
+      list,
+      repeat(
+        rows,
+        ({ id }) => id,
+        (record) => row(record, { ...context, ticked: picked.has(record.id), pick }),
+      ),
     );
     fill(
       empty,
@@ -77,7 +82,7 @@ export function mountRecords(place, context) {
           : null,
     );
     choose();
-  });
+  };
   fill(
     place,
     empty,
@@ -85,48 +90,28 @@ export function mountRecords(place, context) {
     html`<p class="actions"><span class="starter">${compare}${hint}</span>${makeImporter(context)}</p>`,
     compared,
   );
+  store.on(["records", "rig"], show);
 }
 
 /**
  * @param {CalibrationDocument} record
- * @param {WizardContext & {picked: Set<string>, choose: () => void}} context
+ * @param {WizardContext & {ticked: boolean, pick: (id: string, on: boolean) => void}} context
  */
-function row(record, { orders, picked, choose }) {
+function row(record, { orders, ticked, pick }) {
   const name = record.label || record.origin;
-  const tick = h("input", {
-    type: "checkbox",
-    "aria-label": `Compare ${name}`,
-    data: { keep: `tick-${record.id}` },
-    checked: picked.has(record.id),
-    on: {
-      change: () => {
-        if (tick.checked) picked.add(record.id);
-        else picked.delete(record.id);
-        choose();
-      },
-    },
-  });
-  const saver = (
-    /** @type {string} */ format,
-    /** @type {string} */ text,
-    /** @type {Record<string, string>} */ more,
-  ) => {
+  const tick = html`<input
+    type="checkbox" aria-label="Compare ${name}" .checked=${ticked}
+    @change=${(/** @type {{target: HTMLInputElement}} */ { target }) => pick(record.id, target.checked)}
+  />`;
+  const file = (/** @type {string} */ format, /** @type {string} */ text, /** @type {string} */ label, title = "") => {
     const path = `/calibrations/${record.id}/file?format=${format}`;
-    return h(
-      "a",
-      {
-        href: `/api/v1${path}`,
-        ...more,
-        on: {
-          click: (/** @type {Event} */ event) => {
-            event.preventDefault();
-            void orders.save(path);
-          },
-        },
-      },
-      icon("down"),
-      text,
-    );
+    const save = (/** @type {Event} */ event) => {
+      event.preventDefault();
+      void orders.save(path);
+    };
+    return html`<a href="/api/v1${path}" aria-label=${label} title=${title || absent} @click=${save}>
+      ${icon("down")}${text}
+    </a>`;
   };
   return html`<li class=${record.current ? "current" : ""}>
     ${tick}
@@ -161,11 +146,13 @@ function row(record, { orders, picked, choose }) {
         ${icon("file")}
         Report
       </a>
-      ${saver("foveacam", "Export", { "aria-label": `Export ${name}` })}
-      ${saver("authors", "Authors’ format", {
-        title: "Export in the exchange format of the authors’ application",
-        "aria-label": `Export ${name} in the authors’ format`,
-      })}
+      ${file("foveacam", "Export", `Export ${name}`)}
+      ${file(
+        "authors",
+        "Authors’ format",
+        `Export ${name} in the authors’ format`,
+        "Export in the exchange format of the authors’ application",
+      )}
       ${
         record.kept &&
         !record.current &&

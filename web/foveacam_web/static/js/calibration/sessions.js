@@ -1,6 +1,6 @@
 // Lists the sessions, one for each calibration: open one, create one, combine several, delete one.
 
-import { changing, fill, h, html, say } from "../dom.js";
+import { changing, fill, h, html, repeat, say } from "../dom.js";
 import { MISSING, number } from "../format.js";
 import { icon } from "../icons.js";
 import { badge, nothing } from "./parts.js";
@@ -68,15 +68,22 @@ export function mountSessions(place, { store, orders, reader }) {
     combine.disabled = picked.size < 2;
     say(hint, picked.size < 2 ? "Tick two or more to fit their sweeps as one." : "");
   };
+  const pick = (/** @type {string} */ id, /** @type {boolean} */ on) => {
+    if (on) picked.add(id);
+    else picked.delete(id);
+    update();
+  };
   const ask = (/** @type {string | null} */ id) => {
     asked = id;
     update();
   };
   const show = changing(list, (/** @type {Shown & {asked: string | null, picked: string[]}} */ now) =>
-    now.list.map(
+    repeat(
+      now.list,
+      ({ id }) => id,
       (session) =>
         html`<li class=${session.id === now.open ? "current" : ""}>
-        ${now.list.length > 1 && makeTick(session, picked, choose)}
+        ${now.list.length > 1 && tickOf(session, now.picked.includes(session.id), pick)}
         <div class="what">
           <p class="name">
             <strong title=${session.label}>${session.label || session.id}</strong>
@@ -145,24 +152,14 @@ export function mountSessions(place, { store, orders, reader }) {
 
 /**
  * @param {SessionSummary} session
- * @param {Set<string>} picked
- * @param {() => void} choose
+ * @param {boolean} ticked
+ * @param {(id: string, on: boolean) => void} pick
  */
-function makeTick({ id, label }, picked, choose) {
-  const tick = h("input", {
-    type: "checkbox",
-    "aria-label": `Combine ${label}`,
-    data: { keep: `tick-${id}` },
-    checked: picked.has(id),
-    on: {
-      change: () => {
-        if (tick.checked) picked.add(id);
-        else picked.delete(id);
-        choose();
-      },
-    },
-  });
-  return tick;
+function tickOf({ id, label }, ticked, pick) {
+  return html`<input
+    type="checkbox" aria-label="Combine ${label}" .checked=${ticked}
+    @change=${(/** @type {{target: HTMLInputElement}} */ { target }) => pick(id, target.checked)}
+  />`;
 }
 
 /** @param {number | null} bytes */

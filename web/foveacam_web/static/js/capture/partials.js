@@ -1,7 +1,7 @@
 // Lists the captures that ended before their last point, newest first: their points, the reason, and the resume button.
 
 import { nothing } from "../calibration/parts.js";
-import { changing, h, html } from "../dom.js";
+import { changing, html, repeat } from "../dom.js";
 import { count, sentence } from "../format.js";
 import { isCapturing } from "./reader.js";
 import { datasetAddress } from "./route.js";
@@ -36,7 +36,11 @@ function partialsOf(partials, orders) {
   if (partials.length === 0)
     return [nothing("None: what is cancelled or cut off waits here, and goes on at its exact next point.")];
   return [
-    html`<ul class="partials">${partials.slice(0, MOST).map((capture) => partial(capture, orders))}</ul>`,
+    html`<ul class="partials">${repeat(
+      partials.slice(0, MOST),
+      ({ id }) => id,
+      (capture) => partial(capture, orders),
+    )}</ul>`,
     partials.length > MOST &&
       html`<p><a href="#/gallery/datasets">${count(partials.length - MOST)} more in the gallery</a></p>`,
   ];
@@ -48,23 +52,11 @@ function partialsOf(partials, orders) {
  */
 function partial(capture, orders) {
   const { id, name, label, points, size_bytes, why } = capture;
-  const resume = h(
-    "button",
-    {
-      type: "button",
-      class: "plain",
-      data: { keep: `resume-${id}` },
-      "aria-label": `Resume ${name}`,
-      on: {
-        click: async () => {
-          resume.disabled = true;
-          await orders.resume(capture);
-          resume.disabled = false;
-        },
-      },
-    },
-    "Resume",
-  );
+  const resume = async (/** @type {{currentTarget: HTMLButtonElement}} */ { currentTarget: button }) => {
+    button.disabled = true;
+    await orders.resume(capture);
+    button.disabled = false;
+  };
   return html`<li>
     <div class="what">
       <a class="name" href=${datasetAddress(id)}>${name}</a>
@@ -72,6 +64,6 @@ function partial(capture, orders) {
       <span class="number">${count(points.taken)} of ${count(points.planned)} points, ${sizeText(size_bytes)}</span>
       ${why && html`<span class="lead">${sentence(why)}</span>`}
     </div>
-    ${resume}
+    <button type="button" class="plain" aria-label="Resume ${name}" @click=${resume}>Resume</button>
   </li>`;
 }
