@@ -1,6 +1,6 @@
 // Shows the captured views of the board: thumbnails with their error; each can be removed.
 
-import { changing, fill, h, html, repeat } from "../dom.js";
+import { changing, fill, h, html } from "../dom.js";
 import { MISSING, number, pixels } from "../format.js";
 import { icon } from "../icons.js";
 import { nothing } from "./parts.js";
@@ -27,11 +27,8 @@ export function mountSamples(place, { store, orders }) {
   fill(place, empty, list);
   const show = changing(list, (/** @type {{samples: WideSampleDocument[], busy: boolean}} */ { samples, busy }) => {
     const limit = MUCH * median(samples.flatMap(({ rms_px }) => (rms_px === null ? [] : [rms_px])));
-    return repeat(
-      samples,
-      ({ id }) => id,
-      (sample, index) =>
-        card(sample, { index, far: (sample.rms_px ?? 0) > limit, busy, remove: () => orders.removeSample(sample.id) }),
+    return samples.map((sample, index) =>
+      card(sample, { index, far: (sample.rms_px ?? 0) > limit, busy, remove: () => orders.removeSample(sample.id) }),
     );
   });
   store.on(["session", "work"], ({ session, work }) => {

@@ -136,7 +136,7 @@ function shiftRow({ name, key }, faults, put) {
     };
     return html`<td>
       <input
-        type="number" step="any" min=${-FARTHEST_DEG} max=${FARTHEST_DEG} value=${knocked[key]} inputmode="decimal"
+        type="number" step="any" min=${-FARTHEST_DEG} max=${FARTHEST_DEG} .value=${String(knocked[key])} inputmode="decimal"
         aria-label="${name}: ${eye}" @change=${changed}
       />
     </td>`;
