@@ -109,7 +109,7 @@ def test_what_writes_a_folder_or_file_of_its_own_comes_to_opening_a_rig(
     def opened(*_: object, **__: object) -> NoReturn:
         raise NotConnected("the rig would be opened now")
 
-    monkeypatch.setattr(f"foveacam_server.resources.{module}.open_enabled_rig", opened)
+    monkeypatch.setattr(f"foveacam_server.{module}.open_enabled_rig", opened)
     assert run(monkeypatch, *arguments) == 1
     assert "the rig would be opened now" in capsys.readouterr().err
 
