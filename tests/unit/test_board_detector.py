@@ -12,6 +12,8 @@ from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
 
 from .board_scenes import SMALL, DivisionLens, Pose, board_picture, board_points_m
 
+pytestmark = pytest.mark.slow
+
 TILTED = Pose(place_m=(0.03, -0.02, 1.1), turn_rad=(0.35, -0.3, 0.1))
 CHECKERBOARD, CHARUCO = Checkerboard(), Charuco()
 

@@ -16,6 +16,8 @@ from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSample
 
 from .board_scenes import DivisionLens, Pose, board_samples, many_poses
 
+pytestmark = pytest.mark.slow
+
 BOARD = Charuco()
 LENS = DivisionLens()
 

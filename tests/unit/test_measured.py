@@ -22,6 +22,8 @@ from foveacam_pipeline.models import Intrinsics
 
 from .swept_rig import CENTRE_PX, EYES, SweptRig, swept, wide_lens
 
+pytestmark = pytest.mark.slow
+
 F_PX = 28_760.0
 DRAWING = NominalRig(rig_id="sim-0")
 

@@ -33,6 +33,8 @@ from foveacam_pipeline.calibrate.watcher import SilentWatcher
 
 from .plane_head import noise_texture
 
+pytestmark = pytest.mark.slow
+
 STEP_PX = 500.0
 NORMAL = CameraSettings(exposure_ns=8_000_000, gain_db=3.0)
 QUICK = SettleSettings(delays=12, longest_us=20_000, ringing_us=8_000, ringing_delays=24)

@@ -14,6 +14,8 @@ from foveacam_pipeline.models import Intrinsics
 
 from .swept_rig import PLACES_M, SweptRig, markers_in_rig, swept, target_turn, wide_lens
 
+pytestmark = pytest.mark.slow
+
 F_PX = 28_760.0
 
 

@@ -26,6 +26,8 @@ from foveacam_pipeline.verge.values import (
 
 from .plane_head import CALIBRATION, MEASURED, TILE, PlaneHead, noise_texture, plain_texture
 
+pytestmark = pytest.mark.slow
+
 NOISE = noise_texture()
 CLICK = PixelTarget(x_px=850.3, y_px=420.7)
 with_either = pytest.mark.parametrize("calibration", [CALIBRATION, MEASURED], ids=["fixed", "measured"])

@@ -22,6 +22,8 @@ from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 
 from .board_scenes import SMALL, Pose, board_picture
 
+pytestmark = pytest.mark.slow
+
 BOARD = Charuco()
 POSES = [
     Pose(place_m=(0.0, 0.0, 1.0)),

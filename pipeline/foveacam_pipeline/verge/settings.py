@@ -16,7 +16,8 @@ class VergeSettings:
     """The same for a target that moves: its picture is blurred, and the residual counts for the distance."""
     rows_apart_px: float = 1.0
     """Largest difference of the rows where the texture cannot tell them apart: of 445 matches of uniform
-    clicks the right ones stayed below 0.5, and all four beyond 1.1 were false. Fovea px."""
+    clicks the right ones stayed below 0.5 (1.05 where the target moved), and all four beyond 1.1 were false.
+    Fovea px."""
     centred_wide_px: float = 1.0
     """Largest distance of the target from the middle between both foveae's centres, wide px."""
     centred_soon_wide_px: float = 0.6

@@ -1,1 +1,4 @@
-"""What several commands of `foveacam` share: options about the rig, and the opening of the rig."""
+"""What commands of `foveacam` share (options about the rig, its opening), and `foveacam calibrate`.
+
+`calibrate` is here because it spans four resources.
+"""
