@@ -1,4 +1,5 @@
 import math
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ from foveacam_hardware.contract import PARKED, MirrorVolts, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.resources.views.overlay import GazeOverlay
-from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower, rig_shape
+from foveacam_server.resources.views.scene_follower import MOVING_PERIODS, RigGaze, SceneFollower, rig_shape
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import EyeGaze, RigShape
 
@@ -54,6 +55,8 @@ def test_the_eyes_turn_with_the_mirrors_and_nothing_is_told_twice(certificate: C
     follower.update()
     volts.append(StereoVolts(left=MirrorVolts(x_v=60.0, y_v=0.0), right=PARKED.right))
     follower.update()
+    assert len(scene.gazes) == 1  # it may still move
+    follower.update()
     assert len(scene.shapes) == 1
     (parked_left, parked_right, distance_m), (turned_left, turned_right, _) = scene.gazes
     assert distance_m is None
@@ -62,6 +65,20 @@ def test_the_eyes_turn_with_the_mirrors_and_nothing_is_told_twice(certificate: C
     # 0.060 degrees a volt
     assert math.degrees(turned_left.ax_rad - parked_left.ax_rad) == pytest.approx(3.6, rel=0.2)
     assert turned_right == parked_right
+
+
+def test_a_gaze_that_never_rests_is_drawn_now_and_then(certificate: Calibration) -> None:
+    scene, moves = Recorder(), count()
+
+    def moving() -> RigGaze:
+        left = MirrorVolts(x_v=float(next(moves)), y_v=0.0)
+        volts = StereoVolts(left=left, right=PARKED.right)
+        return RigGaze(calibration=certificate, volts=volts, distance_m=math.inf)
+
+    follower = SceneFollower(scene, gaze=moving)
+    for _ in range(1 + 3 * MOVING_PERIODS):
+        follower.update()
+    assert len(scene.gazes) == 1 + 3
 
 
 def test_eyes_whose_mirrors_nobody_knows_are_hidden(certificate: Calibration) -> None:

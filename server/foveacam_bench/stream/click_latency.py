@@ -1,8 +1,8 @@
 """Time from a mouse click on the wide view until the page shows the distance of that fixation, and its parts.
 
 Clicks fall on textured points of the default scene that both eyes can see, as the simulation's truth says,
-one at a time: the shape of one is computed before the next. The page's own clock measures from the pointer's
-press to the change of the result card; the parts come from the server's records, on the same wall clock.
+one at a time: the shape of one is computed and drawn before the next. The page's own clock measures from the
+pointer's press to the change of the result card; the parts come from the server's records, on the same wall clock.
 """
 
 import math
@@ -29,6 +29,8 @@ BORDER_PX = 200.0
 APART_PX = 90.0
 """A click nearer to an earlier mark would correct that one."""
 SEED = 21
+LOOK_AT_SHAPE_S = 3.0
+"""Time between a shape and the next click: the browser draws it and flies there, as nobody clicks amid that."""
 _WATCH_CARD = """(patience_ms) => {
   const card = document.getElementById("fixation");
   const before = card.dataset.fixation;
@@ -97,6 +99,7 @@ def _click(page: "Page", server: ServerProcess, pixel: tuple[float, float]) -> d
         raise DeviceFault(f"the page showed another fixation than that of the click on pixel {pixel}")
     parts = _parts_s(answer, fixation, server.send("GET", f"/jobs/{fixation['job_id']}").json())
     wait_until(page, lambda: any(cloud["fixation_id"] == fixation["id"] for cloud in server.clouds()))
+    page.wait_for_timeout(1e3 * LOOK_AT_SHAPE_S)
     return parts
 
 

@@ -15,6 +15,9 @@ from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.scene_values import EyeGaze, RigShape
 
 PERIOD_S = 0.25
+MOVING_PERIODS = 8
+"""While the gaze goes on changing, it is sent once in so many periods: a browser that draws in software needs
+a core for each drawing, which a fixation then lacks."""
 _log = logging.getLogger(__name__)
 
 
@@ -52,6 +55,9 @@ class SceneFollower:
         self._viewer = viewer
         self._gaze = gaze
         self._sent: RigGaze | None = None
+        self._last: RigGaze | None = None
+        self._unsent = 0
+        """Periods since the gaze began to differ from what was sent."""
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="foveacam-scene", daemon=True)
 
@@ -66,10 +72,17 @@ class SceneFollower:
             self._thread.join()
 
     def update(self) -> None:
-        """Send what has changed."""
+        """Send a gaze that has come to rest, and every `MOVING_PERIODS` calls one that has not."""
         gaze = self._gaze()
+        rests, self._last = gaze == self._last, gaze
         if gaze is None or gaze == self._sent:
+            self._unsent = 0
             return
+        self._unsent += 1
+        if rests or self._sent is None or self._unsent >= MOVING_PERIODS:
+            self._send(gaze)
+
+    def _send(self, gaze: RigGaze) -> None:
         if self._sent is None or self._sent.calibration is not gaze.calibration:
             self._viewer.show_rig(rig_shape(gaze.calibration))
         self._viewer.show_gaze(
@@ -78,6 +91,7 @@ class SceneFollower:
             distance_m=gaze.distance_m if math.isfinite(gaze.distance_m) else None,
         )
         self._sent = gaze
+        self._unsent = 0
 
     def _run(self) -> None:
         while not self._closing.wait(PERIOD_S):
