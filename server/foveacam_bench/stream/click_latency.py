@@ -2,7 +2,8 @@
 
 Clicks fall on textured points of the default scene that both eyes can see, as the simulation's truth says,
 one at a time: the shape of one is computed and drawn before the next. The page's own clock measures from the
-pointer's press to the change of the result card; the parts come from the server's records, on the same wall clock.
+pointer's press to the change of the result card; the parts come from the server's records, on the same wall
+clock.
 """
 
 import math
@@ -30,7 +31,7 @@ APART_PX = 90.0
 """A click nearer to an earlier mark would correct that one."""
 SEED = 21
 LOOK_AT_SHAPE_S = 3.0
-"""Time between a shape and the next click: the browser draws it and flies there, as nobody clicks amid that."""
+"""Time between a shape and the next click: the browser draws it and flies there."""
 _WATCH_CARD = """(patience_ms) => {
   const card = document.getElementById("fixation");
   const before = card.dataset.fixation;
