@@ -102,14 +102,14 @@ def test_a_target_that_both_eyes_show_elsewhere_says_so() -> None:
     rng, checkup = np.random.default_rng(3), HealthMonitor(CALIBRATION)
     for _ in range(MAX_RESIDUALS):
         checkup.add(fixation(rng, STILL, STILL))
-    astray = TargetOffset(across_px=2.0, down_px=-20.0, rows_px=50.0, sigma_px=4.5)
+    target_offset = TargetOffset(across_px=2.0, down_px=-20.0, rows_px=50.0, sigma_px=4.5)
     not_found = Fixation(
         state=FixationState.LOST,
         reason="",
         target_ax_rad=0.0,
         target_ay_rad=0.0,
         steps=(),
-        astray=astray,
+        target_offset=target_offset,
     )
     verdicts = []
     for _ in range(NEWEST_COUNT // 2 + 1):

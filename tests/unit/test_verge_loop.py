@@ -152,7 +152,7 @@ def test_a_target_hidden_from_one_eye_is_measured_by_the_other_and_the_wide_came
     assert abs(fixation.distance_m - true_distance_m(fixation, 6.0)) <= 3.0 * fixation.distance_sigma_m
     views = {Role.LEFT: fixation.left_view, Role.RIGHT: fixation.right_view}
     assert [role for role, view in views.items() if view is not None and not view.sees_target] == [eye]
-    assert fixation.astray is None
+    assert fixation.target_offset is None
     assert head.clock.now_ns() < 1_000_000_000  # nothing moves: nobody is waited for
 
 
@@ -172,13 +172,13 @@ def test_eyes_that_were_knocked_aside_are_told_from_a_target_that_is_not_there(
     fixation = fix(PlaneHead(z_m=8.0, texture=NOISE, knocked_rad=knocked))
     assert fixation.state is FixationState.LOST
     assert "mounts may have moved: measure the drift" in fixation.reason
-    assert fixation.astray is not None
+    assert fixation.target_offset is not None
     # An eye that looks to the right of where it is thought to look shows everything farther left
     across_px, down_px = -CALIBRATION.fovea_f_px * (left + right) / 2.0
-    assert fixation.astray.across_px == pytest.approx(across_px, abs=3.0)
-    assert fixation.astray.down_px == pytest.approx(down_px, abs=3.0)
+    assert fixation.target_offset.across_px == pytest.approx(across_px, abs=3.0)
+    assert fixation.target_offset.down_px == pytest.approx(down_px, abs=3.0)
     rows_px = -CALIBRATION.fovea_f_px * float(right[1] - left[1])
-    assert fixation.astray.rows_px == pytest.approx(rows_px, abs=3.0)
+    assert fixation.target_offset.rows_px == pytest.approx(rows_px, abs=3.0)
 
 
 def test_a_target_is_looked_for_again_when_somebody_has_passed() -> None:

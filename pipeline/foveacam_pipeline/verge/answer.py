@@ -16,7 +16,7 @@ class Answer:
     reason: str
     left_view: EyeView
     right_view: EyeView
-    place: LocatedPoint | None = None
+    point: LocatedPoint | None = None
     bound: DistanceBound | None = None
     alternatives: tuple[Alternative, ...] = ()
     score: float | None = None
@@ -27,10 +27,10 @@ def both_foveae(verged: VergedTarget) -> Answer:
     """Return the answer of a loop that verged."""
     return Answer(
         basis=Basis.BOTH_FOVEAE,
-        reason=verdict.verged(verged.place, verged.fine),
+        reason=verdict.verged(verged.point, verged.fine),
         left_view=EyeView(sees_target=True),
         right_view=EyeView(sees_target=True),
-        place=verged.place,
+        point=verged.point,
         score=verged.fine.score,
         verged=verged,
     )
@@ -42,12 +42,12 @@ def beyond_reach(reason: str) -> Answer:
     return Answer(basis=None, reason=reason, left_view=out, right_view=out)
 
 
-def alternative(basis: Basis, place: LocatedPoint, probability: float) -> Alternative:
+def alternative(basis: Basis, point: LocatedPoint, probability: float) -> Alternative:
     """Return one of several answers to choose from."""
     return Alternative(
         basis=basis,
-        distance_m=place.distance_m,
-        distance_sigma_m=place.distance_sigma_m,
-        point_rig_m=place.point_rig_m,
+        distance_m=point.distance_m,
+        distance_sigma_m=point.distance_sigma_m,
+        point_rig_m=point.point_rig_m,
         probability=probability,
     )

@@ -47,7 +47,7 @@ SUPPORT_HALF_PX = 64
 class VergedTarget:
     """The end of a loop: where both lines of sight meet, the match, and what it says of the point itself."""
 
-    place: LocatedPoint
+    point: LocatedPoint
     fine: FineMatch
     support: SupportReport
 
@@ -65,7 +65,7 @@ class ClosedLoop:
 
     def __init__(
         self,
-        looker: FixationHead,
+        fixation_head: FixationHead,
         calibration: Calibration,
         limits: VergeSettings,
         *,
@@ -73,13 +73,13 @@ class ClosedLoop:
     ) -> None:
         """`expected_per_m`: 1/Z of the target as far as it is known beforehand."""
         self._expected_per_m = expected_per_m
-        self._looker = looker
+        self._fixation_head = fixation_head
         self._calibration = calibration
         self._limits = limits
-        self._search = TargetSearch(looker, calibration, limits)
+        self._search = TargetSearch(fixation_head, calibration, limits)
         self._f_px = calibration.fovea_f_px
         self._lag_px = np.zeros(2)
-        self._watch: TargetTracker | None = None
+        self._tracker: TargetTracker | None = None
         self.templates: tuple[WidePatch, ...] = ()
         """The patches of the wide image that stand for the target; none before `run`."""
 
@@ -91,7 +91,7 @@ class ClosedLoop:
     @property
     def motion(self) -> TargetMotion | None:
         """The target's track; None before `run`."""
-        return None if self._watch is None else self._watch.motion
+        return None if self._tracker is None else self._tracker.motion
 
     def run(self, aim: ResolvedTarget, *, clicked: Frame | None = None) -> VergedTarget:
         """Return the verged fixation, or raise FixationEnded.
@@ -99,7 +99,7 @@ class ClosedLoop:
         `clicked`: the wide frame on which the target was chosen, by default the newest one. What moves is
         followed from there.
         """
-        frame = self._looker.wide() if clicked is None else clicked
+        frame = self._fixation_head.wide() if clicked is None else clicked
         try:
             templates = patches_for(gray(to_uint8(frame)), aim, self._calibration.wide, self._limits)
         except OutOfRange as error:
@@ -112,7 +112,7 @@ class ClosedLoop:
         except FixationEnded as end:
             if not self._crossed(end, templates[0], frame):
                 raise
-        later = self._looker.wide()
+        later = self._fixation_head.wide()
         if self.gone(later):
             raise verdict.moved_away()
         return self._attempt(templates, later)
@@ -126,42 +126,44 @@ class ClosedLoop:
 
     def gone(self, frame: Frame) -> bool:
         """Return whether a wide frame shows a target with texture neither where it was nor on its track."""
-        if self._watch is None or not self.textured:
+        if self._tracker is None or not self.textured:
             return False
-        expected = self._watch.motion.at(frame.t_ns)
+        expected = self._tracker.motion.at(frame.t_ns)
         image, wide = gray(to_uint8(frame)), self._calibration.wide
         return fit_at(self.templates[0], image, wide, expected) < GONE_SCORE
 
     def close_at(self, inverse_z_per_m: float) -> VergedTarget | None:
         """Verge on the target of `run` from a depth that is known otherwise; None when that fails."""
-        if self._watch is None:
+        if self._tracker is None:
             return None
         self._lag_px = np.zeros(2)
-        target = self._watch.motion.at(self._looker.next_ns)
+        target = self._tracker.motion.at(self._fixation_head.next_ns)
         gazes = aim_at(self._calibration, target, inverse_z_per_m)
         found = FoundTarget(gazes=gazes, templates=self.templates, joint=1.0)
         try:
-            return self._close(found, self._watch)
+            return self._close(found, self._tracker)
         except FixationEnded:
             return None
 
     def _attempt(self, templates: tuple[WidePatch, ...], frame: Frame) -> VergedTarget:
-        watch = TargetTracker(templates[0], frame, self._calibration.wide)
-        watch.follow(self._looker.wide())  # newer than the frame that was clicked
-        self._watch = watch
+        tracker = TargetTracker(templates[0], frame, self._calibration.wide)
+        tracker.follow(self._fixation_head.wide())  # newer than the frame that was clicked
+        self._tracker = tracker
         self._lag_px = np.zeros(2)
         try:
-            found = self._search.find(templates, watch, expected_per_m=self._expected_per_m)
-            return self._close(found, watch)
+            found = self._search.find(templates, tracker, expected_per_m=self._expected_per_m)
+            return self._close(found, tracker)
         except UnsupportedMatch:
             raise
         except FixationEnded as end:
-            astray = (
-                self._search.astray(templates, watch.motion) if self._doubtful(end, templates[0]) else None
+            target_offset = (
+                self._search.target_offset(templates, tracker.motion)
+                if self._doubtful(end, templates[0])
+                else None
             )
-            if astray is None:
+            if target_offset is None:
                 raise
-            raise verdict.elsewhere(astray) from end
+            raise verdict.elsewhere(target_offset) from end
 
     def _doubtful(self, end: FixationEnded, template: WidePatch) -> bool:
         """Return whether a failure may be due to something else than the target."""
@@ -174,67 +176,77 @@ class ClosedLoop:
         if not self._doubtful(end, template):
             return False
         around = PassingDetector(self._calibration.wide, template.target)
-        if not around.differ(frame, self._looker.wide()):
+        if not around.differ(frame, self._fixation_head.wide()):
             return False
-        self._looker.wait_until_still(around)
+        self._fixation_head.wait_until_still(around)
         return True
 
-    def _close(self, found: FoundTarget, watch: TargetTracker) -> VergedTarget:
+    def _close(self, found: FoundTarget, tracker: TargetTracker) -> VergedTarget:
         """Verge until left and right agree to half a pixel and the wide view agrees with both."""
         target, phase, doubts = found.gazes, VergePhase.COARSE, 0
         while True:
-            seen = self._looker.look(self._led(target, watch.motion), phase)
+            observation = self._fixation_head.look(self._led(target, tracker.motion), phase)
             phase = VergePhase.FINE
-            watch.follow(seen.sighting.wide)
-            now = self._measure(seen, found, watch.motion)
-            doubt = verdict.doubt(now, self._limits)
-            settled = doubt is None and self._settled(now, moving=watch.motion.moves)
-            if settled and abs(now.fine.residual_y_px) > self._rows_apart_px(moving=watch.motion.moves):
-                doubt, settled = verdict.rows_differ(now), False
-            other = self._another(seen, now, found, watch.motion) if settled else None
-            x_px, y_px = now.fine.residual_x_px, now.fine.residual_y_px
-            self._looker.record(
-                seen, StepResult(score=now.fine.score, residual_x_px=x_px, residual_y_px=y_px)
+            tracker.follow(observation.sighting.wide)
+            measurement = self._measure(observation, found, tracker.motion)
+            doubt = verdict.doubt(measurement, self._limits)
+            settled = doubt is None and self._settled(measurement, moving=tracker.motion.moves)
+            if settled and abs(measurement.fine.residual_y_px) > self._rows_apart_px(
+                moving=tracker.motion.moves
+            ):
+                doubt, settled = verdict.rows_differ(measurement), False
+            other = self._another(observation, measurement, found, tracker.motion) if settled else None
+            x_px, y_px = measurement.fine.residual_x_px, measurement.fine.residual_y_px
+            self._fixation_head.record(
+                observation, StepResult(score=measurement.fine.score, residual_x_px=x_px, residual_y_px=y_px)
             )
             if other is not None:
                 raise other
             if settled:
-                return self._verged(seen, self._measured(seen, now), now.fine)
+                return self._verged(observation, self._measured(observation, measurement), measurement.fine)
             doubts = 0 if doubt is None else doubts + 1
             if doubt is not None and doubts > self._limits.doubtful_looks:
                 raise doubt
-            target = self._next(seen, now, found, watch) or target
+            target = self._next(observation, measurement, found, tracker) or target
 
     def _led(self, target: Gazes, motion: TargetMotion) -> Gazes:
         """Return the gazes moved to where a moving target will be at the next look."""
         if not motion.moves:
             return target
-        ahead = motion.at(self._looker.next_ns) - (target.left + target.right) / 2.0
+        ahead = motion.at(self._fixation_head.next_ns) - (target.left + target.right) / 2.0
         return target.moved(ahead, ahead)
 
-    def _measure(self, seen: Observation, found: FoundTarget, motion: TargetMotion) -> Measurement:
+    def _measure(self, observation: Observation, found: FoundTarget, motion: TargetMotion) -> Measurement:
         return measure(
-            seen,
+            observation,
             found.templates,
-            motion.at(seen.sighting.left.t_ns),
+            motion.at(observation.sighting.left.t_ns),
             calibration=self._calibration,
             limits=self._limits,
         )
 
     def _another(
-        self, seen: Observation, now: Measurement, found: FoundTarget, motion: TargetMotion
+        self, observation: Observation, measurement: Measurement, found: FoundTarget, motion: TargetMotion
     ) -> FixationEnded | None:
         """Return the end of the fixation when the eyes see something else, or a neighbour nearly alike.
 
         One eye that shows the target is proof enough: left and right agree on what they see.
         """
-        image = gray(to_uint8(seen.sighting.wide))
-        target, half = motion.at(seen.sighting.wide.t_ns), now.fine.residual_px / (2.0 * self._f_px)
-        left, right = now.centre + half, now.centre - half
-        if shows_another(now.look, image, self._calibration.wide, target, left=left, right=right):
-            return verdict.another(now)
+        image = gray(to_uint8(observation.sighting.wide))
+        target, half = (
+            motion.at(observation.sighting.wide.t_ns),
+            measurement.fine.residual_px / (2.0 * self._f_px),
+        )
+        left, right = measurement.centre + half, measurement.centre - half
+        if shows_another(measurement.look, image, self._calibration.wide, target, left=left, right=right):
+            return verdict.another(measurement)
         ways = ways_back(
-            now.look, found.templates[0], image, self._calibration.wide, target, slope=now.fine.slope
+            measurement.look,
+            found.templates[0],
+            image,
+            self._calibration.wide,
+            target,
+            slope=measurement.fine.slope,
         )
         if min(way.best - way.here for way in ways) <= self._limits.neighbour_lead:
             return None
@@ -243,33 +255,40 @@ class ClosedLoop:
         )
         return verdict.neighbour(side, aside_px=way.aside_wide_px)
 
-    def _measured(self, seen: Observation, now: Measurement) -> Gazes:
+    def _measured(self, observation: Observation, measurement: Measurement) -> Gazes:
         """Return the lines of sight to the target in a look."""
-        half = now.fine.residual_px / (2.0 * self._f_px)
-        return seen.gazes.moved(now.centre + half, now.centre - half)
+        half = measurement.fine.residual_px / (2.0 * self._f_px)
+        return observation.gazes.moved(measurement.centre + half, measurement.centre - half)
 
     def _next(
-        self, seen: Observation, now: Measurement, found: FoundTarget, watch: TargetTracker
+        self, observation: Observation, measurement: Measurement, found: FoundTarget, tracker: TargetTracker
     ) -> Gazes | None:
         """Return where to look next: where it was measured, or where else it is in this look, if anywhere."""
-        if now.fine.score >= self._limits.fine_score and now.fine.sigma_x_px <= ROUGH_SIGMA_PX:
-            if seen.phase is VergePhase.FINE and abs(now.fine.residual_x_px) < LAG_MAX_PX:
-                self._lag_px += LAG_GAIN * now.fine.residual_px
+        if (
+            measurement.fine.score >= self._limits.fine_score
+            and measurement.fine.sigma_x_px <= ROUGH_SIGMA_PX
+        ):
+            if observation.phase is VergePhase.FINE and abs(measurement.fine.residual_x_px) < LAG_MAX_PX:
+                self._lag_px += LAG_GAIN * measurement.fine.residual_px
             lag = self._lag_px / (2.0 * self._f_px)
-            gazes: Gazes | None = self._measured(seen, now).moved(lag, -lag)
+            gazes: Gazes | None = self._measured(observation, measurement).moved(lag, -lag)
         else:
-            gazes = self._search.recover(seen, found, watch.motion)
-        astray = now.quality(self._limits) < 0.0
-        if gazes is not None and (watch.motion.moves or astray):  # else it is for the wide view to say
-            watch.motion.sees((gazes.left + gazes.right) / 2.0, seen.sighting.left.t_ns)
+            gazes = self._search.recover(observation, found, tracker.motion)
+        target_offset = measurement.quality(self._limits) < 0.0
+        if gazes is not None and (
+            tracker.motion.moves or target_offset
+        ):  # else it is for the wide view to say
+            tracker.motion.sees((gazes.left + gazes.right) / 2.0, observation.sighting.left.t_ns)
         return gazes
 
-    def _settled(self, now: Measurement, *, moving: bool) -> bool:
-        apart_px = abs(now.fine.residual_x_px)
-        if now.fine.sigma_y_px <= self._limits.fine_sigma_px:  # else the texture cannot tell the rows apart
-            apart_px = max(apart_px, abs(now.fine.residual_y_px))
+    def _settled(self, measurement: Measurement, *, moving: bool) -> bool:
+        apart_px = abs(measurement.fine.residual_x_px)
+        if (
+            measurement.fine.sigma_y_px <= self._limits.fine_sigma_px
+        ):  # else the texture cannot tell the rows apart
+            apart_px = max(apart_px, abs(measurement.fine.residual_y_px))
         centred_px = self._centred_wide_px(moving=moving)
-        off_wide_px = float(np.abs(now.centre).max()) * self._calibration.wide.fx_px
+        off_wide_px = float(np.abs(measurement.centre).max()) * self._calibration.wide.fx_px
         converged_px = self._limits.converged_moving_px if moving else self._limits.converged_px
         return apart_px <= converged_px and off_wide_px <= centred_px
 
@@ -280,7 +299,9 @@ class ClosedLoop:
     def _centred_wide_px(self, *, moving: bool) -> float:
         """Return how far from the centres the target of this look may lie, wide px."""
         limits = self._limits
-        if len(self._looker.steps) < (limits.centring_moving_looks if moving else limits.centring_looks):
+        if len(self._fixation_head.steps) < (
+            limits.centring_moving_looks if moving else limits.centring_looks
+        ):
             return limits.centred_soon_wide_px
         return limits.centred_moving_wide_px if moving else limits.centred_wide_px
 
@@ -289,26 +310,28 @@ class ClosedLoop:
         beside_px = self._limits.placed_sigma_wide_px * self._f_px / self._calibration.wide.fx_px
         return math.hypot(fine.sigma_x_px, math.hypot(*fine.slope) * beside_px)
 
-    def _verged(self, seen: Observation, target: Gazes, fine: FineMatch) -> VergedTarget:
-        place = triangulate(self._calibration, target, sigma_px=self._sigma_px(fine))
-        if place is None:
+    def _verged(self, observation: Observation, target: Gazes, fine: FineMatch) -> VergedTarget:
+        point = triangulate(self._calibration, target, sigma_px=self._sigma_px(fine))
+        if point is None:
             raise FixationEnded(
                 FixationState.LOST,
                 "Left and right agree, but their lines of sight part: farther than the calibration can tell; "
                 "calibrate the mirrors anew.",
             )
-        verged = VergedTarget(place=place, fine=fine, support=self._support(seen, target, fine))
+        verged = VergedTarget(point=point, fine=fine, support=self._support(observation, target, fine))
         if verged.support.support in {MatchSupport.DIFFERENT, MatchSupport.BESIDE}:
             raise UnsupportedMatch(verged)
         return verged
 
-    def _support(self, seen: Observation, target: Gazes, fine: FineMatch) -> SupportReport:
+    def _support(self, observation: Observation, target: Gazes, fine: FineMatch) -> SupportReport:
         """Return what the match of a look says of the point itself."""
-        guess = MatchGuess(left=target.left - seen.gazes.left, right=target.right - seen.gazes.right)
-        z_m = guessed_depth_m(self._calibration, seen.sighting, guess)
+        guess = MatchGuess(
+            left=target.left - observation.gazes.left, right=target.right - observation.gazes.right
+        )
+        z_m = guessed_depth_m(self._calibration, observation.sighting, guess)
         half = (SUPPORT_HALF_PX, SUPPORT_HALF_PX)
         left, right = (
-            eye_patch(seen.sighting, self._calibration, role, z_m, self._f_px * offset, half)
+            eye_patch(observation.sighting, self._calibration, role, z_m, self._f_px * offset, half)
             for role, offset in ((Role.LEFT, guess.left), (Role.RIGHT, guess.right))
         )
         leaning = right.cut(half, WindowPlacement(xx=fine.slope[0], xy=fine.slope[1]))

@@ -56,29 +56,29 @@ class FallbackEstimator:
 
     def __init__(
         self,
-        looker: FixationHead,
+        fixation_head: FixationHead,
         calibration: Calibration,
         limits: VergeSettings,
         *,
         context: DepthContext | None,
         within: DistanceRange | None,
     ) -> None:
-        self._looker = looker
+        self._fixation_head = fixation_head
         self._calibration = calibration
         self._limits = limits
-        self._last_look = LastLook(looker, calibration, limits)
-        self._single = SingleEyeSearch(looker, calibration, limits)
+        self._last_look = LastLook(fixation_head, calibration, limits)
+        self._single = SingleEyeSearch(fixation_head, calibration, limits)
         self._span_per_m = _span_per_m(within, limits)
         self._surroundings = SurroundingsEstimator(
-            looker, calibration, context=context, span_per_m=self._span_per_m
+            fixation_head, calibration, context=context, span_per_m=self._span_per_m
         )
 
     def answer(self, aim: ResolvedTarget, loop: ClosedLoop, ended: FixationEnded) -> Answer:
         """Return the answer to a target whose loop has ended, the foveae looking at it."""
-        motion = loop.motion or TargetMotion(aim.tangents, self._looker.next_ns)
+        motion = loop.motion or TargetMotion(aim.tangents, self._fixation_head.next_ns)
         if not self._last_look.in_reach(motion):
             return beyond_reach(ended.reason)
-        if ended.astray is not None:  # whatever the eyes show, its distance would be wrong
+        if ended.target_offset is not None:  # whatever the eyes show, its distance would be wrong
             return self._bounded(DepthSamples.none(), motion, ended)
         if self._gone(loop):
             return self._bounded(DepthSamples.none(), motion, verdict.moved_away())
@@ -89,7 +89,7 @@ class FallbackEstimator:
 
     def _gone(self, loop: ClosedLoop) -> bool:
         """Return whether the last look's wide view shows that a target has moved away."""
-        last = self._looker.last
+        last = self._fixation_head.last
         return last is not None and loop.gone(last.sighting.wide)
 
     def _answered(
@@ -99,12 +99,12 @@ class FallbackEstimator:
             found = self._from_single_eyes(loop, motion)
             if found is not None:
                 return found
-        self._looker.grant(looks=LOOKS, seconds=SECONDS)
+        self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
         beside = _beside(self._calibration, aim, ended)
-        target = motion.at(self._looker.next_ns)
+        target = motion.at(self._fixation_head.next_ns)
         template = loop.templates[0] if loop.templates else None
         depth = self._surroundings.estimate(
-            target, self._looker.wide(), self._looks(loop), beside, template=template
+            target, self._fixation_head.wide(), self._looks(loop), beside, template=template
         )
         if depth.open or not depth.inferred:
             return self._bounded(depth.samples, motion, ended)
@@ -119,18 +119,18 @@ class FallbackEstimator:
         hopeless = ended.state is FixationState.TIMED_OUT or isinstance(ended, UnsupportedMatch)
         if hopeless or not loop.textured or best.probability < SURE_PROBABILITY:
             return None
-        self._looker.grant(looks=LOOKS, seconds=SECONDS)
+        self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
         verged = loop.close_at(best.inverse_z_per_m)
         if verged is None or verged.support.support is not MatchSupport.MATCHED:
             return None
-        apart = abs(1.0 / verged.place.point_rig_m[2] - best.inverse_z_per_m)
+        apart = abs(1.0 / verged.point.point_rig_m[2] - best.inverse_z_per_m)
         return verged if apart <= slack_per_m(best) else None
 
     def _from_single_eyes(self, loop: ClosedLoop, motion: TargetMotion) -> Answer | None:
         """Look where single foveae show the target; return the answer of both, of one, or None."""
         f_px = loop.templates[0].f_px
         try:
-            self._looker.grant(looks=LOOKS, seconds=SECONDS)
+            self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
             matches = self._single.matches(loop.templates, motion, loop.looks, span_per_m=self._span_per_m)
             own = self._own_side(motion)
             if own is not None and not all(own.agrees(match) for match in matches):
@@ -153,7 +153,7 @@ class FallbackEstimator:
 
     def _own_side(self, motion: TargetMotion) -> OwnSide | None:
         """Return the depth of the target's own side of an edge beside it, from the looks of the search."""
-        frame = self._looker.wide()
+        frame = self._fixation_head.wide()
         nearest = self._span_per_m[1]
         own = self._single.on_own_side(motion.at(frame.t_ns), frame, nearest_per_m=nearest)
         return own if own is not None and own.inverse_z_per_m >= self._span_per_m[0] else None
@@ -162,21 +162,21 @@ class FallbackEstimator:
         """Return the answer from the depth of the target's own side of an edge; verge if both show it."""
         if len(own.roles) == len(EYES):
             verged = loop.close_at(own.inverse_z_per_m)
-            if verged is not None and own.shares(1.0 / verged.place.point_rig_m[2]):
+            if verged is not None and own.shares(1.0 / verged.point.point_rig_m[2]):
                 return both_foveae(verged)
-        place = self._last_look.look(own.inverse_z_per_m, own.sigma_per_m, motion)
+        point = self._last_look.look(own.inverse_z_per_m, own.sigma_per_m, motion)
         views = self._last_look.views(own.inverse_z_per_m, motion, seeing=set(own.roles))
         return Answer(
             basis=Basis.FOVEA_AND_WIDE,
-            reason=verdict.one_eyed(place, set(own.roles), views),
+            reason=verdict.one_eyed(point, set(own.roles), views),
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
-            place=place,
+            point=point,
         )
 
     def _near(self, loop: ClosedLoop, motion: TargetMotion) -> tuple[InferredDepth, ...]:
         """Return the depths that are found next to a target."""
-        frame = self._looker.wide()
+        frame = self._fixation_head.wide()
         return self._surroundings.peek(motion.at(frame.t_ns), frame, self._looks(loop), loop.templates[0])
 
     def _looks(self, loop: ClosedLoop) -> tuple[Observation, ...]:
@@ -188,18 +188,18 @@ class FallbackEstimator:
         if not edges:
             return None
         nearest = max(edges, key=lambda one: one.match.inverse_z_per_m)
-        frame = self._looker.wide()
+        frame = self._fixation_head.wide()
         behind = self._single.beside_edge(nearest, motion.at(frame.t_ns), frame)
         if behind is None:
             return None
-        place = self._last_look.look(behind.inverse_z_per_m, behind.sigma_per_m, motion)
+        point = self._last_look.look(behind.inverse_z_per_m, behind.sigma_per_m, motion)
         views = self._last_look.views(behind.inverse_z_per_m, motion, seeing={nearest.match.role})
         return Answer(
             basis=Basis.FOVEA_AND_WIDE,
-            reason=verdict.one_eyed(place, {nearest.match.role}, views),
+            reason=verdict.one_eyed(point, {nearest.match.role}, views),
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
-            place=place,
+            point=point,
             score=behind.score,
         )
 
@@ -213,15 +213,15 @@ class FallbackEstimator:
         inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
         sigma = sigma if held else max(sigma, DOUBT_SHARE * inverse_z)
         alternatives = self._rivals(sighted, motion) if len(sighted) == 2 and not both else ()
-        place = self._last_look.look(inverse_z, sigma, motion)
+        point = self._last_look.look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
         views = self._last_look.views(inverse_z, motion, seeing=roles)
         return Answer(
             basis=Basis.FOVEA_AND_WIDE,
-            reason=verdict.one_eyed(place, roles, views),
+            reason=verdict.one_eyed(point, roles, views),
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
-            place=place,
+            point=point,
             alternatives=alternatives,
             score=best.match.score,
         )
@@ -230,7 +230,7 @@ class FallbackEstimator:
         """Return the depths of two foveae that disagree, each as probable as its share of the correlation."""
         doubts = [1.0 / max(1.0 - one.match.score, 1e-3) for one in sighted]
         ranked = sorted(zip(sighted, doubts, strict=True), key=lambda pair: -pair[1])
-        target = motion.at(self._looker.next_ns)
+        target = motion.at(self._fixation_head.next_ns)
         return tuple(
             alternative(
                 Basis.FOVEA_AND_WIDE,
@@ -248,15 +248,15 @@ class FallbackEstimator:
         sigma = sigma if best.held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
         if sigma > VAGUE_SHARE * best.inverse_z_per_m:
             return self._bounded(depth.samples, motion, ended, inferred=depth.inferred)
-        place = self._last_look.look(best.inverse_z_per_m, sigma, motion)
+        point = self._last_look.look(best.inverse_z_per_m, sigma, motion)
         alternatives = self._alternatives(depth.inferred, motion)
         views = self._last_look.views(best.inverse_z_per_m, motion, seeing=set(EYES))
         return Answer(
             basis=Basis.SURROUNDINGS,
-            reason=verdict.inferred(place, samples=len(depth.samples), alternatives=len(alternatives)),
+            reason=verdict.inferred(point, samples=len(depth.samples), alternatives=len(alternatives)),
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
-            place=place,
+            point=point,
             alternatives=alternatives,
         )
 
@@ -266,7 +266,7 @@ class FallbackEstimator:
         """Return what the surroundings suggest, to choose from; nothing where that is one depth alone."""
         if len(inferred) < 2:
             return ()
-        target, total = motion.at(self._looker.next_ns), sum(one.probability for one in inferred)
+        target, total = motion.at(self._fixation_head.next_ns), sum(one.probability for one in inferred)
         return tuple(
             alternative(
                 Basis.SURROUNDINGS,
@@ -288,7 +288,7 @@ class FallbackEstimator:
 
         `inferred`: depths that are too vague to tell, the first of which is looked at.
         """
-        target = motion.at(self._looker.next_ns)
+        target = motion.at(self._fixation_head.next_ns)
         length = float(np.linalg.norm([*target, 1.0]))
         inverse_z = float(samples.inverse_z_per_m.max()) if len(samples) else 0.0
         nearest_m = length / inverse_z if inverse_z > 0.0 else self._limits.nearest_m
@@ -321,4 +321,4 @@ def _beside(
     if not isinstance(ended, UnsupportedMatch) or ended.verged.support.sectors == 0:
         return None
     offset = np.array(ended.verged.support.alike_offset_px) / calibration.fovea_f_px
-    return aim.tangents + offset, ended.verged.place
+    return aim.tangents + offset, ended.verged.point

@@ -41,8 +41,8 @@ class LastLook:
     def steer(self, inverse_z_per_m: float, motion: TargetMotion) -> None:
         """Look once with both eyes, each as near as it can turn."""
         self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
-        seen = self._fixation_head.look_clamped(self._gazes(inverse_z_per_m, motion), VergePhase.FINE)
-        self._fixation_head.record(seen, StepResult(score=0.0))
+        observation = self._fixation_head.look_clamped(self._gazes(inverse_z_per_m, motion), VergePhase.FINE)
+        self._fixation_head.record(observation, StepResult(score=0.0))
 
     def views(
         self, inverse_z_per_m: float, motion: TargetMotion, *, seeing: set[Role]

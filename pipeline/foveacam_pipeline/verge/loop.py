@@ -84,7 +84,7 @@ def _expected_per_m(
 
 def _within(verged: VergedTarget, span: DistanceRange | None) -> VergedTarget:
     """Return what the loop verged on, or raise FixationEnded when that is not at the distances asked for."""
-    if span is None or span.nearest_m <= verged.place.distance_m <= span.farthest_m:
+    if span is None or span.nearest_m <= verged.point.distance_m <= span.farthest_m:
         return verged
     raise UnsupportedMatch(verged)
 
@@ -93,7 +93,7 @@ def _fixation(
     aim: ResolvedTarget, fixation_head: FixationHead, answer: Answer, ended: FixationEnded | None
 ) -> Fixation:
     ax_rad, ay_rad = aim.angles_rad
-    seen, place, verged = fixation_head.last, answer.place, answer.verged
+    observation, point, verged = fixation_head.last, answer.point, answer.verged
     state = FixationState.VERGED if ended is None or verged is not None else ended.state
     return Fixation(
         state=state,
@@ -106,13 +106,13 @@ def _fixation(
         alternatives=answer.alternatives,
         left_view=answer.left_view,
         right_view=answer.right_view,
-        distance_m=None if place is None else place.distance_m,
-        distance_sigma_m=None if place is None else place.distance_sigma_m,
-        point_rig_m=None if place is None else place.point_rig_m,
+        distance_m=None if point is None else point.distance_m,
+        distance_sigma_m=None if point is None else point.distance_sigma_m,
+        point_rig_m=None if point is None else point.point_rig_m,
         residual_px=None if verged is None else float(np.hypot(*verged.fine.residual_px)),
         score=answer.score,
-        volts=seen.sighting.volts if seen else None,
-        sighting=seen.sighting if seen else None,
+        volts=observation.sighting.volts if observation else None,
+        sighting=observation.sighting if observation else None,
         duration_ms=fixation_head.elapsed_ms,
-        astray=None if ended is None else ended.astray,
+        target_offset=None if ended is None else ended.target_offset,
     )

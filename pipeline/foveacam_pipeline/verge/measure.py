@@ -45,7 +45,7 @@ class Measurement:
 
 
 def measure(
-    seen: Observation,
+    observation: Observation,
     templates: tuple[WidePatch, ...],
     target: NDArray[np.float64],
     *,
@@ -57,11 +57,11 @@ def measure(
     `templates`: best first. `target`: (2,) tangents from the rig's origin at the time of the look.
     """
     f_px = calibration.fovea_f_px
-    look = seen.reduced(calibration, f_px=templates[0].f_px)
-    expected = target - (seen.gazes.left + seen.gazes.right) / 2.0
+    look = observation.reduced(calibration, f_px=templates[0].f_px)
+    expected = target - (observation.gazes.left + observation.gazes.right) / 2.0
     best: Measurement | None = None
     for template, guess in _guesses(look, templates, expected):
-        fine = match_fine(seen.sighting, calibration, guess)
+        fine = match_fine(observation.sighting, calibration, guess)
         leaning = vicinity(look, template, expected, slope=fine.slope)
         centre, score = leaning.given(fine.residual_px / f_px)
         found = Measurement(

@@ -71,7 +71,7 @@ class TargetSearch:
         return tuple(self._looks)
 
     def find(
-        self, templates: tuple[WidePatch, ...], watch: TargetTracker, *, expected_per_m: float | None = None
+        self, templates: tuple[WidePatch, ...], tracker: TargetTracker, *, expected_per_m: float | None = None
     ) -> FoundTarget:
         """Return where it is, or raise FixationEnded; look first at the expected 1/Z, if there is one."""
         best: FoundTarget | None = None
@@ -79,20 +79,22 @@ class TargetSearch:
         self._looks = []
         inverse_z = 0.0
         for inverse_z in self._depths(templates[-1], expected_per_m):
-            gazes = aim_at(self._calibration, watch.motion.at(self._fixation_head.next_ns), inverse_z)
-            seen = self._fixation_head.look(gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL)
-            self._looks.append(seen)
-            watch.follow(seen.sighting.wide)
-            slack_px = MOVING_SLACK_PX if watch.motion.moves else SLACK_PX
-            outcome = self._examine(seen, templates, watch.motion, slack_px=slack_px)
-            self._fixation_head.record(seen, self._step(outcome))
-            if seen.sighting.missing is not None:
-                raise verdict.camera_gone(seen.sighting.missing)
+            gazes = aim_at(self._calibration, tracker.motion.at(self._fixation_head.next_ns), inverse_z)
+            observation = self._fixation_head.look(
+                gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL
+            )
+            self._looks.append(observation)
+            tracker.follow(observation.sighting.wide)
+            slack_px = MOVING_SLACK_PX if tracker.motion.moves else SLACK_PX
+            outcome = self._examine(observation, templates, tracker.motion, slack_px=slack_px)
+            self._fixation_head.record(observation, self._step(outcome))
+            if observation.sighting.missing is not None:
+                raise verdict.camera_gone(observation.sighting.missing)
             if blank:
                 raise verdict.blank_patch()
             if outcome is None:
                 continue
-            found = self._found(seen, outcome, templates)
+            found = self._found(observation, outcome, templates)
             if outcome.fine is not None:
                 return found
             if best is None or found.joint > best.joint:
@@ -101,49 +103,56 @@ class TargetSearch:
             raise verdict.not_found(self._limits, nearest_m=1.0 / inverse_z if inverse_z else math.inf)
         return best
 
-    def recover(self, seen: Observation, found: FoundTarget, motion: TargetMotion) -> Gazes | None:
+    def recover(self, observation: Observation, found: FoundTarget, motion: TargetMotion) -> Gazes | None:
         """Return where else in a doubtful look left and right agree on the patch; it may have moved on."""
-        outcome = self._examine(seen, found.templates, motion, slack_px=ASTRAY_SLACK_PX)
+        outcome = self._examine(observation, found.templates, motion, slack_px=ASTRAY_SLACK_PX)
         if outcome is None or outcome.fine is None or outcome.candidate.score < self._limits.astray_score:
             return None
-        return self._found(seen, outcome, found.templates).gazes
+        return self._found(observation, outcome, found.templates).gazes
 
-    def astray(self, templates: tuple[WidePatch, ...], motion: TargetMotion) -> TargetOffset | None:
+    def target_offset(self, templates: tuple[WidePatch, ...], motion: TargetMotion) -> TargetOffset | None:
         """Return how far from its place the looks of a search in vain show a target that stands still."""
-        for seen in () if motion.moves else self._looks:
-            look = seen.reduced(self._calibration, f_px=templates[0].f_px)
-            target = motion.at(seen.sighting.left.t_ns)
+        for observation in () if motion.moves else self._looks:
+            look = observation.reduced(self._calibration, f_px=templates[0].f_px)
+            target = motion.at(observation.sighting.left.t_ns)
             for template in templates:
-                astray = find_astray(
+                target_offset = find_astray(
                     look,
                     template,
                     target,
                     f_px=self._calibration.fovea_f_px,
                     rows_apart_px=self._limits.rows_apart_survey_px,
                 )
-                if astray is not None and self._alone(seen, template, target):
-                    return astray
+                if target_offset is not None and self._alone(observation, template, target):
+                    return target_offset
         return None
 
-    def _alone(self, seen: Observation, template: WidePatch, target: NDArray[np.float64]) -> bool:
-        return stands_alone(gray(to_uint8(seen.sighting.wide)), self._calibration.wide, template, target)
+    def _alone(self, observation: Observation, template: WidePatch, target: NDArray[np.float64]) -> bool:
+        return stands_alone(
+            gray(to_uint8(observation.sighting.wide)), self._calibration.wide, template, target
+        )
 
     def _examine(
-        self, seen: Observation, templates: tuple[WidePatch, ...], motion: TargetMotion, *, slack_px: int
+        self,
+        observation: Observation,
+        templates: tuple[WidePatch, ...],
+        motion: TargetMotion,
+        *,
+        slack_px: int,
     ) -> _Sure | None:
         """Return the candidate on which left and right agree, or else the best unproven one.
 
         Raise Ended when they agree on several that fit the wide view alike, whichever patch is taken.
         """
-        look = seen.reduced(self._calibration, f_px=templates[0].f_px)
-        target = motion.at(seen.sighting.left.t_ns)
+        look = observation.reduced(self._calibration, f_px=templates[0].f_px)
+        target = motion.at(observation.sighting.left.t_ns)
         tried: list[_Sure] = []
         alike: list[_Sure] = []
         for template in templates:
             if alike and template.half_px < alike[0].template.half_px:
                 continue  # less of a pattern tells its repeats apart no better
             places = candidates(look, template, target, slack_px=slack_px)
-            proven = self._proven(seen, template, places, tried)
+            proven = self._proven(observation, template, places, tried)
             if len(proven) == 1:
                 return proven[0]
             alike = max(alike, proven, key=len)
@@ -154,7 +163,11 @@ class TargetSearch:
         return max(tried, key=lambda outcome: outcome.candidate.joint, default=None)
 
     def _proven(
-        self, seen: Observation, template: WidePatch, places: tuple[MatchCandidate, ...], tried: list[_Sure]
+        self,
+        observation: Observation,
+        template: WidePatch,
+        places: tuple[MatchCandidate, ...],
+        tried: list[_Sure],
     ) -> list[_Sure]:
         """Return the candidates on which left and right agree and that fit the wide view alike.
 
@@ -167,7 +180,7 @@ class TargetSearch:
             outcome = _Sure(candidate=candidate, template=template, fine=None)
             before = next((other for other in tried if _same(outcome, other)), None)
             if before is None:
-                outcome = replace(outcome, fine=self._prove(seen, candidate))
+                outcome = replace(outcome, fine=self._prove(observation, candidate))
                 tried.append(outcome)
             else:
                 outcome = replace(outcome, fine=before.fine)
@@ -175,10 +188,10 @@ class TargetSearch:
                 proven.append(outcome)
         return proven
 
-    def _prove(self, seen: Observation, candidate: MatchCandidate) -> FineMatch | None:
+    def _prove(self, observation: Observation, candidate: MatchCandidate) -> FineMatch | None:
         """Return the match of left and right on a candidate if it is a good one."""
         guess = MatchGuess(left=candidate.left, right=candidate.right)
-        fine = match_fine(seen.sighting, self._calibration, guess)
+        fine = match_fine(observation.sighting, self._calibration, guess)
         tells = fine.sigma_x_px <= self._limits.largest_sigma_px(fine.score)
         good = tells and fine.score >= self._limits.fine_score
         return fine if good else None
@@ -190,7 +203,9 @@ class TargetSearch:
             and candidate.rows_apart_px <= limits.rows_apart_survey_px
         )
 
-    def _found(self, seen: Observation, outcome: _Sure, templates: tuple[WidePatch, ...]) -> FoundTarget:
+    def _found(
+        self, observation: Observation, outcome: _Sure, templates: tuple[WidePatch, ...]
+    ) -> FoundTarget:
         left, right = outcome.candidate.left, outcome.candidate.right
         if outcome.fine is not None:
             centre = (left + right) / 2.0
@@ -198,7 +213,7 @@ class TargetSearch:
             left, right = centre + half, centre - half
         others = tuple(other for other in templates if other is not outcome.template)
         return FoundTarget(
-            gazes=seen.gazes.moved(left, right),
+            gazes=observation.gazes.moved(left, right),
             templates=(outcome.template, *others),
             joint=outcome.candidate.joint,
         )

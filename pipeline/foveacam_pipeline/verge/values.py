@@ -157,6 +157,6 @@ class Fixation:
     volts: StereoVolts | None = None
     sighting: Sighting | None = None
     """The last look, from which depth is computed."""
-    astray: TargetOffset | None = None
+    target_offset: TargetOffset | None = None
     """How far from its place both eyes show a target that was not found: the mounts have moved."""
     duration_ms: float = 0.0

@@ -16,10 +16,10 @@ NEAR_ENOUGH = 1.6
 """The last look of a complete search stands at most this much farther than the nearest depth it sees."""
 
 
-def verged(place: LocatedPoint, fine: FineMatch) -> str:
+def verged(point: LocatedPoint, fine: FineMatch) -> str:
     """Return the sentence of a success."""
     return (
-        f"Verged at {place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.1f} mm, left and right agree "
+        f"Verged at {point.distance_m:.3f} m ± {1e3 * point.distance_sigma_m:.1f} mm, left and right agree "
         f"to {max(abs(fine.residual_x_px), abs(fine.residual_y_px)):.2f} px."
     )
 
@@ -44,9 +44,9 @@ def camera_gone(role: Role) -> FixationEnded:
     )
 
 
-def one_eyed(place: LocatedPoint, roles: set[Role], views: Mapping[Role, EyeView]) -> str:
+def one_eyed(point: LocatedPoint, roles: set[Role], views: Mapping[Role, EyeView]) -> str:
     """Return the sentence of an answer by one fovea and the wide camera; `views`: what each eye shows."""
-    found = _told(place)
+    found = _distance_words(point)
     if len(roles) == 2:
         return (
             f"{found} by each fovea against the wide view; left and right do not match at the point itself."
@@ -57,11 +57,11 @@ def one_eyed(place: LocatedPoint, roles: set[Role], views: Mapping[Role, EyeView
     return f"{found} by the {seeing} fovea and the wide camera; the {other} eye {why}."
 
 
-def inferred(place: LocatedPoint, *, samples: int, alternatives: int) -> str:
+def inferred(point: LocatedPoint, *, samples: int, alternatives: int) -> str:
     """Return the sentence of an answer by what surrounds the point."""
     return (
-        f"{_told(place)}, inferred from {samples} measured points around it: the point itself shows nothing "
-        f"that could be matched{_choice(alternatives)}."
+        f"{_distance_words(point)}, inferred from {samples} measured points around it: the point itself "
+        f"shows nothing that could be matched{_choice(alternatives)}."
     )
 
 
@@ -69,11 +69,11 @@ def _choice(alternatives: int) -> str:
     return f"; {alternatives} distances are possible: choose one" if alternatives else ""
 
 
-def _told(place: LocatedPoint) -> str:
+def _distance_words(point: LocatedPoint) -> str:
     """Return a distance and its error, in units that suit the error."""
-    if place.distance_sigma_m >= COARSE_SIGMA_M:
-        return f"{place.distance_m:.1f} m ± {place.distance_sigma_m:.1f} m"
-    return f"{place.distance_m:.3f} m ± {1e3 * place.distance_sigma_m:.0f} mm"
+    if point.distance_sigma_m >= COARSE_SIGMA_M:
+        return f"{point.distance_m:.1f} m ± {point.distance_sigma_m:.1f} m"
+    return f"{point.distance_m:.3f} m ± {1e3 * point.distance_sigma_m:.0f} mm"
 
 
 def bounded(bound: DistanceBound, ended: FixationEnded, *, alternatives: int) -> str:
@@ -114,14 +114,14 @@ def not_found(limits: VergeSettings, *, nearest_m: float) -> FixationEnded:
     )
 
 
-def elsewhere(astray: TargetOffset) -> FixationEnded:
+def elsewhere(target_offset: TargetOffset) -> FixationEnded:
     """Return the end of a fixation whose target both eyes show far from its place."""
     return FixationEnded(
         FixationState.LOST,
-        f"Both foveae show it, but not where the calibration says: {abs(astray.across_px):.0f} px across, "
-        f"{abs(astray.down_px):.0f} px up or down, {abs(astray.rows_px):.0f} px apart in height. The mounts "
-        "may have moved: measure the drift and correct it.",
-        astray=astray,
+        f"Both foveae show it, but not where the calibration says: {abs(target_offset.across_px):.0f} px "
+        f"across, {abs(target_offset.down_px):.0f} px up or down, {abs(target_offset.rows_px):.0f} px apart "
+        "in height. The mounts may have moved: measure the drift and correct it.",
+        target_offset=target_offset,
     )
 
 

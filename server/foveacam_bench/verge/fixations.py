@@ -122,7 +122,7 @@ def click_figures(results: list[ClickResult]) -> dict[str, object]:
         "false_verged": sum(r.wrong for r in results if r.click.kind is ClickKind.PLAIN),
         "false_verged_textured": sum(r.wrong for r in textured),
         "false_verged_awkward": sum(r.wrong for r in results if r.click.kind is ClickKind.AWKWARD),
-        "knock_claimed": sum(r.fixation.astray is not None for r in results),
+        "knock_claimed": sum(r.fixation.target_offset is not None for r in results),
         "residual_median_px": median(residuals),
         "residual_p95_px": float(np.quantile(residuals, 0.95)),
         "own_residual_median_px": median(own),

@@ -69,7 +69,7 @@ def _clicked(rig: Rig, calibration: Calibration, clicks: list[Click]) -> KnockRe
         target = PixelTarget(x_px=click.x_px, y_px=click.y_px)
         fixation = fixate(rig.head, calibration, target, clock=rig.clock)
         failed += fixation.state is not FixationState.VERGED
-        explained += fixation.astray is not None
+        explained += fixation.target_offset is not None
         checkup.add(fixation)
         if told_after is None and checkup.health.verdict is HealthVerdict.RECALIBRATE:
             told_after = number

@@ -103,8 +103,8 @@ class HealthMonitor:
 
 def fixation_residual(fixation: Fixation, calibration: Calibration) -> FixationResidual | None:
     """Return the residual of a fixation, or None where it has none."""
-    if fixation.astray is not None:
-        return _offset_residual(fixation.astray)
+    if fixation.target_offset is not None:
+        return _offset_residual(fixation.target_offset)
     if fixation.state is not FixationState.VERGED or fixation.volts is None or fixation.point_rig_m is None:
         return None
     x_m, y_m, z_m = fixation.point_rig_m

@@ -33,13 +33,13 @@ class FixationEnded(Exception):
         state: FixationState,
         reason: str,
         *,
-        astray: TargetOffset | None = None,
+        target_offset: TargetOffset | None = None,
         missing: Role | None = None,
     ) -> None:
         super().__init__(reason)
         self.state = state
         self.reason = reason
-        self.astray = astray
+        self.target_offset = target_offset
         self.missing = missing
 
 
@@ -157,12 +157,12 @@ class FixationHead:
         )
         return self.last
 
-    def record(self, seen: Observation, measured: StepResult) -> None:
+    def record(self, observation: Observation, measured: StepResult) -> None:
         """Add the step of a look, with the time of our own work since the step before."""
-        left, right = seen.gazes.left, seen.gazes.right
+        left, right = observation.gazes.left, observation.gazes.right
         step = VergeStep(
             index=len(self._steps),
-            phase=seen.phase,
+            phase=observation.phase,
             left_ax_rad=math.atan(left[0]),
             left_ay_rad=math.atan(left[1]),
             right_ax_rad=math.atan(right[0]),

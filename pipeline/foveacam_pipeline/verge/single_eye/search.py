@@ -63,7 +63,7 @@ class EyeSighting:
     """
 
     match: EyeMatch
-    seen: Observation
+    observation: Observation
     support: MatchSupport
     between_score: float | None
 
@@ -82,7 +82,7 @@ class EyeSighting:
 
     def place(self, motion: TargetMotion) -> LocatedPoint:
         """Return the point of the rig frame."""
-        target = motion.at(self.seen.sighting.left.t_ns)
+        target = motion.at(self.observation.sighting.left.t_ns)
         return place_on_ray(target, self.match.inverse_z_per_m, self.match.sigma_per_m)
 
 
@@ -134,7 +134,7 @@ class SingleEyeSearch:
         f_px = templates[0].f_px
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
         grid = np.arange(max(span_per_m[0], -step), span_per_m[1] + step, step)
-        reduced = [reduce_look(seen.sighting, self._calibration, f_px=f_px) for seen in looks]
+        reduced = [reduce_look(observation.sighting, self._calibration, f_px=f_px) for observation in looks]
         places = []
         for role in EYES:
             eyes = [look.left if role is Role.LEFT else look.right for look in reduced]
@@ -153,12 +153,12 @@ class SingleEyeSearch:
         inverse_z = match.inverse_z_per_m
         for _ in range(ROUNDS):
             gazes = aim_at(calibration, motion.at(self._fixation_head.next_ns), max(inverse_z, 0.0))
-            seen = self._fixation_head.look_clamped(gazes, VergePhase.FINE)
-            eye = self._eye(seen, role, inverse_z, f_px)
-            view = self._wide_view(seen.sighting.wide, motion, f_px)
-            target = motion.at(seen.sighting.left.t_ns)
+            observation = self._fixation_head.look_clamped(gazes, VergePhase.FINE)
+            eye = self._eye(observation, role, inverse_z, f_px)
+            view = self._wide_view(observation.sighting.wide, motion, f_px)
+            target = motion.at(observation.sighting.left.t_ns)
             better = register_eye(eye, role, view, target, inverse_z, calibration=calibration, f_px=f_px)
-            self._fixation_head.record(seen, StepResult(score=0.0 if better is None else better.score))
+            self._fixation_head.record(observation, StepResult(score=0.0 if better is None else better.score))
             if better is None or not sound(better):
                 return None
             moved_px = abs(better.inverse_z_per_m - inverse_z) * f_px * 0.5 * calibration.baseline_m
@@ -166,9 +166,9 @@ class SingleEyeSearch:
             if moved_px <= CENTRED_PX:
                 return EyeSighting(
                     match=better,
-                    seen=seen,
+                    observation=observation,
                     support=self._support(eye, view, target, better, f_px),
-                    between_score=self._between(seen, gazes),
+                    between_score=self._between(observation, gazes),
                 )
         return None
 
@@ -227,16 +227,18 @@ class SingleEyeSearch:
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
         grid = np.arange(0.0, nearest_per_m, step)
         place = BorderPlace(patch, inverse_z_per_m=grid, baseline_m=self._calibration.baseline_m, f_px=f_px)
-        for seen in self._looks:
-            place.add(shrink_look(seen.sighting, self._calibration, f_px=f_px))
+        for observation in self._looks:
+            place.add(shrink_look(observation.sighting, self._calibration, f_px=f_px))
         return place
 
-    def _between(self, seen: Observation, wanted: Gazes) -> float | None:
+    def _between(self, observation: Observation, wanted: Gazes) -> float | None:
         """Return how well the foveae correlate where both are meant to look."""
         if self._fixation_head.missing is not None or not reaches(self._calibration, wanted):
             return None
-        offsets = MatchGuess(left=wanted.left - seen.gazes.left, right=wanted.right - seen.gazes.right)
-        return match_fine(seen.sighting, self._calibration, offsets).score
+        offsets = MatchGuess(
+            left=wanted.left - observation.gazes.left, right=wanted.right - observation.gazes.right
+        )
+        return match_fine(observation.sighting, self._calibration, offsets).score
 
     def _survey(
         self, template: WidePatch, motion: TargetMotion, earlier: tuple[Observation, ...]
@@ -247,14 +249,16 @@ class SingleEyeSearch:
             gazes = aim_at(self._calibration, motion.at(self._fixation_head.next_ns), inverse_z)
             gazes = clamp_gazes(self._calibration, gazes)
             if any(
-                np.abs(seen.gazes.left - gazes.left).max() < SAME_GAZE
-                and np.abs(seen.gazes.right - gazes.right).max() < SAME_GAZE
-                for seen in looks
+                np.abs(observation.gazes.left - gazes.left).max() < SAME_GAZE
+                and np.abs(observation.gazes.right - gazes.right).max() < SAME_GAZE
+                for observation in looks
             ):
                 continue
-            seen = self._fixation_head.look(gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL)
-            self._fixation_head.record(seen, StepResult(score=0.0))
-            looks.append(seen)
+            observation = self._fixation_head.look(
+                gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL
+            )
+            self._fixation_head.record(observation, StepResult(score=0.0))
+            looks.append(observation)
         return looks
 
     def _registered(
@@ -276,11 +280,11 @@ class SingleEyeSearch:
                     eye,
                     role,
                     template,
-                    motion.at(seen.sighting.left.t_ns),
+                    motion.at(observation.sighting.left.t_ns),
                     inverse_z_per_m=grid,
                     baseline_m=self._calibration.baseline_m,
                 )
-                for eye, seen in zip(eyes, looks, strict=True)
+                for eye, observation in zip(eyes, looks, strict=True)
             ]
             scores = np.array([profile.scores for profile in profiles])
             which = scores.argmax(axis=0)
@@ -308,9 +312,9 @@ class SingleEyeSearch:
         image, target = gray(to_uint8(wide)), motion.at(wide.t_ns)
         return cut_view(image, self._calibration.wide, target, f_px=f_px, half=view_half_px())
 
-    def _eye(self, seen: Observation, role: Role, inverse_z_per_m: float, f_px: float) -> ReducedEye:
+    def _eye(self, observation: Observation, role: Role, inverse_z_per_m: float, f_px: float) -> ReducedEye:
         depth_m = 1.0 / inverse_z_per_m if inverse_z_per_m > 0.0 else math.inf
-        return reduce_eye(seen.sighting, self._calibration, role, f_px=f_px, depth_m=depth_m)
+        return reduce_eye(observation.sighting, self._calibration, role, f_px=f_px, depth_m=depth_m)
 
     def _support(
         self,

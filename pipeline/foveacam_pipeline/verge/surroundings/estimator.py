@@ -145,14 +145,14 @@ class SurroundingsEstimator:
         known: DepthSamples,
     ) -> SurroundingDepth:
         found: dict[int, BorderDepth] = {}
-        for seen in earlier:
-            self._examine(seen, border, found)
+        for observation in earlier:
+            self._examine(observation, border, found)
         points = self._around(target).joined(self._shown(earlier))
         outcome = self._inferred(target, region, found.values(), points, known)
         try:
-            for seen in () if _sure(outcome, target) else self._looks(target, border, found):
-                self._examine(seen, border, found)
-                points = points.joined(self._shown((seen,)))
+            for observation in () if _sure(outcome, target) else self._looks(target, border, found):
+                self._examine(observation, border, found)
+                points = points.joined(self._shown((observation,)))
                 outcome = self._inferred(target, region, found.values(), points, known)
                 if _sure(outcome, target):
                     break
@@ -232,15 +232,17 @@ class SurroundingsEstimator:
             tried.append(direction)
             for inverse_z in LEVELS_PER_M:
                 gazes = aim_at(self._calibration, direction, inverse_z)
-                seen = self._fixation_head.look_clamped(gazes, VergePhase.SURROUNDINGS)
-                self._fixation_head.record(seen, StepResult(score=0.0))
-                yield seen
+                observation = self._fixation_head.look_clamped(gazes, VergePhase.SURROUNDINGS)
+                self._fixation_head.record(observation, StepResult(score=0.0))
+                yield observation
                 if _all_found(direction, places, found):
                     break
 
-    def _examine(self, seen: Observation, border: list[BorderPlace], found: dict[int, BorderDepth]) -> None:
+    def _examine(
+        self, observation: Observation, border: list[BorderPlace], found: dict[int, BorderDepth]
+    ) -> None:
         """Measure the places of a border anew with a further look."""
-        look = shrink_look(seen.sighting, self._calibration, f_px=self._f_px)
+        look = shrink_look(observation.sighting, self._calibration, f_px=self._f_px)
         for index, place in enumerate(border):
             place.add(look)
             depth = place.depth()

@@ -65,14 +65,14 @@ class LookPoints:
     def of(self, looks: Iterable[Observation]) -> DepthSamples:
         """Return all points of some looks."""
         found = DepthSamples.none()
-        for seen in looks:
-            found = found.joined(self._of_one(seen))
+        for observation in looks:
+            found = found.joined(self._of_one(observation))
         return found
 
-    def _of_one(self, seen: Observation) -> DepthSamples:
-        key = seen.sighting.left.t_ns
+    def _of_one(self, observation: Observation) -> DepthSamples:
+        key = observation.sighting.left.t_ns
         if key not in self._shown:
-            left, right = (eye_matches(seen.sighting, self._calibration, role) for role in EYES)
+            left, right = (eye_matches(observation.sighting, self._calibration, role) for role in EYES)
             self._shown[key] = left.joined(right)
         return self._shown[key]
 
