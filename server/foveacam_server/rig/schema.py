@@ -20,6 +20,35 @@ class StopAnswer(ResponseModel):
     parked_in_ms: float
 
 
+class StopChange(ResponseModel):
+    """Data of the events that the stop was engaged or released; `parked` is there when it was engaged."""
+
+    by: str
+    parked: bool | None = None
+    stop: StopDocument
+
+
+class RigStateChange(ResponseModel):
+    """Data of the event that the rig's state changed; `devices`: those with a problem."""
+
+    state: str
+    devices: list[str]
+
+
+class DeviceProblemDocument(ResponseModel):
+    """A problem of a device."""
+
+    device: str
+    detail: str
+    remedy: str
+
+
+class DeviceName(ResponseModel):
+    """Data of the event that a device is back."""
+
+    device: str
+
+
 class DeviceInfoDocument(ResponseModel):
     """Identification of a device."""
 
