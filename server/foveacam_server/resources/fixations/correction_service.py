@@ -62,7 +62,7 @@ def show_choice(viewer: SceneViewer, fixation: FixationDocument) -> None:
         return
     viewer.show_fixation(
         fixation.id,
-        label=fixation.request.label or "chosen",
+        label=fixation.order.label or "chosen",
         point_rig_m=chosen.point_rig_m,
         distance_m=chosen.distance_m,
         distance_sigma_m=chosen.distance_sigma_m,
@@ -75,7 +75,7 @@ def show_choice(viewer: SceneViewer, fixation: FixationDocument) -> None:
 def look_beside(fixations: FixationService, fixation_id: str, direction: RangeSide, *, source: str) -> Job:
     """Queue a look at the same target, restricted to distances nearer or farther than the present answer."""
     corrected = fixations.table.get(fixation_id)
-    copied = corrected.request.model_dump(include=COPIED_FIELDS, exclude_unset=True, exclude_none=True)
+    copied = corrected.order.model_dump(include=COPIED_FIELDS, exclude_unset=True, exclude_none=True)
     order = FixationOrder(
         **copied,
         within=limits_of(remaining_range(corrected, direction)),

@@ -62,7 +62,7 @@ def remaining_range(fixation: FixationDocument, direction: RangeSide) -> Distanc
     nothing remains.
     """
     nearest_m, farthest_m = _excluded(fixation)
-    before = depth_range_of(fixation.request) or DistanceRange(nearest_m=0.0, farthest_m=math.inf)
+    before = depth_range_of(fixation.order) or DistanceRange(nearest_m=0.0, farthest_m=math.inf)
     if direction == "nearer":
         left = DistanceRange(nearest_m=before.nearest_m, farthest_m=min(before.farthest_m, nearest_m))
     else:

@@ -36,7 +36,7 @@ def describe_step(step: VergeStep) -> StepDocument:
 
 
 def describe_fixation(
-    fixation: Fixation, *, calibration: Calibration, fixation_id: str, job_id: str, request: FixationOrder
+    fixation: Fixation, *, calibration: Calibration, fixation_id: str, job_id: str, order: FixationOrder
 ) -> FixationDocument:
     """Return a fixation that ends now, without target and cloud."""
     direction = (fixation.target_ax_rad, fixation.target_ay_rad)
@@ -45,7 +45,7 @@ def describe_fixation(
         id=fixation_id,
         job_id=job_id,
         created_utc=utc_now(),
-        request=request,
+        request=order.model_dump(mode="json", exclude={"target_id"}, exclude_unset=True),
         target=TargetPlace(
             ax_deg=deg(direction[0]), ay_deg=deg(direction[1]), x_px=round(x_px, 3), y_px=round(y_px, 3)
         ),

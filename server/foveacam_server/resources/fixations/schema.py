@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PlainSerializer
+from pydantic import Field
 
 from foveacam_server.foundation.quantities import DistanceM, Index, Label, Metres, Pixels
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
@@ -135,7 +135,7 @@ class FixationDocument(ResponseModel):
     id: str
     job_id: str
     created_utc: str
-    request: Annotated[FixationOrder, PlainSerializer(FixationOrder.as_json)]
+    request: dict[str, Any]  # JSON of the order, without what was not set
     target: TargetPlace
     state: Literal["verged", "no_texture", "lost", "out_of_range", "timed_out"]
     reason: str
@@ -156,6 +156,11 @@ class FixationDocument(ResponseModel):
     calibration_id: str
     target_id: str | None
     cloud_id: str | None
+
+    @property
+    def order(self) -> FixationOrder:
+        """What was asked for."""
+        return FixationOrder.model_validate(self.request)
 
 
 class CorrectionDocument(ResponseModel):

@@ -16,7 +16,7 @@ from foveacam_server.foundation.store import Store
 from foveacam_server.resources.clouds.depth_patches import DepthPatches, point_patch
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.resources.clouds.shapes import BoundedLook, ShapeWorker, StoredLook, VergedLook
-from foveacam_server.resources.fixations.corrections import kind_of, with_correction
+from foveacam_server.resources.fixations.corrections import CorrectionKind, kind_of, with_correction
 from foveacam_server.resources.fixations.documents import (
     describe_fixation,
     describe_step,
@@ -156,9 +156,8 @@ class FixationService:
         tools.on_fixation(fixation, calibration)
         steps = len(fixation.steps)
         context.progress(steps, total=steps, note=fixation.state.value)
-        shown = FixationOrder(**order.model_dump(exclude={"target_id"}, exclude_unset=True))
         described = describe_fixation(
-            fixation, calibration=calibration, fixation_id=fixation_id, job_id=job.id, request=shown
+            fixation, calibration=calibration, fixation_id=fixation_id, job_id=job.id, order=order
         )
         self._store(fixation, described, order=order, calibration=calibration)
         return f"/api/v1/fixations/{fixation_id}"
@@ -184,7 +183,7 @@ class FixationService:
         level = EventLevel.WARNING if fixation.basis is None else EventLevel.INFO
         message = f"{label}: {fixation_words(described)}"
         self._tools.events.emit("fixation.done", message, level=level, data=described)
-        self._store_answer(target or known, described)
+        self._store_answer(target or known, described, kind_of(order))
         self._queue_shape(fixation, described, label=label, calibration=calibration)
 
     def _known_target(self, order: FixationOrder) -> TargetDocument | None:
@@ -193,9 +192,10 @@ class FixationService:
         target_id = order.target_id if corrects is None else self.table.get(corrects).target_id
         return None if target_id is None else self.targets.find(target_id)
 
-    def _store_answer(self, target: TargetDocument | None, fixation: FixationDocument) -> None:
+    def _store_answer(
+        self, target: TargetDocument | None, fixation: FixationDocument, kind: CorrectionKind | None
+    ) -> None:
         """Store the answer, and the correction that ordered it even when it failed."""
-        kind = kind_of(fixation.request)
         if target is None or (fixation.basis is None and kind is None):
             return
         if kind is not None:
@@ -259,7 +259,7 @@ class FixationService:
                 created_utc=described.created_utc,
             )
         )
-        if not described.request.depth:
+        if not described.order.depth:
             return
         self._tools.shapes.put(
             VergedLook(
