@@ -1,5 +1,7 @@
 """Schemas that several resources share: the stop, a device's identification, a direction."""
 
+from pydantic import Field
+
 from foveacam_server.foundation.quantities import Degrees
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
@@ -63,3 +65,13 @@ class Direction(RequestModel):
 
     ax_deg: Degrees
     ay_deg: Degrees
+
+
+class OverlayDocument(ResponseModel):
+    """What the page draws over the wide view, by eye; null: unknown.
+
+    `footprints`: corners of the foveae's fields, (x, y) wide px. `gaze`: where they look.
+    """
+
+    footprints: dict[str, list[tuple[float, float]] | None] = Field(default={})
+    gaze: dict[str, Direction | None] = Field(default={})
