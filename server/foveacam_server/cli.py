@@ -156,7 +156,7 @@ def doctor(
     chosen = {"rig": rig, "scene": scene, "port": port, "data": data, "calibration": calibration}
     findings = examine(checked_settings(chosen), trigger_test=trigger_test)
     if as_json:
-        typer.echo(json.dumps(findings_document(findings)))
+        typer.echo(json.dumps(findings_document(findings).model_dump(mode="json")))
     else:
         Console().print(findings_table(findings))
     if not healthy(findings):

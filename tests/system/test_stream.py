@@ -24,6 +24,7 @@ from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.foundation import errors
 from foveacam_server.resources.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.schema import Direction, OverlayDocument
 from foveacam_server.rig.stream import LiveStreams
 from foveacam_server.rig.stream_messages import HEADER
 
@@ -53,9 +54,11 @@ class Live:
     hub: FrameHub
     streams: LiveStreams
 
-    def publish(self, view: str, seq: int, *, height: int = 60, width: int = 80, **meta: object) -> None:
+    def publish(
+        self, view: str, seq: int, *, height: int = 60, width: int = 80, meta: OverlayDocument | None = None
+    ) -> None:
         image = np.random.default_rng(seq).integers(0, 256, (height, width), dtype=np.uint8)
-        self.hub.publish(view, image, t_ns=time.monotonic_ns(), seq=seq, meta=meta or None)
+        self.hub.publish(view, image, t_ns=time.monotonic_ns(), seq=seq, meta=meta)
 
     def url(self, path: str, *, scheme: str = "http") -> str:
         return f"{scheme}://127.0.0.1:{self.port}{path}"
@@ -207,7 +210,8 @@ def test_the_wrong_acknowledgement_brings_nothing(live: Live) -> None:
 def test_the_overlay_comes_before_its_picture(live: Live) -> None:
     async def scenario() -> None:
         async with live.viewer(wide=1) as socket:
-            live.publish("wide", 5, gaze={"left": {"ax_deg": 1.5, "ay_deg": 0.0}})
+            drawn = OverlayDocument(gaze={"left": Direction(ax_deg=1.5, ay_deg=0.0)})
+            live.publish("wide", 5, meta=drawn)
             overlay = await text(socket, "overlay")
             assert overlay == {"type": "overlay", "seq": 5, "gaze": {"left": {"ax_deg": 1.5, "ay_deg": 0.0}}}
             following = await socket.recv()

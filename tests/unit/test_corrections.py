@@ -3,13 +3,15 @@
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.foundation.store import Document
-from foveacam_server.resources.fixations.corrections import kind_of, range_document, remaining_range
-from foveacam_server.resources.fixations.schema import FixationDocument
+from foveacam_server.resources.fixations.corrections import kind_of, limits_of, remaining_range
+from foveacam_server.resources.fixations.schema import FixationDocument, FixationOrder, Pixel, Rectangle
+
+PIXEL = Pixel(x_px=1.0, y_px=2.0)
+RECTANGLE = Rectangle(x_px=1.0, y_px=2.0, width_px=3.0, height_px=4.0)
 
 
 def fixation(distance_m: float | None = 2.0, sigma_m: float = 0.1, **more: object) -> FixationDocument:
-    request: Document = {"pixel": {"x_px": 1.0, "y_px": 2.0}}
+    request = {"pixel": {"x_px": 1.0, "y_px": 2.0}}
     measured = {"distance_m": distance_m, "distance_sigma_m": sigma_m, "bound": None}
     ids = {"id": "fix-1", "job_id": "job-1", "calibration_id": "c", "target_id": None, "cloud_id": None}
     target = {"ax_deg": 0.0, "ay_deg": 0.0, "x_px": 1.0, "y_px": 2.0}
@@ -20,10 +22,12 @@ def fixation(distance_m: float | None = 2.0, sigma_m: float = 0.1, **more: objec
 
 
 def test_three_sigma_about_the_answer_are_left_out() -> None:
-    nearer = range_document(remaining_range(fixation(), "nearer"))
-    farther = range_document(remaining_range(fixation(), "farther"))
-    assert nearer == {"nearest_m": 0.0, "farthest_m": pytest.approx(1.7)}
-    assert farther == {"nearest_m": pytest.approx(2.3), "farthest_m": None}
+    nearer = limits_of(remaining_range(fixation(), "nearer"))
+    farther = limits_of(remaining_range(fixation(), "farther"))
+    assert nearer.nearest_m == 0.0
+    assert nearer.farthest_m == pytest.approx(1.7)
+    assert farther.nearest_m == pytest.approx(2.3)
+    assert farther.farthest_m is None
 
 
 def test_sure_answer_is_left_out_with_a_hundredth_of_its_distance() -> None:
@@ -60,13 +64,13 @@ def test_nothing_left_or_nothing_known_is_told_in_words() -> None:
 
 
 @pytest.mark.parametrize(
-    ("request_", "kind"),
+    ("order", "kind"),
     [
-        ({"pixel": {}}, None),
-        ({"pixel": {}, "corrects": "fix-1"}, "click"),
-        ({"rectangle": {}, "corrects": "fix-1"}, "rectangle"),
-        ({"rectangle": {}, "corrects": "fix-1", "correction": "farther"}, "farther"),
+        (FixationOrder(pixel=PIXEL), None),
+        (FixationOrder(pixel=PIXEL, corrects="fix-1"), "click"),
+        (FixationOrder(rectangle=RECTANGLE, corrects="fix-1"), "rectangle"),
+        (FixationOrder(rectangle=RECTANGLE, corrects="fix-1", correction="farther"), "farther"),
     ],
 )
-def test_kind_of_a_correction_follows_from_its_request(request_: Document, kind: str | None) -> None:
-    assert kind_of(request_) == kind
+def test_kind_of_a_correction_follows_from_its_request(order: FixationOrder, kind: str | None) -> None:
+    assert kind_of(order) == kind

@@ -305,7 +305,7 @@ def test_the_report_counts_and_the_table_shows_every_finding() -> None:
         warning("two", "slow", "do this"),
         problem("three", "gone", "do that"),
     ]
-    document = findings_document(findings)
+    document = findings_document(findings).model_dump(mode="json")
     printed = StringIO()
     Console(width=100, file=printed).print(findings_table(findings))
     text = printed.getvalue()

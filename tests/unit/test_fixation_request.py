@@ -5,37 +5,41 @@ import pytest
 from foveacam_hardware.contract import InvalidInput, OutOfRange
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget, Target
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.resources.fixations.request import check_target, target_of
+from foveacam_server.resources.fixations.schema import FixationRequest, Pixel, Rectangle
 from foveacam_server.rig.refusals import check_direction
+from foveacam_server.rig.schema import Direction
 
-RECTANGLE = {"x_px": 10.0, "y_px": 20.0, "width_px": 30.0, "height_px": 40.0}
+RECTANGLE = Rectangle(x_px=10.0, y_px=20.0, width_px=30.0, height_px=40.0)
 
 
 @pytest.mark.parametrize(
     ("request_", "target"),
     [
-        ({"pixel": {"x_px": 1.5, "y_px": 2.0}, "label": "a"}, PixelTarget(x_px=1.5, y_px=2.0)),
-        ({"rectangle": RECTANGLE}, RectangleTarget(x_px=10.0, y_px=20.0, width_px=30.0, height_px=40.0)),
+        (FixationRequest(pixel=Pixel(x_px=1.5, y_px=2.0), label="a"), PixelTarget(x_px=1.5, y_px=2.0)),
         (
-            {"direction": {"ax_deg": 2.0, "ay_deg": -1.0}, "pixel": None},
+            FixationRequest(rectangle=RECTANGLE),
+            RectangleTarget(x_px=10.0, y_px=20.0, width_px=30.0, height_px=40.0),
+        ),
+        (
+            FixationRequest(direction=Direction(ax_deg=2.0, ay_deg=-1.0), pixel=None),
             DirectionTarget(ax_rad=math.radians(2.0), ay_rad=math.radians(-1.0)),
         ),
     ],
 )
-def test_request_becomes_the_target_that_it_names(request_: Document, target: Target) -> None:
+def test_request_becomes_the_target_that_it_names(request_: FixationRequest, target: Target) -> None:
     assert target_of(request_) == target
 
 
 @pytest.mark.parametrize(
     ("request_", "found"),
     [
-        ({}, "none"),
-        ({"pixel": {"x_px": 1.0, "y_px": 1.0}, "rectangle": RECTANGLE}, "pixel and rectangle"),
+        (FixationRequest(), "none"),
+        (FixationRequest(pixel=Pixel(x_px=1.0, y_px=1.0), rectangle=RECTANGLE), "pixel and rectangle"),
     ],
 )
-def test_request_must_name_one_target(request_: Document, found: str) -> None:
+def test_request_must_name_one_target(request_: FixationRequest, found: str) -> None:
     with pytest.raises(InvalidInput, match=f"found {found}"):
         target_of(request_)
 

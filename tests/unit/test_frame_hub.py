@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, InvalidInput, Role, VirtualClock
 from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.schema import OverlayDocument
 from foveacam_server.rig.view_state import FROZEN_AFTER_MS
 
 MS = 1_000_000
@@ -125,10 +126,11 @@ def test_a_frame_goes_to_the_view_of_its_role() -> None:
     hub = FrameHub(clock=VirtualClock())
     image = np.full((4, 6), 4095, dtype=np.uint16)
     frame = Frame(image=image, role=Role.RIGHT, seq=9, t_ns=7, exposure_ns=1, bits=12)
-    hub.publish_frame(frame, meta={"gaze": {}})
+    overlay = OverlayDocument()
+    hub.publish_frame(frame, meta=overlay)
     newest = hub.newest("right")
     assert newest is not None
-    assert (newest.seq, newest.bits, newest.meta) == (9, 12, {"gaze": {}})
+    assert (newest.seq, newest.bits, newest.meta) == (9, 12, overlay)
 
 
 def test_an_unknown_view_is_refused_by_name() -> None:

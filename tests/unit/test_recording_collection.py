@@ -34,10 +34,10 @@ def test_a_name_is_taken_once_whatever_its_case_or_suffix(shelf: RecordingCollec
 def test_a_complete_recording_tells_what_its_recorder_counted(shelf: RecordingCollection) -> None:
     found = recording_document(shelf.get("rec-1"))
 
-    assert (found["state"], found["label"], found["playable"]) == ("complete", "first", True)
-    assert found["duration_s"] == pytest.approx(0.1)
-    for stream in found["streams"]:
-        assert (stream["published"], stream["written"], stream["dropped"]) == (6, 6, 0)
+    assert (found.state, found.label, found.playable) == ("complete", "first", True)
+    assert found.duration_s == pytest.approx(0.1)
+    for stream in found.streams:
+        assert (stream.published, stream.written, stream.dropped) == (6, 6, 0)
 
 
 def test_one_that_was_cut_off_says_so_and_keeps_its_whole_frames(shelf: RecordingCollection) -> None:
@@ -47,10 +47,11 @@ def test_one_that_was_cut_off_says_so_and_keeps_its_whole_frames(shelf: Recordin
 
     found = recording_document(shelf.get("rec-1"))
 
-    assert (found["state"], found["playable"]) == ("truncated", True)
-    assert found["truncated"]["lost_bytes"] > 0
-    assert "ends before its recording does" in found["why"]
-    assert 0 < sum(stream["frames"] for stream in found["streams"]) < 18
+    assert (found.state, found.playable) == ("truncated", True)
+    assert found.truncated is not None
+    assert found.truncated.lost_bytes > 0
+    assert "ends before its recording does" in found.why
+    assert 0 < sum(stream.frames for stream in found.streams) < 18
 
 
 def test_a_file_that_somebody_put_there_is_found_and_one_that_is_none_is_damaged(
@@ -60,19 +61,17 @@ def test_a_file_that_somebody_put_there_is_found_and_one_that_is_none_is_damaged
     (shelf.folder / "bad.fcap").write_text("nothing")
     found = {kept.name: recording_document(kept) for kept in shelf.every()}
 
-    assert found["brought"]["id"] == shelf.get(found["brought"]["id"]).id
-    assert [(stream["name"], stream["role"]) for stream in found["brought"]["streams"]] == [
-        ("center", "wide")
-    ]
-    assert (found["bad"]["state"], found["bad"]["playable"]) == ("damaged", False)
-    assert "does not begin as an MCAP file" in found["bad"]["why"]
+    assert found["brought"].id == shelf.get(found["brought"].id).id
+    assert [(stream.name, stream.role) for stream in found["brought"].streams] == [("center", "wide")]
+    assert (found["bad"].state, found["bad"].playable) == ("damaged", False)
+    assert "does not begin as an MCAP file" in found["bad"].why
 
 
 def test_notes_that_cannot_be_read_lose_no_picture(shelf: RecordingCollection) -> None:
     notes_path(shelf.folder / "one.fcap").write_text("{")
     (kept,) = shelf.every()
 
-    assert recording_document(kept)["state"] == "complete"
+    assert recording_document(kept).state == "complete"
 
 
 def test_what_is_removed_can_be_restored_beside_its_successor(shelf: RecordingCollection) -> None:

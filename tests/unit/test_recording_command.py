@@ -38,9 +38,9 @@ def test_a_rig_is_recorded_look_by_look_with_the_volts_of_each(tmp_path: Path) -
         wish = RecordingSpec(file=tmp_path / "a.fcap", seconds=0.3)
         found = record_opened(rig, wish, calibration=None, report=lambda _, words: told.append(words))
 
-    streams = found["streams"]
-    assert isinstance(streams, dict) and set(streams) == {"left", "center", "right"}
-    assert all(counts["written"] == counts["published"] > 4 for counts in streams.values())
+    assert set(found.streams) == {"left", "center", "right"}
+    assert all(counts.written == counts.published for counts in found.streams.values())
+    assert all((counts.written or 0) > 4 for counts in found.streams.values())
     assert "0 dropped" in told[-1]
     with Recording(tmp_path / "a.fcap") as recording:
         assert recording.rig is not None and recording.rig.rig_id == "played"
@@ -59,7 +59,7 @@ def test_ctrl_c_ends_a_recording_early_and_well(tmp_path: Path) -> None:
         found = record_opened(
             rig, RecordingSpec(file=tmp_path / "a.fcap", seconds=9.0), calibration=None, report=interrupt
         )
-    assert found["ended"] == "stopped"
+    assert found.ended == "stopped"
     with Recording(tmp_path / "a.fcap") as recording:
         assert recording.finalized
         assert 1 < len(recording.stream("left")) < 10
@@ -83,8 +83,8 @@ def test_a_disk_that_comes_to_its_reserve_ends_a_recording_soundly_and_says_so(
                 rig, replace(wish, file=tmp_path / "b.fcap"), calibration=None, report=lambda *_: None
             )
 
-    assert found["ended"] == "disk_reserve"
-    assert "what was recorded is whole" in str(found["why"])
+    assert found.ended == "disk_reserve"
+    assert "what was recorded is whole" in found.why
     with Recording(tmp_path / "a.fcap") as recording:
         assert recording.finalized
         assert 1 <= len(recording.stream("left")) < 5

@@ -47,20 +47,21 @@ def test_a_moment_has_the_nearest_frame_of_every_camera_and_where_the_foveae_loo
         found = moment_document(recording, "rec-1", t_s=0.09)
         line = timeline_document(recording)
         late = frame_time_s(recording, Role.RIGHT, -1)
-    frames = found["frames"]
+    frames = found.frames
     aim = np.tan(np.deg2rad([2.0, -1.0]))
 
-    assert [frame["index"] for frame in frames.values()] == [1, 1, 1]
-    assert (frames["wide"]["t_s"], frames["left"]["t_s"]) == (PERIOD_S, pytest.approx(PERIOD_S + 0.01))
+    assert [frame.index for frame in frames.values()] == [1, 1, 1]
+    assert frames["wide"].t_s == PERIOD_S
+    assert frames["left"].t_s == pytest.approx(PERIOD_S + 0.01)
     assert late == pytest.approx(PERIOD_S + 0.01)
-    assert next(stream["t_s"] for stream in line["streams"]) == [0.0, PERIOD_S]
-    assert line["calibrated"] is True
-    assert found["meeting_m"] == pytest.approx(Z_M * np.linalg.norm([*aim, 1.0]), rel=1e-3)
+    assert next(stream.t_s for stream in line.streams) == [0.0, PERIOD_S]
+    assert line.calibrated is True
+    assert found.meeting_m == pytest.approx(Z_M * np.linalg.norm([*aim, 1.0]), rel=1e-3)
     expected = CALIBRATION.wide.pixels(np.deg2rad([[2.0, -1.0]]))[0]
-    for side in ("left", "right"):
-        np.testing.assert_allclose(centre(frames[side]["footprint_px"]), expected, atol=8.0)
-    assert frames["wide"]["footprint_px"] is None
-    assert frames["left"]["jpeg_url"].endswith("/rec-1/frames/left/1.jpg")
+    for frame in (frames["left"], frames["right"]):
+        np.testing.assert_allclose(centre(frame.footprint_px or []), expected, atol=8.0)
+    assert frames["wide"].footprint_px is None
+    assert frames["left"].jpeg_url.endswith("/rec-1/frames/left/1.jpg")
 
 
 def test_depth_at_the_centre_is_that_of_the_plane_and_is_not_computed_twice(
@@ -133,8 +134,10 @@ def test_a_recording_of_others_has_outlines_by_the_matrix_that_came_with_its_fra
             frame_time_s(recording, Role.LEFT, 6)
 
     corner = np.array([-0.5, -0.5, 1.0]) @ np.arange(9.0).reshape(3, 3).T
-    assert found["frames"]["left"]["footprint_px"][0] == pytest.approx(corner[:2] / corner[2], abs=0.01)
-    assert found["meeting_m"] is None
+    outline_px = found.frames["left"].footprint_px
+    assert outline_px is not None
+    assert outline_px[0] == pytest.approx(corner[:2] / corner[2], abs=0.01)
+    assert found.meeting_m is None
 
 
 def test_a_centre_where_too_little_matched_has_no_depth() -> None:

@@ -91,8 +91,10 @@ def test_eyes_whose_mirrors_nobody_knows_are_hidden(certificate: Calibration) ->
 def test_no_footprint_is_drawn_while_nobody_knows_where_the_mirrors_stand(certificate: Calibration) -> None:
     overlay = GazeOverlay(lambda: certificate)
     drawn, unknown = overlay.of(PARKED), overlay.of(None)
-    assert drawn is not None and len(drawn["footprints"]["left"]) == 4
-    assert unknown is not None and unknown["footprints"] == unknown["gaze"] == {"left": None, "right": None}
+    assert drawn is not None and len(drawn.footprints["left"] or ()) == 4
+    assert unknown is not None
+    assert unknown.footprints == {"left": None, "right": None}
+    assert unknown.gaze == {"left": None, "right": None}
 
 
 def test_nothing_is_drawn_while_the_rig_is_not_calibrated() -> None:

@@ -2,7 +2,7 @@
 
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import TypeVar
@@ -20,6 +20,7 @@ from foveacam_server.rig.device_reconnector import MIRRORS
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.live_views import LiveRates
 from foveacam_server.rig.ports import AssembledRig as RigPort
+from foveacam_server.rig.schema import OverlayDocument
 
 _Answer = TypeVar("_Answer")
 OPEN_PATIENCE_S = 60.0
@@ -94,7 +95,7 @@ class BenchHost:
 class _NullSink:
     """A frame sink that discards everything."""
 
-    def publish_frame(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+    def publish_frame(self, frame: Frame, *, meta: OverlayDocument | None = None) -> None:
         """Discard it."""
 
     def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:

@@ -1,9 +1,10 @@
 """Findings of the checks: what was found, its severity and remedy, as a table and as JSON."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import StrEnum
+from typing import Annotated
 
+from pydantic import BaseModel, ConfigDict, Field
 from rich.table import Table
 
 
@@ -20,18 +21,24 @@ class Severity(StrEnum):
 COLORS = {Severity.OK: "green", Severity.WARNING: "yellow", Severity.PROBLEM: "red"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class Finding(BaseModel):
     """Result of one check. `remedy`: what to do, with commands to paste; empty without a remedy."""
 
-    name: str
+    model_config = ConfigDict(frozen=True)
+
+    name: Annotated[str, Field(exclude=True)]
     level: Severity
     found: str
     remedy: str = ""
 
-    def document(self) -> dict[str, object]:
-        """Return it as JSON."""
-        return {"level": self.level.value, "found": self.found, "remedy": self.remedy}
+
+class FindingsDocument(BaseModel):
+    """All findings by their names, in the order of the checks."""
+
+    ok: bool
+    problems: int
+    warnings: int
+    checks: dict[str, Finding]
 
 
 def fine(name: str, found: str) -> Finding:
@@ -54,14 +61,14 @@ def healthy(findings: Sequence[Finding]) -> bool:
     return all(finding.level is not Severity.PROBLEM for finding in findings)
 
 
-def findings_document(findings: Sequence[Finding]) -> dict[str, object]:
-    """Return all findings as one JSON object, by their names in the order of the checks."""
-    return {
-        "ok": healthy(findings),
-        "problems": sum(finding.level is Severity.PROBLEM for finding in findings),
-        "warnings": sum(finding.level is Severity.WARNING for finding in findings),
-        "checks": {finding.name: finding.document() for finding in findings},
-    }
+def findings_document(findings: Sequence[Finding]) -> FindingsDocument:
+    """Return all findings as one document."""
+    return FindingsDocument(
+        ok=healthy(findings),
+        problems=sum(finding.level is Severity.PROBLEM for finding in findings),
+        warnings=sum(finding.level is Severity.WARNING for finding in findings),
+        checks={finding.name: finding for finding in findings},
+    )
 
 
 def findings_table(findings: Sequence[Finding]) -> Table:

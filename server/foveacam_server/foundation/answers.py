@@ -13,7 +13,6 @@ from foveacam_server.foundation.errors import MEDIA_TYPE
 from foveacam_server.foundation.job_table import Job, JobState
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import ResponseModel
-from foveacam_server.foundation.store import Document
 
 JOBS_URL = "/api/v1/jobs"
 LONGEST_WAIT_S = 60.0
@@ -98,7 +97,7 @@ def wait_s(prefer: str | None) -> float:
 
 
 async def job_answer(
-    services: JobServices, job: Job, *, prefer: str | None, result: Callable[[str], ResponseModel | Document]
+    services: JobServices, job: Job, *, prefer: str | None, result: Callable[[str], ResponseModel]
 ) -> JSONResponse:
     """Answer with the job (202); when it ends within the wait, with its result (200) or its problem.
 
@@ -112,8 +111,7 @@ async def job_answer(
         headers["Preference-Applied"] = f"wait={wanted_s:g}"
         if job.state is JobState.SUCCEEDED and job.result_url is not None:
             found = await asyncio.to_thread(result, job.result_url)
-            content = found.as_json() if isinstance(found, ResponseModel) else found
-            return JSONResponse(content, headers=headers)
+            return JSONResponse(found.as_json(), headers=headers)
         if job.state.ended and job.problem is not None:
             problem = job.problem.model_dump(exclude_unset=True) | {"instance": headers["Location"]}
             return JSONResponse(

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable, Sequence
 
 from foveacam_hardware.contract import Cancelled, FoveaError
+from foveacam_server.foundation.child_work import ChildError
 from foveacam_server.foundation.errors import KINDS
 from foveacam_server.foundation.store import Document
 
@@ -19,12 +20,14 @@ LOOK_S = 0.1
 """Interval between two checks for cancellation."""
 END_S = 5.0
 
+OnMessage = Callable[[Document], None]  # JSON: each module prints its own
+
 
 def run_child(
     module: str,
     arguments: Sequence[str],
     *,
-    on_message: Callable[[Document], None],
+    on_message: OnMessage,
     cancelled: Callable[[], bool],
 ) -> None:
     """Run `python -m module` to its end; `on_message` gets each JSON line of its stdout.
@@ -51,7 +54,7 @@ def run_child(
 
 
 def _follow(
-    process: subprocess.Popen[bytes], *, on_message: Callable[[Document], None], cancelled: Callable[[], bool]
+    process: subprocess.Popen[bytes], *, on_message: OnMessage, cancelled: Callable[[], bool]
 ) -> FoveaError | None:
     """Pass on the child's messages until its output ends; return the error that it printed."""
     if process.stdout is None:
@@ -69,15 +72,15 @@ def _follow(
         for line in lines:
             message = json.loads(line)
             if "error" in message:
-                trouble = _error(message)
+                trouble = _error(ChildError.model_validate(message))
             else:
                 on_message(message)
 
 
-def _error(message: Document) -> FoveaError:
+def _error(told: ChildError) -> FoveaError:
     named = {kind.__name__: kind for kind in KINDS}
-    kind = named.get(message["error"], FoveaError)
-    return kind(message["detail"], asked=message["asked"], found=message["found"], remedy=message["remedy"])
+    kind = named.get(told.error, FoveaError)
+    return kind(told.detail, asked=told.asked, found=told.found, remedy=told.remedy)
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

@@ -3,11 +3,12 @@
 Progress and errors are JSON lines on stdout. The process ends when its stdin is closed.
 """
 
-import json
 import os
 import sys
 import threading
 from collections.abc import Callable, Mapping
+
+from pydantic import BaseModel
 
 from foveacam_hardware.contract import FoveaError
 
@@ -15,11 +16,30 @@ NICENESS = 10
 """Lower priority than the server's."""
 
 
+class ChildProgress(BaseModel):
+    """Progress of the work; `share`: its completed share."""
+
+    done: int
+    total: int
+    note: str
+    share: float
+
+
+class ChildError(BaseModel):
+    """The error that ended the work; `error`: name of its class."""
+
+    error: str
+    detail: str
+    asked: str | None
+    found: str | None
+    remedy: str | None
+
+
 class StdoutProgress:
     """Implements `ProgressWatcher`: writes each step to stdout. To cancel, kill the process.
 
     `costs`: duration of each kind of step, in units of any other step; `rounds`: number of steps of each
-    kind. The message's `share` is the completed share of the work.
+    kind.
     """
 
     def __init__(self, rounds: int, costs: Mapping[str, float]) -> None:
@@ -31,16 +51,17 @@ class StdoutProgress:
         self._done = done
         other = max(0, total - len(self._costs) * self._rounds)
         whole = self._rounds * sum(self._costs.values()) + other
-        write_message({"done": done, "total": total, "note": note, "share": min(1.0, self._over / whole)})
+        share = min(1.0, self._over / whole)
+        _write_message(ChildProgress(done=done, total=total, note=note, share=share))
 
     def cancelled(self) -> bool:
         """Never cancel."""
         return False
 
 
-def write_message(message: dict[str, object]) -> None:
+def _write_message(message: BaseModel) -> None:
     """Write one message as a JSON line to stdout."""
-    sys.stdout.write(json.dumps(message) + "\n")
+    sys.stdout.write(message.model_dump_json() + "\n")
     sys.stdout.flush()
 
 
@@ -51,14 +72,14 @@ def run_child(make: Callable[[], None]) -> int:
     try:
         make()
     except FoveaError as error:
-        write_message(
-            {
-                "error": type(error).__name__,
-                "detail": str(error),
-                "asked": error.asked,
-                "found": error.found,
-                "remedy": error.remedy,
-            }
+        _write_message(
+            ChildError(
+                error=type(error).__name__,
+                detail=str(error),
+                asked=error.asked,
+                found=error.found,
+                remedy=error.remedy,
+            )
         )
         return 1
     return 0

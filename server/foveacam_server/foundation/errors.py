@@ -32,6 +32,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_pipeline.storage.disk import disk_fault, is_disk_exhausted
 from foveacam_server.foundation.plain_words import PlainWords, explain_unreadable, explain_validation
+from foveacam_server.foundation.schema import Problem
 from foveacam_server.foundation.short_text import shorten
 
 _log = logging.getLogger(__name__)
@@ -97,26 +98,24 @@ class ProblemDetails:
     remedy: str | None = None
     headers: dict[str, str] = field(default_factory=dict)
 
-    def document(self, *, instance: str | None = None) -> dict[str, Any]:  # Any: a JSON document
-        """Return the problem as JSON; unknown parts are left out."""
-        document: dict[str, Any] = {
-            "type": f"/problems/{self.kind.slug}",
-            "title": self.kind.title,
-            "status": self.kind.status,
-            "detail": shorten(self.detail),
-        }
+    def document(self, *, instance: str | None = None) -> Problem:
+        """Return the problem as REST shows it; unknown parts are not set."""
         parts = {"asked": self.asked, "found": self.found, "remedy": self.remedy}
-        document |= {name: shorten(value) for name, value in parts.items() if value is not None}
+        known = {name: _sendable(shorten(value)) for name, value in parts.items() if value is not None}
         if instance is not None:
-            document["instance"] = instance
-        return {
-            name: _sendable(value) if isinstance(value, str) else value for name, value in document.items()
-        }
+            known["instance"] = _sendable(instance)
+        return Problem(
+            type=f"/problems/{self.kind.slug}",
+            title=self.kind.title,
+            status=self.kind.status,
+            detail=_sendable(shorten(self.detail)),
+            **known,
+        )
 
     def response(self, *, instance: str | None = None) -> JSONResponse:
         """Return the problem as an answer."""
         return JSONResponse(
-            self.document(instance=instance),
+            self.document(instance=instance).model_dump(exclude_unset=True),
             status_code=self.kind.status,
             media_type=MEDIA_TYPE,
             headers=self.headers or None,

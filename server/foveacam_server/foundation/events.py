@@ -19,7 +19,7 @@ from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from foveacam_hardware.contract import DeviceFault, StorageFull
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.schema import EventDocument
+from foveacam_server.foundation.schema import EventDocument, RequestModel, ResponseModel, StorageFault
 from foveacam_server.foundation.store import Document, EventRow, Store
 
 _log = logging.getLogger(__name__)
@@ -55,7 +55,7 @@ class Event:
     level: EventLevel
     t_utc: str
     message: str
-    data: Document = field(default_factory=dict)
+    data: Document = field(default_factory=dict)  # JSON: depends on the kind
 
     def describe(self) -> EventDocument:
         """Return the event as REST shows it."""
@@ -106,12 +106,18 @@ class EventLog:
         self._writer.start()
 
     def emit(
-        self, kind: str, message: str, *, level: EventLevel = EventLevel.INFO, data: Document | None = None
+        self,
+        kind: str,
+        message: str,
+        *,
+        level: EventLevel = EventLevel.INFO,
+        data: ResponseModel | RequestModel | Document | None = None,
     ) -> Event:
         """Add an event and pass it to all listeners, from any thread, without waiting for them."""
+        content = data.as_json() if isinstance(data, ResponseModel | RequestModel) else data or {}
         with self._lock:
             event = Event(
-                id=self._next_id, kind=kind, level=level, t_utc=utc_now(), message=message, data=data or {}
+                id=self._next_id, kind=kind, level=level, t_utc=utc_now(), message=message, data=content
             )
             self._next_id += 1
             self._ring.append(event)
@@ -224,15 +230,13 @@ class EventLog:
             "storage.fault",
             f"the data directory {self._store.folder} takes no events: {detail}; {remedy}",
             level=EventLevel.ERROR,
-            data={"detail": detail, "remedy": remedy},
+            data=StorageFault(detail=detail, remedy=remedy),
         )
 
     def _save(self, events: list[Event], *, prune: bool) -> None:
         if not events:
             return
-        rows = [
-            {"id": event.id, "kind": event.kind, "document": event.describe().as_json()} for event in events
-        ]
+        rows = [{"id": event.id, "kind": event.kind, "document": event.describe()} for event in events]
         with self._store.session() as session:
             # an attempt that raised may have written them
             session.execute(insert(EventRow).prefix_with("OR IGNORE"), rows)
@@ -246,12 +250,12 @@ def _call_in_loop(listener: _Listener, event: Event | None) -> None:
 
 
 def _event(row: EventRow) -> Event:
-    stored = EventDocument.model_validate(row.document)
+    found = row.document
     return Event(
         id=row.id,
         kind=row.kind,
-        level=EventLevel(stored.level),
-        t_utc=stored.t_utc,
-        message=stored.message,
-        data=stored.data,
+        level=EventLevel(found.level),
+        t_utc=found.t_utc,
+        message=found.message,
+        data=found.data,
     )

@@ -2,14 +2,17 @@
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TypeVar
 
 from sqlalchemy import select, update
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.foundation.errors import INTERRUPTED, NotFound, ProblemDetails
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.schema import JobDocument, JobProgress, Problem
+from foveacam_server.foundation.schema import JobDocument, JobProgress, Problem, RequestModel
 from foveacam_server.foundation.store import Document, JobRow, Store
+
+RequestT = TypeVar("RequestT", bound=RequestModel)
 
 
 class JobState(StrEnum):
@@ -34,7 +37,7 @@ class Job:
 
     id: str
     kind: str
-    request: Document
+    request: Document  # JSON: depends on the kind
     state: JobState = JobState.QUEUED
     created_utc: str = field(default_factory=utc_now)
     started_utc: str | None = None
@@ -46,6 +49,10 @@ class Job:
     result_url: str | None = None
     problem: Problem | None = None
     idempotency_key: str | None = None
+
+    def parse_request(self, schema: type[RequestT]) -> RequestT:
+        """Return the stored request as its schema."""
+        return schema.model_validate(self.request, strict=False)
 
     def describe(self) -> JobDocument:
         """Return the job as REST shows it."""
@@ -118,7 +125,7 @@ class JobTable:
             "total": job.total,
             "note": job.note,
             "result_url": job.result_url,
-            "problem": None if job.problem is None else job.problem.model_dump(exclude_unset=True),
+            "problem": job.problem,
         }
         with self._store.session() as session:
             session.execute(update(JobRow).where(JobRow.id == job.id).values(**values))
@@ -163,6 +170,6 @@ def _job(row: JobRow) -> Job:
         total=row.total,
         note=row.note,
         result_url=row.result_url,
-        problem=None if row.problem is None else Problem.model_validate(row.problem),
+        problem=row.problem,
         idempotency_key=row.idempotency_key,
     )

@@ -15,7 +15,7 @@ from foveacam_server.foundation.errors import problem_of
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job, JobState, JobTable
 from foveacam_server.foundation.names import new_id, utc_now
-from foveacam_server.foundation.schema import Problem
+from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.foundation.store import Document, Store
 
 _log = logging.getLogger(__name__)
@@ -117,7 +117,7 @@ class JobRunner:
     def submit(
         self,
         kind: str,
-        request: Document,
+        request: RequestModel | Document | None = None,
         *,
         idempotency_key: str | None = None,
         total: int = 0,
@@ -125,7 +125,7 @@ class JobRunner:
     ) -> Job:
         """Enqueue a job, or return the earlier one with the same idempotency key.
 
-        `total` and `note`: its progress before it reports any.
+        `request`: None for a kind that needs none. `total` and `note`: its progress before it reports any.
         """
         if kind not in self._handlers:
             raise InvalidInput(f"there is no kind of job called {kind}")
@@ -140,7 +140,7 @@ class JobRunner:
         job = Job(
             id=new_id("job"),
             kind=kind,
-            request=request,
+            request=request.as_json() if isinstance(request, RequestModel) else request or {},
             idempotency_key=idempotency_key,
             total=total,
             note=note,
@@ -287,11 +287,11 @@ class JobRunner:
 
     def _ended_early(self, job: Job, otherwise: str) -> None:
         reason = self._cancelled.get(job.id, otherwise)
-        job.problem = _problem(Cancelled(f"The job was cancelled: {reason}."))
+        job.problem = problem_of(Cancelled(f"The job was cancelled: {reason}.")).document()
         job.state = JobState.CANCELLED  # last: a reader that sees the end finds the reason
 
     def _failed(self, job: Job, error: Exception) -> None:
-        job.problem = _problem(error)
+        job.problem = problem_of(error).document()
         job.state = JobState.FAILED
 
     def _forget(self, job: Job) -> None:
@@ -307,8 +307,4 @@ class JobRunner:
         if job.problem is not None:
             message = f"{message}: {job.problem.detail}"
         level = EventLevel.ERROR if job.state is JobState.FAILED else EventLevel.INFO
-        self._events.emit("job.updated", message, level=level, data=job.describe().as_json())
-
-
-def _problem(error: Exception) -> Problem:
-    return Problem.model_validate(problem_of(error).document())
+        self._events.emit("job.updated", message, level=level, data=job.describe())

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import Busy, Clock
 from foveacam_server.foundation.events import EventLevel, EventLog
-from foveacam_server.foundation.schema import LeaseDocument, LeaseGrant
+from foveacam_server.foundation.schema import LeaseChange, LeaseDocument, LeaseGrant
 
 LIFETIME_S = 15.0
 """How long a lease lasts after it was taken or renewed."""
@@ -56,7 +56,7 @@ class Lease:
             "lease.changed",
             message,
             level=level,
-            data={"holder": holder, "before": before.holder if before else None},
+            data=LeaseChange(holder=holder, before=before.holder if before else None),
         )
         return granted
 
@@ -75,7 +75,7 @@ class Lease:
         self._events.emit(
             "lease.changed",
             f"{held.holder} gave the control lease back",
-            data={"holder": None, "before": held.holder},
+            data=LeaseChange(holder=None, before=held.holder),
         )
 
     def check(self, token: str | None) -> None:

@@ -15,6 +15,10 @@ class RequestModel(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
+    def as_json(self) -> dict[str, Any]:  # Any: a JSON object
+        """Return it as a JSON object with all its fields."""
+        return self.model_dump(mode="json")
+
 
 class ResponseModel(BaseModel):
     """Base class of answers and of the data of events."""
@@ -78,6 +82,26 @@ class EventDocument(ResponseModel):
     t_utc: str
     message: str
     data: dict[str, Any]  # Any: depends on the kind
+
+
+class ItemId(ResponseModel):
+    """Data of an event about one item of a collection."""
+
+    id: str
+
+
+class StorageFault(ResponseModel):
+    """Data of the event that the disk takes no more events."""
+
+    detail: str
+    remedy: str
+
+
+class LeaseChange(ResponseModel):
+    """Data of the event that the control lease changed hands; null: nobody."""
+
+    holder: str | None
+    before: str | None
 
 
 class LeaseGrant(ResponseModel):

@@ -1,4 +1,4 @@
-"""The SQLite database (WAL) of jobs, fixations, targets, clouds and events, and the data directory's lock."""
+"""The SQLite database (WAL) and the data directory's lock; each resource adds its own tables."""
 
 import errno
 import fcntl
@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
-from sqlalchemy import JSON, Engine, Index, String, create_engine, event, text
+from pydantic import BaseModel
+from sqlalchemy import JSON, Dialect, Engine, Index, String, TypeDecorator, create_engine, event, text
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column
@@ -19,10 +20,12 @@ from sqlalchemy.pool import ConnectionPoolEntry
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_pipeline.storage.disk import disk_fault
+from foveacam_server.foundation.schema import EventDocument, Problem
 
 SCHEMA_VERSION = 1
 Document = dict[str, Any]
 """A JSON object, as stored in a row or sent by REST."""
+SchemaT = TypeVar("SchemaT", bound=BaseModel)
 _DISK_ERRORS = {
     sqlite3.SQLITE_FULL: errno.ENOSPC,
     sqlite3.SQLITE_READONLY: errno.EROFS,
@@ -33,10 +36,27 @@ _LEAST_FREE_BYTES = 65_536
 """With less free space, an I/O error is taken as a full disk."""
 
 
+class SchemaColumn(TypeDecorator[SchemaT]):
+    """A column that stores a schema as JSON; fields that were never set are left out."""
+
+    impl = JSON
+    cache_ok = True
+
+    def __init__(self, schema: type[SchemaT]) -> None:
+        super().__init__()
+        self.schema = schema
+
+    def process_bind_param(self, value: SchemaT | None, dialect: Dialect) -> object:
+        """Return the JSON object of a schema."""
+        return None if value is None else value.model_dump(mode="json", exclude_unset=True)
+
+    def process_result_value(self, value: object, dialect: Dialect) -> SchemaT | None:
+        """Return the schema of a stored JSON object."""
+        return None if value is None else self.schema.model_validate(value)
+
+
 class TableRow(DeclarativeBase):
     """Root of the tables."""
-
-    type_annotation_map = {Document: JSON}  # noqa: RUF012 - SQLAlchemy reads this name from the class
 
 
 class JobRow(TableRow):
@@ -47,7 +67,7 @@ class JobRow(TableRow):
     id: Mapped[str] = mapped_column(String(40), unique=True)
     kind: Mapped[str]
     state: Mapped[str] = mapped_column(index=True)
-    request: Mapped[Document]
+    request: Mapped[Document] = mapped_column(JSON)  # depends on the kind
     created_utc: Mapped[str]
     started_utc: Mapped[str | None]
     ended_utc: Mapped[str | None]
@@ -55,40 +75,8 @@ class JobRow(TableRow):
     total: Mapped[int] = mapped_column(default=0)
     note: Mapped[str] = mapped_column(default="")
     result_url: Mapped[str | None]
-    problem: Mapped[Document | None]
+    problem: Mapped[Problem | None] = mapped_column(SchemaColumn(Problem))
     idempotency_key: Mapped[str | None] = mapped_column(String(200), unique=True)
-
-
-class FixationRow(TableRow):
-    """A fixation; `document` is what REST shows, without the ids that are set later."""
-
-    __tablename__ = "fixations"
-    seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
-    id: Mapped[str] = mapped_column(String(40), unique=True)
-    job_id: Mapped[str] = mapped_column(index=True)
-    target_id: Mapped[str | None]
-    cloud_id: Mapped[str | None]
-    document: Mapped[Document]
-
-
-class TargetRow(TableRow):
-    """A target: a point that was fixated."""
-
-    __tablename__ = "targets"
-    seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
-    id: Mapped[str] = mapped_column(String(40), unique=True)
-    label: Mapped[str]
-    document: Mapped[Document]
-
-
-class CloudRow(TableRow):
-    """The point cloud of a fixation; its files are in the data directory under its id."""
-
-    __tablename__ = "clouds"
-    seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
-    id: Mapped[str] = mapped_column(String(40), unique=True)
-    fixation_id: Mapped[str] = mapped_column(index=True)
-    document: Mapped[Document]
 
 
 class EventRow(TableRow):
@@ -97,7 +85,7 @@ class EventRow(TableRow):
     __tablename__ = "events"
     id: Mapped[int] = mapped_column(primary_key=True)
     kind: Mapped[str]
-    document: Mapped[Document]
+    document: Mapped[EventDocument] = mapped_column(SchemaColumn(EventDocument))
 
 
 Index("events_by_kind", EventRow.kind, EventRow.id)

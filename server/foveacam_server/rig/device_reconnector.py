@@ -20,6 +20,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.rig.ports import AssembledRig, CameraKeeper
+from foveacam_server.rig.schema import DeviceName, DeviceProblemDocument
 from foveacam_server.rig.status import DeviceProblem, RigStatus
 
 FIRST_RETRY_S = 0.5
@@ -94,7 +95,7 @@ class DeviceReconnector:
             "device.fault",
             f"{device}: {detail}",
             level=EventLevel.ERROR,
-            data={"device": device, "detail": detail, "remedy": remedy},
+            data=DeviceProblemDocument(device=device, detail=detail, remedy=remedy),
         )
 
     def retry_due(self) -> bool:
@@ -204,7 +205,7 @@ class DeviceReconnector:
         self._probation.discard(device)
         if self._problems.pop(device, None) is not None:
             self._published = tuple(self._problems.values())
-            self._events.emit("device.recovered", f"{device} is back", data={"device": device})
+            self._events.emit("device.recovered", f"{device} is back", data=DeviceName(device=device))
 
 
 def _remedy_in(detail: str) -> str:

@@ -6,7 +6,7 @@ overlay to its publisher.
 
 import asyncio
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, Image, InvalidInput
+from foveacam_server.rig.schema import OverlayDocument
 from foveacam_server.rig.view_state import VIEWS, ViewPicture, ViewSpec, ViewState, ViewStatus
 
 
@@ -59,7 +60,7 @@ class FrameHub:
         t_ns: int,
         seq: int | None = None,
         bits: int = 8,
-        meta: Mapping[str, object] | None = None,
+        meta: OverlayDocument | None = None,
     ) -> None:
         """Make `image` the newest of `view`; from any thread, never waiting for a viewer.
 
@@ -88,7 +89,7 @@ class FrameHub:
         for loop in loops:
             self._call(loop, view)
 
-    def publish_frame(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+    def publish_frame(self, frame: Frame, *, meta: OverlayDocument | None = None) -> None:
         """Publish a camera frame to the view named by its role."""
         self.publish(
             frame.role.value, frame.image, t_ns=frame.t_ns, seq=frame.seq, bits=frame.bits, meta=meta

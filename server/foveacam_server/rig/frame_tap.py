@@ -1,7 +1,7 @@
 """A picture sink that passes camera frames on to the views and also to recorders."""
 
 import threading
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Role
 from foveacam_server.rig.ports import PictureSink
+from foveacam_server.rig.schema import OverlayDocument
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +28,7 @@ class FrameTap:
         self._lock = threading.Lock()
         self._listeners: tuple[_Listener, ...] = ()
 
-    def publish_frame(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+    def publish_frame(self, frame: Frame, *, meta: OverlayDocument | None = None) -> None:
         """Publish a camera frame and pass it to the listeners of its camera."""
         self._sink.publish_frame(frame, meta=meta)
         with self._lock:  # so that a removed listener gets no further frame

@@ -36,6 +36,7 @@ from foveacam_server.rig.device_reconnector import (
 from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead
 from foveacam_server.rig.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
 from foveacam_server.rig.ports import AssembledRig, CameraKeeper, PictureSink
+from foveacam_server.rig.schema import RigStateChange
 from foveacam_server.rig.status import RigState, RigStatus, rig_status
 from foveacam_server.rig.stop import bring_to_rest
 
@@ -353,5 +354,6 @@ class HardwareThread:
 
     def _emit_state(self, state: RigState) -> None:
         level = EventLevel.INFO if state is RigState.READY else EventLevel.WARNING
-        data = {"state": state.value, "devices": [problem.device for problem in self._reconnector.problems]}
+        devices = [problem.device for problem in self._reconnector.problems]
+        data = RigStateChange(state=state.value, devices=devices)
         self._events.emit("rig.state", f"the rig is {state.value}", level=level, data=data)

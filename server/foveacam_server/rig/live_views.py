@@ -2,11 +2,12 @@
 
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Clock, Frame, Role, Sighting, StereoVolts
 from foveacam_server.rig.ports import AssembledRig, PictureSink
+from foveacam_server.rig.schema import OverlayDocument
 from foveacam_server.rig.status import FrameRate
 from foveacam_server.rig.stream_messages import wire_seq
 
@@ -25,7 +26,7 @@ LONGEST_WAIT_S = 0.1
 RECENT_FRAMES, RECENT_APART_NS = 12, 50_000_000
 """Wide frames kept for clicks that come late, and how far apart they are at least: 0.6 s and more."""
 
-OverlayOf = Callable[[StereoVolts | None], Mapping[str, object] | None]
+OverlayOf = Callable[[StereoVolts | None], OverlayDocument | None]
 """Returns what is drawn over the wide view for a gaze; None: the gaze is unknown."""
 
 
@@ -133,7 +134,7 @@ class LiveViews:
     def _for_a_fovea(self, asks: Callable[[str], bool]) -> bool:
         return asks(Role.LEFT.value) or asks(Role.RIGHT.value)
 
-    def _show(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+    def _show(self, frame: Frame, *, meta: OverlayDocument | None = None) -> None:
         if frame.role is Role.WIDE:
             self.recent_wide.add(frame)
         if self.rates[frame.role].add(frame):

@@ -1,6 +1,6 @@
 """Protocols of what the server uses: the rig, its calibration, a sink of pictures, the 3D pane."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -13,6 +13,7 @@ from foveacam_pipeline.capture.run.access import CaptureRig
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_pipeline.verge.values import Basis
+from foveacam_server.rig.schema import OverlayDocument
 from foveacam_web.scene_values import EyeGaze, MeasurementDrawing, RigShape
 
 
@@ -121,7 +122,7 @@ class CameraKeeper(Protocol):
 class PictureSink(Protocol):
     """Takes the newest image of each view; latest wins, never blocks, callable from any thread."""
 
-    def publish_frame(self, frame: Frame, *, meta: Mapping[str, object] | None = None) -> None:
+    def publish_frame(self, frame: Frame, *, meta: OverlayDocument | None = None) -> None:
         """Publish a camera frame in the view named by its role; `meta` is its overlay."""
         ...
 

@@ -1,5 +1,7 @@
 """Schemas that several resources share: the stop, a device's identification, a direction."""
 
+from pydantic import Field
+
 from foveacam_server.foundation.quantities import Degrees
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
@@ -20,6 +22,35 @@ class StopAnswer(ResponseModel):
     parked_in_ms: float
 
 
+class StopChange(ResponseModel):
+    """Data of the events that the stop was engaged or released; `parked` is there when it was engaged."""
+
+    by: str
+    parked: bool | None = None
+    stop: StopDocument
+
+
+class RigStateChange(ResponseModel):
+    """Data of the event that the rig's state changed; `devices`: those with a problem."""
+
+    state: str
+    devices: list[str]
+
+
+class DeviceProblemDocument(ResponseModel):
+    """A problem of a device."""
+
+    device: str
+    detail: str
+    remedy: str
+
+
+class DeviceName(ResponseModel):
+    """Data of the event that a device is back."""
+
+    device: str
+
+
 class DeviceInfoDocument(ResponseModel):
     """Identification of a device."""
 
@@ -34,3 +65,13 @@ class Direction(RequestModel):
 
     ax_deg: Degrees
     ay_deg: Degrees
+
+
+class OverlayDocument(ResponseModel):
+    """What the page draws over the wide view, by eye; null: unknown.
+
+    `footprints`: corners of the foveae's fields, (x, y) wide px. `gaze`: where they look.
+    """
+
+    footprints: dict[str, list[tuple[float, float]] | None] = Field(default={})
+    gaze: dict[str, Direction | None] = Field(default={})

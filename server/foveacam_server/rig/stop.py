@@ -14,7 +14,7 @@ from foveacam_hardware.contract import FoveaError
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.rig.ports import AssembledRig
-from foveacam_server.rig.schema import StopAnswer, StopDocument
+from foveacam_server.rig.schema import StopAnswer, StopChange, StopDocument
 
 _log = logging.getLogger(__name__)
 
@@ -84,7 +84,7 @@ class StopSwitch:
         elapsed_ms = round(1e3 * (time.perf_counter() - began_s), 3)
         self._cancel_jobs("the stop was engaged")
         message = "stop: mirrors parked" if parked else "stop: engaged, but the mirrors did not confirm"
-        data = {"by": by, "parked": parked, "stop": state.as_json()}
+        data = StopChange(by=by, parked=parked, stop=state)
         self._events.emit("stop.engaged", message, level=EventLevel.WARNING, data=data)
         return StopAnswer(engaged=True, parked=parked, parked_in_ms=elapsed_ms)
 
@@ -95,6 +95,6 @@ class StopSwitch:
             self._state = RELEASED
             self._hardware.resume()
         if was_engaged:
-            data = {"by": by, "stop": RELEASED.as_json()}
+            data = StopChange(by=by, stop=RELEASED)
             self._events.emit("stop.released", "the stop was released", data=data)
         return self._state

@@ -82,7 +82,7 @@ def overlay(picture: ViewPicture) -> str | None:
     """Return the overlay of `picture`; None when it has none."""
     if picture.meta is None:
         return None
-    return json.dumps({"type": "overlay", "seq": wire_seq(picture.seq), **picture.meta})
+    return json.dumps({"type": "overlay", "seq": wire_seq(picture.seq), **picture.meta.as_json()})
 
 
 def stats(hub: FrameHub) -> str:

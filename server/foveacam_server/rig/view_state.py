@@ -1,13 +1,13 @@
 """One view: its description, its newest picture, its rate, and whether it is frozen."""
 
 from collections import deque
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Image
+from foveacam_server.rig.schema import OverlayDocument
 
 RATE_WINDOW_NS = 2_000_000_000
 """Window over which the rate of a view is measured."""
@@ -84,8 +84,8 @@ class ViewPicture:
     seq: int
     """The publisher's number, else the hub's own count."""
     t_ns: int
-    meta: Mapping[str, object] | None
-    """The overlay that the page draws, ready for JSON; None for none."""
+    meta: OverlayDocument | None
+    """The overlay that the page draws; None for none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -118,6 +118,13 @@ class CamerasChangedDocument(ResponseModel):
     divergence: list[DifferenceDocument]
 
 
+class CamerasConfigured(ResponseModel):
+    """Data of the event that cameras were configured; `reset`: as the rig file says."""
+
+    roles: list[str]
+    reset: bool
+
+
 class EyeTestDocument(ResponseModel):
     """Result of the trigger test of one eye; times from trigger to frame."""
 

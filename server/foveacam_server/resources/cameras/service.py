@@ -27,6 +27,7 @@ from foveacam_server.resources.cameras.changes import (
 from foveacam_server.resources.cameras.pair import PairDifference, differences
 from foveacam_server.resources.cameras.pair_exposure import PairExposure, PairSettings, find_exposure
 from foveacam_server.resources.cameras.records import CameraRecord, CameraRecords
+from foveacam_server.resources.cameras.schema import CamerasConfigured
 from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import answer_of
@@ -217,14 +218,14 @@ class CameraSettingsService:
                 f"camera {camera.role.value} does not take what was kept for it, the rig file counts:"
                 f" {error}",
                 level=EventLevel.WARNING,
-                data={"roles": [camera.role.value], "reset": True},
+                data=CamerasConfigured(roles=[camera.role.value], reset=True),
             )
 
     def _emit(
         self, message: str, cameras: list[Camera], *, reset: bool = False, level: EventLevel = EventLevel.INFO
     ) -> None:
-        roles = [camera.role.value for camera in cameras]
-        self._events.emit("camera.settings", message, level=level, data={"roles": roles, "reset": reset})
+        data = CamerasConfigured(roles=[camera.role.value for camera in cameras], reset=reset)
+        self._events.emit("camera.settings", message, level=level, data=data)
 
 
 def _check_free(hardware: HardwareThread) -> None:

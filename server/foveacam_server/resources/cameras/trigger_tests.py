@@ -50,7 +50,7 @@ class TriggerTests:
 
     def submit(self, *, idempotency_key: str | None = None) -> Job:
         """Queue a test of both eyes."""
-        return self._jobs.submit(KIND, {}, idempotency_key=idempotency_key)
+        return self._jobs.submit(KIND, idempotency_key=idempotency_key)
 
     def get(self, test_id: str) -> TriggerTestDocument:
         """Return the result of a test by its id or raise `NotFound`."""
@@ -84,7 +84,7 @@ class TriggerTests:
         result = _describe(new_id("trg"), utc_now(), found)
         self._write(result)
         verdicts = ", ".join(f"{eye.role.value}: {eye.verdict.value}" for eye in found)
-        self._events.emit("camera.self_test", f"trigger test: {verdicts}", data=result.as_json())
+        self._events.emit("camera.self_test", f"trigger test: {verdicts}", data=result)
         return f"{URL}/{result.id}"
 
     def _test(self, context: JobContext) -> list[test.EyeTestResult]:

@@ -8,7 +8,8 @@ from typing import Literal
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import select
+from sqlalchemy import String, select
+from sqlalchemy.orm import Mapped, mapped_column
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.measure.look import LookDepth
@@ -18,7 +19,7 @@ from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.names import new_id, utc_now
-from foveacam_server.foundation.store import CloudRow, Store
+from foveacam_server.foundation.store import SchemaColumn, Store, TableRow
 from foveacam_server.resources.clouds.depth_patches import (
     MAX_PATCHES,
     DepthPatch,
@@ -30,6 +31,16 @@ from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_web.glb import write_glb
 
 CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png", "depth.npz"]
+
+
+class CloudRow(TableRow):
+    """The point cloud of a fixation; its files are in the data directory under its id."""
+
+    __tablename__ = "clouds"
+    seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    id: Mapped[str] = mapped_column(String(40), unique=True)
+    fixation_id: Mapped[str] = mapped_column(index=True)
+    document: Mapped[CloudDocument] = mapped_column(SchemaColumn(CloudDocument))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +78,7 @@ class CloudCollection:
             with disk_errors(f"the shape of fixation {shape.fixation_id}", self._folder):
                 self._write(cloud_id, shape, has_mesh=has_mesh)
             with self._store.session() as session:
-                session.add(CloudRow(id=cloud_id, fixation_id=shape.fixation_id, document=cloud.as_json()))
+                session.add(CloudRow(id=cloud_id, fixation_id=shape.fixation_id, document=cloud))
         except FoveaError:
             shutil.rmtree(self._folder / f"{cloud_id}.part", ignore_errors=True)
             shutil.rmtree(self._folder / cloud_id, ignore_errors=True)
@@ -95,20 +106,20 @@ class CloudCollection:
             row = session.scalars(select(CloudRow).where(CloudRow.id == cloud_id)).one_or_none()
         if row is None:
             raise NotFound(f"there is no cloud {cloud_id}; see /api/v1/clouds", asked=cloud_id)
-        return CloudDocument.model_validate(row.document)
+        return row.document
 
     def of_fixation(self, fixation_id: str) -> CloudDocument | None:
         """Return the newest cloud of a fixation, None when it has none."""
         query = select(CloudRow).where(CloudRow.fixation_id == fixation_id).order_by(CloudRow.seq.desc())
         with self._store.session() as session:
             row = session.scalars(query.limit(1)).first()
-        return None if row is None else CloudDocument.model_validate(row.document)
+        return None if row is None else row.document
 
     def newest(self, limit: int) -> list[CloudDocument]:
         """Return the newest clouds, newest first."""
         with self._store.session() as session:
             rows = session.scalars(select(CloudRow).order_by(CloudRow.seq.desc()).limit(limit))
-            return [CloudDocument.model_validate(row.document) for row in rows]
+            return [row.document for row in rows]
 
     def file(self, cloud_id: str, name: CloudFile) -> Path:
         """Return one file of a cloud or raise `NotFound`."""

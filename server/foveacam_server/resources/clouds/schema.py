@@ -19,6 +19,13 @@ class CloudDocument(ResponseModel):
     depth_url: str
 
 
+class CloudFailure(ResponseModel):
+    """Data of the event that a fixation gave no cloud."""
+
+    fixation_id: str
+    detail: str
+
+
 class DepthDocument(ResponseModel):
     """Depth at one wide pixel."""
 

@@ -25,7 +25,7 @@ from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.clouds.collection import CloudCollection, FixationShape
 from foveacam_server.resources.clouds.depth_patches import project_patch
-from foveacam_server.resources.clouds.schema import CloudDocument
+from foveacam_server.resources.clouds.schema import CloudDocument, CloudFailure
 from foveacam_server.rig.ports import PictureSink, SceneViewer
 
 _log = logging.getLogger(__name__)
@@ -242,5 +242,5 @@ class ShapeWorker:
             "cloud.failed",
             f"{seen.label}: no shape: {reason}",
             level=EventLevel.WARNING,
-            data={"fixation_id": seen.fixation_id, "detail": reason},
+            data=CloudFailure(fixation_id=seen.fixation_id, detail=reason),
         )

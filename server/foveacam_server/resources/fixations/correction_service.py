@@ -6,17 +6,21 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.fixations.corrections import (
-    Direction,
-    range_document,
+    limits_of,
     remaining_range,
     with_alternative,
     with_correction,
 )
-from foveacam_server.resources.fixations.schema import CorrectionDocument, FixationDocument
+from foveacam_server.resources.fixations.schema import (
+    CorrectionDocument,
+    FixationDocument,
+    FixationOrder,
+    RangeSide,
+)
 from foveacam_server.resources.fixations.service import FixationService
 from foveacam_server.rig.ports import SceneViewer
 
-COPIED_FIELDS = ("pixel", "rectangle", "direction", "label", "depth")
+COPIED_FIELDS = {"pixel", "rectangle", "direction", "label", "depth"}
 """Fields that a look nearer or farther copies from the request that it corrects."""
 
 
@@ -39,9 +43,7 @@ def choose(
             remedy="choose one that it lists",
         )
     fixation = fixations.table.choose(fixation_id, alternative)
-    events.emit(
-        "fixation.updated", f"alternative {alternative + 1} of {count} was chosen", data=fixation.as_json()
-    )
+    events.emit("fixation.updated", f"alternative {alternative + 1} of {count} was chosen", data=fixation)
     target = fixations.targets.find(fixation.target_id) if fixation.target_id else None
     if target is not None:
         correction = CorrectionDocument(
@@ -60,7 +62,7 @@ def show_choice(viewer: SceneViewer, fixation: FixationDocument) -> None:
         return
     viewer.show_fixation(
         fixation.id,
-        label=fixation.request.get("label") or "chosen",
+        label=fixation.order.label or "chosen",
         point_rig_m=chosen.point_rig_m,
         distance_m=chosen.distance_m,
         distance_sigma_m=chosen.distance_sigma_m,
@@ -70,15 +72,15 @@ def show_choice(viewer: SceneViewer, fixation: FixationDocument) -> None:
     )
 
 
-def look_beside(fixations: FixationService, fixation_id: str, direction: Direction, *, source: str) -> Job:
+def look_beside(fixations: FixationService, fixation_id: str, direction: RangeSide, *, source: str) -> Job:
     """Queue a look at the same target, restricted to distances nearer or farther than the present answer."""
     corrected = fixations.table.get(fixation_id)
-    remaining = remaining_range(corrected, direction)
-    request = {key: corrected.request[key] for key in COPIED_FIELDS if corrected.request.get(key) is not None}
-    order = {
-        **request,
-        "within": range_document(remaining),
-        "corrects": fixation_id,
-        "correction": direction,
-    }
-    return fixations.foveate(order, source=source)
+    copied = corrected.order.model_dump(include=COPIED_FIELDS, exclude_unset=True, exclude_none=True)
+    order = FixationOrder(
+        **copied,
+        within=limits_of(remaining_range(corrected, direction)),
+        corrects=fixation_id,
+        correction=direction,
+        source=source,
+    )
+    return fixations.submit(order)

@@ -5,23 +5,24 @@ from typing import Literal, TypeAlias
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.verge.values import DistanceRange
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.fixations.request import depth_range_of
-from foveacam_server.resources.fixations.schema import CorrectionDocument, FixationDocument, TargetDocument
+from foveacam_server.resources.fixations.schema import (
+    CorrectionDocument,
+    DistanceLimits,
+    FixationDocument,
+    FixationOrder,
+    RangeSide,
+    TargetDocument,
+)
 
 CorrectionKind: TypeAlias = Literal["choice", "nearer", "farther", "rectangle", "click"]
 
 
-def kind_of(request: Document) -> CorrectionKind | None:
-    """Return what kind of correction a stored fixation request is; None when it corrects nothing."""
-    if request.get("corrects") is None:
+def kind_of(order: FixationOrder) -> CorrectionKind | None:
+    """Return what kind of correction an order is; None when it corrects nothing."""
+    if order.corrects is None:
         return None
-    match request.get("correction"):
-        case "nearer":
-            return "nearer"
-        case "farther":
-            return "farther"
-    return "click" if request.get("rectangle") is None else "rectangle"
+    return order.correction or ("click" if order.rectangle is None else "rectangle")
 
 
 def with_correction(target: TargetDocument, correction: CorrectionDocument) -> TargetDocument:
@@ -46,9 +47,6 @@ def with_alternative(target: TargetDocument, fixation: FixationDocument, alterna
     )
 
 
-Direction: TypeAlias = Literal["nearer", "farther"]
-
-
 SIGMAS = 3.0
 """Standard errors about the present answer that are excluded with it."""
 
@@ -57,14 +55,14 @@ LEAST_SHARE = 0.01
 """Least share of the present distance that is excluded: else its neighbour on the same surface answers."""
 
 
-def remaining_range(fixation: FixationDocument, direction: Direction) -> DistanceRange:
+def remaining_range(fixation: FixationDocument, direction: RangeSide) -> DistanceRange:
     """Return the distances nearer or farther than the answer of a fixation.
 
     They are within the range of its own request, too. Raise `InvalidInput` when there is no answer, or
     nothing remains.
     """
     nearest_m, farthest_m = _excluded(fixation)
-    before = depth_range_of(fixation.request) or DistanceRange(nearest_m=0.0, farthest_m=math.inf)
+    before = depth_range_of(fixation.order) or DistanceRange(nearest_m=0.0, farthest_m=math.inf)
     if direction == "nearer":
         left = DistanceRange(nearest_m=before.nearest_m, farthest_m=min(before.farthest_m, nearest_m))
     else:
@@ -80,13 +78,13 @@ def remaining_range(fixation: FixationDocument, direction: Direction) -> Distanc
     return left
 
 
-def range_document(depth_range: DistanceRange) -> Document:
+def limits_of(depth_range: DistanceRange) -> DistanceLimits:
     """Return the range as a request's `within`."""
     farthest_m = depth_range.farthest_m
-    return {
-        "nearest_m": round(depth_range.nearest_m, 6),
-        "farthest_m": round(farthest_m, 6) if math.isfinite(farthest_m) else None,
-    }
+    return DistanceLimits(
+        nearest_m=round(depth_range.nearest_m, 6),
+        farthest_m=round(farthest_m, 6) if math.isfinite(farthest_m) else None,
+    )
 
 
 def _excluded(fixation: FixationDocument) -> tuple[float, float]:

@@ -6,13 +6,13 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, EyeView, Fixation, VergeStep
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.rounding import deg, rounded
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.clouds.shapes import BoundedLook, StoredLook
 from foveacam_server.resources.fixations.schema import (
     AlternativeDocument,
     BoundDocument,
     EyeViewDocument,
     FixationDocument,
+    FixationOrder,
     StepDocument,
     TargetDocument,
     TargetPlace,
@@ -36,16 +36,16 @@ def describe_step(step: VergeStep) -> StepDocument:
 
 
 def describe_fixation(
-    fixation: Fixation, *, calibration: Calibration, fixation_id: str, job_id: str, request: Document
+    fixation: Fixation, *, calibration: Calibration, fixation_id: str, job_id: str, order: FixationOrder
 ) -> FixationDocument:
-    """Return a fixation that ends now, without target and cloud; `request`: as it was posted."""
+    """Return a fixation that ends now, without target and cloud."""
     direction = (fixation.target_ax_rad, fixation.target_ay_rad)
     x_px, y_px = calibration.wide.pixels([direction])[0].tolist()
     return FixationDocument(
         id=fixation_id,
         job_id=job_id,
         created_utc=utc_now(),
-        request=request,
+        request=order.model_dump(mode="json", exclude={"target_id"}, exclude_unset=True),
         target=TargetPlace(
             ax_deg=deg(direction[0]), ay_deg=deg(direction[1]), x_px=round(x_px, 3), y_px=round(y_px, 3)
         ),

@@ -1,4 +1,4 @@
-"""Reads the target and the distance limits of a stored fixation request, and checks them."""
+"""Reads the target and the distance limits of a fixation request, and checks them."""
 
 import math
 
@@ -11,25 +11,23 @@ from foveacam_pipeline.verge.values import (
     RectangleTarget,
     Target,
 )
-from foveacam_server.foundation.store import Document
+from foveacam_server.resources.fixations.schema import FixationRequest, Pixel, Rectangle
 from foveacam_server.rig.refusals import check_direction
+from foveacam_server.rig.schema import Direction
 
 
-def target_of(request: Document) -> Target:
-    """Return the target that a stored request names; exactly one of pixel, rectangle and direction."""
-    kinds = ("pixel", "rectangle", "direction")
-    given = {kind: request[kind] for kind in kinds if request.get(kind) is not None}
-    match given:
-        case {"pixel": pixel, **rest} if not rest:
-            return PixelTarget(x_px=pixel["x_px"], y_px=pixel["y_px"])
-        case {"rectangle": box, **rest} if not rest:
-            return RectangleTarget(
-                x_px=box["x_px"], y_px=box["y_px"], width_px=box["width_px"], height_px=box["height_px"]
-            )
-        case {"direction": direction, **rest} if not rest:
+def target_of(request: FixationRequest) -> Target:
+    """Return the target that a request names; exactly one of pixel, rectangle and direction."""
+    match request.pixel, request.rectangle, request.direction:
+        case Pixel() as pixel, None, None:
+            return PixelTarget(**pixel.model_dump())
+        case None, Rectangle() as box, None:
+            return RectangleTarget(**box.model_dump())
+        case None, None, Direction() as direction:
             return DirectionTarget(
-                ax_rad=math.radians(direction["ax_deg"]), ay_rad=math.radians(direction["ay_deg"])
+                ax_rad=math.radians(direction.ax_deg), ay_rad=math.radians(direction.ay_deg)
             )
+    given = [kind for kind in ("pixel", "rectangle", "direction") if getattr(request, kind) is not None]
     found = " and ".join(given) or "none"
     raise InvalidInput(
         f"a fixation needs exactly one of pixel, rectangle and direction, found {found}; send one of them",
@@ -39,16 +37,15 @@ def target_of(request: Document) -> Target:
     )
 
 
-def depth_range_of(request: Document) -> DistanceRange | None:
-    """Return the limits of the distance in a stored request; None when it has none.
+def depth_range_of(request: FixationRequest) -> DistanceRange | None:
+    """Return the limits of the distance in a request; None when it has none.
 
     Raise `InvalidInput` when the range is empty.
     """
-    within = request.get("within")
-    if within is None:
+    if request.within is None:
         return None
-    nearest_m = within["nearest_m"]
-    farthest_m = math.inf if within.get("farthest_m") is None else within["farthest_m"]
+    nearest_m = request.within.nearest_m
+    farthest_m = math.inf if request.within.farthest_m is None else request.within.farthest_m
     if not 0.0 <= nearest_m < farthest_m:
         raise InvalidInput(
             f"within: nearest_m = {nearest_m:g} and farthest_m = {farthest_m:g} leave no distance; "

@@ -53,8 +53,7 @@ async def create(
 ) -> JSONResponse:
     """Queue a fixation as a job; `Prefer: wait=10` answers with the fixation itself when it ends in time."""
     services.lease.check(x_lease)
-    stored = request.model_dump(exclude_none=True)
-    job = services.fixations.foveate(stored, source="rest", idempotency_key=idempotency_key)
+    job = services.fixations.foveate(request, source="rest", idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)
 
 

@@ -6,12 +6,15 @@ from pydantic import Field
 
 from foveacam_server.foundation.quantities import DistanceM, Index, Label, Metres, Pixels
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
+from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.rig.schema import Direction
 from foveacam_server.rig.stream_messages import FrameSeq
 
 Basis = Literal["both_foveae", "fovea_and_wide", "surroundings", "bound"]
 """How a distance is known: left against right; one fovea against the wide camera; inferred from measured
 neighbours; not at all, only limits of it."""
+RangeSide = Literal["nearer", "farther"]
+"""Where the target is in truth, seen from the answer that is corrected."""
 
 
 class Pixel(RequestModel):
@@ -53,6 +56,19 @@ class FixationRequest(RequestModel):
     frame_seq: FrameSeq | None = None
     """Number of the wide picture on which the target was chosen, as the views' WebSocket gives it: a target
     that moves is followed from there. Pictures of the last 0.6 s are known; an older number has no effect."""
+
+
+class FixationOrder(FixationRequest):
+    """A request as it is stored, with its origin; `target_id`: the target that is looked at again."""
+
+    label: str | None = None
+    source: str | None = None
+    correction: RangeSide | None = None
+    target_id: str | None = None
+
+    def as_json(self) -> dict[str, Any]:  # Any: a JSON object
+        """Return it as a JSON object; fields that were never set are left out."""
+        return self.model_dump(mode="json", exclude_unset=True)
 
 
 class TargetPatch(RequestModel):
@@ -119,7 +135,7 @@ class FixationDocument(ResponseModel):
     id: str
     job_id: str
     created_utc: str
-    request: dict[str, Any]  # Any: as it was posted
+    request: dict[str, Any]  # JSON of the order, without what was not set
     target: TargetPlace
     state: Literal["verged", "no_texture", "lost", "out_of_range", "timed_out"]
     reason: str
@@ -140,6 +156,11 @@ class FixationDocument(ResponseModel):
     calibration_id: str
     target_id: str | None
     cloud_id: str | None
+
+    @property
+    def order(self) -> FixationOrder:
+        """What was asked for."""
+        return FixationOrder.model_validate(self.request)
 
 
 class CorrectionDocument(ResponseModel):
@@ -188,4 +209,18 @@ class ChoiceRequest(RequestModel):
 class CorrectionRequest(RequestModel):
     """Where the target is in truth, seen from the present answer."""
 
-    direction: Literal["nearer", "farther"]
+    direction: RangeSide
+
+
+class FixationStep(ResponseModel):
+    """Data of the event of one step."""
+
+    fixation_id: str
+    job_id: str
+    step: StepDocument
+
+
+class TargetCloud(CloudDocument):
+    """Data of the event that a target has a cloud now."""
+
+    target_id: str | None

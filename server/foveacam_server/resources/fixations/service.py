@@ -12,11 +12,11 @@ from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.names import new_id
-from foveacam_server.foundation.store import Document, Store
+from foveacam_server.foundation.store import Store
 from foveacam_server.resources.clouds.depth_patches import DepthPatches, point_patch
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.resources.clouds.shapes import BoundedLook, ShapeWorker, StoredLook, VergedLook
-from foveacam_server.resources.fixations.corrections import kind_of, with_correction
+from foveacam_server.resources.fixations.corrections import CorrectionKind, kind_of, with_correction
 from foveacam_server.resources.fixations.documents import (
     describe_fixation,
     describe_step,
@@ -25,10 +25,19 @@ from foveacam_server.resources.fixations.documents import (
     stored_look,
 )
 from foveacam_server.resources.fixations.request import check_target, depth_range_of, target_of
-from foveacam_server.resources.fixations.schema import CorrectionDocument, FixationDocument, TargetDocument
+from foveacam_server.resources.fixations.schema import (
+    CorrectionDocument,
+    FixationDocument,
+    FixationOrder,
+    FixationRequest,
+    FixationStep,
+    TargetCloud,
+    TargetDocument,
+)
 from foveacam_server.resources.fixations.table import FixationTable, TargetTable
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
+from foveacam_server.rig.schema import Direction
 
 KIND = "fixation"
 
@@ -64,22 +73,30 @@ class FixationService:
         self.targets = TargetTable(store)
         tools.jobs.handle(KIND, self._run)
 
-    def foveate(self, request: Document, *, source: str, idempotency_key: str | None = None) -> Job:
+    def foveate(self, request: FixationRequest, *, source: str, idempotency_key: str | None = None) -> Job:
         """Queue a fixation; raise at once what it could not do now."""
+        order = FixationOrder(**request.model_dump(exclude_none=True), source=source)
+        return self.submit(order, idempotency_key=idempotency_key)
+
+    def submit(self, order: FixationOrder, *, idempotency_key: str | None = None) -> Job:
+        """Queue a fixation as `foveate` does."""
         calibration = self._tools.calibration.require()
-        check_target(target_of(request), calibration)
-        depth_range_of(request)
-        if request.get("corrects") is not None:
-            self.table.get(request["corrects"])
+        check_target(target_of(order), calibration)
+        depth_range_of(order)
+        if order.corrects is not None:
+            self.table.get(order.corrects)
         self._tools.hardware.check_may_move(one_eyed=True)
-        return self._tools.jobs.submit(KIND, {**request, "source": source}, idempotency_key=idempotency_key)
+        return self._tools.jobs.submit(KIND, order, idempotency_key=idempotency_key)
 
     def look_again(self, target_id: str, *, source: str) -> Job:
         """Queue a fixation of a known target: its label stays, its distance is measured again."""
         target = self.targets.get(target_id)
-        direction = {"ax_deg": target.ax_deg, "ay_deg": target.ay_deg}
-        request = {"direction": direction, "label": target.label, "depth": True, "target_id": target_id}
-        return self.foveate(request, source=source)
+        direction = Direction(ax_deg=target.ax_deg, ay_deg=target.ay_deg)
+        return self.submit(
+            FixationOrder(
+                direction=direction, label=target.label, depth=True, target_id=target_id, source=source
+            )
+        )
 
     def stored_looks(self) -> list[StoredLook | BoundedLook]:
         """Return how the stored targets are drawn in the 3D pane, oldest first."""
@@ -97,7 +114,7 @@ class FixationService:
         self._tools.events.emit(
             "cloud.created",
             f"{target.label if target else fixation_id}: {cloud.points} points",
-            data={**cloud.as_json(), "target_id": target.id if target else None},
+            data=TargetCloud(**cloud.model_dump(), target_id=target.id if target else None),
         )
         if target is not None:
             self._emit("target.updated", f"{target.label} has got its shape", target)
@@ -111,6 +128,7 @@ class FixationService:
 
     def _run(self, context: JobContext) -> str:
         tools, job = self._tools, context.job
+        order = job.parse_request(FixationOrder)
         calibration = tools.calibration.require()
         fixation_id = new_id("fix")
 
@@ -120,7 +138,7 @@ class FixationService:
             tools.events.emit(
                 "fixation.step",
                 _step_words(step),
-                data={"fixation_id": fixation_id, "job_id": job.id, "step": describe_step(step).as_json()},
+                data=FixationStep(fixation_id=fixation_id, job_id=job.id, step=describe_step(step)),
             )
 
         holder = f"fixation {job.id}"
@@ -128,9 +146,9 @@ class FixationService:
             fixation = fixate(
                 head,
                 calibration,
-                target_of(job.request),
-                known=PriorKnowledge(context=tools.context, within=depth_range_of(job.request)),
-                clicked=self._clicked(job.request),
+                target_of(order),
+                known=PriorKnowledge(context=tools.context, within=depth_range_of(order)),
+                clicked=self._clicked(order),
                 clock=tools.clock,
                 on_step=on_step,
                 cancelled=context.cancelled,
@@ -138,40 +156,46 @@ class FixationService:
         tools.on_fixation(fixation, calibration)
         steps = len(fixation.steps)
         context.progress(steps, total=steps, note=fixation.state.value)
-        return self._store(fixation, fixation_id=fixation_id, job=job, calibration=calibration)
-
-    def _clicked(self, request: Document) -> Frame | None:
-        """Return the wide frame on which a target was chosen; None without a number, or when it is gone."""
-        seq = request.get("frame_seq")
-        return None if seq is None else self._tools.hardware.recent_wide(seq)
-
-    def _store(self, fixation: Fixation, *, fixation_id: str, job: Job, calibration: Calibration) -> str:
-        """Store a fixation and its target, emit events, queue its shape; return its URL."""
-        request = {key: value for key, value in job.request.items() if key != "target_id"}
         described = describe_fixation(
-            fixation, calibration=calibration, fixation_id=fixation_id, job_id=job.id, request=request
+            fixation, calibration=calibration, fixation_id=fixation_id, job_id=job.id, order=order
         )
-        known = self._known_target(job.request)
-        target = None if fixation.basis is None else self._target(described, job, known)
-        described.target_id = target.id if target else None
-        self.table.add(described)
-        label = target.label if target else (job.request.get("label") or "fixation")
-        level = EventLevel.WARNING if fixation.basis is None else EventLevel.INFO
-        message = f"{label}: {fixation_words(described)}"
-        self._tools.events.emit("fixation.done", message, level=level, data=described.as_json())
-        self._store_answer(target or known, described)
-        self._queue_shape(fixation, described, label=label, calibration=calibration)
+        self._store(fixation, described, order=order, calibration=calibration)
         return f"/api/v1/fixations/{fixation_id}"
 
-    def _known_target(self, request: Document) -> TargetDocument | None:
+    def _clicked(self, order: FixationOrder) -> Frame | None:
+        """Return the wide frame on which a target was chosen; None without a number, or when it is gone."""
+        return None if order.frame_seq is None else self._tools.hardware.recent_wide(order.frame_seq)
+
+    def _store(
+        self,
+        fixation: Fixation,
+        described: FixationDocument,
+        *,
+        order: FixationOrder,
+        calibration: Calibration,
+    ) -> None:
+        """Store a fixation and its target, emit events, queue its shape."""
+        known = self._known_target(order)
+        target = None if fixation.basis is None else self._target(described, order, known)
+        described.target_id = target.id if target else None
+        self.table.add(described)
+        label = target.label if target else (order.label or "fixation")
+        level = EventLevel.WARNING if fixation.basis is None else EventLevel.INFO
+        message = f"{label}: {fixation_words(described)}"
+        self._tools.events.emit("fixation.done", message, level=level, data=described)
+        self._store_answer(target or known, described, kind_of(order))
+        self._queue_shape(fixation, described, label=label, calibration=calibration)
+
+    def _known_target(self, order: FixationOrder) -> TargetDocument | None:
         """Return the target that the answer is for, if it exists: looked at again, or corrected."""
-        corrects = request.get("corrects")
-        target_id = request.get("target_id") if corrects is None else self.table.get(corrects).target_id
+        corrects = order.corrects
+        target_id = order.target_id if corrects is None else self.table.get(corrects).target_id
         return None if target_id is None else self.targets.find(target_id)
 
-    def _store_answer(self, target: TargetDocument | None, fixation: FixationDocument) -> None:
+    def _store_answer(
+        self, target: TargetDocument | None, fixation: FixationDocument, kind: CorrectionKind | None
+    ) -> None:
         """Store the answer, and the correction that ordered it even when it failed."""
-        kind = kind_of(fixation.request)
         if target is None or (fixation.basis is None and kind is None):
             return
         if kind is not None:
@@ -181,10 +205,12 @@ class FixationService:
             target = with_correction(target, correction)
         self.put_target(target)
 
-    def _target(self, fixation: FixationDocument, job: Job, known: TargetDocument | None) -> TargetDocument:
+    def _target(
+        self, fixation: FixationDocument, order: FixationOrder, known: TargetDocument | None
+    ) -> TargetDocument:
         return TargetDocument(
-            id=known.id if known else (job.request.get("target_id") or new_id("tgt")),
-            label=known.label if known else (job.request.get("label") or self.targets.next_label()),
+            id=known.id if known else (order.target_id or new_id("tgt")),
+            label=known.label if known else (order.label or self.targets.next_label()),
             fixation_id=fixation.id,
             basis=fixation.basis or "both_foveae",
             distance_m=fixation.distance_m,
@@ -213,7 +239,7 @@ class FixationService:
         self._emit(kind, f"{target.label} {distance_words(target)}", target)
 
     def _emit(self, kind: str, message: str, target: TargetDocument) -> None:
-        self._tools.events.emit(kind, message, data=target.as_json())
+        self._tools.events.emit(kind, message, data=target)
 
     def _queue_shape(
         self, fixation: Fixation, described: FixationDocument, *, label: str, calibration: Calibration
@@ -233,7 +259,7 @@ class FixationService:
                 created_utc=described.created_utc,
             )
         )
-        if not described.request.get("depth", True):
+        if not described.order.depth:
             return
         self._tools.shapes.put(
             VergedLook(

@@ -1,10 +1,33 @@
 """Reads and writes fixations and targets as rows of the database."""
 
-from sqlalchemy import select, update
+from sqlalchemy import String, select, update
+from sqlalchemy.orm import Mapped, mapped_column
 
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.store import FixationRow, Store, TargetRow
+from foveacam_server.foundation.store import SchemaColumn, Store, TableRow
 from foveacam_server.resources.fixations.schema import FixationDocument, TargetDocument
+
+
+class FixationRow(TableRow):
+    """A fixation; `document` is what REST shows, without the ids that are set later."""
+
+    __tablename__ = "fixations"
+    seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    id: Mapped[str] = mapped_column(String(40), unique=True)
+    job_id: Mapped[str] = mapped_column(index=True)
+    target_id: Mapped[str | None]
+    cloud_id: Mapped[str | None]
+    document: Mapped[FixationDocument] = mapped_column(SchemaColumn(FixationDocument))
+
+
+class TargetRow(TableRow):
+    """A target: a point that was fixated; `document` is what REST shows, but for its label."""
+
+    __tablename__ = "targets"
+    seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    id: Mapped[str] = mapped_column(String(40), unique=True)
+    label: Mapped[str]
+    document: Mapped[TargetDocument] = mapped_column(SchemaColumn(TargetDocument))
 
 
 class FixationTable:
@@ -22,7 +45,7 @@ class FixationTable:
                     job_id=fixation.job_id,
                     target_id=fixation.target_id,
                     cloud_id=fixation.cloud_id,
-                    document=fixation.as_json(),
+                    document=fixation,
                 )
             )
 
@@ -38,7 +61,7 @@ class FixationTable:
             row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
             if row is None:
                 raise _no_fixation(fixation_id)
-            row.document = {**row.document, "chosen_alternative": alternative}
+            row.document = row.document.model_copy(update={"chosen_alternative": alternative})
             return _fixation(row)
 
     def get(self, fixation_id: str) -> FixationDocument:
@@ -67,9 +90,9 @@ class TargetTable:
         with self._store.session() as session:
             row = session.scalars(select(TargetRow).where(TargetRow.id == target.id)).one_or_none()
             if row is not None:
-                row.document = {**target.as_json(), "created_utc": row.document["created_utc"]}
+                row.document = target.model_copy(update={"created_utc": row.document.created_utc})
                 return False
-            session.add(TargetRow(id=target.id, label=target.label, document=target.as_json()))
+            session.add(TargetRow(id=target.id, label=target.label, document=target))
             return True
 
     def next_label(self) -> str:
@@ -82,8 +105,8 @@ class TargetTable:
         """Set the cloud of the target that a fixation produced; return that target."""
         with self._store.session() as session:
             for row in session.scalars(select(TargetRow)):
-                if row.document["fixation_id"] == fixation_id:
-                    row.document = {**row.document, "cloud_id": cloud_id}
+                if row.document.fixation_id == fixation_id:
+                    row.document = row.document.model_copy(update={"cloud_id": cloud_id})
                     return _target(row)
         return None
 
@@ -127,12 +150,11 @@ class TargetTable:
 
 
 def _fixation(row: FixationRow) -> FixationDocument:
-    ids = {"target_id": row.target_id, "cloud_id": row.cloud_id}
-    return FixationDocument.model_validate({**row.document, **ids})
+    return row.document.model_copy(update={"target_id": row.target_id, "cloud_id": row.cloud_id})
 
 
 def _target(row: TargetRow) -> TargetDocument:
-    return TargetDocument.model_validate({**row.document, "label": row.label})
+    return row.document.model_copy(update={"label": row.label})
 
 
 def _no_fixation(fixation_id: str) -> NotFound:

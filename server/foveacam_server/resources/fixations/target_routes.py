@@ -15,7 +15,7 @@ from foveacam_server.foundation.answers import (
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
-from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.foundation.schema import ItemId, JobDocument
 from foveacam_server.resources.fixations.schema import FixationDocument, TargetDocument, TargetPatch
 from foveacam_server.resources.fixations.service import FixationService
 from foveacam_server.rig.ports import SceneViewer
@@ -52,7 +52,7 @@ def one(target_id: str, services: ServicesDep) -> TargetDocument:
 def rename(target_id: str, patch: TargetPatch, services: ServicesDep) -> TargetDocument:
     """Give a target another label."""
     target = services.fixations.targets.rename(target_id, patch.label)
-    services.events.emit("target.updated", f"{target_id} is now {patch.label}", data=target.as_json())
+    services.events.emit("target.updated", f"{target_id} is now {patch.label}", data=target)
     return target
 
 
@@ -60,7 +60,7 @@ def rename(target_id: str, patch: TargetPatch, services: ServicesDep) -> TargetD
 def remove(target_id: str, services: ServicesDep) -> None:
     """Delete a target; its fixation and its cloud stay."""
     target = services.fixations.targets.remove(target_id)
-    services.events.emit("target.deleted", f"{target.label} was removed", data={"id": target_id})
+    services.events.emit("target.deleted", f"{target.label} was removed", data=ItemId(id=target_id))
     if services.viewer is not None:
         services.viewer.remove_fixation(target.fixation_id)
 

@@ -14,6 +14,7 @@ from foveacam_pipeline.measure.profile import profile_along
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.names import new_id, utc_now
+from foveacam_server.foundation.schema import ItemId
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.measurements.documents import (
     length_document,
@@ -85,7 +86,7 @@ class MeasurementService:
         document = self._measured(request, label)
         self._table.add(document)
         self._draw(document)
-        self._tools.events.emit("measurement.created", value_text(document), data={"id": document.id})
+        self._tools.events.emit("measurement.created", value_text(document), data=ItemId(id=document.id))
         return document
 
     def every(self) -> list[MeasurementDocument]:
@@ -101,7 +102,7 @@ class MeasurementService:
         document = self._table.rename(measurement_id, label)
         self._draw(document)
         self._tools.events.emit(
-            "measurement.updated", f"{measurement_id} is now {label}", data={"id": document.id}
+            "measurement.updated", f"{measurement_id} is now {label}", data=ItemId(id=document.id)
         )
         return document
 
@@ -111,7 +112,7 @@ class MeasurementService:
         if self._tools.viewer is not None:
             self._tools.viewer.remove_measurement(measurement_id)
         self._tools.events.emit(
-            "measurement.deleted", f"{document.label} was removed", data={"id": measurement_id}
+            "measurement.deleted", f"{document.label} was removed", data=ItemId(id=measurement_id)
         )
 
     def _draw(self, document: MeasurementDocument) -> None:

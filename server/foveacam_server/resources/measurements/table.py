@@ -4,7 +4,7 @@ from sqlalchemy import String, select
 from sqlalchemy.orm import Mapped, mapped_column
 
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.store import Document, Store, TableRow
+from foveacam_server.foundation.store import SchemaColumn, Store, TableRow
 from foveacam_server.resources.measurements.schema import MeasurementDocument
 
 
@@ -15,7 +15,7 @@ class MeasurementRow(TableRow):
     seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
     id: Mapped[str] = mapped_column(String(40), unique=True)
     label: Mapped[str]
-    document: Mapped[Document]
+    document: Mapped[MeasurementDocument] = mapped_column(SchemaColumn(MeasurementDocument))
 
 
 class MeasurementTable:
@@ -32,7 +32,7 @@ class MeasurementTable:
 
     def add(self, document: MeasurementDocument) -> None:
         """Write one down."""
-        row = MeasurementRow(id=document.id, label=document.label, document=document.model_dump(mode="json"))
+        row = MeasurementRow(id=document.id, label=document.label, document=document)
         with self._store.session() as session:
             session.add(row)
 
@@ -73,7 +73,7 @@ class MeasurementTable:
 
 
 def _document(row: MeasurementRow) -> MeasurementDocument:
-    return MeasurementDocument.model_validate({**row.document, "label": row.label})
+    return row.document.model_copy(update={"label": row.label})
 
 
 def _none(measurement_id: str) -> NotFound:

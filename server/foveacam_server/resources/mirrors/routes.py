@@ -84,7 +84,7 @@ async def steer(request: SteerRequest, services: ServicesDep, x_lease: LeaseHead
     services.events.emit(
         "mirrors.steered",
         f"steered to {request.direction.ax_deg:.2f}°, {request.direction.ay_deg:.2f}°",
-        data=request.model_dump(),
+        data=request,
     )
     return mirrors_document(services)
 

@@ -1,7 +1,6 @@
 """The commands `foveacam record FILE`, `foveacam recording info FILE`, `… recording export FILE OUT`."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -19,6 +18,7 @@ from rich.progress import (
 from foveacam_pipeline.capture.recording.bounds import LONGEST_S
 from foveacam_pipeline.storage.free_space import RESERVE_TEXT
 from foveacam_server.commands.options import JsonOption, RigOptions, on_rig
+from foveacam_server.foundation.schema import ResponseModel
 
 app = typer.Typer(
     name="recording",
@@ -117,8 +117,8 @@ def _progress(*columns: ProgressColumn, silent: bool) -> Progress:
     return Progress(*columns, console=console, transient=True, disable=silent or not console.is_terminal)
 
 
-def _print(found: Mapping[str, object], shown: RenderableType, *, as_json: bool) -> None:
+def _print(found: ResponseModel, shown: RenderableType, *, as_json: bool) -> None:
     if as_json:
-        typer.echo(json.dumps(found, allow_nan=False))
+        typer.echo(json.dumps(found.as_json(), allow_nan=False))
     else:
         Console().print(shown)

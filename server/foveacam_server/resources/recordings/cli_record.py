@@ -24,6 +24,8 @@ from foveacam_server.commands.calibration_data import open_data
 from foveacam_server.commands.options import RigOptions
 from foveacam_server.commands.rig import RigChoice, open_enabled_rig
 from foveacam_server.resources.recordings.begin import check_room, identity_of
+from foveacam_server.resources.recordings.documents import counts_of
+from foveacam_server.resources.recordings.schema import RecordedFile
 
 ReportProgress = Callable[[float, str], None]
 """Called with the seconds recorded and a note."""
@@ -41,7 +43,7 @@ class RecordingSpec:
     packed: bool = False
 
 
-def record_rig(rig_options: RigOptions, spec: RecordingSpec, *, report: ReportProgress) -> dict[str, object]:
+def record_rig(rig_options: RigOptions, spec: RecordingSpec, *, report: ReportProgress) -> RecordedFile:
     """Open the rig, record it, and return the frame counts of every stream."""
     if spec.file.suffix.lower() != SUFFIX:
         raise InvalidInput(f"record: {spec.file.name} is no name of a recording; end it in {SUFFIX}")
@@ -55,7 +57,7 @@ def record_rig(rig_options: RigOptions, spec: RecordingSpec, *, report: ReportPr
 
 def record_opened(
     rig: Rig, spec: RecordingSpec, *, calibration: Calibration | None, report: ReportProgress
-) -> dict[str, object]:
+) -> RecordedFile:
     """Record a rig that is open and enabled; raise the fault that ended it early, such as a full disk."""
     volts = gaze_of(spec, calibration)
     if spec.file.parent.is_dir():  # else the recorder raises
@@ -66,13 +68,13 @@ def record_opened(
     ended = EndCause.STOPPED
     with recorder, suppress(KeyboardInterrupt):
         ended = _record_looks(rig, recorder, spec, volts=volts, calibration=calibration, report=report)
-    return {
-        "file": str(spec.file),
-        "ended": ended.value,
-        "why": early_end_message(spec.file) if ended is EndCause.DISK_RESERVE else "",
-        "bytes": recorder.bytes_written,
-        "streams": {stream: found.document() for stream, found in recorder.statistics.items()},
-    }
+    return RecordedFile(
+        file=str(spec.file),
+        ended=ended,
+        why=early_end_message(spec.file) if ended is EndCause.DISK_RESERVE else "",
+        bytes=recorder.bytes_written,
+        streams={stream: counts_of(found) for stream, found in recorder.statistics.items()},
+    )
 
 
 def gaze_of(spec: RecordingSpec, calibration: Calibration | None) -> StereoVolts:
@@ -124,15 +126,13 @@ def _counts_words(streams: dict[str, StreamStatistics], size: int) -> str:
     return f"{written} frames, {dropped} dropped, {size / 1e6:.0f} MB"
 
 
-def record_table(found: dict[str, object]) -> Table:
+def record_table(found: RecordedFile) -> Table:
     """Return the frame counts as a table."""
-    title = f"{found['file']}: {int(str(found['bytes'])) / 1e6:.1f} MB"
-    table = Table(title=title, caption=str(found["why"]) or None)
+    table = Table(title=f"{found.file}: {found.bytes / 1e6:.1f} MB", caption=found.why or None)
     for name in ("stream", "published", "written", "dropped", "why", "missing", "fps"):
         table.add_column(name, justify="left" if name in ("stream", "why") else "right")
-    streams = found["streams"]
-    for stream, counts in (streams if isinstance(streams, dict) else {}).items():
-        why = ", ".join(f"{loss}: {count}" for loss, count in counts["losses"].items())
-        shown = [stream, *(str(counts[name]) for name in ("published", "written", "dropped"))]
-        table.add_row(*shown, why, str(counts["missing"]), f"{counts['fps']:.2f}")
+    for stream, counts in found.streams.items():
+        why = ", ".join(f"{loss}: {count}" for loss, count in counts.losses.items())
+        shown = [stream, *(str(count) for count in (counts.published, counts.written, counts.dropped))]
+        table.add_row(*shown, why, str(counts.missing), f"{counts.fps:.2f}")
     return table

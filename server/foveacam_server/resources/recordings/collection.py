@@ -1,11 +1,13 @@
 """The recordings of a data directory: one file each, found by id; removed ones are in the trash."""
 
-import json
 import shutil
 import threading
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
+
+from pydantic import ValidationError
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
@@ -14,8 +16,7 @@ from foveacam_pipeline.capture.recording.session import STATISTICS
 from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.store import Document
-from foveacam_server.resources.recordings.information import information_of
+from foveacam_server.resources.recordings.information import contents_of
 from foveacam_server.resources.recordings.notes import (
     RecordingNotes,
     id_without_notes,
@@ -23,6 +24,7 @@ from foveacam_server.resources.recordings.notes import (
     read_notes,
     write_notes,
 )
+from foveacam_server.resources.recordings.schema import RecordingContents, StreamCounts
 
 RECORDINGS = "recordings"
 TRASH = ".trash"
@@ -32,12 +34,16 @@ _Stamp = tuple[int, int, int, int]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRecording:
-    """One recording on the disk. `contents`: its document; None when it cannot be read, for `trouble`."""
+    """One recording on the disk. `contents`: None when it cannot be read, for `trouble`.
+
+    `counts`: what its recorder counted, by stream; empty in a recording that was not ended.
+    """
 
     path: Path
     notes: RecordingNotes
     size_bytes: int
-    contents: Document | None
+    contents: RecordingContents | None
+    counts: dict[str, StreamCounts] = field(default_factory=dict)
     removed: bool = False
     trouble: str = ""
 
@@ -88,7 +94,7 @@ class RecordingCollection:
 
     def set_label(self, stored: StoredRecording, *, label: str) -> None:
         """Change a recording's label."""
-        write_notes(stored.path, replace(stored.notes, label=label))
+        write_notes(stored.path, stored.notes.model_copy(update={"label": label}))
 
     def remove(self, stored: StoredRecording) -> None:
         """Move a recording to the trash."""
@@ -130,41 +136,40 @@ class RecordingCollection:
         if known is not None and known[0] == stamp:
             return known[1]
         notes = read_notes(path)
-        held, trouble = _read(path)
+        held, counts, trouble = _read(path)
         if notes is None:
-            recorded = None if held is None else held["recorded"]
+            recorded = None if held is None else held.recorded
             notes = RecordingNotes(id=id_without_notes(path), created_utc=recorded or "")
         stored = StoredRecording(
-            path=path, notes=notes, size_bytes=stamp[1], contents=held, removed=removed, trouble=trouble
+            path=path,
+            notes=notes,
+            size_bytes=stamp[1],
+            contents=held,
+            counts=counts,
+            removed=removed,
+            trouble=trouble,
         )
         with self._lock:
             self._known[path] = stamp, stored
         return stored
 
 
-def contents_document(recording: Recording) -> Document:
-    """Return the document of an open recording, with the recorder's statistics if it has any."""
-    return {**information_of(recording), "statistics": _statistics(recording.metadata.get(STATISTICS, {}))}
-
-
-def _statistics(record: Mapping[str, str]) -> Document:
+def _counts(record: Mapping[str, str]) -> dict[str, StreamCounts]:
+    """Return the counts that can be read of a recorder's statistics."""
     found = {}
     for stream, text in record.items():
-        try:
-            counts = json.loads(text)
-        except ValueError:
-            continue
-        if isinstance(counts, dict):
-            found[stream] = counts
+        with suppress(ValidationError):
+            found[stream] = StreamCounts.model_validate_json(text)
     return found
 
 
-def _read(path: Path) -> tuple[Document | None, str]:
+def _read(path: Path) -> tuple[RecordingContents | None, dict[str, StreamCounts], str]:
+    """Return what a file holds and what its recorder counted, or why it cannot be read."""
     try:
         with Recording(path) as recording:
-            return contents_document(recording), ""
+            return contents_of(recording), _counts(recording.metadata.get(STATISTICS, {})), ""
     except FoveaError as error:
-        return None, str(error)
+        return None, {}, str(error)
 
 
 def _files(home: Path) -> list[Path]:

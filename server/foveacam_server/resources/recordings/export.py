@@ -9,6 +9,7 @@ from rich.table import Table
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.recording.movie import MovieCodec, MovieSpec, Progress, export_movie
 from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_server.resources.recordings.schema import FilmFacts
 
 WIDE = ""
 """`show` value for the wide stream, whatever its name."""
@@ -27,23 +28,23 @@ def movie_spec(
     return MovieSpec(show=show or WIDE, fps=fps, codec=chosen, start_s=start_s, end_s=end_s)
 
 
-def make_film(file: Path, spec: MovieSpec, target: Path, *, progress: Progress) -> dict[str, object]:
-    """Make the film and return its facts as a document."""
+def make_film(file: Path, spec: MovieSpec, target: Path, *, progress: Progress) -> FilmFacts:
+    """Make the film and return its facts."""
     quiet_encoders()
     with Recording(file) as recording:
         show = spec.show or _wide_stream(recording)
         filled = MovieSpec(show=show, fps=spec.fps, codec=spec.codec, start_s=spec.start_s, end_s=spec.end_s)
         made = export_movie(recording, filled, target, progress=progress)
-    return {
-        "file": str(made.path),
-        "shows": show,
-        "codec": made.codec.value,
-        "fps": round(made.fps, 3),
-        "frames": made.frames,
-        "width": made.width,
-        "height": made.height,
-        "bytes": target.stat().st_size,
-    }
+    return FilmFacts(
+        file=str(made.path),
+        shows=show,
+        codec=made.codec.value,
+        fps=round(made.fps, 3),
+        frames=made.frames,
+        width=made.width,
+        height=made.height,
+        bytes=target.stat().st_size,
+    )
 
 
 def quiet_encoders() -> None:
@@ -61,12 +62,12 @@ def _wide_stream(recording: Recording) -> str:
     return wide.name
 
 
-def film_table(found: dict[str, object]) -> Table:
-    """Return the film's document as a table."""
-    table = Table(title=str(found["file"]))
+def film_table(found: FilmFacts) -> Table:
+    """Return the film's facts as a table."""
+    table = Table(title=found.file)
     table.add_column("what")
     table.add_column("value", justify="right")
-    for name, value in found.items():
+    for name, value in found:
         if name != "file":
             table.add_row(name, str(value))
     return table

@@ -7,7 +7,6 @@ from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.films import (
-    FilmSpec,
     check_film,
     clear_unfinished,
     film_document,
@@ -15,7 +14,7 @@ from foveacam_server.resources.recordings.films import (
     make_film,
 )
 from foveacam_server.resources.recordings.opened import OpenRecordings
-from foveacam_server.resources.recordings.schema import FilmDocument, FilmRequest
+from foveacam_server.resources.recordings.schema import FilmDocument, FilmOrder, FilmRequest
 
 KIND = "film"
 REPORT_EVERY = 25
@@ -53,22 +52,19 @@ class FilmService:
     def start(self, recording_id: str, request: FilmRequest, *, idempotency_key: str | None = None) -> Job:
         """Queue a film of a recording; raise at once when the recording cannot show it."""
         with self._library.opened.reading(self._library.readable(recording_id).path) as recording:
-            check_film(recording, _spec_of(request))
-        stored = {**request.model_dump(mode="json"), "recording_id": recording_id}
-        return self._jobs.submit(KIND, stored, idempotency_key=idempotency_key)
+            check_film(recording, request)
+        order = FilmOrder(**request.model_dump(), recording_id=recording_id)
+        return self._jobs.submit(KIND, order, idempotency_key=idempotency_key)
 
     def get_by_url(self, url: str) -> FilmDocument:
         """Return the film that a job's result URL names."""
         recording_id, _, name = url.rsplit("/", 3)[1:]
         kept = self._library.readable(recording_id)
-        return FilmDocument.model_validate(
-            film_document(kept, film_file(self._library.collection, kept, name))
-        )
+        return film_document(kept, film_file(self._library.collection, kept, name))
 
     def _work(self, context: JobContext) -> str:
-        stored = dict(context.job.request)
-        kept = self._library.readable(stored.pop("recording_id"))
-        request = FilmRequest.model_validate(stored, strict=False)
+        order = context.job.parse_request(FilmOrder)
+        kept = self._library.readable(order.recording_id)
 
         def progress(done: int, total: int) -> None:
             context.check()
@@ -77,9 +73,5 @@ class FilmService:
 
         with self._encoding:  # an encoder uses all cores
             context.check()
-            path = make_film(self._library.collection, kept, _spec_of(request), progress=progress)
-        return str(film_document(kept, path)["url"])
-
-
-def _spec_of(request: FilmRequest) -> FilmSpec:
-    return FilmSpec(show=request.show, fps=request.fps, start_s=request.start_s, end_s=request.end_s)
+            path = make_film(self._library.collection, kept, order, progress=progress)
+        return film_document(kept, path).url

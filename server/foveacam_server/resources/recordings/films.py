@@ -1,7 +1,6 @@
 """Films of recordings: made by a job, stored beside them until the trash is emptied."""
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput, Role
@@ -16,32 +15,22 @@ from foveacam_pipeline.capture.recording.movie import (
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.recordings.collection import FILMS, RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.documents import URL
 from foveacam_server.resources.recordings.export import quiet_encoders
 from foveacam_server.resources.recordings.moments import stream_of
+from foveacam_server.resources.recordings.schema import FilmDocument, FilmRequest
 
 LAYOUTS = {layout.value for layout in MovieLayout}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FilmSpec:
-    """The film to make: a role, side-by-side or anaglyph; a part of the recording, seconds from its start."""
-
-    show: str
-    fps: float | None = None
-    start_s: float = 0.0
-    end_s: float | None = None
-
-    @property
-    def name(self) -> str:
-        """Name of the film's file: the same spec has the same name."""
-        wanted = f"{self.show} {self.fps} {self.start_s} {self.end_s}"
-        return f"{self.show}-{hashlib.blake2s(wanted.encode(), digest_size=4).hexdigest()}{SUFFIX}"
+def film_name(spec: FilmRequest) -> str:
+    """Return the name of a film's file: the same film has the same name."""
+    wanted = f"{spec.show} {spec.fps} {spec.start_s} {spec.end_s}"
+    return f"{spec.show}-{hashlib.blake2s(wanted.encode(), digest_size=4).hexdigest()}{SUFFIX}"
 
 
-def check_film(recording: Recording, spec: FilmSpec) -> None:
+def check_film(recording: Recording, spec: FilmRequest) -> None:
     """Raise `InvalidInput` for a film that the recording cannot give."""
     for role in (Role.LEFT, Role.RIGHT) if spec.show in LAYOUTS else (Role(spec.show),):
         stream_of(recording, role)
@@ -52,11 +41,11 @@ def check_film(recording: Recording, spec: FilmSpec) -> None:
 
 
 def make_film(
-    collection: RecordingCollection, stored: StoredRecording, spec: FilmSpec, *, progress: Progress
+    collection: RecordingCollection, stored: StoredRecording, spec: FilmRequest, *, progress: Progress
 ) -> Path:
     """Make a film, unless it exists, and return its path."""
     folder = collection.films(stored.id)
-    target = folder / spec.name
+    target = folder / film_name(spec)
     if target.exists():
         return target
     quiet_encoders()
@@ -83,11 +72,11 @@ def film_file(collection: RecordingCollection, stored: StoredRecording, name: st
     raise NotFound(f"recording {stored.name} has no film {name}; ask for one", asked=name)
 
 
-def film_document(stored: StoredRecording, path: Path) -> Document:
+def film_document(stored: StoredRecording, path: Path) -> FilmDocument:
     """Return a film as a REST document."""
-    return {
-        "name": path.name,
-        "recording_id": stored.id,
-        "size_bytes": path.stat().st_size,
-        "url": f"{URL}/{stored.id}/films/{path.name}",
-    }
+    return FilmDocument(
+        name=path.name,
+        recording_id=stored.id,
+        size_bytes=path.stat().st_size,
+        url=f"{URL}/{stored.id}/films/{path.name}",
+    )

@@ -13,6 +13,7 @@ from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE
 from foveacam_server.foundation.names import utc_now
+from foveacam_server.resources.recordings.schema import RecordingState
 
 _log = logging.getLogger(__name__)
 
@@ -44,7 +45,7 @@ class LiveRecording:
         return self.path.stem
 
     @property
-    def state(self) -> str:
+    def state(self) -> RecordingState:
         """State of the recording: starting, recording or ending."""
         if self.recorder is None:
             return "starting"

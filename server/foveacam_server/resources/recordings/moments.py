@@ -14,35 +14,40 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.footprint import fovea_footprint_px
 from foveacam_pipeline.stereo import pictures
 from foveacam_pipeline.stereo.rectify import rectify
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.recordings.documents import URL
+from foveacam_server.resources.recordings.schema import (
+    MomentDocument,
+    RecordedFrameDocument,
+    TimelineDocument,
+    TimelineStream,
+)
 
 NEAREST_M, FARTHEST_M = 0.3, 300.0
 """Limits of the gazes' meeting distance; outside they count as parallel, with footprints at infinity."""
 EYES = (Role.LEFT, Role.RIGHT)
 
 
-def timeline_document(recording: Recording) -> Document:
+def timeline_document(recording: Recording) -> TimelineDocument:
     """Return the exposure times of all frames, seconds from the recording's start."""
     begin_ns, end_ns = recording.span_ns
-    return {
-        "duration_s": (end_ns - begin_ns) / 1e9,
-        "calibrated": _calibration(recording) is not None,
-        "streams": [
-            {
-                "role": role.value,
-                "name": stream.name,
-                "fps": round(stream.fps, 3),
-                "width": stream.form.width,
-                "height": stream.form.height,
-                "t_s": np.round((stream.t_ns - begin_ns) / 1e9, 6).tolist(),
-            }
+    return TimelineDocument(
+        duration_s=(end_ns - begin_ns) / 1e9,
+        calibrated=_calibration(recording) is not None,
+        streams=[
+            TimelineStream(
+                role=role.value,
+                name=stream.name,
+                fps=round(stream.fps, 3),
+                width=stream.form.width,
+                height=stream.form.height,
+                t_s=np.round((stream.t_ns - begin_ns) / 1e9, 6).tolist(),
+            )
             for role, stream in _streams(recording).items()
         ],
-    }
+    )
 
 
-def moment_document(recording: Recording, recording_id: str, *, t_s: float) -> Document:
+def moment_document(recording: Recording, recording_id: str, *, t_s: float) -> MomentDocument:
     """Return the frames nearest to `t_s` after the start, with poses, footprints and picture URLs."""
     t_ns = _moment_ns(recording, t_s)
     poses = {role: (stream, nearest_index(stream.t_ns, t_ns)) for role, stream in _streams(recording).items()}
@@ -54,12 +59,12 @@ def moment_document(recording: Recording, recording_id: str, *, t_s: float) -> D
     distance_m = _meeting_m(recording, found)
     for role in EYES:
         if role in frames:
-            frames[role]["footprint_px"] = _footprint(recording, role, found[role], distance_m)
-    return {
-        "t_s": round((t_ns - recording.span_ns[0]) / 1e9, 6),
-        "frames": {role.value: document for role, document in frames.items()},
-        "meeting_m": None if math.isinf(distance_m) else round(distance_m, 4),
-    }
+            frames[role].footprint_px = _footprint(recording, role, found[role], distance_m)
+    return MomentDocument(
+        t_s=round((t_ns - recording.span_ns[0]) / 1e9, 6),
+        frames={role.value: document for role, document in frames.items()},
+        meeting_m=None if math.isinf(distance_m) else round(distance_m, 4),
+    )
 
 
 def frame_time_s(recording: Recording, role: Role, index: int) -> float:
@@ -168,22 +173,22 @@ def _checked(recording: Recording, frame: RecordedFrame, calibration: Calibratio
 
 def _frame_document(
     recording: Recording, recording_id: str, role: Role, stream: RecordedStream, index: int, *, begin_ns: int
-) -> Document:
+) -> RecordedFrameDocument:
     pose = recording.pose(stream.name, index)
     angles_deg = None if pose.angles_rad is None else [math.degrees(angle) for angle in pose.angles_rad]
-    return {
-        "stream": stream.name,
-        "index": index,
-        "t_s": round((int(stream.t_ns[index]) - begin_ns) / 1e9, 6),
-        "exposure_ms": None if pose.exposure_ns is None else pose.exposure_ns / 1e6,
-        "x_v": None if pose.volts is None else round(pose.volts.x_v, 4),
-        "y_v": None if pose.volts is None else round(pose.volts.y_v, 4),
-        "volts_source": pose.volts_source,
-        "ax_deg": None if angles_deg is None else round(angles_deg[0], 5),
-        "ay_deg": None if angles_deg is None else round(angles_deg[1], 5),
-        "footprint_px": None,
-        "jpeg_url": f"{URL}/{recording_id}/frames/{role.value}/{index}.jpg",
-    }
+    return RecordedFrameDocument(
+        stream=stream.name,
+        index=index,
+        t_s=round((int(stream.t_ns[index]) - begin_ns) / 1e9, 6),
+        exposure_ms=None if pose.exposure_ns is None else pose.exposure_ns / 1e6,
+        x_v=None if pose.volts is None else round(pose.volts.x_v, 4),
+        y_v=None if pose.volts is None else round(pose.volts.y_v, 4),
+        volts_source=pose.volts_source,
+        ax_deg=None if angles_deg is None else round(angles_deg[0], 5),
+        ay_deg=None if angles_deg is None else round(angles_deg[1], 5),
+        footprint_px=None,
+        jpeg_url=f"{URL}/{recording_id}/frames/{role.value}/{index}.jpg",
+    )
 
 
 def _meeting_m(recording: Recording, poses: dict[Role, FramePose]) -> float:
@@ -199,7 +204,7 @@ def _meeting_m(recording: Recording, poses: dict[Role, FramePose]) -> float:
 
 def _footprint(
     recording: Recording, role: Role, pose: FramePose, distance_m: float
-) -> list[list[float]] | None:
+) -> list[tuple[float, float]] | None:
     """Return a fovea's corners (x, y) in the wide picture, px, clockwise; None when they are unknown.
 
     From the calibration, or, in a recording without one, from the affine stored with the frame, which is for
@@ -217,4 +222,4 @@ def _footprint(
         return None
     if not np.isfinite(corners).all():
         return None
-    return [[float(x), float(y)] for x, y in np.round(corners, 2)]
+    return [(float(x), float(y)) for x, y in np.round(corners, 2)]

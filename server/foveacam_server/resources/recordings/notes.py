@@ -2,13 +2,15 @@
 
 import hashlib
 import logging
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+
+from pydantic import ConfigDict, Field
 
 from foveacam_pipeline.capture.recording.bounds import EndCause
 from foveacam_server.foundation.names import utc_now
+from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.foundation.whole_file import read_document, write_document
+from foveacam_server.resources.recordings.schema import StreamCounts
 
 _log = logging.getLogger(__name__)
 
@@ -16,16 +18,17 @@ FORM, VERSION = "foveacam recording notes", 1
 NOTES = ".json"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RecordingNotes:
+class RecordingNotes(ResponseModel):
     """`ended`: what ended it; `why`: in words, when that was unintended. `statistics`: of every stream."""
+
+    model_config = ConfigDict(frozen=True)
 
     id: str
     label: str = ""
-    created_utc: str = field(default_factory=utc_now)
+    created_utc: str = Field(default_factory=utc_now)
     ended: EndCause | None = None
     why: str = ""
-    statistics: dict[str, dict[str, Any]] = field(default_factory=dict)
+    statistics: dict[str, StreamCounts] = Field(default={})
 
 
 def notes_path(recording: Path) -> Path:
@@ -35,19 +38,17 @@ def notes_path(recording: Path) -> Path:
 
 def write_notes(recording: Path, notes: RecordingNotes) -> None:
     """Write a recording's notes; raise as `write_document`."""
-    document = {"format": FORM, "version": VERSION, **asdict(notes)}
+    document = {"format": FORM, "version": VERSION, **notes.model_dump(mode="json")}
     write_document(notes_path(recording), document, what=f"the notes of recording {recording.stem}")
 
 
 def read_notes(recording: Path) -> RecordingNotes | None:
     """Return the notes of a recording; None without readable ones."""
     try:
-        found = read_document(notes_path(recording), form=FORM, version=VERSION)
-        ended = found.pop("ended", None)
-        return RecordingNotes(**found, ended=None if ended is None else EndCause(ended))
+        return RecordingNotes.model_validate(read_document(notes_path(recording), form=FORM, version=VERSION))
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError) as error:
         _log.warning("%s: its notes cannot be read: %s", recording, error)
         return None
 

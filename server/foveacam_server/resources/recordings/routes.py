@@ -167,7 +167,7 @@ def download(recording_id: RecordingId, services: ServicesDep) -> FileResponse:
 def timeline(recording_id: RecordingId, services: ServicesDep) -> TimelineDocument:
     """Return the moments of all frames, by camera."""
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
-        return TimelineDocument.model_validate(moments.timeline_document(recording))
+        return moments.timeline_document(recording)
 
 
 @router.get(
@@ -190,7 +190,7 @@ def frames(
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
         if role is not None and index is not None:
             t_s = moments.frame_time_s(recording, Role(role), int(index))
-        return MomentDocument.model_validate(moments.moment_document(recording, recording_id, t_s=t_s))
+        return moments.moment_document(recording, recording_id, t_s=t_s)
 
 
 @router.get(

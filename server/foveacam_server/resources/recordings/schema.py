@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, LONGEST_S, EndCause
 from foveacam_pipeline.stereo.estimator import DepthBackend
@@ -11,6 +11,7 @@ from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
 RoleName = Literal["wide", "left", "right"]
 Rate = Literal["full", "live"]
+RecordingState = Literal["starting", "recording", "ending", "complete", "partial", "truncated", "damaged"]
 Show = Literal["wide", "left", "right", "side-by-side", "anaglyph"]
 
 
@@ -35,6 +36,20 @@ class RecordingPatch(RequestModel):
     """Fields of a recording to change."""
 
     label: Text
+
+
+class StreamCounts(ResponseModel):
+    """What the recorder counted of one stream; None where an older recorder did not count it."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    published: int | None = None
+    written: int | None = None
+    dropped: int | None = None
+    missing: int | None = None
+    losses: dict[str, int] = Field(default={})
+    fps: float = 0.0
+    bytes: int | None = None
 
 
 class RecordedStreamDocument(ResponseModel):
@@ -70,6 +85,55 @@ class TruncationDocument(ResponseModel):
     reason: str
 
 
+class StreamFacts(ResponseModel):
+    """One stream of a file; `packed`, `compressed`: how its frames are stored."""
+
+    role: RoleName | None
+    frames: int
+    fps: float
+    width: int
+    height: int
+    pixel_format: str
+    bits: int
+    packed: bool
+    compressed: bool
+
+
+class RigFacts(ResponseModel):
+    """The rig that a file names."""
+
+    rig_id: str
+    name: str
+    baseline_m: float
+    calibration_id: str | None
+    calibration_problem: str | None
+
+
+class RecordingContents(ResponseModel):
+    """What a recording's file holds; `slots`: names of the tracked boxes."""
+
+    file: str
+    bytes: int
+    recorded: str | None
+    app: str | None
+    duration_s: float
+    finalized: bool
+    truncated: TruncationDocument | None
+    rig: RigFacts | None
+    slots: list[str]
+    streams: dict[str, StreamFacts]
+
+
+class RecordedFile(ResponseModel):
+    """The file that `foveacam record` wrote; `why`: what ended it early."""
+
+    file: str
+    ended: EndCause
+    why: str
+    bytes: int
+    streams: dict[str, StreamCounts]
+
+
 class RecordingDocument(ResponseModel):
     """One recording. `why`: what ended it early. `playable`: whether it has frames to show.
 
@@ -85,7 +149,7 @@ class RecordingDocument(ResponseModel):
     file: str
     label: str
     created_utc: str | None
-    state: Literal["starting", "recording", "ending", "complete", "partial", "truncated", "damaged"]
+    state: RecordingState
     ended: EndCause | None
     why: str
     removed: bool
@@ -178,6 +242,25 @@ class FilmRequest(RequestModel):
     end_s: Seconds | None = None
 
 
+class FilmOrder(FilmRequest):
+    """A film as its job stores it."""
+
+    recording_id: str
+
+
+class FilmFacts(ResponseModel):
+    """The film that `foveacam recording export` made."""
+
+    file: str
+    shows: str
+    codec: str
+    fps: float
+    frames: int
+    width: int
+    height: int
+    bytes: int
+
+
 class FilmDocument(ResponseModel):
     """A finished film."""
 
@@ -185,3 +268,17 @@ class FilmDocument(ResponseModel):
     recording_id: str
     size_bytes: int
     url: str
+
+
+class RecordingChange(ResponseModel):
+    """Data of an event about a recording."""
+
+    recording_id: str
+
+
+class RecordingEnded(RecordingChange):
+    """Data of the event that a recording has ended; `why`: what ended it early."""
+
+    name: str
+    ended: EndCause
+    why: str

@@ -32,12 +32,17 @@ from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.resources.recordings.begin import check_room, full_rates, identity_of
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.depth import RecordedDepthService
-from foveacam_server.resources.recordings.documents import URL, live_document, recording_document
+from foveacam_server.resources.recordings.documents import URL, counts_of, live_document, recording_document
 from foveacam_server.resources.recordings.film_service import FilmService
 from foveacam_server.resources.recordings.live import LiveRecording
 from foveacam_server.resources.recordings.notes import RecordingNotes, notes_path, write_notes
 from foveacam_server.resources.recordings.opened import OpenRecordings
-from foveacam_server.resources.recordings.schema import RecordingDocument, RecordingRequest
+from foveacam_server.resources.recordings.schema import (
+    RecordingChange,
+    RecordingDocument,
+    RecordingEnded,
+    RecordingRequest,
+)
 from foveacam_server.rig import refusals
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
@@ -97,10 +102,10 @@ class RecordingService:
 
     def start(self, request: RecordingRequest, *, idempotency_key: str | None = None) -> Job:
         """Start a recording; raise at once what it could not do now."""
-        jobs, stored = self._tools.jobs, request.model_dump(mode="json")
+        jobs = self._tools.jobs
         with self._lock:
             if jobs.has_key(idempotency_key):
-                return jobs.submit(KIND, stored, idempotency_key=idempotency_key)
+                return jobs.submit(KIND, request, idempotency_key=idempotency_key)
             self._check_free()
             path, roles = self.collection.new_file(request.name), _roles(request.roles)
             every, calibration = request.rate == "full", self._tools.calibration.current
@@ -112,7 +117,7 @@ class RecordingService:
             bounds = self._bounds(request.duration_s)
             job = jobs.submit(  # its thread waits for the lock
                 KIND,
-                stored,
+                request,
                 idempotency_key=idempotency_key,
                 total=_whole(bounds.longest_s),
                 note=f"ends by itself after {bounds.longest_s:g} s",
@@ -148,11 +153,11 @@ class RecordingService:
         `removed`: those in the trash instead.
         """
         if removed:
-            found = [_describe(stored) for stored in self.collection.trash()]
+            found = [recording_document(stored) for stored in self.collection.trash()]
         else:
             live = self._current()
             found = [] if live is None else [self._shown(live)]
-            found += [_describe(stored) for stored in self._ended()]
+            found += [recording_document(stored) for stored in self._ended()]
         words = text.casefold().split()
         return [known for known in found if all(word in _searched(known) for word in words)]
 
@@ -161,7 +166,7 @@ class RecordingService:
         live = self._current()
         if live is not None and live.id == recording_id:
             return self._shown(live)
-        return _describe(self.collection.get(recording_id, but=None if live is None else live.path))
+        return recording_document(self.collection.get(recording_id, but=None if live is None else live.path))
 
     def readable(self, recording_id: str) -> StoredRecording:
         """Return a recording that has ended and can be read; raise Busy or InvalidInput for another."""
@@ -261,7 +266,7 @@ class RecordingService:
 
     def _end(self, live: LiveRecording, *, ended: EndCause, why: str) -> None:
         """Write the notes of its end and emit an event; a full disk may not take the notes either."""
-        counts = {stream: found.document() for stream, found in live.statistics.items()}
+        counts = {stream: counts_of(found) for stream, found in live.statistics.items()}
         notes = RecordingNotes(
             id=live.id,
             label=live.label,
@@ -279,7 +284,7 @@ class RecordingService:
             self._live = None
         live.ended.set()
         message = f"recording {live.name} has ended: {why or live.summary()}"
-        data = {"recording_id": live.id, "name": live.name, "ended": ended, "why": why}
+        data = RecordingEnded(recording_id=live.id, name=live.name, ended=ended, why=why)
         level = EventLevel.ERROR if why else EventLevel.INFO
         self._tools.events.emit("recording.ended", message, level=level, data=data)
 
@@ -324,10 +329,10 @@ class RecordingService:
 
     def _shown(self, live: LiveRecording) -> RecordingDocument:
         elapsed_s = (self._tools.clock.now_ns() - live.begun_ns) / 1e9
-        return RecordingDocument.model_validate(live_document(live, elapsed_s=elapsed_s))
+        return live_document(live, elapsed_s=elapsed_s)
 
     def _emit(self, kind: str, message: str, recording_id: str) -> None:
-        self._tools.events.emit(kind, message, data={"recording_id": recording_id})
+        self._tools.events.emit(kind, message, data=RecordingChange(recording_id=recording_id))
 
 
 def _create_file(live: LiveRecording) -> Recorder:
@@ -348,10 +353,6 @@ def _whole(seconds: float) -> int:
 
 def _roles(names: Sequence[str]) -> tuple[Role, ...]:
     return tuple(role for role in Role if role.value in names)
-
-
-def _describe(stored: StoredRecording) -> RecordingDocument:
-    return RecordingDocument.model_validate(recording_document(stored))
 
 
 def _searched(recording: RecordingDocument) -> str:

@@ -14,12 +14,12 @@ from foveacam_server.resources.cameras.routes import CameraStateServices, camera
 from foveacam_server.resources.mirrors.routes import MirrorStateServices, mirrors_document
 from foveacam_server.resources.rig_state.schema import (
     ClockDocument,
-    DeviceProblemDocument,
     RigDocument,
     SteeringDocument,
     TriggerDocument,
 )
 from foveacam_server.rig.ports import CalibrationInForce
+from foveacam_server.rig.schema import DeviceProblemDocument
 from foveacam_server.rig.status import CameraStatus
 
 router = APIRouter(tags=["rig"])

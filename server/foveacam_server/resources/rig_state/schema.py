@@ -4,14 +4,7 @@ from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.resources.calibrations.schema import CalibrationDocument
 from foveacam_server.resources.cameras.schema import CameraDocument, DifferenceDocument
 from foveacam_server.resources.mirrors.schema import MirrorsDocument
-
-
-class DeviceProblemDocument(ResponseModel):
-    """A problem of a device."""
-
-    device: str
-    detail: str
-    remedy: str
+from foveacam_server.rig.schema import DeviceProblemDocument
 
 
 class SteeringDocument(ResponseModel):

@@ -1,6 +1,7 @@
 """Parse errors of matching for the study of Sec. 4.1: a number of px, or the JSON file of a bench."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -82,7 +83,7 @@ def _of_file(path: Path) -> tuple[MatchingError, ...]:
     return found
 
 
-def _figures(path: Path) -> dict[str, object]:
+def _figures(path: Path) -> Mapping[str, object]:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

@@ -32,15 +32,11 @@ def write_report(studies: Sequence[ReportedStudy], folder: Path, *, failed: Sequ
 
 def describe_results(
     studies: Sequence[ReportedStudy], *, every: bool, report: Path | None
-) -> dict[str, object]:
+) -> Mapping[str, object]:
     """Return what `--json` prints: the values of the one study, or of each by its name."""
-    values: dict[str, object] = (
-        {one.study.name: _values_of(one) for one in studies}
-        if every
-        else dict(_values_of(studies[0]))
-        if studies
-        else {}
-    )
+    values: Mapping[str, object] = {one.study.name: _values_of(one) for one in studies}
+    if studies and not every:
+        values = _values_of(studies[0])
     return values if report is None else {**values, "report": str(report)}
 
 

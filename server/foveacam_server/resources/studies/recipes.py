@@ -1,6 +1,6 @@
 """How each study is computed: its settings, the files it depends on, and the function."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -50,7 +50,7 @@ class StudyRecipe:
     """How to compute one study. `settings` (with library versions) and `files` are all that it depends on."""
 
     name: str
-    settings: dict[str, object]
+    settings: Mapping[str, object]
     files: tuple[Path, ...]
     compute: Callable[[ProgressWatcher], StudyResult]
 
@@ -85,11 +85,11 @@ def _recipe(
     order: StudyOrder,
     compute: Callable[[ProgressWatcher], StudyResult],
     *,
-    extra: dict[str, object] | None = None,
     rig: bool = False,
     truth: bool = False,
+    **settings: object,
 ) -> StudyRecipe:
-    """Return a recipe with the files that its result depends on.
+    """Return a recipe with the files that its result depends on, and its own `settings`, plain for JSON.
 
     `rig`: it uses the simulated rig, whose sources and scenes count then. `truth`: it uses the benches'
     measurements against the simulation's truth, whose sources count where they are installed.
@@ -106,8 +106,8 @@ def _recipe(
     benches = bench_folder()
     if truth and benches is not None:
         files += (benches / f"{TRUTH_MODULE}.py", *source_files(benches / "verge"))
-    settings: dict[str, object] = {"quick": order.quick, "libraries": versions()}
-    return StudyRecipe(name=name, settings=settings | (extra or {}), files=files, compute=compute)
+    settings |= {"quick": order.quick, "libraries": versions()}
+    return StudyRecipe(name=name, settings=settings, files=files, compute=compute)
 
 
 def _prepare(watch: ProgressWatcher) -> None:
@@ -135,8 +135,8 @@ def _depth(order: StudyOrder) -> StudyRecipe:
         verge_error: MatchingError = bench_module(TRUTH_MODULE).verge_error(clicks, watch=watch)
         return depth_error_study((verge_error, *given))
 
-    extra: dict[str, object] = {"matching_errors": [asdict(error) for error in given]}
-    return _recipe("depth", order, compute, extra=extra, rig=True, truth=True)
+    errors = [asdict(error) for error in given]
+    return _recipe("depth", order, compute, rig=True, truth=True, matching_errors=errors)
 
 
 def _tradeoff(order: StudyOrder) -> StudyRecipe:
@@ -159,8 +159,8 @@ def _tradeoff(order: StudyOrder) -> StudyRecipe:
         )
         return study if rig_pairs else _without_truth(study)
 
-    extra: dict[str, object] = {"vkitti": _state_of(order.vkitti), "seed": order.seed}
-    return _recipe("tradeoff", order, compute, extra=extra, rig=True, truth=True)
+    vkitti = _state_of(order.vkitti)
+    return _recipe("tradeoff", order, compute, rig=True, truth=True, vkitti=vkitti, seed=order.seed)
 
 
 def _without_truth(study: StudyResult) -> StudyResult:
@@ -202,7 +202,7 @@ def _standoff(order: StudyOrder) -> StudyRecipe:
             quick=order.quick, n_jobs=order.jobs, cluster=order.cluster, watch=watch, **given
         )
 
-    return _recipe("standoff", order, compute, extra={"maps": order.maps, "seed": order.seed})
+    return _recipe("standoff", order, compute, maps=order.maps, seed=order.seed)
 
 
 def _fig8(order: StudyOrder) -> StudyRecipe:

@@ -3,12 +3,13 @@
 import math
 from collections.abc import Callable
 
-from foveacam_hardware.contract import Role, StereoVolts
+from foveacam_hardware.contract import MirrorVolts, Role, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.models.footprint import fovea_footprint_px
-from foveacam_server.foundation.store import Document
+from foveacam_server.rig.schema import Direction, OverlayDocument
 
-UNKNOWN_GAZE: Document = {"footprints": {"left": None, "right": None}, "gaze": {"left": None, "right": None}}
+EYES = (Role.LEFT, Role.RIGHT)
+UNKNOWN_GAZE = OverlayDocument(footprints={"left": None, "right": None}, gaze={"left": None, "right": None})
 
 
 class GazeOverlay:
@@ -17,7 +18,7 @@ class GazeOverlay:
     def __init__(self, calibration: Callable[[], Calibration | None]) -> None:
         self._calibration = calibration
         self._distance_m = math.inf
-        self._last: tuple[Calibration, StereoVolts, float, Document] | None = None
+        self._last: tuple[Calibration, StereoVolts, float, OverlayDocument] | None = None
 
     @property
     def distance_m(self) -> float:
@@ -28,7 +29,7 @@ class GazeOverlay:
         """Draw the outlines at `distance_m` from now on, metres from the rig's origin."""
         self._distance_m = distance_m
 
-    def of(self, gaze: StereoVolts | None) -> Document | None:
+    def of(self, gaze: StereoVolts | None) -> OverlayDocument | None:
         """Return footprints and directions of `gaze`; None while the rig is not calibrated.
 
         An unknown gaze (None) has neither, so that the page removes what it drew.
@@ -42,15 +43,24 @@ class GazeOverlay:
         last = self._last
         if last is not None and last[0] is calibration and last[1] == gaze and last[2] == distance_m:
             return last[3]
-        document: Document = {"footprints": {}, "gaze": {}}
-        for role in (Role.LEFT, Role.RIGHT):
-            volts = eye_volts(gaze, role)
-            corners_px = fovea_footprint_px(calibration, role, volts, distance_m)
-            ax_rad, ay_rad = calibration.eye(role).mirror.angles_rad(volts)
-            document["footprints"][role.value] = [[round(x, 2), round(y, 2)] for x, y in corners_px.tolist()]
-            document["gaze"][role.value] = {
-                "ax_deg": round(math.degrees(ax_rad), 4),
-                "ay_deg": round(math.degrees(ay_rad), 4),
-            }
-        self._last = (calibration, gaze, distance_m, document)
-        return document
+        volts = {role: eye_volts(gaze, role) for role in EYES}
+        overlay = OverlayDocument(
+            footprints={
+                role.value: _footprint_px(calibration, role, volts[role], distance_m) for role in EYES
+            },
+            gaze={role.value: _direction(calibration, role, volts[role]) for role in EYES},
+        )
+        self._last = (calibration, gaze, distance_m, overlay)
+        return overlay
+
+
+def _footprint_px(
+    calibration: Calibration, role: Role, volts: MirrorVolts, distance_m: float
+) -> list[tuple[float, float]]:
+    corners_px = fovea_footprint_px(calibration, role, volts, distance_m)
+    return [(round(x, 2), round(y, 2)) for x, y in corners_px.tolist()]
+
+
+def _direction(calibration: Calibration, role: Role, volts: MirrorVolts) -> Direction:
+    ax_rad, ay_rad = calibration.eye(role).mirror.angles_rad(volts)
+    return Direction(ax_deg=round(math.degrees(ax_rad), 4), ay_deg=round(math.degrees(ay_rad), 4))

@@ -18,7 +18,6 @@ from foveacam_server.foundation.answers import (
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
 from foveacam_server.resources.wide_depth.service import WideDepthService
 
@@ -96,7 +95,4 @@ async def look_around(
     services.lease.check(x_lease)
     job = services.wide_depth.look_around(idempotency_key=idempotency_key)
 
-    def result(_url: str) -> Document:
-        return services.wide_depth.document().model_dump(mode="json")
-
-    return await job_answer(services, job, prefer=prefer, result=result)
+    return await job_answer(services, job, prefer=prefer, result=lambda _url: services.wide_depth.document())

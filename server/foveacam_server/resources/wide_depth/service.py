@@ -115,7 +115,7 @@ class WideDepthService:
         """Queue a look around; refuse at once what could not be done now."""
         self._tools.calibration()
         self._tools.hardware.check_may_move()
-        job = self._tools.jobs.submit(KIND, {}, idempotency_key=idempotency_key)
+        job = self._tools.jobs.submit(KIND, idempotency_key=idempotency_key)
         self._survey_id = job.id
         return job
 
@@ -240,7 +240,7 @@ class WideDepthService:
         if not always and abs(document.known_fraction - self._told_share) < TOLD_SHARE:
             return
         self._told_share = document.known_fraction
-        self._tools.events.emit("wide_depth.changed", message, data=document.model_dump(mode="json"))
+        self._tools.events.emit("wide_depth.changed", message, data=document)
 
     def _wide_picture(self) -> NDArray[np.uint8] | None:
         """Return the newest wide picture, (h, w, 3) uint8 RGB."""
