@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -27,7 +27,6 @@ from foveacam_server.resources.calibration_sessions.sessions import (
     SessionCollection,
 )
 from foveacam_server.resources.calibration_sessions.step_environment import environment_of
-from foveacam_server.resources.calibration_sessions.wide_documents import RESULT
 
 from .marker_room import EYES, SilentStepWatcher, changed_room, make_grey, true_wide
 
@@ -91,7 +90,6 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swept]:
         rig.mirrors.enable()
         shelf = SessionCollection(tmp_path_factory.mktemp("data"))
         session = shelf.create(label="hot", rig_id=rig.rig_id, baseline_m=rig.baseline_m)
-        session.write(RESULT, {"lens": asdict(WIDE)})
         found = Swept(rig, session)
         found.measure()
         yield found
@@ -146,9 +144,9 @@ def test_what_drifts_between_the_sweep_and_the_check_is_taken_out(swept: Swept) 
 
     assert closed.parent_id == fitted.id
     assert swept.session.head.calibrations[-1] == closed.id
-    document = swept.session.read(DRIFT)
-    assert document is not None
-    assert document["corrected"]
+    found = swept.session.read(DRIFT)
+    assert found is not None
+    assert found.corrected
     now_s = 1e-9 * clock.now_ns()
     for role in EYES:
         x_rad, y_rad = swept.true_turn(role, now_s) - swept.true_turn(role, last_s)

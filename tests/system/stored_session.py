@@ -15,14 +15,16 @@ from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_reference import nodes_to_return_to
 from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
-from foveacam_pipeline.models.content import plain
+from foveacam_server.resources.calibration_sessions.schema import SettleDocument
 from foveacam_server.resources.calibration_sessions.sessions import (
     SETTLE,
     SETTLE_REPORT,
     CalibrationSession,
+    FinishedSteps,
+    FinishedWide,
     SessionCollection,
 )
-from foveacam_server.resources.calibration_sessions.wide_documents import RESULT, views_id
+from foveacam_server.resources.calibration_sessions.wide_stage import RESULT, WideResult, views_id
 
 RIG = "sim-rig120"
 SEED = 0
@@ -54,11 +56,10 @@ def store_session(
     """
     shelf = SessionCollection(data / "calibrations" / "sessions")
     session = shelf.create(label=label, rig_id=RIG, baseline_m=0.2)
-    lens = plain(true_wide())
     WideSamples(Charuco()).save(session.folder)
-    stage = {"board": BOARD, "model": None, "lens": lens, "wide": {**NO_VIEWS}}
-    session.write(RESULT, {"views_id": views_id(session.folder), **stage})
-    session.finish_step("wide", {"views": 40})
+    stage = {"board": BOARD, "model": None, "lens": true_wide(), "wide": NO_VIEWS}
+    session.write(RESULT, WideResult.model_validate({"views_id": views_id(session.folder), **stage}))
+    session.finish_steps(FinishedSteps(wide=FinishedWide(views=40)))
     for station in stations:
         store_sweep(session, station, side=side, field_deg=field_deg, poses=poses)
     return session
@@ -83,7 +84,7 @@ def store_settle(session: CalibrationSession, *, settle_us: int, low_pass_hz: in
     """Let a session have measured how the mirrors settle, with a drive filter."""
     report = replace(REPORT, rig_id=RIG, low_pass_hz=low_pass_hz)
     save_settle(report, session.folder / SETTLE_REPORT)
-    session.write(SETTLE, {"axes": [], "settle_us": settle_us})
+    session.write(SETTLE, SettleDocument(axes=[], settle_us=settle_us))
 
 
 def sweep_at(station: Station, *, side: int, field_deg: float | None = None) -> Sweep:

@@ -14,6 +14,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli
 from foveacam_server.foundation.store import Store
+from foveacam_server.resources.calibration_sessions.schema import SettleDocument
 from foveacam_server.resources.calibration_sessions.sessions import SETTLE, SETTLE_REPORT, SessionCollection
 from foveacam_server.resources.calibrations.in_force import write_pin
 from foveacam_server.resources.calibrations.service import SHIPPED
@@ -127,7 +128,7 @@ def test_settle_time_of_a_session_is_put_in_use_without_a_rig_and_taken_back(
         label="spring", rig_id=RIG, baseline_m=0.2
     )
     save_settle(replace(REPORT, rig_id=RIG), session.folder / SETTLE_REPORT)
-    session.write(SETTLE, {"axes": [], "settle_us": 11_200})
+    session.write(SETTLE, SettleDocument(axes=[], settle_us=11_200))
     told = []
     for wish in ([], ["--apply"], ["--rig-file"]):
         assert run(monkeypatch, "settle-time", *wish, "--json") == 0

@@ -10,14 +10,15 @@ from foveacam_hardware.contract import InvalidInput, NotCalibrated, StorageFull
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.calibration_sessions.documents import session_document
+from foveacam_server.resources.calibration_sessions.descriptions import describe_session
 from foveacam_server.resources.calibration_sessions.pictures import (
-    picture_documents,
+    describe_pictures,
     picture_path,
     write_picture,
 )
-from foveacam_server.resources.calibration_sessions.sessions import HEAD, SessionCollection
-from foveacam_server.resources.calibration_sessions.wide_documents import lens_of
+from foveacam_server.resources.calibration_sessions.schema import ClosingDocument, ClosingEyeDocument
+from foveacam_server.resources.calibration_sessions.sessions import DRIFT, HEAD, VIEWS, SessionCollection
+from foveacam_server.resources.calibration_sessions.wide_stage import lens_of
 
 from .exchange_rig import Bench
 
@@ -48,7 +49,7 @@ def test_what_is_no_session_is_not_found(shelf: SessionCollection, wanted: str) 
 
 def test_removed_session_is_gone_with_its_files(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
-    session.write("fit-result.json", {"models": []})
+    (session.folder / "fit-result.json").write_text('{"models": []}')
     shelf.remove(session.id)
     assert shelf.every() == []
     assert not session.folder.exists()
@@ -68,7 +69,7 @@ def test_damaged_head_is_passed_over_in_the_list_and_named_when_asked_for(
 
 def test_empty_session_says_so_in_every_part(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
-    document = session_document(session, url="/s", running="job-1")
+    document = describe_session(session, url="/s", running="job-1").as_json()
     assert document["bytes"] > 0
     assert document["running"] == "job-1"
     for part in ("board", "wide", "fit", "settle", "check"):
@@ -81,13 +82,16 @@ def test_part_that_cannot_be_read_is_named_and_the_others_are_shown(shelf: Sessi
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     (session.folder / "fit-result.json").write_text('{"mod')
     (session.folder / "sweep-markers.jsonl").write_text("nonsense\n")
-    session.write("settle-result.json", {"axes": []})
-    document = session_document(session, url="/s", running=None)
+    (session.folder / "settle-result.json").write_text('{"axes": []}')
+    (session.folder / "check-result.json").write_text('{"calibration_id": "aa", "poses": "many"}')
+    document = describe_session(session, url="/s", running=None).as_json()
     assert document["settle"] == {"axes": [], "applied": False}
     assert document["fit"] is None
+    assert document["check"] is None
     assert document["sweeps"] == []
-    assert len(document["problems"]) == 2
+    assert len(document["problems"]) == 3
     assert "fit-result.json" in document["problems"][1]
+    assert "check-result.json cannot be read (epipolar_rms_px: " in document["problems"][2]
 
 
 def test_step_that_needs_the_wide_camera_says_which_step_comes_first(shelf: SessionCollection) -> None:
@@ -99,14 +103,14 @@ def test_step_that_needs_the_wide_camera_says_which_step_comes_first(shelf: Sess
 def test_picture_has_another_address_when_it_was_drawn_anew(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
     write_picture(session, "loo", b"first")
-    first = picture_documents(session, url="/s")
+    first = describe_pictures(session, url="/s")
     path = picture_path(session, "loo")
     path.write_bytes(b"second")
     os.utime(path, ns=(0, path.stat().st_mtime_ns + 5_000_000))
-    second = picture_documents(session, url="/s")
-    assert first[0]["name"] == "loo"
-    assert first[0]["url"].startswith("/s/pictures/loo.png?v=")
-    assert first[0]["url"] != second[0]["url"]
+    second = describe_pictures(session, url="/s")
+    assert first[0].name == "loo"
+    assert first[0].url.startswith("/s/pictures/loo.png?v=")
+    assert first[0].url != second[0].url
 
 
 def test_picture_that_nobody_draws_is_not_found(shelf: SessionCollection) -> None:
@@ -119,26 +123,29 @@ def test_picture_that_nobody_draws_is_not_found(shelf: SessionCollection) -> Non
 
 def test_files_are_written_whole(shelf: SessionCollection) -> None:
     session = shelf.create(label="a", rig_id="rig-1", baseline_m=0.2)
-    session.write("check-result.json", {"poses": 1})
+    eye = ClosingEyeDocument(eye="left", shift_deg=(0.1, 0.2), roll_deg=0.3, moved_px=4.0, sigma_px=0.5)
+    drift = ClosingDocument(calibration_id="aa", corrected=True, places=5, eyes=[eye], rows_px=1.5, detail="")
+    session.write(DRIFT, drift)
     with pytest.raises(ValueError, match="JSON"):
-        session.write("check-result.json", {"poses": float("nan")})
-    assert json.loads((session.folder / "check-result.json").read_text()) == {"poses": 1}
+        session.write(DRIFT, drift.model_copy(update={"rows_px": float("nan")}))
+    assert json.loads((session.folder / "drift-result.json").read_text())["rows_px"] == 1.5
+    assert session.read(DRIFT) == drift
 
 
 def test_sessions_are_put_together_with_the_newest_lens(shelf: SessionCollection) -> None:
     made = [shelf.create(label=name, rig_id="lab-1", baseline_m=0.2) for name in ("old", "mid", "new")]
     sweep = Bench(plan=SweepPlan(columns=3, rows=3)).sweep()
     for number, (session, utc) in enumerate(zip(made, ("2020", "2021", "2022"), strict=True)):
-        session.write(HEAD, (session.read(HEAD) or {}) | {"created_utc": utc})
+        session.write(HEAD, session.head.model_copy(update={"created_utc": utc}))
         save_sweep(
             replace(sweep, header=replace(sweep.header, created_utc=f"{utc}-01-01T00:00:00Z")),
             session.folder / "sweep-markers.jsonl",
         )
         if number < 2:
-            session.write("wide.json", {"of": session.head.label})
+            (session.folder / VIEWS).write_text(session.head.label)
     combined = shelf.combine([session.id for session in made])
     assert combined.head.label == "combined from 3 sweeps of 27 poses"
-    assert (combined.head.rig_id, combined.read("wide.json")) == ("lab-1", {"of": "mid"})
+    assert (combined.head.rig_id, (combined.folder / VIEWS).read_text()) == ("lab-1", "mid")
     assert len(list(combined.folder.glob("sweep-*.jsonl"))) == 3
     assert shelf.every()[0].id == combined.id
 
@@ -174,7 +181,7 @@ def test_sessions_that_a_full_disk_cannot_hold_together_leave_no_folder(
     made = [shelf.create(label=name, rig_id="lab-1", baseline_m=0.2) for name in ("first", "second")]
     for session in made:
         save_sweep(Bench(plan=SweepPlan(columns=3, rows=3)).sweep(), session.folder / "sweep-markers.jsonl")
-        session.write("wide.json", {"of": session.head.label})
+        (session.folder / VIEWS).write_text(session.head.label)
     before = sorted(path.name for path in shelf.folder.iterdir())
     monkeypatch.setattr("foveacam_pipeline.storage.disk.write_part", full)  # the very last file
     with pytest.raises(StorageFull, match="the disk is full"):

@@ -13,7 +13,7 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration
-from foveacam_server.resources.calibration_sessions.documents import session_document
+from foveacam_server.resources.calibration_sessions.descriptions import describe_session
 from foveacam_server.resources.calibration_sessions.fit_step import earlier_fit, fit_session
 from foveacam_server.resources.calibration_sessions.options import FitOptions
 from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession, SessionCollection
@@ -91,15 +91,16 @@ def test_fit_is_kept_told_and_drawn(session: CalibrationSession) -> None:
     assert heard.stages == ["fit"]
     assert heard.fits == [calibration.id]
     assert heard.last[0] == heard.last[1] > 0
-    document = session_document(session, url="/s", running=None)
-    assert document["calibrations"][-1] == document["fit"]["calibration_id"] == calibration.id
-    assert {model["eye"] for model in document["fit"]["models"] if model["chosen"]} == {"left", "right"}
-    assert set(document["fit"]["parallax"]) == {f"markers at {distance_m:g} m" for distance_m in DISTANCES_M}
-    assert document["fit"]["volts_roundtrip_max_lsb"] <= 1.0
+    found = describe_session(session, url="/s", running=None)
+    assert found.fit is not None
+    assert found.calibrations[-1] == found.fit.calibration_id == calibration.id
+    assert {model.eye for model in found.fit.models if model.chosen} == {"left", "right"}
+    assert set(found.fit.parallax or {}) == {f"markers at {distance_m:g} m" for distance_m in DISTANCES_M}
+    assert found.fit.volts_roundtrip_max_lsb <= 1.0
     assert earlier_fit(session, FitOptions(compare=False), lens, registry=kept) == calibration
     assert earlier_fit(session, FitOptions(compare=False, order=3), lens, registry=kept) is None
     assert earlier_fit(session, FitOptions(compare=False), replace(lens, fx_px=3000.0), registry=kept) is None
-    drawn = {picture["name"] for picture in document["pictures"]}
+    drawn = {picture.name for picture in found.pictures}
     assert {"quiver_left", "quiver_right", "loo", "warp_left", "warp_right"} <= drawn
 
 
@@ -108,9 +109,10 @@ def test_fit_of_one_distance_and_one_order_does_what_it_was_told(session: Calibr
     options = FitOptions(compare=False, order=3, use_all_distances=False, label="plain")
     calibration = fit_session(session, options, wide_lens(SweptRig(SEED)), registry=kept, watch=heard)
     assert calibration.label == "plain"
-    fit = session_document(session, url="/s", running=None)["fit"]
-    assert {model["order"] for model in fit["models"]} == {3}
-    assert set(fit["parallax"]) == {"markers at 5 m"}
+    fit = describe_session(session, url="/s", running=None).fit
+    assert fit is not None
+    assert {model.order for model in fit.models} == {3}
+    assert set(fit.parallax or {}) == {"markers at 5 m"}
     assert session.head.calibrations[-1] == calibration.id
 
 

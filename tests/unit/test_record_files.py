@@ -11,7 +11,7 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.resources.calibration_sessions.documents import SessionReader
+from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
 from foveacam_server.resources.calibrations.record_files import (
     ImportFacts,

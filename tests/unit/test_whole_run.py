@@ -17,7 +17,6 @@ from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_pipeline.models.content import plain
 from foveacam_server.resources.calibration_sessions.fit_step import inputs_of
 from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
 from foveacam_server.resources.calibration_sessions.options import (
@@ -28,17 +27,22 @@ from foveacam_server.resources.calibration_sessions.options import (
     MirrorsOptions,
     WideOptions,
 )
+from foveacam_server.resources.calibration_sessions.schema import SettleDocument
 from foveacam_server.resources.calibration_sessions.sessions import (
     FINISHED,
     SETTLE,
     SETTLE_REPORT,
     VIEWS,
     CalibrationSession,
+    FinishedCheck,
+    FinishedFit,
+    FinishedSteps,
+    FinishedWide,
     SessionCollection,
 )
 from foveacam_server.resources.calibration_sessions.step_environment import ExclusiveRig, StepEnvironment
 from foveacam_server.resources.calibration_sessions.steps import KNOWN, run_all
-from foveacam_server.resources.calibration_sessions.wide_documents import RESULT, views_id
+from foveacam_server.resources.calibration_sessions.wide_stage import RESULT, WideResult, views_id
 from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.rig.settle_times import SettleTime
 
@@ -48,6 +52,20 @@ from .swept_rig import SweptRig, swept, wide_lens
 RIG, SEED = "sim-rig120", 0
 FAR, NEAR = 5.0, 2.5
 CHARUCO = {"kind": "charuco", "columns": 9, "rows": 6, "square_mm": 36.0, "marker_mm": 27.0}
+FIT = {
+    "model": "five",
+    "rms_px": 0.06,
+    **dict.fromkeys(("fov_x_deg", "fov_y_deg", "fx_px", "fy_px", "cx_px", "cy_px", "accuracy_deg"), 1.0),
+    "distortion": [],
+}
+STAGE = {
+    "samples": [],
+    "coverage_fraction": 0.0,
+    "tilts_covered": 0,
+    "fit": FIT,
+    "other_model": None,
+    "reason": "the lens was known",
+}
 STAGES = ["wide", "mirrors", "mirrors", "fit", "check", "settle"]
 FITTED = load_calibration(SHIPPED / f"{RIG}.json")
 
@@ -138,24 +156,17 @@ def desk(tmp_path: Path) -> Desk:
     """A session in which every step came to its end."""
     session = SessionCollection(tmp_path).create(label="spring", rig_id=RIG, baseline_m=0.2)
     WideSamples(Charuco()).save(session.folder)
-    session.write(
-        RESULT,
-        {
-            "views_id": views_id(session.folder),
-            "board": CHARUCO,
-            "model": None,
-            "lens": plain(LENS),
-            "wide": {"fit": {"model": "five"}},
-        },
-    )
-    session.finish_step("wide", {"views": 40})
+    stage = {"board": CHARUCO, "model": None, "lens": LENS, "wide": STAGE}
+    session.write(RESULT, WideResult.model_validate({"views_id": views_id(session.folder), **stage}))
+    session.finish_steps(FinishedSteps(wide=FinishedWide(views=40)))
     for sweep in SWEEPS:
         save_sweep(returned_to(sweep), session.folder / sweep_filename(sweep.header.station))
-    session.finish_step("fit", {"of": inputs_of(session, FitOptions(), LENS), "calibration_id": FITTED.id})
+    fit = FinishedFit(of=inputs_of(session, FitOptions(), LENS), calibration_id=FITTED.id)
+    session.finish_steps(FinishedSteps(fit=fit))
     session.add_calibration(FITTED.id)
-    session.finish_step("check", {"calibration_id": FITTED.id, "poses": None})
+    session.finish_steps(FinishedSteps(check=FinishedCheck(calibration_id=FITTED.id, poses=None)))
     save_settle(replace(REPORT, rig_id=RIG), session.folder / SETTLE_REPORT)
-    session.write(SETTLE, {"axes": [], "settle_us": 11_200})
+    session.write(SETTLE, SettleDocument(axes=[], settle_us=11_200))
     return Desk(session)
 
 
@@ -177,9 +188,7 @@ def test_session_that_was_copied_elsewhere_is_as_complete_as_it_was(desk: Desk) 
 
 
 def forget(desk: Desk, step: str) -> None:
-    known = desk.session.read(FINISHED)
-    assert known is not None
-    desk.session.write(FINISHED, {name: how for name, how in known.items() if name != step})
+    desk.session.write(FINISHED, desk.session.finished.model_copy(update={step: None}))
 
 
 def take_another_view(desk: Desk) -> None:
@@ -205,7 +214,7 @@ def never_return(desk: Desk) -> None:
         (lose_a_pose, f"the sweep at {SWEEPS[1].header.station.name}"),
         (never_return, f"the return to {SWEEPS[0].header.station.name}"),
         (lambda desk: forget(desk, "check"), "asking the pan-tilt"),
-        (lambda desk: (desk.session.folder / SETTLE).unlink(), "the settle characterisation"),
+        (lambda desk: (desk.session.folder / SETTLE.name).unlink(), "the settle characterisation"),
     ],
 )
 def test_what_is_missing_is_measured_first(desk: Desk, lose: Callable[[Desk], object], asked: str) -> None:

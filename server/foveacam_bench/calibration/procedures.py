@@ -40,7 +40,7 @@ from foveacam_server.resources.calibration_sessions.options import FitOptions, M
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
 from foveacam_server.resources.calibration_sessions.step_environment import environment_of
 from foveacam_server.resources.calibration_sessions.turning import turn_to_station
-from foveacam_server.resources.calibration_sessions.wide_documents import lens_of
+from foveacam_server.resources.calibration_sessions.wide_stage import lens_of
 from foveacam_server.resources.calibration_sessions.wide_step import measure_wide
 
 SEED = 4_711

@@ -24,7 +24,7 @@ from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.settings import Settings
-from foveacam_server.resources.calibration_sessions.documents import SessionReader
+from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
 from foveacam_server.resources.calibration_sessions.runs import CalibrationJobTools
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection

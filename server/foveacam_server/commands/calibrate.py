@@ -4,6 +4,7 @@ A simulated rig runs in virtual time, so a step takes as long as its computation
 """
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -255,8 +256,8 @@ def settle_time(
     from foveacam_server.commands.calibrate_runs import find_session
     from foveacam_server.commands.calibration_data import open_data
     from foveacam_server.commands.rig import RigChoice
-    from foveacam_server.resources.calibration_sessions.documents import measured_time
-    from foveacam_server.resources.settle_time.service import settle_time_document
+    from foveacam_server.resources.calibration_sessions.descriptions import measured_time
+    from foveacam_server.resources.settle_time.schema import SettleTimeDocument
 
     if apply and rig_file:
         raise InvalidInput("settle-time: --apply and --rig-file exclude each other; give one of them")
@@ -270,26 +271,25 @@ def settle_time(
             data.settle_times.remove(data.rig_id)
         known = data.settle_times.of(data.rig_id)
     in_use = known if known is not None and known.suits(choice.drive.low_pass_hz) else None
-    found = settle_time_document(in_use, rig_file_us=choice.drive.settle_us)
+    found = SettleTimeDocument.of(in_use, rig_file_us=choice.drive.settle_us)
     if rig_options.as_json:
-        typer.echo(json.dumps(found))
+        typer.echo(json.dumps(found.as_json()))
         return
-    typer.echo(f"{data.rig_id} waits {found['settle_us'] / 1e3:g} ms after every move: {found['source']}")
+    typer.echo(f"{data.rig_id} waits {found.settle_us / 1e3:g} ms after every move: {found.source}")
 
 
 app.registered_commands.extend(records_app.registered_commands)
 
 
-def _board(corners: str | None, square_mm: float | None, marker_mm: float | None) -> dict[str, object] | None:
+def _board(
+    corners: str | None, square_mm: float | None, marker_mm: float | None
+) -> Mapping[str, str | float | None] | None:
+    """Return a board's options, not validated yet."""
     size = parse_pair(corners, option="--board", example="9x6")
     if size is None and square_mm is None and marker_mm is None:
         return None
     if size is None or square_mm is None:
         raise InvalidInput("a board needs --board and --square-mm, such as --board 9x6 --square-mm 25")
-    board: dict[str, object] = {
-        "kind": "checkerboard" if marker_mm is None else "charuco",
-        "columns": size[0],
-        "rows": size[1],
-        "square_mm": square_mm,
-    }
-    return board if marker_mm is None else board | {"marker_mm": marker_mm}
+    kind = "checkerboard" if marker_mm is None else "charuco"
+    sides_mm = {"square_mm": square_mm, "marker_mm": marker_mm}
+    return {"kind": kind, "columns": size[0], "rows": size[1], **sides_mm}

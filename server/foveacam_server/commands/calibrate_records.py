@@ -33,19 +33,18 @@ def list_all(data: DataOption = None, as_json: JsonOption = False) -> None:
     from foveacam_server.commands.calibration_data import CalibrationData
 
     records = CalibrationData(checked_settings({"data": data}).data)
-    documents = [records.document(calibration) for calibration in records.every()]
+    documents = [records.describe(calibration) for calibration in records.every()]
     if as_json:
-        typer.echo(json.dumps(documents))
+        typer.echo(json.dumps([found.as_json() for found in documents]))
         return
     table = Table(title=f"calibrations in {records.folder}")
     table.add_column("id", no_wrap=True)
     for title in ("rig", "label", "origin", "created", "in force"):
         table.add_column(title, overflow="fold")
     for found in documents:
-        mark = "yes" if found["current"] else ""
-        row = [str(found[name]) for name in ("id", "rig_id", "label", "origin")]
-        row.append(str(found["created_utc"])[:16].replace("T", " "))
-        table.add_row(*(cell.replace("[", "\\[") for cell in row), mark)
+        created = found.created_utc[:16].replace("T", " ")
+        row = (found.id, found.rig_id, found.label, found.origin, created)
+        table.add_row(*(cell.replace("[", "\\[") for cell in row), "yes" if found.current else "")
     Console().print(table)
 
 
@@ -72,7 +71,7 @@ def report(
 ) -> None:
     """Write a calibration's report as one HTML page: measured values beside the paper's."""
     from foveacam_server.commands.calibration_data import CalibrationData
-    from foveacam_server.resources.calibration_sessions.documents import SessionReader
+    from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
     from foveacam_server.resources.calibrations.reports import report_page
 
     records = CalibrationData(checked_settings({"data": data}).data)
@@ -94,7 +93,7 @@ def export(
     """Write a calibration to a file."""
     from foveacam_pipeline.calibrate.records.new_file import write_new
     from foveacam_server.commands.calibration_data import CalibrationData
-    from foveacam_server.resources.calibration_sessions.documents import SessionReader
+    from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
     from foveacam_server.resources.calibrations.record_files import export_bytes, known_format
 
     records = CalibrationData(checked_settings({"data": data}).data)
@@ -121,20 +120,21 @@ def import_file(
     from foveacam_server.resources.calibrations.record_files import ImportFacts, calibration_of
 
     try:
-        document = json.loads(file.read_text(encoding="utf-8"))
+        content = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
         raise InvalidInput(f"there is no file {file}; give the path of a calibration file") from error
     except (OSError, ValueError) as error:
         raise InvalidInput(f"{file} cannot be read as JSON ({error}); export it again") from error
     facts = ImportFacts(rig_id=RigChoice.of(rig_options).rig_id, distance_m=distance_m)
     records = CalibrationData(rig_options.settings.data)
-    found = calibration_of(document, facts)
-    records.add(found)
-    document = records.document(found)
-    how = (
-        "and in force" if document["current"] else f"put it in force with `foveacam calibrate use {found.id}`"
-    )
-    typer.echo(json.dumps(document) if rig_options.as_json else f"{found.id} ({found.label}) is kept, {how}")
+    imported = calibration_of(content, facts)
+    records.add(imported)
+    found = records.describe(imported)
+    if rig_options.as_json:
+        typer.echo(json.dumps(found.as_json()))
+        return
+    how = "and in force" if found.current else f"put it in force with `foveacam calibrate use {found.id}`"
+    typer.echo(f"{found.id} ({found.label}) is kept, {how}")
 
 
 @app.command()

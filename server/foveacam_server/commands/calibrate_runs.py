@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import typer
-from pydantic import BaseModel
 from rich.console import Console
 from rich.table import Table
 
@@ -16,9 +15,9 @@ from foveacam_server.commands.options import RigOptions
 from foveacam_server.commands.rig import RigChoice, open_enabled_rig
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.progress_bar import progress_bar
-from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.documents import session_document
-from foveacam_server.resources.calibration_sessions.options import FitOptions, WideOptions
+from foveacam_server.resources.calibration_sessions.descriptions import describe_session
+from foveacam_server.resources.calibration_sessions.options import FitOptions, Run, WideOptions
+from foveacam_server.resources.calibration_sessions.schema import SessionDocument, SettleAxisDocument
 from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession
 from foveacam_server.resources.calibration_sessions.step_environment import (
     StepEnvironment,
@@ -43,7 +42,7 @@ class SessionChoice:
 
 
 def run_in_session(
-    rig_options: RigOptions, run: BaseModel, chosen: SessionChoice, *, activate: bool = False
+    rig_options: RigOptions, run: Run, chosen: SessionChoice, *, activate: bool = False
 ) -> None:
     """Run a step with a rig and print the session; `activate`: put in force what it fits."""
     choice, console = RigChoice.of(rig_options), Console(stderr=True)
@@ -108,7 +107,7 @@ def run_drift(rig_options: RigOptions, *, distance_m: float | None, apply: bool)
                 rig.head, calibration, distance_m=distance_m, clock=environment.clock, watch=bar
             )
             bar.finish()
-        document = store_check(
+        stored = store_check(
             found,
             calibration,
             apply=apply,
@@ -117,11 +116,11 @@ def run_drift(rig_options: RigOptions, *, distance_m: float | None, apply: bool)
             watch=bar,
         )
     if rig_options.as_json:
-        typer.echo(json.dumps(document, allow_nan=False))
+        typer.echo(json.dumps(stored.as_json(), allow_nan=False))
         return
-    Console().print(document["detail"], markup=False)
-    if document["applied"]:
-        Console().print(f"Calibration {document['new_calibration_id']} is in force.", markup=False)
+    Console().print(stored.detail, markup=False)
+    if stored.applied:
+        Console().print(f"Calibration {stored.new_calibration_id} is in force.", markup=False)
 
 
 @contextmanager
@@ -167,84 +166,84 @@ def print_session(
     session: CalibrationSession, data: DataDirectory, *, fitted: Sequence[str], as_json: bool
 ) -> None:
     """Print a session as a table or as JSON; `fitted`: the calibrations of this command."""
-    document = session_document(session, url="", running=None, in_use=data.settle_times.of(data.rig_id))
+    found = describe_session(session, url="", running=None, in_use=data.settle_times.of(data.rig_id))
     current = data.calibration.current
-    document["in_force"] = None if current is None else current.id
+    in_force = None if current is None else current.id
     if as_json:
-        typer.echo(json.dumps(document, allow_nan=False))
+        typer.echo(json.dumps(found.as_json() | {"in_force": in_force}, allow_nan=False))
         return
-    Console().print(session_table(document, fitted=fitted or document["calibrations"]))
+    Console().print(session_table(found, fitted=fitted or found.calibrations, in_force=in_force))
 
 
-def _is_outdated(document: Document) -> bool:
-    """Tell whether a session's check is of another calibration than its newest."""
-    made = document["calibrations"]
-    return bool(made) and document["check"]["calibration_id"] != made[-1]
-
-
-def session_table(document: Document, *, fitted: Sequence[str]) -> Table:
+def session_table(found: SessionDocument, *, fitted: Sequence[str], in_force: str | None) -> Table:
     """Return a session as a table."""
-    table = Table(
-        title=f"session {document['id']}: {document['label']}".replace("[", "\\["), show_header=False
-    )
+    table = Table(title=f"session {found.id}: {found.label}".replace("[", "\\["), show_header=False)
     table.add_column("part")
     table.add_column("found", overflow="fold")
-    wide = document["wide"]
-    if wide is not None and wide["fit"] is not None:
-        fit = wide["fit"]
-        table.add_row(
-            "wide camera",
-            f"{len(wide['samples'])} views, {fit['model']}: {fit['rms_px']:.3f} px rms, "
-            f"{fit['fov_x_deg']:.2f}° x {fit['fov_y_deg']:.2f}°",
-        )
-    for sweep in document["sweeps"]:
-        table.add_row(f"sweep at {sweep['station']}", f"{sweep['done']} of {sweep['nodes']} poses")
-    for model in (document["fit"] or {"models": []})["models"]:
-        if model["chosen"]:
-            across, down = model["loo_deg"]
-            table.add_row(f"{model['eye']} mirror", f"{model['name']}: left out {across:.4f}°, {down:.4f}°")
-    for part, words in _drift_rows(document):
+    for part, words in (*_measured_rows(found), *_drift_rows(found), *_tested_rows(found)):
         table.add_row(part, words)
-    if document["check"] is not None:
-        check = document["check"]
-        table.add_row(
-            "check",
-            f"rows {check['epipolar_rms_px']} px rms, {check['epipolar_p95_px']} px (95 %), pointing "
-            f"{check['pointing_rms_px']} px rms at {check['poses']} places"
-            + (", of the calibration before: check again" if _is_outdated(document) else ""),
-        )
-    for axis in (document["settle"] or {"axes": []})["axes"]:
-        table.add_row(f"{axis['eye']} {axis['axis']}", _settle_words(axis))
-    if (document["settle"] or {}).get("settle_us") is not None:
-        settle = document["settle"]
-        remedy = "put it in use with `foveacam calibrate settle-time --apply`"
-        in_use = "in use" if settle["applied"] else remedy
-        table.add_row("largest move", f"over after {settle['settle_us'] / 1e3:g} ms, {in_use}")
     if fitted:
-        in_force = document.get("in_force") == fitted[-1]
-        note = "in force" if in_force else f"put it in force with `foveacam calibrate use {fitted[-1]}`"
-        table.add_row("calibration", f"{fitted[-1]}, {note}")
+        use = f"put it in force with `foveacam calibrate use {fitted[-1]}`"
+        table.add_row("calibration", f"{fitted[-1]}, {'in force' if in_force == fitted[-1] else use}")
     return table
 
 
-def _drift_rows(document: Document) -> Iterator[tuple[str, str]]:
+def _measured_rows(found: SessionDocument) -> Iterator[tuple[str, str]]:
+    """Yield rows on the wide camera, the sweeps and the fitted mirrors."""
+    if found.wide is not None and found.wide.fit is not None:
+        fit = found.wide.fit
+        yield (
+            "wide camera",
+            f"{len(found.wide.samples)} views, {fit.model}: {fit.rms_px:.3f} px rms, "
+            f"{fit.fov_x_deg:.2f}° x {fit.fov_y_deg:.2f}°",
+        )
+    for sweep in found.sweeps:
+        yield f"sweep at {sweep.station}", f"{sweep.done} of {sweep.nodes} poses"
+    for model in found.fit.models if found.fit is not None else ():
+        if model.chosen:
+            across, down = model.loo_deg
+            yield f"{model.eye} mirror", f"{model.name}: left out {across:.4f}°, {down:.4f}°"
+
+
+def _drift_rows(found: SessionDocument) -> Iterator[tuple[str, str]]:
     """Yield rows on the drift of the mounts during the sweeps, and since."""
-    for eye, drift in ((document["fit"] or {}).get("drift") or {}).items():
-        moved = f"{drift['moved_px']:.2f} ± {drift['sigma_px']:.2f} px in {drift['minutes']:.1f} min"
-        yield f"{eye} mount", f"drifted by {drift['px_per_minute']:.2f} px a minute, {moved}: taken out"
-        for jump_px in drift.get("knocks_px", []):
+    drifts = found.fit.drift if found.fit is not None else None
+    for eye, drift in (drifts or {}).items():
+        moved = f"{drift.moved_px:.2f} ± {drift.sigma_px:.2f} px in {drift.minutes:.1f} min"
+        yield f"{eye} mount", f"drifted by {drift.px_per_minute:.2f} px a minute, {moved}: taken out"
+        for jump_px in drift.knocks_px:
             yield f"{eye} mount", f"knocked amid the sweeps, its gaze jumped by {jump_px:.1f} px: taken out"
-    closing = document["closing"]
-    if closing is not None:
-        done = "taken out" if closing["corrected"] else "within its own error"
-        yield "drift since the sweep", f"rows {closing['rows_px']:.2f} px apart: {done}"
+    if found.closing is not None:
+        done = "taken out" if found.closing.corrected else "within its own error"
+        yield "drift since the sweep", f"rows {found.closing.rows_px:.2f} px apart: {done}"
 
 
-def _settle_words(axis: Document) -> str:
-    words = f"1 px after {axis['settle_ms']} ms, 1 % after {axis['settle_1pct_ms']} ms"
-    if axis["resonance_hz"] is None:
+def _tested_rows(found: SessionDocument) -> Iterator[tuple[str, str]]:
+    """Yield rows on the check and on how the mirrors settle."""
+    if found.check is not None:
+        check, made = found.check, found.calibrations
+        outdated = bool(made) and check.calibration_id != made[-1]
+        yield (
+            "check",
+            f"rows {check.epipolar_rms_px} px rms, {check.epipolar_p95_px} px (95 %), pointing "
+            f"{check.pointing_rms_px} px rms at {check.poses} places"
+            + (", of the calibration before: check again" if outdated else ""),
+        )
+    if found.settle is None:
+        return
+    for axis in found.settle.axes:
+        yield f"{axis.eye} {axis.axis}", _settle_words(axis)
+    if found.settle.settle_us is not None:
+        remedy = "put it in use with `foveacam calibrate settle-time --apply`"
+        in_use = "in use" if found.settle.applied else remedy
+        yield "largest move", f"over after {found.settle.settle_us / 1e3:g} ms, {in_use}"
+
+
+def _settle_words(axis: SettleAxisDocument) -> str:
+    words = f"1 px after {axis.settle_ms} ms, 1 % after {axis.settle_1pct_ms} ms"
+    if axis.resonance_hz is None:
         return words
-    return f"{words}, resonance {axis['resonance_hz']:g} Hz, Q {axis['quality']:g}"
+    return f"{words}, resonance {axis.resonance_hz:g} Hz, Q {axis.quality:g}"
 
 
 @contextmanager

@@ -12,10 +12,10 @@ from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.commands.rig import RigChoice
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
-from foveacam_server.foundation.store import Document, Store
+from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
-from foveacam_server.resources.calibrations.documents import calibration_document
 from foveacam_server.resources.calibrations.in_force import check_discarded, pinned_id, write_pin
+from foveacam_server.resources.calibrations.schema import CalibrationDocument
 from foveacam_server.resources.calibrations.service import SHIPPED, CalibrationService
 from foveacam_server.resources.drift_checks.records import DriftRecords
 from foveacam_server.rig.settle_times import SettleTimes
@@ -82,11 +82,11 @@ class CalibrationData:
         self.add(found)
         return self.records.restore(found.id)
 
-    def document(self, calibration: Calibration) -> Document:
-        """Return a calibration as a REST document."""
-        return calibration_document(
+    def describe(self, calibration: Calibration) -> CalibrationDocument:
+        """Return a calibration as REST shows it, without its health."""
+        return CalibrationDocument.of(
             calibration, kept=self._is_kept(calibration), current=self._in_force(calibration)
-        ).as_json()
+        )
 
     def _is_kept(self, calibration: Calibration) -> bool:
         shipped = [known.id for known in self._list_shipped()]

@@ -202,6 +202,14 @@ def load_sweep(path: Path) -> Sweep:
     )
 
 
+def read_new_poses(path: Path, *, start_byte: int) -> tuple[list[SweepPose], int]:
+    """Return the poses whose lines begin at `start_byte` or after it, and the byte after the last of them."""
+    end_byte = _whole_bytes(path)
+    lines = path.read_bytes()[start_byte:end_byte].splitlines()
+    first = 1 if start_byte == 0 else 0  # the file begins with the header
+    return [_Pose.model_validate_json(line).build() for line in lines[first:]], end_byte
+
+
 def _header(path: Path, line: bytes) -> SweepHeader:
     try:
         document = json.loads(line)

@@ -12,10 +12,15 @@ from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.rounding import rounded
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.calibration_sessions.options import CheckOptions
 from foveacam_server.resources.calibration_sessions.pictures import draw_pictures
-from foveacam_server.resources.calibration_sessions.sessions import CHECK, CalibrationSession
+from foveacam_server.resources.calibration_sessions.schema import CheckDocument
+from foveacam_server.resources.calibration_sessions.sessions import (
+    CHECK,
+    CalibrationSession,
+    FinishedCheck,
+    FinishedSteps,
+)
 from foveacam_server.resources.calibration_sessions.step_environment import (
     CalibrationRegistry,
     StepEnvironment,
@@ -57,19 +62,19 @@ def check_session(
             settings=_settings(options),
             swept_rad=_swept_rad(session),
         )
-    session.write(CHECK, check_document(result))
+    session.write(CHECK, describe_check(result))
     draw_pictures(session, check_pictures(result, calibration))
-    session.finish_step(STEP, _run_key(calibration, options))
+    session.finish_steps(FinishedSteps(check=_run_key(calibration, options)))
     return result
 
 
 def is_checked(session: CalibrationSession, calibration: Calibration, options: CheckOptions) -> bool:
     """Tell whether a check of this calibration with these options was completed."""
-    return session.finished_step(STEP) == _run_key(calibration, options)
+    return session.finished.check == _run_key(calibration, options)
 
 
-def _run_key(calibration: Calibration, options: CheckOptions) -> Document:
-    return {"calibration_id": calibration.id, **options.model_dump()}
+def _run_key(calibration: Calibration, options: CheckOptions) -> FinishedCheck:
+    return FinishedCheck(calibration_id=calibration.id, poses=options.poses)
 
 
 def newest_calibration(session: CalibrationSession, registry: CalibrationRegistry) -> Calibration:
@@ -85,16 +90,16 @@ def newest_calibration(session: CalibrationSession, registry: CalibrationRegistr
     return registry.get(fitted[-1])
 
 
-def check_document(result: CheckResult) -> Document:
-    """Return a check as a REST document."""
-    return {
-        "calibration_id": result.calibration_id,
-        "epipolar_rms_px": rounded(result.epipolar_rms_px, 4),
-        "epipolar_p95_px": rounded(result.epipolar_p95_px, 4),
-        "pointing_rms_px": rounded(result.pointing_rms_px, 3),
-        "pointing_sigma_px": rounded(result.pointing_sigma_px, 3),
-        "poses": result.poses,
-    }
+def describe_check(result: CheckResult) -> CheckDocument:
+    """Return a check as REST shows it."""
+    return CheckDocument(
+        calibration_id=result.calibration_id,
+        epipolar_rms_px=rounded(result.epipolar_rms_px, 4),
+        epipolar_p95_px=rounded(result.epipolar_p95_px, 4),
+        pointing_rms_px=rounded(result.pointing_rms_px, 3),
+        pointing_sigma_px=rounded(result.pointing_sigma_px, 3),
+        poses=result.poses,
+    )
 
 
 def _settings(options: CheckOptions) -> CheckSettings:

@@ -6,20 +6,24 @@ from dataclasses import replace
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.drift.check import check_drift_at_nodes
 from foveacam_pipeline.calibrate.drift.correction import correct_calibration
-from foveacam_pipeline.calibrate.drift.values import DriftCheck
+from foveacam_pipeline.calibrate.drift.values import DriftCheck, EyeDrift
 from foveacam_pipeline.calibrate.fit.measured import DistanceSource
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.rounding import deg
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.calibration_sessions.mirrors_step import (
     measure_nodes_again,
     sweep_settings,
     swept_stations,
 )
 from foveacam_server.resources.calibration_sessions.options import FitOptions
+from foveacam_server.resources.calibration_sessions.schema import (
+    ClosingDocument,
+    ClosingEyeDocument,
+    eye_of,
+)
 from foveacam_server.resources.calibration_sessions.sessions import DRIFT, CalibrationSession
 from foveacam_server.resources.calibration_sessions.step_environment import (
     CalibrationRegistry,
@@ -42,7 +46,7 @@ def close_drift(
     """Measure nodes of the first station again and return the calibration corrected for the drift since.
 
     `options`: those of the fit. The calibration is returned unchanged where the drift is not significant, no
-    motor turns the rig, or too few nodes were seen; the session's drift document says which.
+    motor turns the rig, or too few nodes were seen; the session's drift result says which.
     """
     watch.stage("check")
     if DistanceSource(options.distance) is DistanceSource.UNKNOWN:
@@ -62,7 +66,7 @@ def close_drift(
     if found.locked and found.significant:
         created_utc = utc_now().replace("Z", "+00:00")
         corrected = corrected_for_drift(calibration, found, created_utc=created_utc)
-    session.write(DRIFT, closing_document(found, corrected, f_px=calibration.fovea_f_px))
+    session.write(DRIFT, describe_closing(found, corrected, f_px=calibration.fovea_f_px))
     if corrected.id != calibration.id:
         registry.add(corrected)
         session.add_calibration(corrected.id)
@@ -76,27 +80,25 @@ def corrected_for_drift(calibration: Calibration, found: DriftCheck, *, created_
     return replace(corrected, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
 
 
-def closing_document(found: DriftCheck, corrected: Calibration, *, f_px: float) -> Document:
-    """Return the drift between the sweep and its last visit as a REST document."""
-    return {
-        "calibration_id": corrected.id,
-        "corrected": corrected.id != found.calibration_id,
-        "places": len(found.places),
-        "eyes": [
-            {
-                "eye": role.value,
-                "shift_deg": [deg(angle) for angle in found.eye(role).turn.shift_rad],
-                "roll_deg": deg(found.eye(role).turn.turn_rad[2]),
-                "moved_px": round(found.eye(role).moved_px, 3),
-                "sigma_px": round(found.eye(role).sigma_px, 3),
-            }
-            for role in (Role.LEFT, Role.RIGHT)
-        ],
-        "rows_px": round(f_px * _rows_rad(found), 3),
-        "detail": found.detail,
-    }
+def describe_closing(found: DriftCheck, corrected: Calibration, *, f_px: float) -> ClosingDocument:
+    """Return the drift between the sweep and its last visit as REST shows it."""
+    rows_rad = math.fabs(found.left.turn.shift_rad[1] - found.right.turn.shift_rad[1])
+    return ClosingDocument(
+        calibration_id=corrected.id,
+        corrected=corrected.id != found.calibration_id,
+        places=len(found.places),
+        eyes=[_eye(role, found.eye(role)) for role in (Role.LEFT, Role.RIGHT)],
+        rows_px=round(f_px * rows_rad, 3),
+        detail=found.detail,
+    )
 
 
-def _rows_rad(found: DriftCheck) -> float:
-    """Return the vertical shift between the eyes, rad."""
-    return math.fabs(found.left.turn.shift_rad[1] - found.right.turn.shift_rad[1])
+def _eye(role: Role, drift: EyeDrift) -> ClosingEyeDocument:
+    across_rad, down_rad = drift.turn.shift_rad
+    return ClosingEyeDocument(
+        eye=eye_of(role),
+        shift_deg=(deg(across_rad), deg(down_rad)),
+        roll_deg=deg(drift.turn.turn_rad[2]),
+        moved_px=round(drift.moved_px, 3),
+        sigma_px=round(drift.sigma_px, 3),
+    )

@@ -1,6 +1,6 @@
 """The fit step of a calibration session: mirror models and rectification (stages 2, 3) from its sweeps.
 
-Also the fit's REST document: every model's score, the paper's model, the parallax of Eq. 1.
+It describes the fit too: every model's score, the paper's model, the parallax of Eq. 1.
 """
 
 import math
@@ -15,7 +15,6 @@ from foveacam_pipeline.calibrate.fit.fit import DOING
 from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
 from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, StationParallax
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult, FitSettings
-from foveacam_pipeline.calibrate.fit.variants import VariantScore
 from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
@@ -23,10 +22,23 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.store import Document
+from foveacam_server.foundation.rounding import deg
 from foveacam_server.resources.calibration_sessions.options import FitOptions
 from foveacam_server.resources.calibration_sessions.pictures import draw_png, write_picture
-from foveacam_server.resources.calibration_sessions.sessions import FIT, CalibrationSession
+from foveacam_server.resources.calibration_sessions.schema import (
+    FieldScoreDocument,
+    Figures,
+    FitDocument,
+    ModelScoreDocument,
+    MountDriftDocument,
+    eye_of,
+)
+from foveacam_server.resources.calibration_sessions.sessions import (
+    FIT,
+    CalibrationSession,
+    FinishedFit,
+    FinishedSteps,
+)
 from foveacam_server.resources.calibration_sessions.step_environment import CalibrationRegistry, StepWatcher
 
 STEP = "fit"
@@ -53,11 +65,12 @@ def fit_session(
     raise_if_cancelled(watch, doing=DOING)
     calibration = result.calibration
     registry.add(calibration)
-    session.write(FIT, fit_document(result))
+    session.write(FIT, describe_fit(result))
     for name, png in pictures.items():
         write_picture(session, name, png)
     session.add_calibration(calibration.id)
-    session.finish_step(STEP, {"of": inputs_of(session, options, wide), "calibration_id": calibration.id})
+    finished = FinishedFit(of=inputs_of(session, options, wide), calibration_id=calibration.id)
+    session.finish_steps(FinishedSteps(fit=finished))
     watch.fitted(calibration)
     watch.progress(fit_watch.total, total=fit_watch.total, note=f"calibration {calibration.id}")
     return calibration
@@ -67,11 +80,11 @@ def earlier_fit(
     session: CalibrationSession, options: FitOptions, wide: Intrinsics, *, registry: CalibrationRegistry
 ) -> Calibration | None:
     """Return the calibration of an earlier fit with these inputs; None when there is none."""
-    how = session.finished_step(STEP)
-    if how is None or how.get("of") != inputs_of(session, options, wide):
+    how = session.finished.fit
+    if how is None or how.of != inputs_of(session, options, wide):
         return None
     try:
-        return registry.get(str(how.get("calibration_id")))
+        return registry.get(how.calibration_id)
     except FoveaError:
         return None  # deleted meanwhile
 
@@ -165,59 +178,59 @@ def _settings(options: FitOptions) -> FitSettings:
 EYES = (Role.LEFT, Role.RIGHT)
 
 
-def fit_document(result: FitResult) -> Document:
-    """Return a fit as a REST document."""
-    return {
-        "calibration_id": result.calibration.id,
-        "models": [
-            {
-                "name": score.name,
-                "order": score.order,
-                "eye": role.value,
-                "loo_deg": _deg(score.loo_rad),
-                "chosen": score.chosen,
-            }
+def describe_fit(result: FitResult) -> FitDocument:
+    """Return a fit as REST shows it."""
+    return FitDocument(
+        calibration_id=result.calibration.id,
+        models=[
+            ModelScoreDocument(
+                name=score.name,
+                order=score.order,
+                eye=eye_of(role),
+                loo_deg=_deg(score.loo_rad),
+                chosen=score.chosen,
+            )
             for role in EYES
             for score in result.models[role]
         ],
-        "fields": [
-            {
-                "name": score.name,
-                "order": score.order,
-                "eye": role.value,
-                "loo_px": round(score.loo_px, 4),
-                "chosen": score.chosen,
-            }
+        fields=[
+            FieldScoreDocument(
+                name=score.name,
+                order=score.order,
+                eye=eye_of(role),
+                loo_px=round(score.loo_px, 4),
+                chosen=score.chosen,
+            )
             for role in EYES
             for score in result.fit.fields[role].scores
         ],
-        "volts_roundtrip_max_lsb": round(result.volts_roundtrip_max_lsb, 4),
-        "paper": _paper(result),
-        "parallax": {parallax.station: _parallax(parallax) for parallax in result.parallax},
-        "drift": _drift(result),
-    }
+        volts_roundtrip_max_lsb=round(result.volts_roundtrip_max_lsb, 4),
+        paper=_paper(result),
+        parallax={parallax.station: _parallax(parallax) for parallax in result.parallax},
+        drift=_drift(result),
+    )
 
 
-def _drift(result: FitResult) -> Document | None:
+def _drift(result: FitResult) -> dict[str, MountDriftDocument] | None:
     """Return how the mounts drifted during the sweeps; None when that was not measured."""
     if result.drift is None:
         return None
     f_px = result.calibration.fovea_f_px
     return {
-        role.value: {
-            "px_per_minute": round(f_px * drift.rad_per_minute, 3),
-            "moved_px": round(f_px * drift.moved_rad, 3),
-            "sigma_px": round(f_px * math.hypot(*drift.sigma_rad), 3),
-            "minutes": round(drift.minutes, 2),
-            "pieces": drift.pieces,
-            "visits": drift.visits,
-            "knocks_px": [round(f_px * step_rad, 2) for step_rad in drift.knocks_rad],
-        }
+        role.value: MountDriftDocument(
+            px_per_minute=round(f_px * drift.rad_per_minute, 3),
+            moved_px=round(f_px * drift.moved_rad, 3),
+            sigma_px=round(f_px * math.hypot(*drift.sigma_rad), 3),
+            minutes=round(drift.minutes, 2),
+            pieces=drift.pieces,
+            visits=drift.visits,
+            knocks_px=tuple(round(f_px * step_rad, 2) for step_rad in drift.knocks_rad),
+        )
         for role, drift in result.drift.items()
     }
 
 
-def _paper(result: FitResult) -> Document | None:
+def _paper(result: FitResult) -> Figures | None:
     """Return the paper's model of the same data, and the scores with each of our additions."""
     paper = result.paper
     if paper is None:
@@ -227,30 +240,30 @@ def _paper(result: FitResult) -> Document | None:
         "loo_deg": {role.value: _deg(paper.fit.mirrors[role].model.loo_rad) for role in EYES},
         "rectify_loo_px": {role.value: round(paper.fit.fields[role].field.loo_px, 4) for role in EYES},
         "volts_roundtrip_max_lsb": round(paper.roundtrip_lsb, 2),
-        "steps": [_variant(variant) for variant in result.variants],
+        "steps": [
+            {
+                "name": variant.name,
+                "pointing_rms_px": round(variant.pointing_rms_px, 3),
+                "rectification_rms_px": round(variant.rectification_rms_px, 3),
+                "epipolar_rms_px": round(variant.epipolar_rms_px, 3),
+            }
+            for variant in result.variants
+        ],
     }
 
 
-def _variant(variant: VariantScore) -> Document:
-    return {
-        "name": variant.name,
-        "pointing_rms_px": round(variant.pointing_rms_px, 3),
-        "rectification_rms_px": round(variant.rectification_rms_px, 3),
-        "epipolar_rms_px": round(variant.epipolar_rms_px, 3),
-    }
-
-
-def _parallax(parallax: StationParallax) -> Document:
+def _parallax(parallax: StationParallax) -> Figures:
     return {
         "print_m": round(parallax.print_m, 4),
         "print_scatter_m": round(parallax.print_scatter_m, 5),
         "tape_m": parallax.tape_m,
-        "rms_deg": round(math.degrees(parallax.rms_rad), 5),
-        "largest_deg": round(math.degrees(parallax.largest_rad), 5),
+        "rms_deg": deg(parallax.rms_rad),
+        "largest_deg": deg(parallax.largest_rad),
         "corrected": parallax.corrected,
         "words": parallax.words,
     }
 
 
-def _deg(pair_rad: tuple[float, float]) -> list[float]:
-    return [round(math.degrees(angle_rad), 5) for angle_rad in pair_rad]
+def _deg(pair_rad: tuple[float, float]) -> tuple[float, float]:
+    across_rad, down_rad = pair_rad
+    return deg(across_rad), deg(down_rad)

@@ -7,6 +7,14 @@ from foveacam_hardware.contract import Clock
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobContext
+from foveacam_server.foundation.schema import ResponseModel
+from foveacam_server.resources.calibration_sessions.schema import (
+    CalibrationFitted,
+    EyeState,
+    StepProgress,
+    SweepPoseMeasured,
+    WideSampleTaken,
+)
 from foveacam_server.rig.ports import PictureSink
 
 PERIOD_NS = 200_000_000
@@ -49,7 +57,7 @@ class CalibrationJobWatcher:
         self._emit(
             "calibration.progress",
             f"{self._stage}: {done} of {total}" + (f", {note}" if note else ""),
-            {"step": self._stage, "done": done, "total": total, "note": note},
+            StepProgress(session_id=self._session_id, step=self._stage, done=done, total=total, note=note),
         )
 
     def cancelled(self) -> bool:
@@ -62,14 +70,20 @@ class CalibrationJobWatcher:
 
     def sample(self, sample_id: str) -> None:
         """Report a new view of the board."""
-        self._emit("calibration.sample", f"view {sample_id} of the board was taken", {"id": sample_id})
+        self._emit(
+            "calibration.sample",
+            f"view {sample_id} of the board was taken",
+            WideSampleTaken(session_id=self._session_id, id=sample_id),
+        )
 
-    def pose(self, station: str, *, index: int, left: str, right: str) -> None:
+    def pose(self, station: str, *, index: int, left: EyeState, right: EyeState) -> None:
         """Report a pose that was measured."""
         self._emit(
             "calibration.pose",
             f"{station}, pose {index}: left {left}, right {right}",
-            {"station": station, "index": index, "left": left, "right": right},
+            SweepPoseMeasured(
+                session_id=self._session_id, station=station, index=index, left=left, right=right
+            ),
         )
 
     def fitted(self, calibration: Calibration) -> None:
@@ -77,8 +91,8 @@ class CalibrationJobWatcher:
         self._emit(
             "calibration.fitted",
             f"calibration {calibration.id} ({calibration.label}) was fitted",
-            {"calibration_id": calibration.id},
+            CalibrationFitted(session_id=self._session_id, calibration_id=calibration.id),
         )
 
-    def _emit(self, kind: str, message: str, data: dict[str, object]) -> None:
-        self._events.emit(kind, message, data={"session_id": self._session_id, **data})
+    def _emit(self, kind: str, message: str, data: ResponseModel) -> None:
+        self._events.emit(kind, message, data=data.as_json())

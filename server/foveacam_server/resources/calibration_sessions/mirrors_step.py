@@ -3,7 +3,6 @@
 At the end some nodes of the first station are measured again, which gives the drift of the mounts.
 """
 
-import json
 import math
 from dataclasses import asdict
 from pathlib import Path
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role, Station
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.sweep import SweepPose, sweep_filename
-from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, read_new_poses
 from foveacam_pipeline.calibrate.sweep.sweep_plan import NodeSpacing, SweepPlan
 from foveacam_pipeline.calibrate.sweep.sweep_reference import has_returned, return_to_nodes
 from foveacam_pipeline.calibrate.sweep.sweep_run import run_sweep
@@ -22,6 +21,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_settings import SweepSettings
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.foundation.names import utc_now
+from foveacam_server.resources.calibration_sessions.descriptions import eye_state
 from foveacam_server.resources.calibration_sessions.options import MirrorsOptions
 from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession
 from foveacam_server.resources.calibration_sessions.step_environment import StepEnvironment, StepWatcher
@@ -141,7 +141,9 @@ class PoseReporter:
         self._watch = watch
         self._station = station
         self._path = path
-        self._reported_bytes = path.stat().st_size if path.exists() else 0
+        self._reported_bytes = 0
+        if path.exists():
+            _, self._reported_bytes = read_new_poses(path, start_byte=0)
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
         """Report new poses, then pass the progress on."""
@@ -159,26 +161,15 @@ class PoseReporter:
     def _report_poses(self) -> None:
         if not self._path.exists():
             return
-        with self._path.open("rb") as stream:
-            stream.seek(self._reported_bytes)
-            fresh = stream.read()
-        whole = fresh.rfind(b"\n") + 1
-        self._reported_bytes += whole
-        for line in fresh[:whole].splitlines():
-            pose = json.loads(line)
-            if "index" in pose and not pose.get("repeat"):  # the first line is the header
+        poses, self._reported_bytes = read_new_poses(self._path, start_byte=self._reported_bytes)
+        for pose in poses:
+            if pose.repeat == 0:
                 self._watch.pose(
                     self._station,
-                    index=pose["index"],
-                    left=_state(pose[Role.LEFT.value]),
-                    right=_state(pose[Role.RIGHT.value]),
+                    index=pose.index,
+                    left=eye_state(pose, Role.LEFT),
+                    right=eye_state(pose, Role.RIGHT),
                 )
-
-
-def _state(eye: "dict[str, object] | None") -> str:
-    if eye is None:
-        return "refused"
-    return "rim" if eye["rim"] else "centred"
 
 
 def sweep_settings(environment: StepEnvironment) -> SweepSettings:

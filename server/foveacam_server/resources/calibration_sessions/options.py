@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
+LensModel = Literal["five", "rational"]
 Nodes = Annotated[int, Field(ge=3, le=41)]
 Extent = Annotated[float, Field(gt=0.0, le=12.0)]
 
@@ -30,7 +31,7 @@ class WideOptions(_Options):
     station: Name | None = None
     board: BoardOption | None = None
     views: Annotated[int, Field(ge=3, le=200)] | None = None
-    model: Literal["five", "rational"] | None = None
+    model: LensModel | None = None
 
 
 class MirrorsOptions(_Options):

@@ -7,7 +7,7 @@ from pathlib import Path
 from foveacam_hardware.contract import FoveaError
 from foveacam_pipeline.storage.disk import write_file
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.store import Document
+from foveacam_server.resources.calibration_sessions.schema import PictureDocument
 from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession
 
 TITLES = {
@@ -60,15 +60,16 @@ def write_picture(session: CalibrationSession, name: str, png: bytes) -> None:
     write_file(path, png)
 
 
-def picture_documents(session: CalibrationSession, *, url: str) -> list[Document]:
-    """Return the documents of the stored pictures; a picture's URL changes with its content."""
-    documents = []
+def describe_pictures(session: CalibrationSession, *, url: str) -> list[PictureDocument]:
+    """Return the stored pictures as REST shows them; a picture's URL changes with its content."""
+    found = []
     for name, title in TITLES.items():
         path = _path(session, name)
         if path.is_file():
             version = path.stat().st_mtime_ns // 1_000_000
-            documents.append({"name": name, "title": title, "url": f"{url}/pictures/{name}.png?v={version}"})
-    return documents
+            picture_url = f"{url}/pictures/{name}.png?v={version}"
+            found.append(PictureDocument(name=name, title=title, url=picture_url))
+    return found
 
 
 def picture_bytes(session: CalibrationSession, *, fitted: bool) -> dict[str, bytes]:

@@ -1,12 +1,9 @@
 """Runs calibration steps as jobs: in one session's folder, with the rig through the hardware thread."""
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Protocol
-
-from pydantic import BaseModel, TypeAdapter
 
 from foveacam_hardware.contract import (
     Busy,
@@ -19,6 +16,7 @@ from foveacam_pipeline.storage.disk import disk_fault, is_disk_exhausted
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
+from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.resources.calibration_sessions.job_watcher import CalibrationJobWatcher
 from foveacam_server.resources.calibration_sessions.options import (
     STEPS,
@@ -44,7 +42,13 @@ from foveacam_server.rig.settle_times import SettleTime
 from foveacam_server.rig.status import RigStatus
 
 SESSIONS_URL = "/api/v1/calibration_sessions"
-_RUN: TypeAdapter[BaseModel] = TypeAdapter(Run)
+
+
+class StepJobRequest(RequestModel):
+    """Request of a step's job: the session that it works in, and the step."""
+
+    session_id: str
+    run: Run
 
 
 class RigCalibrations(CalibrationRegistry, CalibrationInForce, Protocol):
@@ -87,15 +91,13 @@ class CalibrationRuns:
         for step in STEPS:
             tools.jobs.handle(f"calibration.{step}", self._work)
 
-    def submit(self, session_id: str, run: BaseModel, *, idempotency_key: str | None = None) -> Job:
+    def submit(self, session_id: str, run: Run, *, idempotency_key: str | None = None) -> Job:
         """Queue a step; raise at once what it could not do now."""
         session = self._sessions.get(session_id)
         self._check(session, run)
-        document = run.model_dump(mode="json")
+        request = StepJobRequest(session_id=session_id, run=run)
         job = self._tools.jobs.submit(
-            f"calibration.{document['step']}",
-            {"session_id": session_id, "run": document},
-            idempotency_key=idempotency_key,
+            f"calibration.{run.step}", request.model_dump(mode="json"), idempotency_key=idempotency_key
         )
         self._jobs.setdefault(session_id, []).append(job.id)
         return job
@@ -119,7 +121,7 @@ class CalibrationRuns:
     def _ended(self, job_id: str) -> bool:
         return self._tools.jobs.get(job_id).state.ended
 
-    def _check(self, session: CalibrationSession, run: BaseModel) -> None:
+    def _check(self, session: CalibrationSession, run: Run) -> None:
         status = self._tools.hardware.status
         if status.rig_id is None:
             raise refusals.not_open(status.problems)
@@ -150,9 +152,8 @@ class CalibrationRuns:
             run_step,  # fits and pictures load for seconds
         )
 
-        request = context.job.request
-        session = self._sessions.get(request["session_id"])
-        run = _RUN.validate_json(json.dumps(request["run"]))
+        request = StepJobRequest.model_validate(context.job.request, strict=False)
+        session = self._sessions.get(request.session_id)
         watch = CalibrationJobWatcher(
             context,
             session_id=session.id,
@@ -163,7 +164,9 @@ class CalibrationRuns:
         before = self._present_pose()
         environment = self._environment(self._tools.hardware.status, context)
         try:
-            run_step(session, run, environment=environment, registry=self._tools.calibration, watch=watch)
+            run_step(
+                session, request.run, environment=environment, registry=self._tools.calibration, watch=watch
+            )
         except OSError as error:
             if not is_disk_exhausted(error):
                 raise

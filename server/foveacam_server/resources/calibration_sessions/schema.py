@@ -1,13 +1,21 @@
-"""Schemas of calibration sessions and of the results of their steps."""
+"""Schemas of calibration sessions, of the results of their steps, and of the data of their events."""
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
+from foveacam_hardware.contract import Role
 from foveacam_server.foundation.quantities import Label
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
+Eye = Literal["left", "right"]
 EyeState = Literal["centred", "rim", "refused", "waiting"]
+Figures = dict[str, Any]  # Any: the page shows what a fit computed, by name; it differs between versions
+
+
+def eye_of(role: Role) -> Eye:
+    """Return the name of the eye of a fovea camera."""
+    return "left" if role is Role.LEFT else "right"
 
 
 class SessionRequest(RequestModel):
@@ -36,8 +44,10 @@ class BoardDocument(ResponseModel):
 class WideSampleDocument(ResponseModel):
     """One view of the board."""
 
+    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
+
     id: str
-    thumbnail_url: str
+    thumbnail_url: str = Field(default_factory=str)  # the session's file holds none
     rms_px: float | None
     tilt_deg: float | None
     centre_px: tuple[float, float]
@@ -100,7 +110,7 @@ class ModelScoreDocument(ResponseModel):
 
     name: str
     order: int | None
-    eye: Literal["left", "right"]
+    eye: Eye
     loo_deg: tuple[float, float]
     chosen: bool
 
@@ -110,7 +120,7 @@ class FieldScoreDocument(ResponseModel):
 
     name: str
     order: int
-    eye: Literal["left", "right"]
+    eye: Eye
     loo_px: float
     chosen: bool
 
@@ -139,8 +149,10 @@ class FitDocument(ResponseModel):
     fields: list[FieldScoreDocument]
     volts_roundtrip_max_lsb: float
     """Largest volts -> angles -> volts over the calibrated field, steps of the DAC."""
-    paper: dict[str, Any] | None  # Any: the figures of the comparator, by name
-    parallax: dict[str, Any] | None  # Any: the report of Eq. 1, by name
+    paper: Figures | None
+    """The paper's model of the same data."""
+    parallax: Figures | None
+    """The parallax of Eq. 1, by station."""
     drift: dict[str, MountDriftDocument] | None = None
     """Drift of each eye's mount, which was corrected; null when no nodes were visited again."""
 
@@ -148,7 +160,7 @@ class FitDocument(ResponseModel):
 class SettleAxisDocument(ResponseModel):
     """How one axis of one mirror comes to rest."""
 
-    eye: Literal["left", "right"]
+    eye: Eye
     axis: Literal["x", "y"]
     settle_ms: float | None
     settle_1pct_ms: float | None
@@ -186,7 +198,7 @@ class CheckDocument(ResponseModel):
 class ClosingEyeDocument(ResponseModel):
     """How far an eye had drifted between its sweep and the check."""
 
-    eye: Literal["left", "right"]
+    eye: Eye
     shift_deg: tuple[float, float]
     roll_deg: float
     moved_px: float
@@ -235,3 +247,37 @@ class SessionDocument(ResponseModel):
     running: str | None
     problems: list[str]
     """Files of the session that cannot be read, and why."""
+
+
+class StepProgress(ResponseModel):
+    """Data of `calibration.progress`: `done` of `total` of a step."""
+
+    session_id: str | None
+    step: str
+    done: int
+    total: int
+    note: str
+
+
+class WideSampleTaken(ResponseModel):
+    """Data of `calibration.sample`: a new view of the board."""
+
+    session_id: str | None
+    id: str
+
+
+class SweepPoseMeasured(ResponseModel):
+    """Data of `calibration.pose`: a new pose of a sweep."""
+
+    session_id: str | None
+    station: str
+    index: int
+    left: EyeState
+    right: EyeState
+
+
+class CalibrationFitted(ResponseModel):
+    """Data of `calibration.fitted`: a new calibration."""
+
+    session_id: str | None
+    calibration_id: str

@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from pydantic import BaseModel
-
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.job_table import Job
-from foveacam_server.resources.calibration_sessions.documents import measured_time, session_document
+from foveacam_server.resources.calibration_sessions.descriptions import describe_session, measured_time
+from foveacam_server.resources.calibration_sessions.options import Run
 from foveacam_server.resources.calibration_sessions.pictures import picture_path
 from foveacam_server.resources.calibration_sessions.runs import (
     SESSIONS_URL,
@@ -16,7 +15,7 @@ from foveacam_server.resources.calibration_sessions.runs import (
 )
 from foveacam_server.resources.calibration_sessions.schema import SessionDocument
 from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession, SessionCollection
-from foveacam_server.resources.calibration_sessions.wide_documents import thumbnail_path
+from foveacam_server.resources.calibration_sessions.wide_stage import thumbnail_path
 from foveacam_server.rig import refusals
 from foveacam_server.rig.settle_times import SettleTime
 
@@ -62,24 +61,20 @@ class CalibrationSessionService:
         self._runs.check_idle(session_id, "delete the session")
         self._sessions.remove(session_id)
 
-    def submit(self, session_id: str, run: BaseModel, *, idempotency_key: str | None = None) -> Job:
+    def submit(self, session_id: str, run: Run, *, idempotency_key: str | None = None) -> Job:
         """Queue a step."""
         return self._runs.submit(session_id, run, idempotency_key=idempotency_key)
 
     def remove_sample(self, session_id: str, sample_id: str) -> SessionDocument:
         """Remove a view of the board and fit the lens again."""
-        from foveacam_server.resources.calibration_sessions.wide_results import remove_sample, samples_of
         from foveacam_server.resources.calibration_sessions.wide_step import (
-            draw_wide_pictures,  # fits and figures load for seconds
+            remove_sample,  # fits and figures load for seconds
         )
 
         session = self._sessions.get(session_id)
         self._runs.check_idle(session_id, "remove a view")
         with disk_errors(f"the views of calibration session {session.id}", session.folder):
-            fits = remove_sample(session, sample_id)
-            samples = samples_of(session)
-            if samples is not None:
-                draw_wide_pictures(session, samples, fits[0] if fits else None)
+            remove_sample(session, sample_id)
         return self._describe(session)
 
     def settle_time(self, session_id: str) -> SettleTime:
@@ -95,10 +90,9 @@ class CalibrationSessionService:
         return picture_path(self._sessions.get(session_id), name)
 
     def _describe(self, session: CalibrationSession) -> SessionDocument:
-        found = session_document(
+        return describe_session(
             session,
             url=f"{SESSIONS_URL}/{session.id}",
             running=self._runs.running(session.id),
             in_use=self._settling.in_use,
         )
-        return SessionDocument.model_validate(found)

@@ -1,16 +1,18 @@
 """Calibration sessions on disk: one folder holds everything measured for one calibration.
 
-The steps and the pipeline write their own files into it; this module owns its head, its lock and the
-collection of all sessions.
+The steps and the pipeline write their own files into it; this module owns its head, its lock, the schemas of
+its JSON files and the collection of all sessions.
 """
 
-import json
 import re
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput
 from foveacam_pipeline.calibrate.records.aggregate import combine_sessions
@@ -18,40 +20,87 @@ from foveacam_pipeline.capture.dataset.lock import LOCK, FolderLock
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.names import new_id, utc_now
-from foveacam_server.foundation.store import Document
 from foveacam_server.foundation.whole_file import write_document
+from foveacam_server.resources.calibration_sessions.schema import (
+    CheckDocument,
+    ClosingDocument,
+    FitDocument,
+    SettleDocument,
+)
 
-FORMAT = "foveacam-calibration-session"
-VERSION = 1
-HEAD = "session.json"
-VIEWS = "wide.json"
-"""The views of the board; absent before stage 1."""
-FIT, CHECK, SETTLE, DRIFT = "fit-result.json", "check-result.json", "settle-result.json", "drift-result.json"
-"""The document of each step's last run, as REST shows it."""
-SETTLE_REPORT = "settle.json"
-"""The settle report that the pipeline wrote."""
-FINISHED = "finished.json"
-"""The steps that were completed, each with the options that it was completed with."""
-_ID = re.compile(r"ses-[0-9a-f]{1,32}")
+_Content = TypeVar("_Content", bound=BaseModel)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SessionHead:
+class SessionHead(BaseModel):
     """Identity of a session, and the ids of the calibrations fitted from it, oldest first.
 
     `baseline_m`: nominal distance between the rig's mirrors.
     """
 
+    model_config = ConfigDict(frozen=True)
+
+    format: Literal["foveacam-calibration-session"]
+    version: Literal[1]
     id: str
     label: str
     rig_id: str
     created_utc: str
     baseline_m: float
-    calibrations: tuple[str, ...] = ()
+    calibrations: tuple[str, ...]
+
+
+class FinishedWide(BaseModel):
+    """A completed stage 1, and the number of views it was to take."""
+
+    views: int
+
+
+class FinishedFit(BaseModel):
+    """A completed fit; `of`: hash of its inputs."""
+
+    of: str
+    calibration_id: str
+
+
+class FinishedCheck(BaseModel):
+    """A completed check; `poses`: the number asked for; None: the usual one."""
+
+    calibration_id: str
+    poses: int | None
+
+
+class FinishedSteps(BaseModel):
+    """The completed steps, each with what a later run must share to be skipped."""
+
+    wide: FinishedWide | None = None
+    fit: FinishedFit | None = None
+    check: FinishedCheck | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionFile(Generic[_Content]):
+    """A JSON file in a session's folder: its name, its schema and what to do when it is damaged."""
+
+    name: str
+    schema: type[_Content]
+    remedy: str = "restore it, or delete it and run its step again"
+
+
+HEAD = SessionFile(name="session.json", schema=SessionHead, remedy="restore the file or delete the session")
+FINISHED = SessionFile(name="finished.json", schema=FinishedSteps)
+FIT = SessionFile(name="fit-result.json", schema=FitDocument)
+CHECK = SessionFile(name="check-result.json", schema=CheckDocument)
+SETTLE = SessionFile(name="settle-result.json", schema=SettleDocument)
+DRIFT = SessionFile(name="drift-result.json", schema=ClosingDocument)
+VIEWS = "wide.json"
+"""The views of the board, written by the pipeline; absent before stage 1."""
+SETTLE_REPORT = "settle.json"
+"""The settle report, written by the pipeline."""
+_ID = re.compile(r"ses-[0-9a-f]{1,32}")
 
 
 class CalibrationSession:
-    """One session's folder: its head, its JSON documents, its completed steps."""
+    """One session's folder: its head, its JSON files, its completed steps."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -64,61 +113,47 @@ class CalibrationSession:
     @property
     def head(self) -> SessionHead:
         """The session's head; raise `InvalidInput` when its file is damaged."""
-        document = self.read(HEAD) or {}
-        if document.get("format") != FORMAT or document.get("version") != VERSION:
-            raise InvalidInput(
-                f"{self.folder / HEAD}: {FORMAT} version {VERSION} is needed; restore the file or delete the "
-                "session"
-            )
-        try:
-            return SessionHead(
-                id=self.id,
-                label=str(document["label"]),
-                rig_id=str(document["rig_id"]),
-                created_utc=str(document["created_utc"]),
-                baseline_m=float(document["baseline_m"]),
-                calibrations=tuple(str(known) for known in document["calibrations"]),
-            )
-        except (KeyError, TypeError, ValueError) as error:
-            raise InvalidInput(
-                f"{self.folder / HEAD}: {error} is wrong or missing; restore the file or delete the session"
-            ) from error
+        head = self.read(HEAD)
+        if head is None:
+            raise InvalidInput(f"{self.folder / HEAD.name} is missing; {HEAD.remedy}")
+        return head
 
     def add_calibration(self, calibration_id: str) -> None:
         """Record that a calibration was fitted from this session; a known one becomes the newest."""
-        document = self.read(HEAD) or {}
-        earlier = [known for known in document.get("calibrations", []) if known != calibration_id]
-        self.write(HEAD, document | {"calibrations": [*earlier, calibration_id]})
+        head = self.head
+        earlier = [known for known in head.calibrations if known != calibration_id]
+        self.write(HEAD, head.model_copy(update={"calibrations": (*earlier, calibration_id)}))
 
-    def read(self, name: str) -> Document | None:
-        """Return one JSON file of the session; None without it; raise `InvalidInput` when it is damaged."""
-        path = self.folder / name
+    def read(self, file: SessionFile[_Content]) -> _Content | None:
+        """Return the content of a file; None without it; raise `InvalidInput` when it is damaged."""
+        path = self.folder / file.name
         try:
-            found = json.loads(path.read_text(encoding="utf-8"))
+            return file.schema.model_validate_json(path.read_bytes())
         except FileNotFoundError:
             return None
-        except (OSError, ValueError) as error:
+        except (OSError, ValidationError) as error:
+            found = _first_failure(error) if isinstance(error, ValidationError) else str(error)
             raise InvalidInput(
-                f"{path} cannot be read ({error}); restore it, or delete it and run its step again",
+                f"{path} cannot be read ({found}); {file.remedy}",
                 asked=str(path),
-                remedy="restore it, or delete it and run its step again",
+                remedy=file.remedy,
             ) from error
-        if not isinstance(found, dict):
-            raise InvalidInput(f"{path}: an object is needed; delete the file and run its step again")
-        return found
 
-    def write(self, name: str, document: Document) -> None:
-        """Write one JSON file of the session; raise as `write_document`."""
-        write_document(self.folder / name, document, what=f"{name} of calibration session {self.id}")
+    def write(self, file: SessionFile[_Content], content: _Content) -> None:
+        """Write a file, without the fields that were never set; raise as `write_document`."""
+        document = content.model_dump(mode="json", exclude_unset=True)
+        what = f"{file.name} of calibration session {self.id}"
+        write_document(self.folder / file.name, document, what=what)
 
-    def finish_step(self, step: str, how: Document) -> None:
-        """Record that a step was completed; `how`: what a later run must share to be skipped."""
-        self.write(FINISHED, (self.read(FINISHED) or {}) | {step: how})
+    @property
+    def finished(self) -> FinishedSteps:
+        """The completed steps."""
+        return self.read(FINISHED) or FinishedSteps()
 
-    def finished_step(self, step: str) -> Document | None:
-        """Return the `how` that a step was completed with; None while it was not."""
-        found: Document | None = (self.read(FINISHED) or {}).get(step)
-        return found
+    def finish_steps(self, steps: FinishedSteps) -> None:
+        """Record that the steps that `steps` holds were completed."""
+        completed = {name: getattr(steps, name) for name in steps.model_fields_set}
+        self.write(FINISHED, self.finished.model_copy(update=completed))
 
     @contextmanager
     def writing(self) -> Iterator[None]:
@@ -142,7 +177,7 @@ class CalibrationSession:
     @property
     def empty(self) -> bool:
         """Whether nothing was measured yet."""
-        return {path.name for path in self.folder.iterdir()} <= {HEAD, LOCK}
+        return {path.name for path in self.folder.iterdir()} <= {HEAD.name, LOCK}
 
     @property
     def bytes(self) -> int:
@@ -170,20 +205,21 @@ class SessionCollection:
         Raise `NotFound` for an unknown id, `InvalidInput` for fewer than two sessions or for several rigs.
         """
         sessions = [self.get(one) for one in dict.fromkeys(ids)]
-        heads = sorted((session.head for session in sessions), key=lambda head: head.created_utc)
-        if len(heads) < 2:
-            raise InvalidInput(f"{len(heads)} session was given to be put together; name two or more")
-        with_lens = [self.folder / head.id for head in heads if (self.folder / head.id / VIEWS).is_file()]
+        if len(sessions) < 2:
+            raise InvalidInput(f"{len(sessions)} session was given to be put together; name two or more")
+        by_age = sorted(sessions, key=lambda session: session.head.created_utc)
+        with_lens = [session.folder for session in by_age if (session.folder / VIEWS).is_file()]
+        newest = by_age[-1]
         combined = CalibrationSession(self.folder / new_id("ses"))
         with _deleted_on_failure(combined):
             found = combine_sessions(
                 [session.folder for session in sessions],
                 combined.folder,
-                rig_id=heads[-1].rig_id,
-                wide_from=(with_lens or [self.folder / heads[-1].id])[-1],
+                rig_id=newest.head.rig_id,
+                wide_from=(with_lens or [newest.folder])[-1],
             )
             _write_head(
-                combined, label=label or found.label, rig_id=found.rig_id, baseline_m=heads[-1].baseline_m
+                combined, label=label or found.label, rig_id=found.rig_id, baseline_m=newest.head.baseline_m
             )
         return combined
 
@@ -201,7 +237,7 @@ class SessionCollection:
     def get(self, session_id: str) -> CalibrationSession:
         """Return one session by its id or raise `NotFound`."""
         session = CalibrationSession(self.folder / session_id)
-        if not _ID.fullmatch(session_id) or not (session.folder / HEAD).is_file():
+        if not _ID.fullmatch(session_id) or not (session.folder / HEAD.name).is_file():
             raise NotFound(
                 f"there is no calibration session {session_id}; see /api/v1/calibration_sessions",
                 asked=session_id,
@@ -227,16 +263,20 @@ def _deleted_on_failure(session: CalibrationSession) -> Iterator[None]:
 
 
 def _write_head(session: CalibrationSession, *, label: str, rig_id: str, baseline_m: float) -> None:
-    session.write(
-        HEAD,
-        {
-            "format": FORMAT,
-            "version": VERSION,
-            "id": session.id,
-            "label": label,
-            "rig_id": rig_id,
-            "created_utc": utc_now(),
-            "baseline_m": baseline_m,
-            "calibrations": [],
-        },
+    head = SessionHead(
+        format="foveacam-calibration-session",
+        version=1,
+        id=session.id,
+        label=label,
+        rig_id=rig_id,
+        created_utc=utc_now(),
+        baseline_m=baseline_m,
+        calibrations=(),
     )
+    session.write(HEAD, head)
+
+
+def _first_failure(error: ValidationError) -> str:
+    first = error.errors()[0]
+    where = ".".join(str(part) for part in first["loc"])
+    return f"{where}: {first['msg']}" if where else first["msg"]

@@ -10,13 +10,13 @@ from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleR
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.rounding import rounded
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.calibration_sessions.options import SettleOptions
 from foveacam_server.resources.calibration_sessions.pictures import draw_pictures
+from foveacam_server.resources.calibration_sessions.schema import SettleAxisDocument, SettleDocument, eye_of
 from foveacam_server.resources.calibration_sessions.sessions import SETTLE, SETTLE_REPORT, CalibrationSession
 from foveacam_server.resources.calibration_sessions.step_environment import StepEnvironment, StepWatcher
 from foveacam_server.resources.calibration_sessions.turning import turn_to_station
-from foveacam_server.resources.calibration_sessions.wide_documents import lens_of
+from foveacam_server.resources.calibration_sessions.wide_stage import lens_of
 from foveacam_server.rig.settle_times import SettleTime
 
 
@@ -54,7 +54,7 @@ def measure_settle(
     if options.apply:
         environment.wait_after_moves(time)
     save_settle(report, session.folder / SETTLE_REPORT)
-    session.write(SETTLE, settle_document(report, time))
+    session.write(SETTLE, describe_settle(report, time))
     draw_pictures(session, {"settle": partial(settle_picture, report)})
     return report
 
@@ -66,23 +66,20 @@ def _known_lens(session: CalibrationSession) -> Intrinsics | None:
         return None
 
 
-def settle_document(report: SettleReport, time: SettleTime) -> Document:
-    """Return a settle report as a REST document."""
-    return {
-        "axes": [_axis(axis) for axis in report.axes],
-        "settle_us": time.settle_us,
-    }
+def describe_settle(report: SettleReport, time: SettleTime) -> SettleDocument:
+    """Return a settle report as REST shows it; not whether it is in use."""
+    return SettleDocument(axes=[_axis(axis) for axis in report.axes], settle_us=time.settle_us)
 
 
-def _axis(axis: AxisSettle) -> Document:
+def _axis(axis: AxisSettle) -> SettleAxisDocument:
     resonance = axis.resonance
-    return {
-        "eye": axis.role.value,
-        "axis": axis.axis,
-        "settle_ms": rounded(axis.settle_us / 1e3, 3),
-        "settle_1pct_ms": rounded(axis.settle_share_us / 1e3, 3),
-        "response_ms": rounded(axis.response_us / 1e3, 3),
-        "response_open_ms": rounded(axis.response_open_us / 1e3, 3),
-        "resonance_hz": None if resonance is None else rounded(resonance.frequency_hz, 1),
-        "quality": None if resonance is None else rounded(resonance.quality, 2),
-    }
+    return SettleAxisDocument(
+        eye=eye_of(axis.role),
+        axis="x" if axis.axis == "x" else "y",
+        settle_ms=rounded(axis.settle_us / 1e3, 3),
+        settle_1pct_ms=rounded(axis.settle_share_us / 1e3, 3),
+        response_ms=rounded(axis.response_us / 1e3, 3),
+        response_open_ms=rounded(axis.response_open_us / 1e3, 3),
+        resonance_hz=None if resonance is None else rounded(resonance.frequency_hz, 1),
+        quality=None if resonance is None else rounded(resonance.quality, 2),
+    )

@@ -20,6 +20,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.rig import Rig
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.resources.calibration_sessions.schema import EyeState
 from foveacam_server.rig.settle_times import SettleTime, SettleTimes
 
 
@@ -105,7 +106,7 @@ class StepWatcher(ProcedureWatcher, Protocol):
         """Report a new view of the board."""
         ...
 
-    def pose(self, station: str, *, index: int, left: str, right: str) -> None:
+    def pose(self, station: str, *, index: int, left: EyeState, right: EyeState) -> None:
         """Report a measured pose and the state of either eye."""
         ...
 

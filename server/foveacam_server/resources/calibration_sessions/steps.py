@@ -1,15 +1,13 @@
 """Run one step of a calibration session, or all that are not complete."""
 
-from pydantic import BaseModel
-
-from foveacam_hardware.contract import InvalidInput, NotCalibrated
+from foveacam_hardware.contract import NotCalibrated
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.resources.calibration_sessions.check_step import (
     check_session,
     is_checked,
     newest_calibration,
 )
-from foveacam_server.resources.calibration_sessions.documents import measured_time
+from foveacam_server.resources.calibration_sessions.descriptions import measured_time
 from foveacam_server.resources.calibration_sessions.drift_step import close_drift
 from foveacam_server.resources.calibration_sessions.fit_step import earlier_fit, fit_session
 from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
@@ -20,6 +18,7 @@ from foveacam_server.resources.calibration_sessions.options import (
     FitOptions,
     FitRun,
     MirrorsRun,
+    Run,
     SettleOptions,
     SettleRun,
     WideOptions,
@@ -32,7 +31,7 @@ from foveacam_server.resources.calibration_sessions.step_environment import (
     StepEnvironment,
     StepWatcher,
 )
-from foveacam_server.resources.calibration_sessions.wide_documents import lens_of
+from foveacam_server.resources.calibration_sessions.wide_stage import lens_of
 from foveacam_server.resources.calibration_sessions.wide_step import (
     ImageFolder,
     is_measured,
@@ -120,7 +119,7 @@ __all__ = ["ImageFolder", "measure_on_images", "run_fit", "run_step"]
 
 def run_step(
     session: CalibrationSession,
-    run: BaseModel,
+    run: Run,
     *,
     environment: StepEnvironment,
     registry: CalibrationRegistry,
@@ -141,8 +140,6 @@ def run_step(
                 measure_settle(session, options, environment=environment, watch=watch)
             case AllRun(options=options):
                 run_all(session, options, environment=environment, registry=registry, watch=watch)
-            case _:
-                raise InvalidInput(f"there is no step {type(run).__name__}")
 
 
 def run_fit(

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Protocol
 
-from foveacam_server.foundation.store import Document
+from foveacam_pipeline.calibrate.report import DriftFacts, SessionFacts
 
 
 class MeasuredSessions(Protocol):
@@ -13,8 +13,8 @@ class MeasuredSessions(Protocol):
         """Return the files of the session's mirror sweeps."""
         ...
 
-    def document(self, session_id: str) -> Document:
-        """Return the session as REST shows it."""
+    def facts(self, session_id: str) -> SessionFacts:
+        """Return the session's measurements."""
         ...
 
     def pictures(self, session_id: str, *, fitted: bool) -> dict[str, bytes]:
@@ -22,9 +22,9 @@ class MeasuredSessions(Protocol):
         ...
 
 
-class DriftDocuments(Protocol):
+class MeasuredDrift(Protocol):
     """The drift checks that were made."""
 
-    def every(self) -> list[Document]:
-        """Return all checks as REST shows them, newest first."""
+    def facts_of(self, calibration_id: str) -> list[DriftFacts]:
+        """Return the checks that measured or made a calibration, oldest first."""
         ...

@@ -4,9 +4,8 @@ from functools import lru_cache
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.resources.calibrations.documents import calibration_document
 from foveacam_server.resources.calibrations.health import CalibrationHealth
-from foveacam_server.resources.calibrations.measured_data import DriftDocuments, MeasuredSessions
+from foveacam_server.resources.calibrations.measured_data import MeasuredDrift, MeasuredSessions
 from foveacam_server.resources.calibrations.record_files import (
     FileFormat,
     ImportFacts,
@@ -34,7 +33,7 @@ class CalibrationRecords:
         calibration: CalibrationService,
         *,
         sessions: MeasuredSessions,
-        drift: DriftDocuments,
+        drift: MeasuredDrift,
         hardware: HardwareThread,
         health: CalibrationHealth,
     ) -> None:
@@ -48,7 +47,7 @@ class CalibrationRecords:
     def describe(self, calibration: Calibration) -> CalibrationDocument:
         """Return a calibration as REST shows it; the one in force with its health."""
         current = self._service.current is calibration
-        return calibration_document(
+        return CalibrationDocument.of(
             calibration,
             kept=self._service.is_kept(calibration.id),
             current=current,
@@ -91,9 +90,9 @@ class CalibrationRecords:
             compare_calibrations,  # figures load for seconds
         )
 
-        document, picture = compare_calibrations(self._service.get(a), self._service.get(b))
-        url = f"{COMPARE_URL}?a={a}&b={b}"
-        return ComparisonDocument.model_validate(document | {"picture_url": url}), picture
+        return compare_calibrations(
+            self._service.get(a), self._service.get(b), picture_url=f"{COMPARE_URL}?a={a}&b={b}"
+        )
 
 
 def _facts(status: RigStatus, *, distance_m: float | None) -> ImportFacts:

@@ -1,7 +1,10 @@
-"""Schemas of calibrations: description, health, comparison."""
+"""Schemas of calibrations: description, health, comparison, events."""
 
 from typing import Literal
 
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.foundation.names import age_s
+from foveacam_server.foundation.rounding import deg, rounded
 from foveacam_server.foundation.schema import ResponseModel
 
 
@@ -75,3 +78,41 @@ class CalibrationDocument(ResponseModel):
     """Id of the session that measured it."""
     health: HealthDocument | None
     """Only of the one in force."""
+
+    @classmethod
+    def of(
+        cls, calibration: Calibration, *, kept: bool, current: bool, health: HealthDocument | None = None
+    ) -> "CalibrationDocument":
+        """Describe a calibration; `health` is known of the one in force."""
+        eyes = (calibration.left, calibration.right)
+        return cls(
+            id=calibration.id,
+            label=calibration.label,
+            origin=calibration.origin,
+            rig_id=calibration.rig_id,
+            created_utc=calibration.created_utc,
+            age_s=round(age_s(calibration.created_utc), 1),
+            baseline_m=calibration.baseline_m,
+            mirror_sigma_deg=deg(max(max(eye.mirror.sigma_rad) for eye in eyes)),
+            rectify_sigma_px=rounded(max(eye.homography.loo_px for eye in eyes), 3),
+            wide=WideLensDocument.model_validate(calibration.wide, from_attributes=True),
+            current=current,
+            kept=kept,
+            parent_id=calibration.parent_id,
+            session_id=calibration.session_id,
+            health=health,
+        )
+
+
+class CalibrationChosen(ResponseModel):
+    """Data of `rig.calibration`: the calibration that came into force."""
+
+    id: str
+    label: str
+    origin: str
+
+
+class CalibrationMissing(ResponseModel):
+    """Data of `rig.calibration` where none came into force: why."""
+
+    detail: str

@@ -14,8 +14,9 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
-from foveacam_server.foundation.store import Document
+from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.resources.calibrations.in_force import check_discarded, pinned_id, write_pin
+from foveacam_server.resources.calibrations.schema import CalibrationChosen, CalibrationMissing
 
 _log = logging.getLogger(__name__)
 
@@ -104,7 +105,8 @@ class CalibrationService:
             current = self._choose(rig_id)
         except FoveaError as error:
             self._problem = str(error)
-            self._emit(f"not calibrated: {error}", level=EventLevel.ERROR, data={"detail": str(error)})
+            missing = CalibrationMissing(detail=str(error))
+            self._emit(f"not calibrated: {error}", missing, level=EventLevel.ERROR)
             return
         self._put_in_force(current)
 
@@ -175,13 +177,12 @@ class CalibrationService:
             callback(calibration)
         self._emit(
             f"calibration {calibration.id} ({calibration.label}) is in force",
-            level=EventLevel.INFO,
-            data={"id": calibration.id, "label": calibration.label, "origin": calibration.origin},
+            CalibrationChosen(id=calibration.id, label=calibration.label, origin=calibration.origin),
         )
 
-    def _emit(self, message: str, *, level: EventLevel, data: Document) -> None:
+    def _emit(self, message: str, data: ResponseModel, *, level: EventLevel = EventLevel.INFO) -> None:
         if self._events is not None:  # None in a command that runs beside a server
-            self._events.emit("rig.calibration", message, level=level, data=data)
+            self._events.emit("rig.calibration", message, level=level, data=data.as_json())
 
     def _choose(self, rig_id: str) -> Calibration:
         if self._chosen is not None:

@@ -62,7 +62,7 @@ async def create(
 @router.get("", summary="All drift checks, newest first")
 def every(services: ServicesDep) -> list[DriftCheckDocument]:
     """Return what all checks found."""
-    return services.drift.every()
+    return services.drift.records.every()
 
 
 @router.get(
@@ -79,4 +79,4 @@ def trend(services: ServicesDep) -> Response:
 @router.get("/{check_id}", summary="One check", responses=problems(404))
 def one(check_id: CheckId, services: ServicesDep) -> DriftCheckDocument:
     """Return what one check found."""
-    return services.drift.get(check_id)
+    return services.drift.records.get(check_id)

@@ -1,10 +1,11 @@
 """Schemas of drift checks."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
+from foveacam_server.resources.calibration_sessions.schema import Eye
 
 
 class DriftRequest(RequestModel):
@@ -17,7 +18,7 @@ class DriftRequest(RequestModel):
 class DriftEyeDocument(ResponseModel):
     """Drift of one eye."""
 
-    eye: Literal["left", "right"]
+    eye: Eye
     shift_x_deg: float
     shift_y_deg: float
     rotation_deg: float

@@ -29,17 +29,9 @@ class DriftChecks:
         self._tools.hardware.check_may_move()
         return self._tools.jobs.submit(KIND, request.model_dump(), idempotency_key=idempotency_key)
 
-    def every(self) -> list[DriftCheckDocument]:
-        """Return all checks, newest first."""
-        return [DriftCheckDocument.model_validate(found) for found in self.records.every()]
-
-    def get(self, check_id: str) -> DriftCheckDocument:
-        """Return a check by its id or raise `NotFound`."""
-        return DriftCheckDocument.model_validate(self.records.get(check_id))
-
     def get_by_url(self, url: str) -> DriftCheckDocument:
         """Return the check that a job's result URL names."""
-        return self.get(url.rsplit("/", 1)[1])
+        return self.records.get(url.rsplit("/", 1)[1])
 
     def _work(self, context: JobContext) -> str:
         from foveacam_server.resources.drift_checks.step import check_drift, store_check  # loads for a while
@@ -63,7 +55,7 @@ class DriftChecks:
                 watch=watch,
             )
         with disk_errors("the drift check", self._folder):
-            document = store_check(
+            stored = store_check(
                 found,
                 calibration,
                 apply=request.apply,
@@ -71,5 +63,5 @@ class DriftChecks:
                 registry=self._tools.calibration,
                 watch=watch,
             )
-        self._tools.events.emit("calibration.drift", document["detail"], data=document)
-        return f"{DRIFT_URL}/{document['id']}"
+        self._tools.events.emit("calibration.drift", stored.detail, data=stored.as_json())
+        return f"{DRIFT_URL}/{stored.id}"

@@ -5,13 +5,13 @@ from foveacam_pipeline.calibrate.drift.check import run_drift_check
 from foveacam_pipeline.calibrate.drift.values import DriftCheck, DriftSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.calibration_sessions.drift_step import corrected_for_drift
 from foveacam_server.resources.calibration_sessions.step_environment import (
     CalibrationRegistry,
     StepWatcher,
 )
 from foveacam_server.resources.drift_checks.records import DriftRecords
+from foveacam_server.resources.drift_checks.schema import DriftCheckDocument
 
 
 def check_drift(
@@ -36,7 +36,7 @@ def store_check(
     records: DriftRecords,
     registry: CalibrationRegistry,
     watch: StepWatcher,
-) -> Document:
+) -> DriftCheckDocument:
     """Store a check; with `apply`, correct a significant drift and put the corrected calibration in force."""
     created_utc = utc_now().replace("Z", "+00:00")
     corrected = None
@@ -44,8 +44,8 @@ def store_check(
         corrected = corrected_for_drift(calibration, found, created_utc=created_utc)
         registry.add(corrected)
     new_id = None if corrected is None else corrected.id
-    document = records.add(found, created_utc=created_utc, new_calibration_id=new_id)
+    stored = records.add(found, created_utc=created_utc, new_calibration_id=new_id)
     if corrected is not None:  # last, so that a full disk changes nothing that is in force
         registry.activate(corrected.id)
         watch.fitted(corrected)
-    return document
+    return stored

@@ -6,7 +6,6 @@ import math
 import struct
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import cv2
 import numpy as np
@@ -23,6 +22,7 @@ from foveacam_pipeline.study.visibility.standoff import StandoffRing
 from foveacam_server.resources.planner.answers import describe_ring, requested_ring
 from foveacam_server.resources.planner.schema import (
     AreasDocument,
+    GeoJson,
     MapDocument,
     RegionDocument,
     RegionsDocument,
@@ -62,7 +62,7 @@ def open_map(size_m: float) -> FieldMap:
 
 
 def field_of(
-    document: Mapping[str, Any],  # Any: GeoJSON
+    document: GeoJson,
     *,
     m_per_unit: float = 1.0,
     targets_m: Sequence[PlanPoint] | None = None,
@@ -175,7 +175,7 @@ def _in_sight(place: PlanPoint, regions: Sequence[BaseGeometry]) -> SightDocumen
 
 def _drawn(
     field: FieldMap, ring: StandoffRing, regions: Sequence[BaseGeometry], union: BaseGeometry
-) -> dict[str, Any]:  # Any: GeoJSON
+) -> GeoJson:
     document = geojson_of(field, regions=regions)
     rings = [annulus(place, ring) for place in field.targets_m]
     document["features"] += [

@@ -11,6 +11,7 @@ Place = Annotated[list[MapMetres], Field(min_length=2, max_length=2)]
 """A point of the map: x, y, m."""
 AgentRadius = Annotated[float, Field(ge=0.0, le=100.0)]
 ObstacleRadius = Annotated[float, Field(gt=0.0, le=1000.0)]
+GeoJson = dict[str, Any]  # Any: its geometries nest to any depth; shapely and the map's reader check them
 Scale = Annotated[float, Field(gt=0.0, le=1e6)]
 """Metres for one unit of a map."""
 MOST_TARGETS = 50
@@ -114,7 +115,7 @@ class GeojsonMapRequest(RequestModel):
     """A map as GeoJSON: polygons are obstacles, points whose property `kind` is "target" are targets."""
 
     kind: Literal["geojson"]
-    document: dict[str, Any]  # Any: GeoJSON, checked where it is read
+    document: GeoJson
     m_per_unit: Scale = 1.0
     """Metres for one unit of its coordinates."""
 
@@ -143,7 +144,7 @@ MapAsked = Annotated[
 class MapDocument(ResponseModel):
     """A map as GeoJSON in metres, as `regions` takes it."""
 
-    map: dict[str, Any]  # Any: GeoJSON
+    map: GeoJson
     bounds_m: list[float]
     """x0, y0, x1, y1."""
     targets_m: list[list[float]]
@@ -156,7 +157,7 @@ class MapDocument(ResponseModel):
 class RegionsRequest(RequestModel):
     """Where one can stand about the targets of a map."""
 
-    map: dict[str, Any]  # Any: GeoJSON, checked where it is read
+    map: GeoJson
     targets_m: Annotated[list[Place], Field(max_length=MOST_TARGETS)] | None = None
     """Used instead of the map's own targets."""
     ring: RingRequest = RingRequest()
@@ -201,5 +202,5 @@ class RegionsDocument(ResponseModel):
     regions: list[RegionDocument]
     empty_because: str | None
     points: list[SightDocument]
-    geojson: dict[str, Any]  # Any: GeoJSON
+    geojson: GeoJson
     duration_ms: float

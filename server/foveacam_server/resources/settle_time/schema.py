@@ -3,6 +3,7 @@
 from pydantic import Field
 
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
+from foveacam_server.rig.settle_times import RIG_FILE, SettleTime
 
 
 class SettleTimeRequest(RequestModel):
@@ -31,3 +32,22 @@ class SettleTimeDocument(ResponseModel):
     source: str
     rig_file_us: int
     measured: MeasuredSettleTime | None
+
+    @classmethod
+    def of(cls, in_use: SettleTime | None, *, rig_file_us: int) -> "SettleTimeDocument":
+        """Describe the measured settle time in use, or the rig file's where there is none."""
+        if in_use is None:
+            return cls(settle_us=rig_file_us, source=RIG_FILE, rig_file_us=rig_file_us, measured=None)
+        return cls(
+            settle_us=in_use.settle_us,
+            source=in_use.source,
+            rig_file_us=rig_file_us,
+            measured=MeasuredSettleTime.model_validate(in_use, from_attributes=True),
+        )
+
+
+class SettleTimeChanged(ResponseModel):
+    """Data of `rig.settle_time`: the settle time from now on."""
+
+    settle_us: int
+    source: str

@@ -2,8 +2,7 @@
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated
 from foveacam_server.foundation.events import EventLevel, EventLog
-from foveacam_server.foundation.store import Document
-from foveacam_server.resources.settle_time.schema import SettleTimeDocument
+from foveacam_server.resources.settle_time.schema import SettleTimeChanged, SettleTimeDocument
 from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import answer_of
@@ -34,8 +33,7 @@ class SettleTimeService:
         """Return the settle time and its source; raise `NotConnected` until the rig was opened."""
         if self._rig_file_us is None:
             raise refusals.not_open(hardware.status.problems)
-        found = settle_time_document(self._in_use, rig_file_us=self._rig_file_us)
-        return SettleTimeDocument.model_validate(found)
+        return SettleTimeDocument.of(self._in_use, rig_file_us=self._rig_file_us)
 
     def restore(self, rig: AssembledRig) -> None:
         """Apply the measured settle time to a rig that was just opened.
@@ -86,8 +84,8 @@ class SettleTimeService:
         self._emit(_message(rig_file_us, RIG_FILE), rig_file_us)
 
     def _emit(self, message: str, settle_us: int, *, level: EventLevel = EventLevel.INFO) -> None:
-        data = {"settle_us": settle_us, "source": self.source}
-        self._events.emit("rig.settle_time", message, level=level, data=data)
+        data = SettleTimeChanged(settle_us=settle_us, source=self.source)
+        self._events.emit("rig.settle_time", message, level=level, data=data.as_json())
 
 
 def _set_settle_time(rig: AssembledRig, settle_us: int) -> None:
@@ -96,20 +94,3 @@ def _set_settle_time(rig: AssembledRig, settle_us: int) -> None:
 
 def _message(settle_us: int, source: str) -> str:
     return f"the mirrors now get {settle_us / 1e3:g} ms to settle ({source})"
-
-
-def settle_time_document(in_use: SettleTime | None, *, rig_file_us: int) -> Document:
-    """Return the wait after a move and its origin as a REST document."""
-    return {
-        "settle_us": rig_file_us if in_use is None else in_use.settle_us,
-        "source": RIG_FILE if in_use is None else in_use.source,
-        "rig_file_us": rig_file_us,
-        "measured": None
-        if in_use is None
-        else {
-            "settle_us": in_use.settle_us,
-            "measured_utc": in_use.measured_utc,
-            "session_id": in_use.session_id,
-            "low_pass_hz": in_use.low_pass_hz,
-        },
-    }

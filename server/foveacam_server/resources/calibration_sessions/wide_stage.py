@@ -1,39 +1,53 @@
-"""The stored result of stage 1: its REST documents, its lens, its thumbnails. It imports no fitting code."""
+"""The stored result of stage 1: its description, its lens, its thumbnails. It imports no fitting code."""
 
 import hashlib
 import re
 from functools import lru_cache
 from pathlib import Path
 
+from pydantic import BaseModel
+
 from foveacam_hardware.contract import NotCalibrated
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.store import Document
-from foveacam_server.resources.calibration_sessions.sessions import VIEWS, CalibrationSession
+from foveacam_server.resources.calibration_sessions.options import LensModel
+from foveacam_server.resources.calibration_sessions.schema import BoardDocument, WideStageDocument
+from foveacam_server.resources.calibration_sessions.sessions import VIEWS, CalibrationSession, SessionFile
 
-RESULT = "wide-result.json"
+
+class WideResult(BaseModel):
+    """Result of stage 1. `views_id`: of the views that it was computed from; `model`: the one asked for."""
+
+    views_id: str | None = None
+    board: BoardDocument
+    model: LensModel | None = None
+    lens: Intrinsics | None
+    wide: WideStageDocument
+
+
+RESULT = SessionFile(name="wide-result.json", schema=WideResult)
 THUMBNAILS = "wide"
 """Folder of the views' thumbnails."""
 _VIEW_ID = re.compile(r"[0-9a-f]{1,64}")
 
 
-def wide_documents(session: CalibrationSession, *, url: str) -> tuple[Document | None, Document | None]:
-    """Return the board and stage 1 as REST documents; None before any view was taken.
+def describe_wide(session: CalibrationSession, *, url: str) -> tuple[BoardDocument, WideStageDocument] | None:
+    """Return the board and stage 1 as REST shows them; None before any view was taken.
 
     While views are being taken the newest are returned without a fit.
     """
     found = session.read(RESULT)
     if (session.folder / VIEWS).is_file():
         views = views_id(session.folder)
-        if found is None or found.get("views_id") != views:
+        if found is None or found.views_id != views:
             found = _unfitted(session.folder, views)
     if found is None:
-        return None, None
-    stage = dict(found["wide"])
-    stage["samples"] = [
-        {**sample, "thumbnail_url": f"{url}/wide_samples/{sample['id']}.jpg"} for sample in stage["samples"]
+        return None
+    samples = [
+        sample.model_copy(update={"thumbnail_url": f"{url}/wide_samples/{sample.id}.jpg"})
+        for sample in found.wide.samples
     ]
-    return found["board"], stage
+    return found.board, found.wide.model_copy(update={"samples": samples})
 
 
 def views_id(folder: Path) -> str:
@@ -42,8 +56,8 @@ def views_id(folder: Path) -> str:
 
 
 @lru_cache(maxsize=4)
-def _unfitted(folder: Path, views: str) -> Document:
-    from foveacam_server.resources.calibration_sessions.wide_results import (
+def _unfitted(folder: Path, views: str) -> WideResult:
+    from foveacam_server.resources.calibration_sessions.wide_step import (
         unfitted_result,  # board detection is slow to import
     )
 
@@ -52,15 +66,15 @@ def _unfitted(folder: Path, views: str) -> Document:
 
 def lens_of(session: CalibrationSession) -> Intrinsics:
     """Return the fitted lens of stage 1; raise `NotCalibrated` before there is one."""
-    lens = (session.read(RESULT) or {}).get("lens")
-    if lens is None:
+    found = session.read(RESULT)
+    if found is None or found.lens is None:
         raise NotCalibrated(
             f"session {session.id}: the wide camera is not calibrated yet; run the step wide first",
             asked="a step that looks through the wide camera",
             found="no calibrated wide camera",
             remedy="run the step wide first",
         )
-    return Intrinsics(**{**lens, "distortion": tuple(lens["distortion"])})
+    return found.lens
 
 
 def thumbnail_path(session: CalibrationSession, sample_id: str) -> Path:
