@@ -14,6 +14,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.foundation.store import Document
 from foveacam_server.resources.stills.cli_run import take_on_server
+from foveacam_server.resources.stills.schema import StillRequest
 
 from .conftest import API, Running, running
 
@@ -178,9 +179,9 @@ def test_while_the_stop_is_engaged_only_the_wide_camera_takes_one(server: Runnin
 
 def test_the_command_line_presses_the_button_of_a_server(server: Running) -> None:
     address = f"http://127.0.0.1:{server.port}"
-    order = {"stack_frames": 1, "cameras": ["wide"], "name": "pressed from afar", "save": True}
+    order = StillRequest(stack_frames=1, cameras=("wide",), name="pressed from afar", save=True)
 
-    assert take_on_server(address, order, token=None)["state"] == "kept"
+    assert take_on_server(address, order, token=None).state == "kept"
     with pytest.raises(InvalidInput, match="already"):
         take_on_server(address, order, token=None)
 

@@ -14,8 +14,7 @@ from foveacam_server.datasets.collection import CaptureCollection, point_of
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.captures.cli_run import plan_of
-from foveacam_server.resources.captures.documents import capture_document
-from foveacam_server.resources.captures.points import points_document
+from foveacam_server.resources.captures.schema import CaptureDocument, PointsDocument
 
 from .dataset_scenes import written
 
@@ -54,19 +53,19 @@ def test_a_capture_whose_program_was_killed_is_partial_and_can_go_on(shelf: Capt
     folder = shelf.folder / "one"
     write_document(folder, read_document(folder).with_state(DatasetState.RUNNING))
 
-    found = capture_document(shelf.get("test"))
+    found = CaptureDocument.of(shelf.get("test"))
 
-    assert (found["state"], found["resumable"]) == ("partial", True)
-    assert "interrupted" in found["why"]
+    assert (found.state, found.resumable) == ("partial", True)
+    assert "interrupted" in found.why
 
 
 def test_a_damaged_capture_is_listed_with_the_reason(shelf: CaptureCollection) -> None:
     (shelf.folder / "one" / "dataset.json").write_text('{"format": "foveacam-dataset", "version": 99}')
 
-    found = capture_document(shelf.every()[0])
+    found = CaptureDocument.of(shelf.every()[0])
 
-    assert (found["name"], found["state"], found["resumable"]) == ("one", "damaged", False)
-    assert "newer" in found["why"]
+    assert (found.name, found.state, found.resumable) == ("one", "damaged", False)
+    assert "newer" in found.why
 
 
 def test_a_download_holds_every_file_but_the_lock(shelf: CaptureCollection) -> None:
@@ -101,16 +100,12 @@ def test_a_plan_of_the_command_line_is_a_file_or_options_or_none(tmp_path: Path)
 def test_the_points_of_a_capture_stand_on_the_sheet_where_they_are_drawn(shelf: CaptureCollection) -> None:
     dataset = written(shelf.folder / "three", 3)
 
-    found = points_document(dataset)
+    found = PointsDocument.of(dataset)
 
-    assert (found["rows"], found["columns"], found["skipped"]) == (2, 2, [])
-    assert [(point["sheet_row"], point["sheet_column"]) for point in found["points"]] == [
-        (0, 0),
-        (0, 1),
-        (1, 0),
-    ]
-    assert found["points"][0]["cameras"] == ["left", "right", "wide"]
-    assert found["points"][0]["aim_ax_deg"] == pytest.approx(5.7296, abs=1e-3)
+    assert (found.rows, found.columns, found.skipped) == (2, 2, [])
+    assert [(point.sheet_row, point.sheet_column) for point in found.points] == [(0, 0), (0, 1), (1, 0)]
+    assert found.points[0].cameras == ["left", "right", "wide"]
+    assert found.points[0].aim_ax_deg == pytest.approx(5.7296, abs=1e-3)
 
 
 def test_a_point_that_was_not_taken_is_refused_with_what_there_is(shelf: CaptureCollection) -> None:
@@ -123,7 +118,7 @@ def test_a_copy_of_a_folder_is_another_capture_that_can_be_removed_and_restored(
 ) -> None:
     shutil.copytree(shelf.folder / "one", shelf.folder / "one #2")
     assert [(kept.id, kept.name) for kept in shelf.every()] == [("test", "one"), ("one #2", "one #2")]
-    assert capture_document(shelf.get("one #2"))["url"].endswith("/captures/one%20%232")
+    assert CaptureDocument.of(shelf.get("one #2")).url.endswith("/captures/one%20%232")
 
     shelf.remove("one #2")
     assert [kept.name for kept in shelf.every()] == ["one"]

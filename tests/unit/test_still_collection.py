@@ -9,7 +9,7 @@ from foveacam_pipeline.capture.dataset import DatasetWriter, check_dataset
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.stills.cli_run import StillOrder, take_on_server
 from foveacam_server.resources.stills.collection import MOST_HELD, StillCollection, StillState
-from foveacam_server.resources.stills.documents import still_document
+from foveacam_server.resources.stills.schema import StillDocument, StillRequest
 
 from .dataset_scenes import header, written
 
@@ -85,15 +85,15 @@ def test_one_that_cannot_be_read_is_listed_with_the_reason(shelf: StillCollectio
     found = shelf.keep("test")
     (found.stored.folder / "dataset.json").write_text('{"format": "foveacam-dataset", "version": 99}')
 
-    document = still_document(shelf.every(StillState.KEPT)[0])
+    still = StillDocument.of(shelf.every(StillState.KEPT)[0])
 
-    assert (document["name"], document["cameras"]) == ("one", [])
-    assert "newer" in document["trouble"]
+    assert (still.name, still.cameras) == ("one", [])
+    assert "newer" in still.trouble
 
 
 def test_options_that_mean_no_still_are_refused_in_words() -> None:
     usual = {"name": None, "frames": 5, "every_frame": False, "cameras": None, "label": "", "codec": "png"}
-    assert StillOrder.checked(**usual).request()["cameras"] == ["wide", "left", "right"]  # type: ignore[arg-type]  # of options
+    assert StillOrder.checked(**usual).request().cameras == ("wide", "left", "right")  # type: ignore[arg-type]  # of options
     for change, told in (
         ({"cameras": ["middle"]}, "wide, left and right"),
         ({"codec": "jpg"}, "png or tiff"),
@@ -108,4 +108,4 @@ def test_options_that_mean_no_still_are_refused_in_words() -> None:
 )
 def test_a_server_that_is_not_there_is_said_to_be_so(address: str, error: type[Exception], told: str) -> None:
     with pytest.raises(error, match=told):
-        take_on_server(address, {}, token=None)
+        take_on_server(address, StillRequest(), token=None)

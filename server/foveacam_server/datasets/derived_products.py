@@ -1,5 +1,6 @@
 """Computes products of captures (mosaic, reference) as jobs in child processes, one of a kind at a time."""
 
+import json
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from foveacam_server.foundation.child_process import run_child
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
-from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.foundation.schema import JobDocument, RequestModel, ResponseModel
 from foveacam_server.foundation.store import Document
 
 Run = Callable[[Sequence[str]], None]
@@ -47,12 +48,19 @@ class DerivedProductTools:
 class DerivedProduct:
     """A kind of product: its name, and the module that computes it in a child process.
 
-    `make`: takes the capture, the spec and a function that runs the process; returns the URL of the result.
+    `make`: takes the capture, the request as JSON, as the process gets it, and a function that runs the
+    process; returns the URL of the result.
     """
 
     noun: str
     process: str
-    make: Callable[[StoredCapture, Document, Run], str]
+    make: Callable[[StoredCapture, str, Run], str]
+
+
+class DerivedProductEvent(ResponseModel):
+    """Data of the events of a product."""
+
+    capture_id: str
 
 
 class DerivedProductJobs:
@@ -68,20 +76,20 @@ class DerivedProductJobs:
     def start(
         self,
         capture_id: str,
-        spec: Document,
+        request: RequestModel,
         *,
         check: Callable[[StoredCapture], None],
         idempotency_key: str | None,
     ) -> Job:
         """Queue a job; `check` raises when the product cannot be computed."""
-        jobs, request = self._tools.jobs, {"capture_id": capture_id, **spec}
+        jobs, stored_request = self._tools.jobs, {"capture_id": capture_id, **request.model_dump(mode="json")}
         if jobs.has_key(idempotency_key):
-            return jobs.submit(self._kind.noun, request, idempotency_key=idempotency_key)
+            return jobs.submit(self._kind.noun, stored_request, idempotency_key=idempotency_key)
         stored = self._tools.captures.collection.get(capture_id)
         check(stored)
         with self._lock:
             self._check_free()
-            job = jobs.submit(self._kind.noun, request, idempotency_key=idempotency_key)
+            job = jobs.submit(self._kind.noun, stored_request, idempotency_key=idempotency_key)
             self._live = capture_id, job.id
         self.emit("begun", f"a {self._kind.noun} of capture {stored.name} was asked for", capture_id)
         return job
@@ -117,13 +125,16 @@ class DerivedProductJobs:
 
     def emit(self, what: str, message: str, capture_id: str) -> None:
         """Emit the event `<noun>.<what>`."""
-        self._tools.events.emit(f"{self._kind.noun}.{what}", message, data={"capture_id": capture_id})
+        data = DerivedProductEvent(capture_id=capture_id).as_json()
+        self._tools.events.emit(f"{self._kind.noun}.{what}", message, data=data)
 
     def _work(self, context: JobContext) -> str:
-        spec = dict(context.job.request)
-        stored = self._tools.captures.collection.get(str(spec.pop("capture_id")))
+        request = dict(context.job.request)
+        stored = self._tools.captures.collection.get(request.pop("capture_id"))
         try:
-            return self._kind.make(stored, spec, lambda arguments: self._run(context, arguments))
+            return self._kind.make(
+                stored, json.dumps(request), lambda arguments: self._run(context, arguments)
+            )
         finally:
             with self._lock:
                 self._live = None
@@ -132,7 +143,7 @@ class DerivedProductJobs:
     def _run(self, context: JobContext, arguments: Sequence[str]) -> None:
         began_ns = self._tools.clock.now_ns()
 
-        def on_message(step: Document) -> None:
+        def on_message(step: Document) -> None:  # a JSON line of the process
             spent_s = (self._tools.clock.now_ns() - began_ns) / 1e9
             left_s = spent_s * (1.0 / step["share"] - 1.0) if step["share"] else None
             context.progress(step["done"], total=step["total"], note=step["note"], left_s=left_s)

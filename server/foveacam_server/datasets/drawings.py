@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Frame
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.dataset.pictures import (
     contact_sheet,
@@ -14,11 +15,14 @@ from foveacam_pipeline.capture.dataset.pictures import (
     point_anaglyph,
     thumbnail,
 )
+from foveacam_pipeline.stereo.depth import rgb
+from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_server.datasets.collection import CaptureCollection, StoredCapture, point_of, readable_dataset
 from foveacam_server.rig.encoder import encode_jpeg
 
 SHEET_QUALITY = 85
+FRAME_QUALITY = 90
 _KINDS: dict[str, Callable[[Dataset], NDArray[np.uint8]]] = {
     "thumbnail": thumbnail,
     "sheet": contact_sheet,
@@ -39,6 +43,12 @@ def anaglyph_picture(
     point = point_of(stored, index)
     name = f"anaglyph-{index}-{bracket}"
     return _file(collection, stored, name, form=form, draw=lambda: point_anaglyph(point, bracket=bracket))
+
+
+def frame_picture(frame: Frame, *, form: str) -> bytes:
+    """Return a frame as the bytes of an 8-bit picture; `form`: jpg or png."""
+    image = np.ascontiguousarray(rgb(to_uint8(frame)))
+    return png_bytes(image) if form == "png" else encode_jpeg(image, quality=FRAME_QUALITY)
 
 
 def _file(

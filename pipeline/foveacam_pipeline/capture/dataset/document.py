@@ -50,6 +50,12 @@ class DatasetHeader:
     created_utc: str = field(default_factory=_now)
     id: str = field(default_factory=lambda: secrets.token_hex(8))
 
+    @property
+    def rig_id(self) -> str | None:
+        """Id of the rig; None where the description has none."""
+        found = self.rig.get("rig_id")
+        return found if isinstance(found, str) else None
+
 
 class _Document(BaseModel):
     model_config = ConfigDict(extra="ignore", strict=False, allow_inf_nan=False)

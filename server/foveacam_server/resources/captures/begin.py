@@ -22,7 +22,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.datasets.capture_tools import RigFacts, rig_facts
 from foveacam_server.datasets.collection import StoredCapture
 from foveacam_server.foundation.names import new_id
-from foveacam_server.resources.captures.documents import capture_document
+from foveacam_server.resources.captures.schema import CaptureDocument
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,10 +79,10 @@ def resume_dataset(access: RigAccess, folder: Path) -> DatasetWriter:
 
 def check_resumable(stored: StoredCapture) -> None:
     """Raise `InvalidInput` for a capture that is not partial."""
-    document = capture_document(stored)
-    if not document["resumable"]:
-        why = f" ({document['why']})" if document["why"] else ""
-        found = f"it is {document['state']}{why}"
+    capture = CaptureDocument.of(stored)
+    if not capture.resumable:
+        why = f" ({capture.why})" if capture.why else ""
+        found = f"it is {capture.state}{why}"
         raise InvalidInput(
             f"capture {stored.name} cannot go on: {found}; only partial ones do, begin another one",
             asked=f"capture {stored.name} to go on",

@@ -53,20 +53,22 @@ def capture(
 ) -> None:
     """Take a raster of both foveae into a dataset; Ctrl-C leaves a valid partial one."""
     from foveacam_server.resources.captures.cli_remote import CaptureAction, run_at
-    from foveacam_server.resources.captures.cli_run import CaptureOrder, plan_of, run_order
+    from foveacam_server.resources.captures.cli_run import CaptureOrder, codec_of, plan_of, run_order
 
-    verging: dict[str, object] = {"each_point": each_point} if each_point else {}
-    if distance_m is not None:
-        verging |= {"mode": "given", "distance_m": distance_m}
     grid = {
         "columns": columns,
         "rows": rows,
         "half_width_deg": half_width_deg,
         "half_height_deg": half_height_deg,
     }
+    verging = {
+        "mode": None if distance_m is None else "given",
+        "distance_m": distance_m,
+        "each_point": each_point or None,
+    }
     options = {
         "points": {key: value for key, value in grid.items() if value is not None},
-        "verging": verging,
+        "verging": {key: value for key, value in verging.items() if value is not None},
         "exposures_ms": exposure_ms,
         "stack_frames": stack,
         "rail_positions_mm": rail_mm,
@@ -82,7 +84,7 @@ def capture(
         name=name,
         plan=plan_of(plan, {key: value for key, value in options.items() if value}, begun=begun),
         label=label,
-        codec=codec,
+        codec=codec_of(codec),
         estimate=estimate,
     )
     if server is None:

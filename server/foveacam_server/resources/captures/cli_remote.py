@@ -9,22 +9,33 @@ import time
 from enum import StrEnum
 
 import typer
+from pydantic import TypeAdapter
 from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
-from foveacam_server.commands.options import RigOptions
+from foveacam_server.commands.options import RigOptions, validated
+from foveacam_server.commands.server_answers import read_answer
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
+from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.foundation.server_client import ServerClient
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.captures.cli_run import (
     INTERRUPTED,
     CaptureOrder,
     capture_words,
     estimate_words,
 )
+from foveacam_server.resources.captures.schema import (
+    CaptureDocument,
+    CaptureRequest,
+    EstimateDocument,
+    EstimateRequest,
+)
 
 POLL_S = 0.2
+_JOB = TypeAdapter(JobDocument)
+_CAPTURES = TypeAdapter(list[CaptureDocument])
+_ESTIMATE = TypeAdapter(EstimateDocument)
 _ENDED = ("succeeded", "failed", "cancelled")
 
 
@@ -43,8 +54,10 @@ def run_at(rig_options: RigOptions, order: CaptureOrder, action: CaptureAction, 
     console = Console(stderr=True, quiet=rig_options.as_json)
     with ServerClient(server, token=rig_options.settings.token) as client:
         if action is CaptureAction.ESTIMATE:
-            document = client.post("/captures/estimates", _estimate_request(order))
-            typer.echo(json.dumps(document) if rig_options.as_json else estimate_words(document))
+            wanted = _estimate_request(order).model_dump(mode="json")
+            estimate = read_answer(_ESTIMATE, client.post("/captures/estimates", wanted))
+            shown = json.dumps(estimate.as_json()) if rig_options.as_json else estimate_words(estimate)
+            typer.echo(shown)
             return
         job = _begin(client, order, action)
         with progress_bar(console, stage=order.name, cancels=True) as bar:
@@ -53,59 +66,56 @@ def run_at(rig_options: RigOptions, order: CaptureOrder, action: CaptureAction, 
             console.print(_unwatched_words(order, server), markup=False, highlight=False, soft_wrap=True)
             raise typer.Exit(INTERRUPTED)
         _print_result(client, order, ended, as_json=rig_options.as_json)
-    if ended["state"] == "cancelled" and action is not CaptureAction.CANCEL:
+    if ended.state == "cancelled" and action is not CaptureAction.CANCEL:
         raise typer.Exit(INTERRUPTED)
 
 
-def _begin(client: ServerClient, order: CaptureOrder, action: CaptureAction) -> Document:
+def _begin(client: ServerClient, order: CaptureOrder, action: CaptureAction) -> JobDocument:
     """Start, resume, cancel or find the capture; return its job."""
     if action is CaptureAction.TAKE:
-        body: Document = {"name": order.name, "label": order.label, "codec": order.codec}
-        if order.plan is not None:
-            body["plan"] = order.plan.model_dump(mode="json")
-        return _document(client.post("/captures", body))
+        given = {"name": order.name, "plan": order.plan, "label": order.label, "codec": order.codec.value}
+        request = validated(CaptureRequest, given)
+        return read_answer(_JOB, client.post("/captures", request.model_dump(mode="json")))
     kept = _require(client, order.name)
     if action is CaptureAction.RESUME:
-        return _document(client.post(f"/captures/{kept['id']}/resume"))
-    if kept["job_id"] is None:
+        return read_answer(_JOB, client.post(f"/captures/{kept.id}/resume"))
+    if kept.job_id is None:
         raise InvalidInput(
-            f"capture {order.name}: there is nothing to {action.value}, it does not run; it is "
-            f"{kept['state']}"
+            f"capture {order.name}: there is nothing to {action.value}, it does not run; it is {kept.state}"
         )
     if action is CaptureAction.CANCEL:
-        return _document(client.post(f"/jobs/{kept['job_id']}/cancel"))
-    return _document(client.get(f"/jobs/{kept['job_id']}"))
+        return read_answer(_JOB, client.post(f"/jobs/{kept.job_id}/cancel"))
+    return read_answer(_JOB, client.get(f"/jobs/{kept.job_id}"))
 
 
-def _follow(client: ServerClient, job: Document, bar: ProgressBar, *, cancels: bool) -> Document | None:
+def _follow(client: ServerClient, job: JobDocument, bar: ProgressBar, *, cancels: bool) -> JobDocument | None:
     """Show the job until it ends and return it; None when Ctrl-C ended only the watching."""
     asked = False
-    while job["state"] not in _ENDED:
-        progress = job["progress"]
-        bar.progress(progress["done"], total=progress["total"] or None, note=progress["note"] or job["state"])
+    while job.state not in _ENDED:
+        progress = job.progress
+        bar.progress(progress.done, total=progress.total or None, note=progress.note or job.state)
         if bar.cancelled() and not cancels:
             return None
         if bar.cancelled() and not asked:
-            client.post(f"/jobs/{job['id']}/cancel")
+            client.post(f"/jobs/{job.id}/cancel")
             asked = True
         time.sleep(POLL_S)
-        job = _document(client.get(f"/jobs/{job['id']}"))
+        job = read_answer(_JOB, client.get(f"/jobs/{job.id}"))
     return job
 
 
-def _print_result(client: ServerClient, order: CaptureOrder, job: Document, *, as_json: bool) -> None:
+def _print_result(client: ServerClient, order: CaptureOrder, job: JobDocument, *, as_json: bool) -> None:
     """Print the capture, if it has a point; raise the error of a failed job."""
     found = _find(client, order.name)
     if found is None:
         typer.echo(f"capture {order.name} ended before its first point: nothing was taken", err=True)
     else:
-        typer.echo(json.dumps(found) if as_json else capture_words(found))
-    problem = job["problem"]
-    if job["state"] == "failed":
-        raise FoveaError(str(problem["detail"]) if problem else f"capture {order.name}: it failed")
+        typer.echo(json.dumps(found.as_json()) if as_json else capture_words(found))
+    if job.state == "failed":
+        raise FoveaError(job.problem.detail if job.problem else f"capture {order.name}: it failed")
 
 
-def _require(client: ServerClient, name: str) -> Document:
+def _require(client: ServerClient, name: str) -> CaptureDocument:
     found = _find(client, name)
     if found is None:
         raise InvalidInput(
@@ -114,22 +124,16 @@ def _require(client: ServerClient, name: str) -> Document:
     return found
 
 
-def _find(client: ServerClient, name: str) -> Document | None:
+def _find(client: ServerClient, name: str) -> CaptureDocument | None:
     wanted = dataset_name(name)
-    every = client.get("/captures", text=wanted)
-    return next((_document(found) for found in every if found["name"] == wanted), None)
+    every = read_answer(_CAPTURES, client.get("/captures", text=wanted))
+    return next((found for found in every if found.name == wanted), None)
 
 
-def _document(found: object) -> Document:
-    if not isinstance(found, dict):
-        raise FoveaError("the server's answer is no document; is it of another version?")
-    return found
-
-
-def _estimate_request(order: CaptureOrder) -> Document:
+def _estimate_request(order: CaptureOrder) -> EstimateRequest:
     if order.plan is None:
         raise InvalidInput("--estimate: give a plan or its options, and leave --resume out")
-    return {"plan": order.plan.model_dump(mode="json"), "codec": order.codec}
+    return EstimateRequest(plan=order.plan, codec=order.codec.value)
 
 
 def _unwatched_words(order: CaptureOrder, server: str) -> str:

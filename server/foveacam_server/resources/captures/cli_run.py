@@ -2,7 +2,6 @@
 
 import json
 import shlex
-import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,16 +21,18 @@ from foveacam_server.datasets.capture_tools import rig_facts
 from foveacam_server.datasets.collection import CAPTURES, CaptureCollection
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 from foveacam_server.foundation.settings import Settings, default_data_dir
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.captures.begin import (
     CaptureSpec,
     begin_dataset,
     check_resumable,
     resume_dataset,
 )
-from foveacam_server.resources.captures.documents import capture_document, estimate_document
+from foveacam_server.resources.captures.estimates import estimate_plan
+from foveacam_server.resources.captures.schema import CaptureDocument, EstimateDocument
 
 INTERRUPTED = 130
+_OF_A_SERVER = {"distance_assumed", "warnings", "coverage"}
+"""Parts of an estimate that only a server answers."""
 
 
 def plan_of(
@@ -78,7 +79,7 @@ class CaptureOrder:
     name: str
     plan: RasterPlan | None
     label: str = ""
-    codec: str = "tiff"
+    codec: ImageCodec = ImageCodec.TIFF
     estimate: bool = False
 
 
@@ -127,8 +128,9 @@ def run_order(rig_options: RigOptions, order: CaptureOrder) -> None:
         ):
             watch = CaptureProgressBar(bar, console)
             if order.estimate:
-                document = _estimate(OwnRig(rig), order, calibration, watch=watch, folder=captures.folder)
-                typer.echo(json.dumps(document) if rig_options.as_json else estimate_words(document))
+                found = _estimate(OwnRig(rig), order, calibration, watch=watch, folder=captures.folder)
+                shown = found.model_dump(mode="json", exclude=_OF_A_SERVER)
+                typer.echo(json.dumps(shown) if rig_options.as_json else estimate_words(found))
                 return
             try:
                 _capture(OwnRig(rig), order, calibration, folder=folder, watch=watch)
@@ -142,7 +144,6 @@ def run_order(rig_options: RigOptions, order: CaptureOrder) -> None:
 
 def _folder(captures: CaptureCollection, order: CaptureOrder) -> Path:
     """Return the capture's folder; refuse what cannot be captured before a device is opened."""
-    _codec(order.codec)
     if order.plan is not None:
         return captures.new_folder(order.name)
     kept = captures.named(order.name)
@@ -156,7 +157,7 @@ def _capture(
     if order.plan is None:
         writer = resume_dataset(access, folder)
     else:
-        wanted = CaptureSpec(plan=order.plan, label=order.label, codec=_codec(order.codec))
+        wanted = CaptureSpec(plan=order.plan, label=order.label, codec=order.codec)
         writer = begin_dataset(access, folder, wanted, calibration, watch=watch)
     with writer:
         run_capture(access, writer, watch=watch)
@@ -172,24 +173,24 @@ def _resume_command(folder: Path, settings: Settings) -> str:
 
 def _estimate(
     access: OwnRig, order: CaptureOrder, calibration: Calibration, *, watch: CaptureProgressBar, folder: Path
-) -> Document:
+) -> EstimateDocument:
     if order.plan is None:
         raise InvalidInput("--estimate: give a plan or its options, and leave --resume out")
     plan, _ = prepare_plan(access, order.plan, calibration, watch=watch)
-    needed = access.run_still(rig_facts).estimate(plan, calibration, codec=_codec(order.codec))
-    free_bytes = shutil.disk_usage(folder).free
-    return {"plan": plan.model_dump(mode="json"), **estimate_document(needed, free_bytes=free_bytes)}
+    facts = access.run_still(rig_facts)
+    return estimate_plan(plan, calibration, facts, codec=order.codec, folder=folder)
 
 
-def estimate_words(document: Document) -> str:
+def estimate_words(found: EstimateDocument) -> str:
     """Return a line on a plan's time and size."""
     return (
-        f"{document['points']} points, {document['files']} images: at least {document['total_s']:.1f} s,"
-        f" {document['stored_bytes'] / 1e6:.0f} MB of {document['free_bytes'] / 1e6:.0f} MB free"
+        f"{found.points} points, {found.files} images: at least {found.total_s:.1f} s,"
+        f" {found.stored_bytes / 1e6:.0f} MB of {found.free_bytes / 1e6:.0f} MB free"
     )
 
 
-def _codec(text: str) -> ImageCodec:
+def codec_of(text: str) -> ImageCodec:
+    """Return the image codec of `--codec`; raise `InvalidInput` for another word."""
     try:
         return ImageCodec(text)
     except ValueError as error:
@@ -199,17 +200,14 @@ def _codec(text: str) -> ImageCodec:
 def _print_capture(captures: CaptureCollection, folder: Path, *, as_json: bool) -> None:
     if not (folder / "dataset.json").exists():
         return  # it ended before its first point
-    document = capture_document(captures.named(folder.name)) | {"folder": str(folder)}
-    if as_json:
-        typer.echo(json.dumps(document))
-        return
-    typer.echo(capture_words(document))
+    found = CaptureDocument.of(captures.named(folder.name)).model_copy(update={"folder": str(folder)})
+    typer.echo(json.dumps(found.as_json()) if as_json else capture_words(found))
 
 
-def capture_words(document: Document) -> str:
+def capture_words(found: CaptureDocument) -> str:
     """Return a line on a capture's state and size."""
-    points = document["points"]
+    points = found.points
     return (
-        f"{document['folder']}: {document['state']}, {points['taken']} of {points['planned']} points,"
-        f" {document['size_bytes'] / 1e6:.0f} MB"
+        f"{found.folder}: {found.state}, {points.taken} of {points.planned} points,"
+        f" {found.size_bytes / 1e6:.0f} MB"
     )

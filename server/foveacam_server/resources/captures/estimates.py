@@ -2,6 +2,7 @@
 
 import math
 import shutil
+from dataclasses import asdict
 from pathlib import Path
 
 from foveacam_pipeline.capture.dataset import ImageCodec
@@ -15,8 +16,7 @@ from foveacam_pipeline.capture.plan import (
 from foveacam_pipeline.capture.run import check_exposures
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.datasets.capture_tools import RigFacts
-from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.documents import coverage_document, estimate_document
+from foveacam_server.resources.captures.schema import CoverageDocument, EstimateDocument, KindDocument
 
 
 def check_possible(plan: RasterPlan, calibration: Calibration, facts: RigFacts) -> None:
@@ -32,19 +32,30 @@ def estimate_plan(
     facts: RigFacts,
     *,
     codec: ImageCodec,
-    assumed_m: float,
     folder: Path,
-) -> Document:
+    assumed_m: float | None = None,
+) -> EstimateDocument:
     """Return time, size, warnings and footprints; `assumed_m`: distance where the plan names none."""
     whole = fill_in_plan(plan, calibration, average_m=assumed_m)
     check_plan(whole, calibration, rail=facts.rail)
     check_exposures(whole, facts.exposures_ns)
     cover = coverage_of(whole, calibration)
     needed = facts.estimate(whole, calibration, codec=codec)
-    return {
-        "plan": whole.model_dump(mode="json"),
-        "distance_assumed": plan.needs_distance,
-        **estimate_document(needed, free_bytes=shutil.disk_usage(folder).free),
-        "warnings": list(cover.warnings),
-        "coverage": coverage_document(cover),
-    }
+    return EstimateDocument(
+        plan=whole.model_dump(mode="json"),
+        distance_assumed=plan.needs_distance,
+        points=needed.points,
+        shots=needed.shots,
+        total_s=round(needed.total_s, 3),
+        limit_s=round(needed.limit_s, 3),
+        reverge_s=round(needed.reverge_s, 3),
+        rail_s=round(needed.rail_s, 3),
+        hand_moves=needed.hand_moves,
+        files=needed.files,
+        raw_bytes=needed.raw_bytes,
+        stored_bytes=needed.stored_bytes,
+        free_bytes=shutil.disk_usage(folder).free,
+        kinds=[KindDocument(**asdict(kind)) for kind in needed.kinds],
+        warnings=list(cover.warnings),
+        coverage=CoverageDocument.of(cover),
+    )

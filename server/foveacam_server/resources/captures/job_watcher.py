@@ -7,7 +7,7 @@ from foveacam_hardware.contract import Clock, Frame, Role, StereoVolts
 from foveacam_pipeline.capture.run import CapturePhase, CaptureReport
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobContext
-from foveacam_server.resources.captures.documents import report_document
+from foveacam_server.resources.captures.schema import CaptureProgress, CaptureProgressEvent, LiveState
 from foveacam_server.rig.live_views import OverlayOf
 from foveacam_server.rig.ports import PictureSink
 
@@ -28,7 +28,7 @@ class LiveCapture:
     pausing: threading.Event = field(default_factory=threading.Event)
 
     @property
-    def state(self) -> str:
+    def state(self) -> LiveState:
         """The state that REST shows."""
         if self.report is None:
             return "starting"
@@ -73,13 +73,13 @@ class CaptureJobWatcher:
         self._events.emit(
             "capture.progress",
             f"{self._live.name}: {report.done} of {report.total}, {note}",
-            data={
-                "capture_id": self._live.id,
-                "job_id": self._live.job_id,
-                "state": self._live.state,
-                **report_document(report),
-                "wish": self._live.manual_action,
-            },
+            data=CaptureProgressEvent(
+                **dict(CaptureProgress.of(report)),
+                capture_id=self._live.id,
+                job_id=self._live.job_id,
+                state=self._live.state,
+                wish=self._live.manual_action,
+            ).as_json(),
         )
 
     def cancelled(self) -> bool:

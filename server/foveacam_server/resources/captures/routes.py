@@ -10,7 +10,7 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server.datasets.collection import point_of, readable_dataset
 from foveacam_server.datasets.download import zip_stream
-from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
+from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture, frame_picture
 from foveacam_server.foundation.answers import (
     CaptureId,
     IdempotencyHeader,
@@ -26,7 +26,6 @@ from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.quantities import Index
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
-from foveacam_server.resources.captures.points import point_picture, points_document
 from foveacam_server.resources.captures.schema import (
     CaptureChecked,
     CaptureDocument,
@@ -263,8 +262,7 @@ def media_type(form: Form) -> str:
 @router.get("/{capture_id}/points", summary="Its points", responses=problems(404))
 def points(capture_id: CaptureId, services: ServicesDep) -> PointsDocument:
     """Return the points that were taken, with their places on the contact sheet, and those passed over."""
-    found = points_document(readable_dataset(services.captures.collection.get(capture_id)))
-    return PointsDocument.model_validate(found)
+    return PointsDocument.of(readable_dataset(services.captures.collection.get(capture_id)))
 
 
 @router.get(
@@ -283,7 +281,7 @@ def picture(
 ) -> Response:
     """Return one picture at full size, 8 bits; of a stack its mean."""
     point = point_of(services.captures.collection.get(capture_id), index)
-    content = point_picture(point, Role(role), bracket=int(bracket), form=form)
+    content = frame_picture(point.stacked(Role(role), bracket=int(bracket)), form=form)
     return Response(content, media_type=media_type(form))
 
 

@@ -1,12 +1,21 @@
-"""Schemas of captures: requests, descriptions, estimates, points."""
+"""Schemas of captures: requests, descriptions, estimates, points, events."""
 
-from typing import Annotated, Any, Literal
+import math
+from typing import Annotated, Any, Literal, Self, TypeAlias
+from urllib.parse import quote
 
 from pydantic import Field
 
-from foveacam_pipeline.capture.plan import RasterPlan
+from foveacam_pipeline.capture.dataset import Dataset, DatasetPoint
+from foveacam_pipeline.capture.dataset.pictures import sheet_cells
+from foveacam_pipeline.capture.plan import PlanCoverage, RasterPlan
+from foveacam_pipeline.capture.run import CaptureReport
+from foveacam_server.datasets.collection import CAPTURES_URL, StoredCapture
 from foveacam_server.foundation.quantities import CodecName, DistanceM, Text
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
+
+LiveState: TypeAlias = Literal["starting", "running", "paused"]
+State: TypeAlias = Literal[LiveState, "complete", "partial", "damaged"]
 
 
 class CaptureRequest(RequestModel):
@@ -19,6 +28,12 @@ class CaptureRequest(RequestModel):
     licence: Text = "all rights reserved"
     codec: CodecName = "tiff"
     """TIFF keeps up with the rig's full rate; PNG takes half the space."""
+
+
+class CaptureResumption(RequestModel):
+    """The capture to go on with; stored as the request of the job."""
+
+    capture_id: str
 
 
 class EstimateRequest(RequestModel):
@@ -45,6 +60,19 @@ class CapturePoints(ResponseModel):
     scans: int
     frames: int
 
+    @classmethod
+    def of(cls, dataset: Dataset | None) -> Self:
+        """Return the counts of a dataset; None: nothing of it can be read."""
+        if dataset is None:
+            return cls(planned=0, taken=0, skipped=0, scans=0, frames=0)
+        return cls(
+            planned=dataset.document.header.points,
+            taken=len(dataset),
+            skipped=len(dataset.skipped),
+            scans=len(dataset.scans),
+            frames=sum(len(point.frames) for point in dataset),
+        )
+
 
 class CaptureProgress(ResponseModel):
     """Progress of a running capture; bytes and rate are of this run."""
@@ -58,6 +86,38 @@ class CaptureProgress(ResponseModel):
     left_s: float | None
     note: str
 
+    @classmethod
+    def of(cls, report: CaptureReport) -> Self:
+        """Return the progress that a capture reports."""
+        return cls(
+            phase=report.phase.value,
+            done=report.done,
+            total=report.total,
+            stored=report.stored,
+            written_bytes=report.written_bytes,
+            bytes_per_s=round(report.bytes_per_s, 1),
+            left_s=None if report.left_s is None else round(report.left_s, 2),
+            note=report.note,
+        )
+
+
+class CaptureProgressEvent(CaptureProgress):
+    """Data of the event `capture.progress`. `wish`: what the operator is asked to do by hand."""
+
+    capture_id: str
+    job_id: str
+    state: LiveState
+    wish: str
+
+
+class CaptureEvent(ResponseModel):
+    """Data of the other events of captures; `name` of a removed one, `state` and `why` of one that ended."""
+
+    capture_id: str
+    name: str | None = None
+    state: State | None = None
+    why: str | None = None
+
 
 class CaptureDocument(ResponseModel):
     """One capture. `why`: what ended a partial one, or what the operator is asked to do before it goes on."""
@@ -68,7 +128,7 @@ class CaptureDocument(ResponseModel):
     """Path on the server's disk."""
     label: str
     licence: str
-    state: Literal["starting", "running", "paused", "complete", "partial", "damaged"]
+    state: State
     why: str
     removed: bool
     created_utc: str | None
@@ -83,6 +143,36 @@ class CaptureDocument(ResponseModel):
     job_id: str | None
     progress: CaptureProgress | None
     url: str
+
+    @classmethod
+    def of(cls, stored: StoredCapture) -> Self:
+        """Return a capture on the disk; the service adds a running job."""
+        dataset = stored.dataset
+        header = None if dataset is None else dataset.document.header
+        calibration = None if header is None else header.calibration
+        state: State = "damaged" if dataset is None else dataset.document.state.value
+        return cls(
+            id=stored.id,
+            name=stored.name,
+            folder=str(stored.folder.resolve()),
+            label="" if header is None else header.label,
+            licence="" if header is None else header.licence,
+            state=state,
+            why=stored.trouble if dataset is None else dataset.document.why,
+            removed=stored.removed,
+            created_utc=None if header is None else header.created_utc,
+            codec=None if header is None else header.codec.value,
+            rig_id=None if header is None else header.rig_id,
+            calibration_id=None if calibration is None else calibration.id,
+            plan=None if header is None else header.plan,
+            conditions=None if header is None else header.conditions,
+            points=CapturePoints.of(dataset),
+            size_bytes=sum(frame.size_bytes for point in dataset or () for frame in point.frames),
+            resumable=state == "partial" and not stored.removed,
+            job_id=None,
+            progress=None,
+            url=f"{CAPTURES_URL}/{quote(stored.id, safe='')}",
+        )
 
 
 class PointDocument(ResponseModel):
@@ -99,6 +189,24 @@ class PointDocument(ResponseModel):
     cameras: list[Literal["left", "right", "wide"]]
     brackets: int
 
+    @classmethod
+    def of(cls, point: DatasetPoint, cell: tuple[int, int]) -> Self:
+        """Return a point of a dataset; `cell`: its row and column on the contact sheet."""
+        place = point.place
+        ax_rad, ay_rad = place.aim_rad or (None, None)
+        return cls(
+            index=point.index,
+            scan=place.scan,
+            sheet_row=cell[0],
+            sheet_column=cell[1],
+            aim_ax_deg=None if ax_rad is None else math.degrees(ax_rad),
+            aim_ay_deg=None if ay_rad is None else math.degrees(ay_rad),
+            distance_m=place.distance_m,
+            rail_mm=None if place.rail_m is None else 1e3 * place.rail_m,
+            cameras=sorted({frame.role.value for frame in point.frames}),
+            brackets=len(point.brackets),
+        )
+
 
 class SkippedPoint(ResponseModel):
     """A skipped point."""
@@ -114,6 +222,18 @@ class PointsDocument(ResponseModel):
     columns: int
     points: list[PointDocument]
     skipped: list[SkippedPoint]
+
+    @classmethod
+    def of(cls, dataset: Dataset) -> Self:
+        """Return the captured points of a dataset in order, and the skipped ones with the reason."""
+        points = list(dataset)
+        cells = sheet_cells(points)
+        return cls(
+            rows=max((row + 1 for row, _ in cells), default=0),
+            columns=max((column + 1 for _, column in cells), default=0),
+            points=[PointDocument.of(point, cell) for point, cell in zip(points, cells, strict=True)],
+            skipped=[SkippedPoint(index=index, why=why) for index, why in dataset.skipped.items()],
+        )
 
 
 class CaptureChecked(ResponseModel):
@@ -149,6 +269,20 @@ class CoverageDocument(ResponseModel):
     overlap_across: float | None
     overlap_down: float | None
     outside_wide: int
+
+    @classmethod
+    def of(cls, cover: PlanCoverage) -> Self:
+        """Return the footprints of a plan's views."""
+        return cls(
+            footprints=[
+                Footprints(left=left, right=right) for left, right in cover.footprints_px.round(2).tolist()
+            ],
+            seen_either=round(cover.seen_either, 4),
+            seen_both=round(cover.seen_both, 4),
+            overlap_across=cover.overlap_across,
+            overlap_down=cover.overlap_down,
+            outside_wide=cover.outside_wide,
+        )
 
 
 class EstimateDocument(ResponseModel):

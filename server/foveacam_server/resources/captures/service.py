@@ -3,16 +3,16 @@
 import threading
 from pathlib import Path
 
+from pydantic import TypeAdapter
+
 from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.dataset.labels import change_labels
-from foveacam_pipeline.capture.plan import plan_from
 from foveacam_pipeline.capture.run import run_capture
 from foveacam_server.datasets.capture_tools import CaptureTools, RigFacts, rig_facts
 from foveacam_server.datasets.collection import CAPTURES_URL, CaptureCollection, StoredCapture
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.captures.begin import (
     CaptureSpec,
     begin_dataset,
@@ -21,13 +21,14 @@ from foveacam_server.resources.captures.begin import (
     check_room,
     resume_dataset,
 )
-from foveacam_server.resources.captures.documents import capture_document, report_document
 from foveacam_server.resources.captures.estimates import check_possible, estimate_plan
 from foveacam_server.resources.captures.job_watcher import CaptureJobWatcher, LiveCapture
 from foveacam_server.resources.captures.schema import (
     CaptureDocument,
+    CaptureEvent,
     CaptureProgress,
     CaptureRequest,
+    CaptureResumption,
     EstimateDocument,
     EstimateRequest,
 )
@@ -37,6 +38,9 @@ from foveacam_server.rig.hardware_commands import answer_of
 
 KIND = "capture"
 ID_PREFIX = "cap-"
+_JOB_REQUEST: TypeAdapter[CaptureRequest | CaptureResumption] = TypeAdapter(
+    CaptureRequest | CaptureResumption
+)
 
 
 class CaptureService:
@@ -66,21 +70,24 @@ class CaptureService:
             check_room(plan, facts, calibration, codec=ImageCodec(request.codec), folder=folder.parent)
             job = self._tools.jobs.submit(KIND, stored, idempotency_key=idempotency_key)
             self._live = LiveCapture(id=_capture_id(job), name=folder.name, job_id=job.id)
-        self._emit("capture.created", f"capture {folder.name} was asked for", self._live.id)
+        event = CaptureEvent(capture_id=self._live.id)
+        self._tools.events.emit(
+            "capture.created", f"capture {folder.name} was asked for", data=event.as_json()
+        )
         return job
 
     def resume(self, capture_id: str, *, idempotency_key: str | None = None) -> Job:
         """Queue the rest of a capture that was interrupted or cancelled."""
-        request = {"capture_id": capture_id}
+        stored = CaptureResumption(capture_id=capture_id).model_dump(mode="json")
         if self._tools.jobs.has_key(idempotency_key):
-            return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
+            return self._tools.jobs.submit(KIND, stored, idempotency_key=idempotency_key)
         with self._lock:
             self._check_free("resume a capture")
             kept = self.collection.get(capture_id)
             check_resumable(kept)
             self._tools.hardware.check_may_move()
             check_remaining_room(kept.folder, self._facts())
-            job = self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
+            job = self._tools.jobs.submit(KIND, stored, idempotency_key=idempotency_key)
             self._live = LiveCapture(id=capture_id, name=kept.name, job_id=job.id)
         return job
 
@@ -98,7 +105,7 @@ class CaptureService:
 
     def estimate(self, request: EstimateRequest) -> EstimateDocument:
         """Return time, size, warnings and footprints of a plan, at a given distance if the plan has none."""
-        found = estimate_plan(
+        return estimate_plan(
             request.plan,
             self._tools.calibration.require(),
             self._facts(),
@@ -106,7 +113,6 @@ class CaptureService:
             assumed_m=request.distance_m or self._tools.distance_m(),
             folder=self.collection.folder,
         )
-        return EstimateDocument.model_validate(found)
 
     # Captures on the disk ----------------------------------------------------------------------------------
 
@@ -116,7 +122,7 @@ class CaptureService:
         `removed`: those in the trash instead.
         """
         if removed:
-            found = [_describe(kept) for kept in self.collection.trash()]
+            found = [CaptureDocument.of(kept) for kept in self.collection.trash()]
         else:
             found = [self._shown(kept) for kept in self.collection.every()]
             live = self._current()
@@ -145,7 +151,8 @@ class CaptureService:
     def edit(self, capture_id: str, *, label: str | None, licence: str | None) -> CaptureDocument:
         """Change label or licence; raise while the capture is being written."""
         change_labels(self.collection.get(capture_id).folder, label=label, licence=licence)
-        self._emit("capture.updated", "a capture was described anew", capture_id)
+        event = CaptureEvent(capture_id=capture_id)
+        self._tools.events.emit("capture.updated", "a capture was described anew", data=event.as_json())
         return self.get(capture_id)
 
     def remove(self, capture_id: str) -> None:
@@ -154,32 +161,37 @@ class CaptureService:
         if live is not None and live.id == capture_id:
             raise refusals.in_use(f"remove capture {live.name}", f"capture {live.name}")
         kept = self.collection.remove(capture_id)
-        data = {"capture_id": capture_id, "name": kept.name}
-        self._tools.events.emit("capture.removed", f"capture {kept.name} is in the trash", data=data)
+        event = CaptureEvent(capture_id=capture_id, name=kept.name)
+        self._tools.events.emit(
+            "capture.removed", f"capture {kept.name} is in the trash", data=event.as_json()
+        )
 
     def restore(self, capture_id: str) -> CaptureDocument:
         """Take a capture out of the trash."""
         kept = self.collection.restore(capture_id)
-        self._emit("capture.updated", f"capture {kept.name} is out of the trash", kept.id)
+        event = CaptureEvent(capture_id=kept.id)
+        self._tools.events.emit(
+            "capture.updated", f"capture {kept.name} is out of the trash", data=event.as_json()
+        )
         return self.get(kept.id)
 
     # The job -----------------------------------------------------------------------------------------------
 
     def _work(self, context: JobContext) -> str:
-        tools, request, live = self._tools, context.job.request, self._live_of(context.job)
+        tools, live = self._tools, self._live_of(context.job)
+        request = _JOB_REQUEST.validate_python(context.job.request, strict=False)
         watch = CaptureJobWatcher(
             context, live, sink=tools.sink, overlay=tools.overlay, events=tools.events, clock=tools.clock
         )
         try:
             with tools.hardware.session(f"capture {live.name}", cancelled=context.cancelled) as head:
                 access = ThreadAccess(tools.hardware, head, clock=tools.clock)
-                if "capture_id" in request:
+                if isinstance(request, CaptureResumption):
                     writer = resume_dataset(access, self.collection.get(live.id).folder)
                 else:
-                    folder = self.collection.new_folder(request["name"])
-                    writer = begin_dataset(
-                        access, folder, _spec_of(request, live.id), tools.calibration.require(), watch=watch
-                    )
+                    folder = self.collection.new_folder(request.name)
+                    spec = _spec_of(request, live.id)
+                    writer = begin_dataset(access, folder, spec, tools.calibration.require(), watch=watch)
                 with writer:
                     run_capture(access, writer, watch=watch)
         finally:
@@ -224,32 +236,32 @@ class CaptureService:
         return live
 
     def _shown(self, kept: StoredCapture) -> CaptureDocument:
-        return _with_live(_describe(kept), self._current())
+        return _with_live(CaptureDocument.of(kept), self._current())
 
     def _not_begun(self, live: LiveCapture) -> CaptureDocument:
         empty = StoredCapture(id=live.id, folder=self.collection.folder / live.name, dataset=None)
-        return _with_live(_describe(empty), live)
-
-    def _emit(self, kind: str, message: str, capture_id: str) -> None:
-        self._tools.events.emit(kind, message, data={"capture_id": capture_id})
+        return _with_live(CaptureDocument.of(empty), live)
 
     def _emit_end(self, live: LiveCapture) -> None:
         found = next((kept for kept in self.collection.every() if kept.id == live.id), None)
         if found is None:
-            self._emit("capture.ended", f"capture {live.name} ended before its first point", live.id)
+            event = CaptureEvent(capture_id=live.id)
+            self._tools.events.emit(
+                "capture.ended", f"capture {live.name} ended before its first point", data=event.as_json()
+            )
             return
-        ended = _describe(found)
+        ended = CaptureDocument.of(found)
         message = f"capture {live.name} is {ended.state}" + (f": {ended.why}" if ended.why else "")
-        data = {"capture_id": live.id, "state": ended.state, "why": ended.why}
-        self._tools.events.emit("capture.ended", message, data=data)
+        event = CaptureEvent(capture_id=live.id, state=ended.state, why=ended.why)
+        self._tools.events.emit("capture.ended", message, data=event.as_json())
 
 
-def _spec_of(request: Document, capture_id: str) -> CaptureSpec:
+def _spec_of(request: CaptureRequest, capture_id: str) -> CaptureSpec:
     return CaptureSpec(
-        plan=plan_from(request["plan"]),
-        label=request["label"],
-        licence=request["licence"],
-        codec=ImageCodec(request["codec"]),
+        plan=request.plan,
+        label=request.label,
+        licence=request.licence,
+        codec=ImageCodec(request.codec),
         capture_id=capture_id,
     )
 
@@ -259,14 +271,10 @@ def _capture_id(job: Job) -> str:
     return ID_PREFIX + job.id.partition("-")[2]
 
 
-def _describe(stored: StoredCapture) -> CaptureDocument:
-    return CaptureDocument.model_validate(capture_document(stored))
-
-
 def _with_live(capture: CaptureDocument, live: LiveCapture | None) -> CaptureDocument:
     if live is None or capture.id != live.id:
         return capture
-    progress = None if live.report is None else CaptureProgress.model_validate(report_document(live.report))
+    progress = None if live.report is None else CaptureProgress.of(live.report)
     return capture.model_copy(
         update={
             "state": live.state,

@@ -9,13 +9,19 @@ import json
 import re
 import shutil
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from foveacam_hardware.contract import FoveaError
+from pydantic import BaseModel
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_pipeline.capture.mosaic.chart import Chart
 from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_server.datasets.collection import CAPTURES_URL
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.store import Document
+from foveacam_server.resources.mosaics.schema import Eye, MadeMosaic, MosaicDepth, MosaicLayer, MosaicSeams
 
 MOSAICS = ".mosaics"
 """Folder beside the datasets."""
@@ -24,16 +30,60 @@ Layer = Literal["picture", "depth"]
 FILES: dict[str, str] = {"picture": "mosaic", "depth": "depth"}
 """Stem of a layer's Deep Zoom files."""
 FORMS: dict[str, str] = {"picture": "jpg", "depth": "png"}
+PICTURE_TILE_PX = 512
 _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
+
+
+class MosaicSource(BaseModel):
+    """The frames that a mosaic was made of."""
+
+    eye: Eye
+    scan: int
+    bracket: int
+
+
+class MosaicRecipe(BaseModel):
+    """The settings and the chart of a mosaic."""
+
+    settings: MosaicSource
+    chart: Chart
+
+
+class MosaicResults(BaseModel):
+    """The counts and the quality of a mosaic."""
+
+    views: int
+    tiles: int
+    seams: MosaicSeams
+    depth: MosaicDepth
+
+
+class MosaicFile(BaseModel):
+    """The content of mosaic.json."""
+
+    recipe: MosaicRecipe
+    figures: MosaicResults
+
+
+class DepthTilesFile(BaseModel):
+    """The content of depth_tiles.json."""
+
+    width: int
+    height: int
+    cell_px: int
+    tile_px: int
+    step_m: float
+    near_m: float | None
+    far_m: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredMosaic:
-    """One complete mosaic. `document`: its mosaic.json; `depth`: its depth_tiles.json."""
+    """One complete mosaic."""
 
     folder: Path
-    document: Document
-    depth: Document
+    file: MosaicFile
+    tiles: DepthTilesFile
     size_bytes: int
     made_ns: int
 
@@ -41,6 +91,55 @@ class StoredMosaic:
     def version(self) -> str:
         """The version in the tiles' URLs; it differs between mosaics of the same capture."""
         return f"{self.made_ns:x}"
+
+    def describe(self, capture_id: str, dataset: Dataset | None) -> MadeMosaic:
+        """Return the mosaic as REST shows it; `dataset`: of its capture, None for a damaged one."""
+        settings, chart, figures = self.file.recipe.settings, self.file.recipe.chart, self.file.figures
+        url, has_mesh = mosaic_url(capture_id), (self.folder / "mesh.glb").is_file()
+        calibration = None if dataset is None else dataset.calibration
+        eye_rig_m = None if calibration is None else calibration.reference_rig_m(Role(settings.eye)).tolist()
+        return MadeMosaic(
+            eye=settings.eye,
+            scan=settings.scan,
+            bracket=settings.bracket,
+            made_utc=datetime.fromtimestamp(self.made_ns / 1e9, tz=UTC).isoformat(timespec="seconds"),
+            size_bytes=self.size_bytes,
+            width=chart.width,
+            height=chart.height,
+            f_px=chart.f_px,
+            u0_px=chart.u0_px,
+            v0_px=chart.v0_px,
+            eye_rig_m=eye_rig_m,
+            layers=[
+                self._layer("picture", chart.width, chart.height, tile_px=PICTURE_TILE_PX, url=url),
+                self._layer(
+                    "depth", self.tiles.width, self.tiles.height, tile_px=self.tiles.tile_px, url=url
+                ),
+            ],
+            cell_px=self.tiles.cell_px,
+            step_m=self.tiles.step_m,
+            near_m=self.tiles.near_m,
+            far_m=self.tiles.far_m,
+            views=figures.views,
+            tiles=figures.tiles,
+            seams=figures.seams,
+            depth=figures.depth,
+            overview_url=f"{url}/overview.png?made={self.version}",
+            depth_picture_url=f"{url}/depth.png?made={self.version}",
+            glb_url=f"{url}/mesh.glb?made={self.version}" if has_mesh else None,
+            ply_url=f"{url}/cloud.ply?made={self.version}" if has_mesh else None,
+        )
+
+    def _layer(self, name: Layer, width: int, height: int, *, tile_px: int, url: str) -> MosaicLayer:
+        return MosaicLayer(
+            name=name,
+            width=width,
+            height=height,
+            levels=(max(width, height) - 1).bit_length() + 1,
+            tile_px=tile_px,
+            tiles_url=f"{url}/tiles/{name}_files/{{level}}/{{x}}_{{y}}.{FORMS[name]}?made={self.version}",
+            dzi_url=f"{url}/tiles/{name}.dzi",
+        )
 
 
 class MosaicCollection:
@@ -76,11 +175,12 @@ class MosaicCollection:
         """Return the complete mosaic or raise `NotFound`."""
         found = self.made(capture_id)
         if found is None:
+            remedy = f"make one: POST {mosaic_url(capture_id)}"
             raise NotFound(
-                f"capture {capture_id} has no mosaic; make one: POST /api/v1/captures/{capture_id}/mosaic",
+                f"capture {capture_id} has no mosaic; {remedy}",
                 asked=f"the mosaic of {capture_id}",
                 found="none was made",
-                remedy=f"make one: POST /api/v1/captures/{capture_id}/mosaic",
+                remedy=remedy,
             )
         return found
 
@@ -129,17 +229,24 @@ class MosaicCollection:
         shutil.rmtree(gone, ignore_errors=True)
 
 
-def recipe_in(folder: Path) -> Document | None:
-    """Return the recipe of the unfinished mosaic in `folder`; None without a readable one."""
+def mosaic_url(capture_id: str) -> str:
+    """Return the URL of a capture's mosaic."""
+    return f"{CAPTURES_URL}/{capture_id}/mosaic"
+
+
+def recipe_in(folder: Path) -> object:
+    """Return the recipe of the unfinished mosaic in `folder`, to compare; None without a readable one."""
     try:
-        recipe = json.loads((folder / "mosaic.json").read_text(encoding="utf-8"))["recipe"]
-    except (OSError, ValueError, KeyError, TypeError, FoveaError):
+        return json.loads((folder / "mosaic.json").read_text(encoding="utf-8"))["recipe"]
+    except (OSError, ValueError, KeyError, TypeError):
         return None
-    return recipe if isinstance(recipe, dict) else None
 
 
 def _read(folder: Path, made_ns: int) -> StoredMosaic:
-    document = json.loads((folder / "mosaic.json").read_text(encoding="utf-8"))
-    depth = json.loads((folder / "depth_tiles.json").read_text(encoding="utf-8"))
-    size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
-    return StoredMosaic(folder=folder, document=document, depth=depth, size_bytes=size, made_ns=made_ns)
+    return StoredMosaic(
+        folder=folder,
+        file=MosaicFile.model_validate_json((folder / "mosaic.json").read_bytes()),
+        tiles=DepthTilesFile.model_validate_json((folder / "depth_tiles.json").read_bytes()),
+        size_bytes=sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()),
+        made_ns=made_ns,
+    )

@@ -1,14 +1,13 @@
 """Check whether a mosaic of a dataset is possible, estimate its size, and check the disk's room."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
+from foveacam_hardware.contract import InvalidInput, NotCalibrated
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT, free_bytes, free_space_error
-from foveacam_server.resources.mosaics.process import MosaicSpec
+from foveacam_server.resources.mosaics.schema import MosaicNeedsDocument, MosaicRequest
 
 if TYPE_CHECKING:
     from foveacam_pipeline.capture.mosaic.views import MosaicView
@@ -23,23 +22,11 @@ FIXED_BYTES = 20_000_000
 """Cloud and overview, whatever the size."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MosaicNeeds:
-    """A mosaic's foveae, size in px, and room on the disk while it is made."""
-
-    views: int
-    width: int
-    height: int
-    needed_bytes: int
-    free_bytes: int
-
-
-def needs_of(dataset: Dataset, spec: MosaicSpec, folder: Path) -> MosaicNeeds:
+def needs_of(dataset: Dataset, request: MosaicRequest, folder: Path) -> MosaicNeedsDocument:
     """Return a mosaic's needs in `folder`; raise `InvalidInput` or `NotCalibrated` if it is impossible."""
     # these import scipy, so they are loaded on demand
     from foveacam_pipeline.capture.mosaic.build import chart_of
     from foveacam_pipeline.capture.mosaic.chart import CELL
-    from foveacam_pipeline.capture.mosaic.values import MosaicSettings
     from foveacam_pipeline.capture.mosaic.views import mosaic_views
 
     name = dataset.folder.name
@@ -51,8 +38,8 @@ def needs_of(dataset: Dataset, spec: MosaicSpec, folder: Path) -> MosaicNeeds:
             found="it has no calibration",
             remedy="capture it again with a calibration in use",
         )
-    settings = MosaicSettings(eye=Role(spec.eye), scan=spec.scan, bracket=spec.bracket)
-    views = mosaic_views(_scan(dataset, spec), dataset.calibration, settings)
+    settings = request.settings()
+    views = mosaic_views(_scan(dataset, request.scan), dataset.calibration, settings)
     _check_overlap(views, name)
     chart = chart_of(views, dataset.calibration)
     pixels, cells = chart.width * chart.height, chart.rows * chart.columns
@@ -64,7 +51,7 @@ def needs_of(dataset: Dataset, spec: MosaicSpec, folder: Path) -> MosaicNeeds:
         + BYTES_PER_FOVEA_CELL * fovea_cells * len(views)
         + FIXED_BYTES
     )
-    return MosaicNeeds(
+    return MosaicNeedsDocument(
         views=len(views),
         width=chart.width,
         height=chart.height,
@@ -73,7 +60,7 @@ def needs_of(dataset: Dataset, spec: MosaicSpec, folder: Path) -> MosaicNeeds:
     )
 
 
-def check_room(needs: MosaicNeeds) -> None:
+def check_room(needs: MosaicNeedsDocument) -> None:
     """Raise `OutOfRange`, or `StorageFull` for a full disk, with both sizes when the mosaic does not fit."""
     wanted_bytes = needs.needed_bytes + RESERVE_BYTES
     if wanted_bytes > needs.free_bytes:
@@ -87,10 +74,10 @@ def check_room(needs: MosaicNeeds) -> None:
         )
 
 
-def _scan(dataset: Dataset, spec: MosaicSpec) -> Dataset:
+def _scan(dataset: Dataset, number: int) -> Dataset:
     if len(dataset) == 0:
         raise InvalidInput(f"dataset {dataset.folder.name} has no point yet; capture it first")
-    return dataset.scan(spec.scan)
+    return dataset.scan(number)
 
 
 def _check_overlap(views: Sequence["MosaicView"], name: str) -> None:

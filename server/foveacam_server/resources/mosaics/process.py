@@ -3,46 +3,33 @@
 It may be killed at any time; the next run continues from what is on the disk.
 """
 
-import json
 import shutil
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import Role
 from foveacam_server.foundation.child_work import StdoutProgress, run_child
 from foveacam_server.resources.mosaics.collection import recipe_in
+from foveacam_server.resources.mosaics.schema import MosaicRequest
 
 COSTS = {"depth of the pairs": 8.0, "depth where views overlap": 7.0, "overlaps": 3.0}
 """Duration of one fovea's step, in units of a tile's; measured at full resolution."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MosaicSpec:
-    """The mosaic to make: eye, scan and exposure."""
-
-    eye: str = Role.LEFT.value
-    scan: int = 0
-    bracket: int = 0
-
-
-def make(dataset: Path, folder: Path, spec: MosaicSpec) -> None:
+def make(dataset: Path, folder: Path, request: MosaicRequest) -> None:
     """Make the mosaic of a dataset in `folder`, with mesh and depth tiles, or continue an unfinished one.
 
-    An unfinished mosaic of other frames or another spec is deleted.
+    An unfinished mosaic of other frames or another request is deleted.
     """
     from foveacam_pipeline.capture.dataset import Dataset
     from foveacam_pipeline.capture.mosaic.build import build_mosaic, chart_of
     from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
     from foveacam_pipeline.capture.mosaic.folder import recipe_of
-    from foveacam_pipeline.capture.mosaic.values import MosaicSettings
     from foveacam_pipeline.capture.mosaic.views import mosaic_calibration, mosaic_views
     from foveacam_pipeline.storage.disk import disk_errors
     from foveacam_web.glb import write_glb
 
-    settings = MosaicSettings(eye=Role(spec.eye), scan=spec.scan, bracket=spec.bracket)
-    opened = Dataset.open(dataset)
-    calibration, scan = mosaic_calibration(opened), opened.scan(spec.scan)
+    settings, opened = request.settings(), Dataset.open(dataset)
+    calibration, scan = mosaic_calibration(opened), opened.scan(request.scan)
     views = mosaic_views(scan, calibration, settings)
     chart = chart_of(views, calibration)
     if folder.exists() and recipe_in(folder) != recipe_of(scan, settings, chart):
@@ -59,9 +46,9 @@ def make(dataset: Path, folder: Path, spec: MosaicSpec) -> None:
 
 
 def main() -> int:
-    """Run with the arguments dataset, folder, spec as JSON; return the exit status as `run_child`."""
-    dataset, folder, spec = sys.argv[1:]
-    return run_child(lambda: make(Path(dataset), Path(folder), MosaicSpec(**json.loads(spec))))
+    """Run with the arguments dataset, folder, request as JSON; return the exit status as `run_child`."""
+    dataset, folder, request = sys.argv[1:]
+    return run_child(lambda: make(Path(dataset), Path(folder), MosaicRequest.model_validate_json(request)))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,6 @@ from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.quantities import Index
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.mosaics.collection import FILES, FORMS
-from foveacam_server.resources.mosaics.process import MosaicSpec
 from foveacam_server.resources.mosaics.schema import MosaicDocument, MosaicRequest
 from foveacam_server.resources.mosaics.service import MosaicService
 
@@ -71,8 +70,9 @@ async def make(
 
     An older mosaic of the capture stays until the new one is finished.
     """
-    spec = MosaicSpec(**(request or MosaicRequest()).model_dump(mode="json"))
-    job = await asyncio.to_thread(services.mosaics.start, capture_id, spec, idempotency_key=idempotency_key)
+    job = await asyncio.to_thread(
+        services.mosaics.start, capture_id, request or MosaicRequest(), idempotency_key=idempotency_key
+    )
     return await job_answer(services, job, prefer=prefer, result=services.mosaics.get_by_url)
 
 

@@ -2,6 +2,8 @@
 
 from typing import Literal
 
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_server.foundation.quantities import Bracket, Index
 from foveacam_server.foundation.schema import JobProgress, Problem, RequestModel, ResponseModel
 
@@ -15,6 +17,10 @@ class MosaicRequest(RequestModel):
     eye: Eye = "left"
     scan: Index = 0
     bracket: Bracket = 0
+
+    def settings(self) -> MosaicSettings:
+        """Return the settings of the mosaic that was asked for."""
+        return MosaicSettings(eye=Role(self.eye), scan=self.scan, bracket=self.bracket)
 
 
 class MosaicNeedsDocument(ResponseModel):

@@ -1,12 +1,12 @@
 """Computes mosaics of captures as jobs in child processes; serves them and shows them in the 3D scene."""
 
-import json
 import threading
-from dataclasses import asdict
+from typing import TypeAlias
 
 from foveacam_hardware.contract import FoveaError, NotConnected
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_server.datasets.collection import StoredCapture
+from foveacam_pipeline.capture.mosaic.chart import Chart
+from foveacam_server.datasets.collection import StoredCapture, brackets_of
 from foveacam_server.datasets.derived_products import (
     DerivedProduct,
     DerivedProductJobs,
@@ -16,21 +16,32 @@ from foveacam_server.datasets.derived_products import (
 from foveacam_server.foundation.errors import problem_of
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.schema import Problem
-from foveacam_server.foundation.store import Document
-from foveacam_server.resources.mosaics.collection import MOSAICS, MosaicCollection, StoredMosaic, recipe_in
-from foveacam_server.resources.mosaics.documents import (
-    choices_document,
-    made_document,
+from foveacam_server.resources.mosaics.collection import (
+    MOSAICS,
+    DepthTilesFile,
+    MosaicCollection,
+    StoredMosaic,
     mosaic_url,
-    viewpoint_of,
+    recipe_in,
 )
-from foveacam_server.resources.mosaics.needs import MosaicNeeds, check_room, needs_of
-from foveacam_server.resources.mosaics.process import MosaicSpec
-from foveacam_server.resources.mosaics.schema import MadeMosaic, MosaicDocument, MosaicNeedsDocument, State
+from foveacam_server.resources.mosaics.needs import check_room, needs_of
+from foveacam_server.resources.mosaics.schema import (
+    MosaicDocument,
+    MosaicNeedsDocument,
+    MosaicRequest,
+    State,
+)
 from foveacam_server.rig.ports import SceneViewer
 
 NOUN = "mosaic"
 PROCESS = "foveacam_server.resources.mosaics.process"
+NEAREST_SHARE = 0.8
+"""Distance of the viewpoint, as a share of the nearest depth."""
+FIT_WIDTHS = 1.5
+"""Distance in field widths from which the whole field is visible."""
+LIFT = 0.06
+"""Offset of the viewpoint aside and above, per metre of distance; head-on a surface looks flat."""
+Point: TypeAlias = tuple[float, float, float]
 
 
 class MosaicService:
@@ -45,12 +56,12 @@ class MosaicService:
         self._shown: str | None = None
         self._making = DerivedProductJobs(DerivedProduct(noun=NOUN, process=PROCESS, make=self._make), tools)
 
-    def start(self, capture_id: str, spec: MosaicSpec, *, idempotency_key: str | None = None) -> Job:
+    def start(self, capture_id: str, request: MosaicRequest, *, idempotency_key: str | None = None) -> Job:
         """Queue a mosaic, or the rest of an unfinished one; raise at once when it cannot be computed."""
         return self._making.start(
             capture_id,
-            asdict(spec),
-            check=lambda kept: check_room(self._needs(kept, spec)),
+            request,
+            check=lambda kept: check_room(self._needs(kept, request)),
             idempotency_key=idempotency_key,
         )
 
@@ -69,11 +80,10 @@ class MosaicService:
             progress=None if job is None else job.progress,
             needs=needs,
             refusal=refusal,
-            **choices_document(kept.dataset),
+            scans=[] if kept.dataset is None else list(kept.dataset.scans),
+            brackets=brackets_of(kept.dataset),
             in_scene=self._shown == capture_id,
-            made=None
-            if made is None
-            else MadeMosaic.model_validate(made_document(capture_id, made, kept.dataset)),
+            made=None if made is None else made.describe(capture_id, kept.dataset),
             url=mosaic_url(capture_id),
         )
 
@@ -105,7 +115,7 @@ class MosaicService:
                 remedy="download mesh.glb and open it elsewhere",
             )
         with self._lock:
-            stand, middle = viewpoint_of(made)
+            stand, middle = viewpoint_of(made.file.recipe.chart, made.tiles)
             self._viewer.show_field(content, from_rig_m=stand, to_rig_m=middle)
             self._shown = capture_id
         self._making.emit("shown", f"the mosaic of capture {kept.name} is in the 3D scene", capture_id)
@@ -120,8 +130,8 @@ class MosaicService:
             self._shown = None
         self._making.emit("hidden", "a mosaic is out of the 3D scene", capture_id)
 
-    def _make(self, kept: StoredCapture, spec: Document, run: Run) -> str:
-        run([str(kept.folder), str(self.collection.prepare(kept.id)), json.dumps(spec)])
+    def _make(self, kept: StoredCapture, request: str, run: Run) -> str:
+        run([str(kept.folder), str(self.collection.prepare(kept.id)), request])
         self.hide(kept.id)
         self.collection.finish(kept.id)
         return mosaic_url(kept.id)
@@ -129,14 +139,26 @@ class MosaicService:
     def _outlook(self, kept: StoredCapture) -> tuple[MosaicNeedsDocument | None, Problem | None]:
         """Return what a mosaic of the left eye would take, or why there can be none."""
         try:
-            needs = self._needs(kept, MosaicSpec())
+            needs = self._needs(kept, MosaicRequest())
             check_room(needs)
         except FoveaError as error:
             return None, Problem.model_validate(problem_of(error).document())
-        return MosaicNeedsDocument.model_validate(asdict(needs)), None
+        return needs, None
 
-    def _needs(self, kept: StoredCapture, spec: MosaicSpec) -> MosaicNeeds:
-        return needs_of(self._making.ended_dataset(kept), spec, self.collection.folder.parent)
+    def _needs(self, kept: StoredCapture, request: MosaicRequest) -> MosaicNeedsDocument:
+        return needs_of(self._making.ended_dataset(kept), request, self.collection.folder.parent)
+
+
+def viewpoint_of(chart: Chart, depth: DepthTilesFile) -> tuple[Point, Point]:
+    """Return eye and target of a good view, m, rig frame: before the nearest depth, to the centre."""
+    if depth.near_m is None or depth.far_m is None:
+        return (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
+    z_m = (depth.near_m + depth.far_m) / 2
+    x, y = (chart.u0_px + chart.width / 2) / chart.f_px, (chart.v0_px + chart.height / 2) / chart.f_px
+    across_m = chart.width / chart.f_px * z_m
+    eye_z_m = min(NEAREST_SHARE * depth.near_m, z_m - FIT_WIDTHS * across_m)
+    lift = LIFT * (z_m - eye_z_m)
+    return (x * eye_z_m + lift, y * eye_z_m - lift, eye_z_m), (x * z_m, y * z_m, z_m)
 
 
 def _state(made: StoredMosaic | None, *, building: bool, begun: bool) -> State:
@@ -151,15 +173,14 @@ def _outdated(dataset: Dataset | None, made: StoredMosaic) -> bool:
     """Return whether points were added to the capture since; points never change."""
     if dataset is None:
         return False
-    settings = made.document["recipe"]["settings"]
-    points = [point for point in dataset if point.place.scan == settings["scan"]]
+    settings = made.file.recipe.settings
+    points = [point for point in dataset if point.place.scan == settings.scan]
     usable = [
         point
         for point in points
         if point.pose.volts is not None
         and any(
-            frame.role.value == settings["eye"] and frame.bracket == settings["bracket"]
-            for frame in point.frames
+            frame.role.value == settings.eye and frame.bracket == settings.bracket for frame in point.frames
         )
     ]
-    return len(usable) != int(made.document["figures"]["views"])
+    return len(usable) != made.file.figures.views

@@ -19,10 +19,8 @@ from foveacam_server.foundation.answers import (
 )
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.references.documents import reference_file
-from foveacam_server.resources.references.process import ReferenceSpec
 from foveacam_server.resources.references.schema import ReferenceDocument, ReferenceRequest
-from foveacam_server.resources.references.service import ReferenceService
+from foveacam_server.resources.references.service import ReferenceService, reference_file
 
 router = APIRouter(prefix="/captures/{capture_id}/reference", tags=["references"])
 
@@ -82,9 +80,8 @@ async def make(
 
     An older reference of the capture stays until the new one is finished.
     """
-    spec = ReferenceSpec(**(request or ReferenceRequest()).model_dump(mode="json"))
     job = await asyncio.to_thread(
-        services.references.start, capture_id, spec, idempotency_key=idempotency_key
+        services.references.start, capture_id, request or ReferenceRequest(), idempotency_key=idempotency_key
     )
     return await job_answer(services, job, prefer=prefer, result=services.references.get_by_url)
 

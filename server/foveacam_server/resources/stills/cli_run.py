@@ -5,29 +5,32 @@ from dataclasses import dataclass
 from typing import Self
 
 import typer
-from pydantic import SecretStr
+from pydantic import SecretStr, TypeAdapter
 from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
 from foveacam_server.commands.calibration_data import open_data
-from foveacam_server.commands.options import RigOptions
+from foveacam_server.commands.options import RigOptions, validated
 from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
+from foveacam_server.commands.server_answers import read_answer
 from foveacam_server.foundation.names import new_id
+from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.foundation.server_client import ServerClient
-from foveacam_server.foundation.store import Document
 from foveacam_server.resources.stills.collection import STILLS, StillCollection
-from foveacam_server.resources.stills.documents import still_document
+from foveacam_server.resources.stills.schema import StillDocument, StillRequest
 
 WAIT_S = 60
+_ANSWER: TypeAdapter[StillDocument | JobDocument] = TypeAdapter(StillDocument | JobDocument)
 
 
-def take_on_server(server: str, request: Document, *, token: SecretStr | None) -> Document:
-    """Let a server take a still and return its document; raise the server's problem as an error."""
+def take_on_server(server: str, request: StillRequest, *, token: SecretStr | None) -> StillDocument:
+    """Let a server take a still and return it; raise the server's problem as an error."""
     with ServerClient(server, token=token) as client:
-        found: Document = client.post("/stills", request, wait_s=WAIT_S)
-    if found.get("kind") == "still":  # the job, not its result
+        answer = client.post("/stills", request.model_dump(mode="json"), wait_s=WAIT_S)
+    found = read_answer(_ANSWER, answer)
+    if isinstance(found, JobDocument):
         raise FoveaError(f"server {server}: the still takes longer than {WAIT_S} s; look at its jobs")
     return found
 
@@ -67,9 +70,9 @@ class StillOrder:
         plan = StillPlan(frames=frames, keep=keep, roles=roles)
         return cls(plan=plan, name=name, label=label, codec=images)
 
-    def request(self) -> Document:
-        """Return the request body of this order for a server."""
-        return {
+    def request(self) -> StillRequest:
+        """Return this order as a request to a server; raise `InvalidInput` for an invalid name or label."""
+        given = {
             "stack_frames": self.plan.frames,
             "stack_keep": self.plan.keep.value,
             "cameras": [role.value for role in self.plan.roles],
@@ -78,6 +81,7 @@ class StillOrder:
             "codec": self.codec.value,
             "save": True,
         }
+        return validated(StillRequest, given)
 
 
 class _SilentWatcher:
@@ -97,19 +101,19 @@ class _SilentWatcher:
 def run_order(rig_options: RigOptions, order: StillOrder, *, server: str | None) -> None:
     """Take and print the still; when a camera stalled, store the other frames and raise its error."""
     if server is not None:
-        document = take_on_server(server, order.request(), token=rig_options.settings.token)
-        _print_still(document, as_json=rig_options.as_json)
+        taken = take_on_server(server, order.request(), token=rig_options.settings.token)
+        _print_still(taken, as_json=rig_options.as_json)
         return
     choice, console = RigChoice.of(rig_options), Console(stderr=True, quiet=rig_options.as_json)
-    document, fault = _take_on_own_rig(choice, order, console=console)
-    _print_still(document, as_json=rig_options.as_json)
+    taken, fault = _take_on_own_rig(choice, order, console=console)
+    _print_still(taken, as_json=rig_options.as_json)
     if fault is not None:
         raise fault
 
 
 def _take_on_own_rig(
     choice: RigChoice, order: StillOrder, *, console: Console
-) -> tuple[Document, FoveaError | None]:
+) -> tuple[StillDocument, FoveaError | None]:
     with open_data(choice, lock=False) as data:
         stills, still_id = StillCollection(choice.settings.data / STILLS), new_id("still")
         folder = stills.new_folder(order.name, waits=False)
@@ -118,12 +122,14 @@ def _take_on_own_rig(
         labels = StillLabels(label=order.label, codec=order.codec, id=still_id)
         write_still(folder, still, data.calibration.current, labels)
         found = stills.keep(still_id)
-        return still_document(found), still.missing_error(kept=f"what came is kept in {found.stored.folder}")
+        return StillDocument.of(found), still.missing_error(
+            kept=f"what came is kept in {found.stored.folder}"
+        )
 
 
-def _print_still(document: Document, *, as_json: bool) -> None:
+def _print_still(still: StillDocument, *, as_json: bool) -> None:
     if as_json:
-        typer.echo(json.dumps(document))
+        typer.echo(json.dumps(still.as_json()))
         return
-    cameras = ", ".join(f"{each['camera']} {each['came']} of {each['asked']}" for each in document["cameras"])
-    typer.echo(f"{document['folder']}: {cameras} frames, {document['size_bytes'] / 1e6:.1f} MB")
+    cameras = ", ".join(f"{each.camera} {each.came} of {each.asked}" for each in still.cameras)
+    typer.echo(f"{still.folder}: {cameras} frames, {still.size_bytes / 1e6:.1f} MB")

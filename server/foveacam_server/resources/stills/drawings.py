@@ -2,20 +2,13 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from foveacam_hardware.contract import Frame, Role
 from foveacam_pipeline.capture.dataset import DatasetPoint, ImageCodec
 from foveacam_pipeline.capture.dataset.images import encode
-from foveacam_pipeline.stereo.depth import rgb
-from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_server.datasets.collection import point_of
+from foveacam_server.datasets.drawings import frame_picture
 from foveacam_server.resources.stills.collection import StillCollection, StoredStill
-from foveacam_server.rig.encoder import encode_jpeg
-
-PREVIEW_QUALITY = 90
-
 
 PREVIEW = "jpg"
 
@@ -55,4 +48,4 @@ def _stored_file(point: DatasetPoint, camera: Role, *, form: str, frame: int | N
 def _encoded(frame: Frame, form: str) -> memoryview:
     if form != PREVIEW:
         return encode(frame.image, ImageCodec(form))
-    return memoryview(encode_jpeg(np.ascontiguousarray(rgb(to_uint8(frame))), quality=PREVIEW_QUALITY))
+    return memoryview(frame_picture(frame, form=PREVIEW))

@@ -19,8 +19,7 @@ from foveacam_server.datasets.capture_tools import CaptureTools, rig_facts
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext
 from foveacam_server.resources.stills.collection import URL, StillCollection, StillState, StoredStill
-from foveacam_server.resources.stills.documents import still_document
-from foveacam_server.resources.stills.schema import StillDocument, StillRequest
+from foveacam_server.resources.stills.schema import StillDocument, StillEvent, StillRequest
 from foveacam_server.rig import refusals
 from foveacam_server.rig.access import StillRigAccess, check_may_expose
 from foveacam_server.rig.hardware_commands import answer_of
@@ -79,12 +78,12 @@ class StillService:
     def search(self, *, text: str = "", state: StillState = StillState.KEPT) -> list[StillDocument]:
         """Return the stills of one state whose name, label or id contains every word of `text`."""
         words = text.casefold().split()
-        found = [_describe(still) for still in self.collection.every(state)]
+        found = [StillDocument.of(still) for still in self.collection.every(state)]
         return [still for still in found if all(word in _searched(still) for word in words)]
 
     def get(self, still_id: str) -> StillDocument:
         """Return a still, held or kept, or raise NotFound."""
-        return _describe(self.collection.get(still_id))
+        return StillDocument.of(self.collection.get(still_id))
 
     def get_by_url(self, url: str) -> StillDocument:
         """Return the still that a job's result URL names."""
@@ -97,14 +96,14 @@ class StillService:
             change_labels(found.stored.folder, label=label)
         found = self.collection.keep(still_id, name=name)
         self._emit("still.stored", f"still {found.stored.name} is kept", found)
-        return _describe(found)
+        return StillDocument.of(found)
 
     def edit(self, still_id: str, *, label: str | None, licence: str | None) -> StillDocument:
         """Change label or licence."""
         change_labels(self.collection.get(still_id).stored.folder, label=label, licence=licence)
         found = self.collection.get(still_id)
         self._emit("still.updated", f"still {found.stored.name} was described anew", found)
-        return _describe(found)
+        return StillDocument.of(found)
 
     def remove(self, still_id: str) -> None:
         """Move a held or kept still to the trash."""
@@ -116,7 +115,7 @@ class StillService:
         """Take a still out of the trash; it is kept afterwards."""
         found = self.collection.restore(still_id)
         self._emit("still.updated", f"still {found.stored.name} is out of the trash", found)
-        return _describe(found)
+        return StillDocument.of(found)
 
     def _work(self, context: JobContext) -> str:
         tools = self._tools
@@ -152,8 +151,8 @@ class StillService:
         check_still_room(still_bytes(plan, fovea=fovea, wide=wide), free_bytes=free_bytes)
 
     def _emit(self, kind: str, message: str, found: StoredStill) -> None:
-        data = {"still_id": found.stored.id, "name": found.stored.name, "state": found.state.value}
-        self._tools.events.emit(kind, message, data=data)
+        event = StillEvent(still_id=found.stored.id, name=found.stored.name, state=found.state.value)
+        self._tools.events.emit(kind, message, data=event.as_json())
 
 
 def _plan_of(request: StillRequest) -> StillPlan:
@@ -162,10 +161,6 @@ def _plan_of(request: StillRequest) -> StillPlan:
         keep=StillKeep(request.stack_keep),
         roles=tuple(Role(name) for name in request.cameras),
     )
-
-
-def _describe(still: StoredStill) -> StillDocument:
-    return StillDocument.model_validate(still_document(still))
 
 
 def _searched(still: StillDocument) -> str:
