@@ -1,14 +1,16 @@
 """Runs before any test: options of the test run, and what a library reads when it is imported."""
 
 import os
-from itertools import zip_longest
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from xdist.remote import Producer
+from xdist.scheduler import LoadFileScheduling
 
 CONTROLLER_PORT = "FOVEACAM_CONTROLLER_PORT"
 """Names the port of a mirror controller that is none of ours."""
+SHARING = ("tests/system/console", "tests/system/api")
+"""Folders whose files share a server or a browser: what a whole folder opens, one worker opens."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -32,21 +34,25 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         absent = [item for item in items if item.get_closest_marker("external_controller")]
         items[:] = [item for item in items if item not in absent]
         config.hook.pytest_deselected(items=absent)
-    _alternate(items)
+    items.sort(key=_turn)
 
 
-def _alternate(items: list[pytest.Item]) -> None:
-    """Let the files that drive a browser alternate with those that wait for a rig.
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadFileScheduling | None:
+    """Let one worker run all files that share a server or a browser."""
+    return _FolderScheduling(config, log) if config.getvalue("dist") == "loadfile" else None
 
-    Two workers take whole files in this order: one uses what the other leaves.
-    """
-    files: dict[Path, list[pytest.Item]] = {}
-    for item in items:
-        files.setdefault(item.path, []).append(item)
-    driving = [path for path, found in files.items() if found[0].get_closest_marker("browser")]
-    waiting = [
-        path for path in files if path not in driving and path.parent.name in ("system", "integration")
-    ]
-    first = [path for pair in zip_longest(driving, waiting) for path in pair if path is not None]
-    rest = [path for path in files if path not in first]
-    items[:] = [item for path in [*first, *rest] for item in files[path]]
+
+class _FolderScheduling(LoadFileScheduling):
+    def _split_scope(self, nodeid: str) -> str:
+        file = super()._split_scope(nodeid)
+        folder = file.rpartition("/")[0]
+        return folder if folder in SHARING else file
+
+
+def _turn(item: pytest.Item) -> int:
+    """Return how early a test comes: folders that one worker runs, then files that wait for a rig."""
+    folder = item.path.parent.relative_to(item.config.rootpath).as_posix()
+    if folder in SHARING:
+        return SHARING.index(folder) - len(SHARING)
+    return 0 if folder in ("tests/system", "tests/integration") else 1

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.integration.marker_room import changed_room, make_grey
 
 from foveacam_hardware.contract import Clock, Station, StationTarget, VirtualClock
 from foveacam_hardware.rig import Rig
@@ -16,6 +15,7 @@ from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.rig import VIRTUAL_START_NS, simulated_rig
 from foveacam_server.assembly import first_services, opening
 from foveacam_server.foundation.events import Event
+from tests.integration.marker_room import changed_room, make_grey
 
 from .conftest import API, Running, running
 

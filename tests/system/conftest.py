@@ -26,14 +26,18 @@ from foveacam_hardware.sim.truth import Truth
 from foveacam_server.app import create_app
 from foveacam_server.assembly.services import Services
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.foundation.store import Document
 from foveacam_server.resources.captures.job_watcher import CaptureJobWatcher
+
+from . import server_state
 
 PATIENCE_S = 120.0
 """Enough for a renderer that is compiled first, on a busy machine."""
 EVENT_PATIENCE_S = 90.0
 """Less than the two minutes that a test has: it says what it missed, instead of ending the whole run."""
 CENTRE = {"pixel": {"x_px": 720.0, "y_px": 540.0}}
-API = "/api/v1"
+API = server_state.API
+POLL_S = 0.02
 LIVE_WIDE_HZ, LIVE_FOVEA_HZ = 1.5, 1.0
 """Slow live views: two cores are shared with a browser and another server."""
 
@@ -71,6 +75,29 @@ class Running:
         found = self.rig.truth
         assert found is not None
         return found
+
+    @property
+    def captures(self) -> Path:
+        """The folder of the captures."""
+        return self.services.settings.data / "captures"
+
+    def poll(self, path: str, enough: Callable[[Document], bool]) -> Document:
+        """Return the document at a path once it is enough."""
+        waiting = threading.Event()
+        for _ in range(round(PATIENCE_S / POLL_S)):
+            found: Document = self.get(path).json()
+            if enough(found):
+                return found
+            waiting.wait(POLL_S)
+        raise AssertionError(found)
+
+    def ended(self, job: Document) -> Document:
+        """Return a job once it has ended."""
+        return self.poll(f"/jobs/{job['id']}", lambda found: found["ended_utc"] is not None)
+
+    def reset(self) -> None:
+        """Bring the server back to the state in which it starts."""
+        server_state.reset(self.http, self.services.settings.data)
 
     def wait_for_event(
         self,
@@ -152,7 +179,7 @@ def running(
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    """A server that the tests of one module share."""
+    """A server that the tests of one file share."""
     with running(tmp_path_factory.mktemp("data")) as found:
         yield found
 

@@ -4,10 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tests.integration.marker_room import true_wide
-from tests.unit.settle_report import REPORT
-from tests.unit.swept_rig import swept, visited
-
 from foveacam_hardware.contract import Station
 from foveacam_pipeline.calibrate.settle.settle_report import save_settle
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
@@ -25,6 +21,9 @@ from foveacam_server.resources.calibration_sessions.sessions import (
     SessionCollection,
 )
 from foveacam_server.resources.calibration_sessions.wide_stage import RESULT, WideResult, views_id
+from tests.integration.marker_room import true_wide
+from tests.unit.settle_report import REPORT
+from tests.unit.swept_rig import swept, visited
 
 RIG = "sim-rig120"
 SEED = 0

@@ -1,13 +1,18 @@
-"""Trouble: the stop, a dying controller, a lost camera, missing devices, restarts, foreign calibrations."""
+"""Trouble: a dying controller, a lost camera, missing devices, restarts, foreign calibrations."""
 
+import itertools
+import os
+import signal
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
 
-from foveacam_hardware.contract import PARKED, Role, StereoVolts
+from foveacam_hardware.contract import PARKED, Role, Sighting, StereoVolts
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_server.resources.calibrations.service import SHIPPED
 
@@ -21,93 +26,73 @@ rig_id = "workshop"
 [mirrors]
 port = "/dev/ttyNOBODY"
 """
+ASIDE = {"direction": {"ax_deg": 3.0, "ay_deg": 1.0}}
+NOWHERE = {"x_v": None, "y_v": None, "ax_deg": None, "ay_deg": None}
 
 
-def test_stop_parks_at_once_however_much_is_queued(server: Running) -> None:
-    server.post("/mirrors/steer", {"direction": {"ax_deg": 4.0, "ay_deg": 2.0}})
-    for _ in range(5):
-        assert server.post("/fixations", {**CENTRE, "depth": False}).status_code == 202
-    began, ended = threading.Event(), threading.Event()
+def test_controller_that_dies_in_a_fixation_fails_the_job_and_is_parked_on_return(
+    server: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    controller = server.truth.controller
+    assert isinstance(controller, ControllerProcess)
+    before = server.last_event
+    killed = threading.Event()
 
-    def keep_busy(rig: object) -> None:  # the thread that owns the rig, not the rig
-        began.set()
-        ended.wait(PATIENCE_S)
+    def kill() -> None:
+        controller.die()
+        killed.set()
 
-    kept = server.services.hardware.submit(keep_busy)
-    assert began.wait(PATIENCE_S)
-    try:
-        answer = server.post("/stop").json()
-        assert not kept.done()  # it has waited for nobody
-        assert (answer["engaged"], answer["parked"]) == (True, True)
-        ended.set()
-        refused = server.post("/fixations", CENTRE)
-        assert (refused.status_code, refused.json()["type"]) == (409, "/problems/stopped")
-        assert server.post("/mirrors/steer", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}}).status_code == 409
-        assert server.get("/stop").json()["engaged"]
-        jobs = _wait_until_idle(server)
-        assert {job["state"] for job in jobs[:5]} <= {"cancelled", "succeeded"}
-        assert jobs[0]["state"] == "cancelled"
-        assert server.rig.mirrors.state.volts == PARKED
-    finally:
-        ended.set()
-        server.http.delete(f"{API}/stop")
+    with monkeypatch.context() as patch:
+        patch.setattr(server.services.hardware, "look", before_look(server, 1, kill))
+        answer = server.post("/fixations", CENTRE, Prefer="wait=60")
+    assert killed.is_set()
+    assert answer.status_code in (502, 503, 504)
+    assert "controller" in answer.json()["detail"]
+    assert server.wait_for_event("device.fault", after=before)["device"] == "mirrors"
+    assert server.http.get("/healthz").status_code == 200
+    ready = server.http.get("/readyz")
+    assert (ready.status_code, ready.json()["problems"][0]["device"]) == (503, "mirrors")
+    assert server.post("/fixations", CENTRE).status_code == 503
+    controller.power_cycle()
+    assert server.wait_for_event("device.recovered", after=before) == {"device": "mirrors"}
+    assert server.rig.mirrors.state.volts == PARKED
     assert server.fixate({**CENTRE, "depth": False})["state"] == "verged"
 
 
-def test_stop_needs_no_database(server: Running) -> None:
-    with server.services.store.session() as session:
-        session.connection().exec_driver_sql("BEGIN EXCLUSIVE")
-        answer = server.post("/stop")
-        assert (answer.json()["engaged"], answer.json()["parked"]) == (True, True)
-        session.connection().exec_driver_sql("ROLLBACK")
-    assert not server.http.delete(f"{API}/stop").json()["engaged"]
+def test_unplugged_wide_camera_is_told_and_comes_back(server: Running) -> None:
+    before = server.last_event
+    server.truth.world.faults.unplugged.add(Role.WIDE)
+    assert server.wait_for_event("device.fault", after=before)["device"] == "wide"
+    rig = server.get("/rig").json()
+    assert [problem["device"] for problem in rig["problems"]] == ["wide"]
+    server.truth.world.faults.unplugged.discard(Role.WIDE)
+    assert server.wait_for_event("device.recovered", after=before) == {"device": "wide"}
 
 
-def test_cancelled_fixation_ends_as_cancelled(server: Running) -> None:
-    first = server.post("/fixations", CENTRE).json()
-    second = server.post("/fixations", CENTRE).json()
-    assert server.post(f"/jobs/{second['id']}/cancel").status_code == 200
-    _wait_until_idle(server)
-    assert server.get(f"/jobs/{second['id']}").json()["state"] == "cancelled"
-    assert server.get(f"/jobs/{first['id']}").json()["state"] == "succeeded"
+def seen(server: Running) -> dict[str, Any]:  # Any: a JSON document
+    """Return the mirrors as they are now: the hardware thread has looked at them again."""
+    hardware = server.services.hardware
+    hardware.submit(hardware.refresh).result(PATIENCE_S)
+    found: dict[str, Any] = server.get("/mirrors").json()
+    return found
 
 
-def test_controller_that_dies_in_a_fixation_fails_the_job_and_is_parked_on_return(tmp_path: Path) -> None:
-    with running(tmp_path) as server:
-        controller = server.truth.controller
-        assert isinstance(controller, ControllerProcess)
-        before = server.last_event
-        killed = threading.Event()
+def test_mirrors_whose_controller_was_killed_are_unknown_until_it_is_back_and_parked(server: Running) -> None:
+    controller, began = server.truth.controller, server.last_event
+    assert isinstance(controller, ControllerProcess)
+    assert server.post("/mirrors/steer", ASIDE).json()["left"]["x_v"] > 10.0
 
-        def kill() -> None:
-            controller.die()
-            killed.set()
+    os.kill(controller.pid, signal.SIGKILL)
+    assert server.wait_for_event("device.fault", after=began)["device"] == "mirrors"
+    gone = seen(server)
+    assert (gone["connected"], gone["enabled"]) == (False, None)
+    assert (gone["left"], gone["right"]) == (NOWHERE, NOWHERE)
+    assert server.services.hardware.pose is None
 
-        _before_look(server, 1, kill)
-        answer = server.post("/fixations", CENTRE, Prefer="wait=60")
-        assert killed.is_set()
-        assert answer.status_code in (502, 503, 504)
-        assert "controller" in answer.json()["detail"]
-        assert server.wait_for_event("device.fault", after=before)["device"] == "mirrors"
-        assert server.http.get("/healthz").status_code == 200
-        ready = server.http.get("/readyz")
-        assert (ready.status_code, ready.json()["problems"][0]["device"]) == (503, "mirrors")
-        assert server.post("/fixations", CENTRE).status_code == 503
-        controller.power_cycle()
-        assert server.wait_for_event("device.recovered", after=before) == {"device": "mirrors"}
-        assert server.rig.mirrors.state.volts == PARKED
-        assert server.fixate({**CENTRE, "depth": False})["state"] == "verged"
-
-
-def test_unplugged_wide_camera_is_told_and_comes_back(tmp_path: Path) -> None:
-    with running(tmp_path) as server:
-        before = server.last_event
-        server.truth.world.faults.unplugged.add(Role.WIDE)
-        assert server.wait_for_event("device.fault", after=before)["device"] == "wide"
-        rig = server.get("/rig").json()
-        assert [problem["device"] for problem in rig["problems"]] == ["wide"]
-        server.truth.world.faults.unplugged.discard(Role.WIDE)
-        assert server.wait_for_event("device.recovered", after=before) == {"device": "wide"}
+    assert server.wait_for_event("device.recovered", after=began)["device"] == "mirrors"
+    back = seen(server)
+    assert (back["connected"], back["enabled"], back["left"]["x_v"]) == (True, True, 0.0)
+    assert server.post("/mirrors/steer", ASIDE).status_code == 200
 
 
 def test_missing_serial_port_does_not_keep_the_server_from_starting(tmp_path: Path) -> None:
@@ -167,24 +152,15 @@ def test_killed_server_leaves_a_failed_job_not_a_running_one(
     assert "interrupted by a restart" in last["problem"]["detail"]
 
 
-def _wait_until_idle(server: Running) -> list[dict[str, str]]:
-    done = threading.Event()
-    server.services.jobs.handle("probe", lambda context: done.set() or "")  # type: ignore[func-returns-value]
-    server.services.jobs.submit("probe", {})
-    assert done.wait(60.0)
-    jobs = server.get("/jobs", limit=20).json()
-    return [job for job in jobs if job["kind"] != "probe"]
+def before_look(server: Running, number: int, act: Callable[[], object]) -> Callable[..., "Future[Sighting]"]:
+    """Return a look that calls `act` when a job has done `number` looks, before its next."""
+    look, count = server.services.hardware.look, itertools.count()
 
-
-def _before_look(server: Running, number: int, act: Callable[[], object]) -> None:
-    """Call `act` when a job has done `number` looks, before its next."""
-    hardware = server.services.hardware
-    look, count = hardware.look, [0]
-
-    def counted(volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False) -> object:
-        if count[0] == number:
+    def counted(
+        volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
+    ) -> "Future[Sighting]":
+        if next(count) == number:
             act()
-        count[0] += 1
         return look(volts, settle_us=settle_us, one_eyed=one_eyed)
 
-    hardware.look = counted  # type: ignore[method-assign,assignment]
+    return counted

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from tests.unit.recordings import STREAMS, picture, pose, record
 
 READER = os.environ.get("FOVEACAM_PYFCAP")

@@ -1,12 +1,13 @@
 """Calibrating over REST: pan-tilt, sessions, records, and what is refused, on the simulated rig."""
 
 import json
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from foveacam_server.foundation.store import Document
 from tests.integration.marker_room import changed_room
 
 from .conftest import API, Running, running
@@ -14,7 +15,6 @@ from .stored_session import store_session, store_settle
 
 pytestmark = pytest.mark.timeout(300)
 
-PATIENCE_S = 60.0
 FAR_DEG = -70.0
 """So far that whatever holds it comes in time."""
 
@@ -34,14 +34,8 @@ def new_session(room: Running, label: str = "a test") -> dict[str, Any]:
     return found
 
 
-def come_to_rest(room: Running) -> dict[str, Any]:
-    waiting = threading.Event()
-    for _ in range(round(PATIENCE_S / 0.1)):
-        seen: dict[str, Any] = room.get("/pan_tilt").json()
-        if not seen["moving"]:
-            return seen
-        waiting.wait(0.1)
-    raise AssertionError("the pan-tilt did not come to rest")
+def come_to_rest(room: Running) -> Document:
+    return room.poll("/pan_tilt", lambda seen: not seen["moving"])
 
 
 def test_pan_tilt_tells_its_limits_and_the_stations(room: Running) -> None:

@@ -3,10 +3,10 @@
 import math
 
 import pytest
-from tests.integration.marker_room import make_grey
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.content import content_id
+from tests.integration.marker_room import make_grey
 
 from .conftest import PATIENCE_S, Running
 

@@ -21,8 +21,8 @@ from foveacam_pipeline.models.calibration_file import calibration_document
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.foundation.store import Document
 
+from .api.capture_plans import URL, begin, plan
 from .conftest import API, Running, running
-from .test_captures_api import URL, begin, ended, folder_of, plan, until
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -89,7 +89,7 @@ def paused(server: Running, name: str) -> tuple[str, Document]:
     """Begin a capture that waits before one of its points; return its id and its job."""
     capture_id, job = begin(server, name, plan(3, 2))
     server.post(f"{URL}/{capture_id}/pause")
-    until(server, capture_id, lambda document: document["state"] == "paused")
+    server.poll(f"{URL}/{capture_id}", lambda document: document["state"] == "paused")
     return capture_id, job
 
 
@@ -97,26 +97,26 @@ def failed_by_disk(server: Running, capture_id: str, job: Document) -> Document:
     """Let it go on into a bad disk; return the problem of its job, with what was taken whole."""
     before = server.get(f"{URL}/{capture_id}").json()["points"]["taken"]
     server.post(f"{URL}/{capture_id}/continue")
-    found = ended(server, job)
+    found = server.ended(job)
     assert found["state"] == "failed"
     problem: Document = found["problem"]
     assert (problem["type"], problem["status"]) == ("/problems/storage-full", 507)
     capture = server.get(f"{URL}/{capture_id}").json()
-    assert str(folder_of(server, capture["name"])) in problem["detail"]
+    assert str(server.captures / capture["name"]) in problem["detail"]
     assert "then resume: what was acknowledged is safe" in problem["remedy"]
     assert (capture["state"], capture["resumable"]) == ("partial", True)
     assert before <= capture["points"]["taken"] < 6
-    assert check_dataset(folder_of(server, capture["name"])) == []
+    assert check_dataset(server.captures / capture["name"]) == []
     return problem
 
 
 def gone_on_with(server: Running, capture_id: str) -> None:
     answer = server.post(f"{URL}/{capture_id}/resume")
     assert answer.status_code == 202, answer.text
-    assert ended(server, answer.json())["state"] == "succeeded"
+    assert server.ended(answer.json())["state"] == "succeeded"
     found = server.get(f"{URL}/{capture_id}").json()
     assert (found["state"], found["points"]["taken"], found["why"]) == ("complete", 6, "")
-    assert check_dataset(folder_of(server, found["name"])) == []
+    assert check_dataset(server.captures / found["name"]) == []
 
 
 def test_a_disk_that_fills_up_fails_the_capture_with_both_figures_and_it_goes_on_in_new_room(
@@ -143,7 +143,7 @@ def test_a_disk_that_turns_read_only_fails_the_capture_and_it_goes_on_once_it_is
     server: Running,
 ) -> None:
     capture_id, job = paused(server, "read only")
-    with read_only(folder_of(server, "read only") / "images"):
+    with read_only(server.captures / "read only" / "images"):
         problem = failed_by_disk(server, capture_id, job)
     assert problem["found"] == "the disk cannot be written (Read-only file system)"
     gone_on_with(server, capture_id)
@@ -155,7 +155,7 @@ def test_a_recording_ends_whole_when_only_what_is_kept_free_is_left(server: Runn
     until_recorded(server, path)
     disk.fill(but=RESERVE_BYTES - 1_000_000)
 
-    assert ended(server, job)["state"] == "succeeded"
+    assert server.ended(job)["state"] == "succeeded"
     found = server.get(path).json()
     assert (found["state"], found["ended"]) == ("complete", "disk_reserve")
     assert f"the disk of {disk.folder}" in found["why"]

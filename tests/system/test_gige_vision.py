@@ -15,17 +15,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.contract.gige_cameras import (
-    LOOPBACK,
-    OPTIONS,
-    SETTINGS,
-    FakeProgram,
-    alone_on_loopback,
-    aravis_camera,
-    await_on_network,
-    fake_program,
-    require_library,
-)
 
 from foveacam_hardware.contract import (
     CameraPhase,
@@ -42,6 +31,17 @@ from foveacam_hardware.drivers.cameras.aravis.settings import AravisOptions
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 from foveacam_hardware.sim.far_ends.gige_camera import AcquisitionRequest, GigeCamera
 from foveacam_hardware.sim.rig import open_simulated
+from tests.contract.gige_cameras import (
+    LOOPBACK,
+    OPTIONS,
+    SETTINGS,
+    FakeProgram,
+    alone_on_loopback,
+    aravis_camera,
+    await_on_network,
+    fake_program,
+    require_library,
+)
 
 WHOLE = AravisOptions(width_px=1440, height_px=1080, packet_size_bytes=8900)
 PATIENCE_S = 40.0

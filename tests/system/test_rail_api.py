@@ -8,6 +8,7 @@ import pytest
 
 from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail
 from foveacam_server import cli
+from foveacam_server.foundation.store import Document
 
 from .conftest import API, Running
 
@@ -20,14 +21,8 @@ SLOW = {112: 600.0}
 """A rail of 10 mm/s: a busy machine has the time to stop it."""
 
 
-def come_to_rest(server: Running) -> dict[str, Any]:
-    waiting = threading.Event()
-    for _ in range(round(PATIENCE_S / 0.1)):
-        seen: dict[str, Any] = server.get("/rail").json()
-        if not seen["moving"]:
-            return seen
-        waiting.wait(0.1)
-    raise AssertionError("the rail did not come to rest")
+def come_to_rest(server: Running) -> Document:
+    return server.poll("/rail", lambda seen: not seen["moving"])
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,6 @@ import cv2
 import httpx
 import numpy as np
 import pytest
-from tests.unit.recordings import STREAMS, picture, raw
 
 from foveacam_bench.servers import serving
 from foveacam_hardware.contract import DeviceInfo, InvalidInput
@@ -21,6 +20,7 @@ from foveacam_server.app import create_app
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.rig.replay import open_recording
+from tests.unit.recordings import STREAMS, picture, raw
 
 HEIGHT, WIDTH = 96, 128
 TICKS = 20

@@ -28,59 +28,18 @@ from foveacam_server.rig.status import RigState
 from foveacam_server.rig.stop import StopSwitch
 
 from .fake_rig import FakeRig, Pictures
+from .hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup, never
 
-PATIENCE_S = 10.0
 THERE = StereoVolts(left=MirrorVolts(x_v=50.0, y_v=0.0), right=MirrorVolts(x_v=40.0, y_v=0.0))
 
 
-class Setup:
-    """A hardware thread on a fake rig."""
-
-    def __init__(self, folder: Path) -> None:
-        self.store = Store(folder)
-        self.events = EventLog(self.store)
-        self.clock = MonotonicClock()
-        self.rig = FakeRig(self.clock)
-        self.pictures = Pictures()
-        self.hardware = HardwareThread(
-            lambda: self.rig,
-            sink=self.pictures,
-            events=self.events,
-            clock=self.clock,
-            overlay=lambda _gaze: None,
-            limits=LiveRates(wide_hz=100.0, fovea_hz=60.0),
-        )
-
-    def start(self) -> HardwareThread:
-        self.hardware.start()
-        assert self.hardware.wait_open(PATIENCE_S)
-        return self.hardware
-
-    def wait_for(self, kind: str) -> dict[str, object]:
-        done = threading.Event()
-        while not done.wait(0.01):
-            for event in self.events.recent(200):
-                if event.kind == kind:
-                    return event.data
-        raise AssertionError(kind)
-
-
 @pytest.fixture
-def setup(tmp_path: Path) -> Iterator[Setup]:
-    found = Setup(tmp_path)
-    yield found
-    if found.rig.head.hold is not None:
-        found.rig.head.hold.set()
-    found.hardware.close()
-    found.events.close()
-    found.store.close()
+def setup(tmp_path: Path) -> Iterator[HardwareSetup]:
+    with hardware_setup(tmp_path) as found:
+        yield found
 
 
-def never() -> bool:
-    return False
-
-
-def test_a_rig_counts_as_open_only_when_its_cameras_are_known(setup: Setup) -> None:
+def test_a_rig_counts_as_open_only_when_its_cameras_are_known(setup: HardwareSetup) -> None:
     known: list[tuple[RigState, int]] = []
 
     class Opened(threading.Event):
@@ -93,13 +52,13 @@ def test_a_rig_counts_as_open_only_when_its_cameras_are_known(setup: Setup) -> N
     assert known == [(RigState.OPENING, 3)]
 
 
-def test_views_live_while_nobody_works(setup: Setup) -> None:
+def test_views_live_while_nobody_works(setup: HardwareSetup) -> None:
     setup.start()
     for view in ("wide", "left", "right"):
         setup.pictures.wait_for_more(view, more=3)
 
 
-def test_live_looks_rest_while_a_job_has_the_rig_and_its_looks_feed_the_views(setup: Setup) -> None:
+def test_live_looks_rest_while_a_job_has_the_rig_and_its_looks_feed_the_views(setup: HardwareSetup) -> None:
     hardware = setup.start()
     with hardware.session("a job", cancelled=never) as head:
         hardware.submit(lambda rig: None).result(PATIENCE_S)  # a live look under way has ended
@@ -110,7 +69,7 @@ def test_live_looks_rest_while_a_job_has_the_rig_and_its_looks_feed_the_views(se
     assert hardware.gaze == THERE
 
 
-def test_second_session_is_refused_and_names_the_first(setup: Setup) -> None:
+def test_second_session_is_refused_and_names_the_first(setup: HardwareSetup) -> None:
     hardware = setup.start()
     with hardware.session("the first", cancelled=never):
         with pytest.raises(Busy, match="the first is using the rig"), hardware.session("b", cancelled=never):
@@ -120,13 +79,13 @@ def test_second_session_is_refused_and_names_the_first(setup: Setup) -> None:
     hardware.steer(THERE).result(PATIENCE_S)
 
 
-def test_cancelled_session_looks_no_more(setup: Setup) -> None:
+def test_cancelled_session_looks_no_more(setup: HardwareSetup) -> None:
     hardware = setup.start()
     with hardware.session("a job", cancelled=lambda: True) as head, pytest.raises(Cancelled):
         head.look(THERE)
 
 
-def test_full_queue_is_busy(setup: Setup) -> None:
+def test_full_queue_is_busy(setup: HardwareSetup) -> None:
     hardware = setup.start()
     setup.rig.head.hold = threading.Event()
     with hardware.session("a job", cancelled=never):
@@ -141,7 +100,7 @@ def test_full_queue_is_busy(setup: Setup) -> None:
         assert waiting[-1].result(PATIENCE_S) == "Fake rig"
 
 
-def test_halt_parks_from_any_thread_while_a_look_is_under_way(setup: Setup) -> None:
+def test_halt_parks_from_any_thread_while_a_look_is_under_way(setup: HardwareSetup) -> None:
     hardware = setup.start()
     with hardware.session("a job", cancelled=never):
         hardware.submit(lambda rig: None).result(PATIENCE_S)  # a live look under way has ended
@@ -159,7 +118,7 @@ def test_halt_parks_from_any_thread_while_a_look_is_under_way(setup: Setup) -> N
     assert hardware.gaze == PARKED
 
 
-def test_nothing_moves_until_the_stop_is_released(setup: Setup) -> None:
+def test_nothing_moves_until_the_stop_is_released(setup: HardwareSetup) -> None:
     hardware = setup.start()
     hardware.halt()
     with pytest.raises(Stopped, match="DELETE /api/v1/stop"):
@@ -171,7 +130,7 @@ def test_nothing_moves_until_the_stop_is_released(setup: Setup) -> None:
     assert hardware.steer(THERE).result(PATIENCE_S) == THERE
 
 
-def test_lost_controller_is_told_and_the_mirrors_are_parked_when_it_returns(setup: Setup) -> None:
+def test_lost_controller_is_told_and_the_mirrors_are_parked_when_it_returns(setup: HardwareSetup) -> None:
     hardware = setup.start()
     hardware.steer(THERE).result(PATIENCE_S)
     setup.rig.mirrors.lost = True
@@ -187,7 +146,7 @@ def test_lost_controller_is_told_and_the_mirrors_are_parked_when_it_returns(setu
     assert hardware.status.problems == ()
 
 
-def test_one_late_answer_is_nobodys_fault_yet(setup: Setup) -> None:
+def test_one_late_answer_is_nobodys_fault_yet(setup: HardwareSetup) -> None:
     hardware = setup.start()
     with hardware.session("a job", cancelled=never) as head:
         setup.rig.head.failure = Timeout("a packet was lost")
@@ -198,7 +157,7 @@ def test_one_late_answer_is_nobodys_fault_yet(setup: Setup) -> None:
     assert hardware.status.problems == ()
 
 
-def test_camera_that_does_not_deliver_is_named(setup: Setup) -> None:
+def test_camera_that_does_not_deliver_is_named(setup: HardwareSetup) -> None:
     hardware = setup.start()
     setup.rig.head.failure = DeviceFault("camera right: exposure 5 was triggered and no frame came")
     assert setup.wait_for("device.fault")["device"] == "right"
@@ -208,7 +167,9 @@ def test_camera_that_does_not_deliver_is_named(setup: Setup) -> None:
 
 
 @pytest.mark.parametrize("role", list(Role))
-def test_a_lost_camera_is_told_and_the_mirrors_rest_though_nobody_looks(setup: Setup, role: Role) -> None:
+def test_a_lost_camera_is_told_and_the_mirrors_rest_though_nobody_looks(
+    setup: HardwareSetup, role: Role
+) -> None:
     hardware = setup.start()
     camera = {Role.WIDE: setup.rig.wide, Role.LEFT: setup.rig.left, Role.RIGHT: setup.rig.right}[role]
     with hardware.session("job", cancelled=lambda: False):
@@ -219,7 +180,7 @@ def test_a_lost_camera_is_told_and_the_mirrors_rest_though_nobody_looks(setup: S
         assert setup.rig.mirrors.commands[-1] == "park"
 
 
-def test_mirrors_whose_exposures_fail_are_not_called_back_before_one_succeeds(setup: Setup) -> None:
+def test_mirrors_whose_exposures_fail_are_not_called_back_before_one_succeeds(setup: HardwareSetup) -> None:
     hardware = setup.start()
     setup.rig.head.failure = DeviceFault("strobe timeout")
     setup.wait_for("device.fault")
@@ -238,7 +199,7 @@ def _wait_until(reached: Callable[[], bool]) -> None:
         threading.Event().wait(0.01)
 
 
-def test_camera_on_probation_is_not_called_back_before_it_delivers(setup: Setup) -> None:
+def test_camera_on_probation_is_not_called_back_before_it_delivers(setup: HardwareSetup) -> None:
     hardware = setup.start()
     setup.rig.wide.failure = NotConnected("camera wide: unplugged")
     setup.wait_for("device.fault")
@@ -281,7 +242,7 @@ def test_rig_that_cannot_be_opened_is_a_problem_and_not_the_end(tmp_path: Path) 
     assert (problem.device, problem.remedy) == ("rig", "correct the key")
 
 
-def test_closing_releases_the_rig_and_refuses_what_waits(setup: Setup) -> None:
+def test_closing_releases_the_rig_and_refuses_what_waits(setup: HardwareSetup) -> None:
     hardware = setup.start()
     hardware.close()
     assert setup.rig.closed.is_set()
@@ -289,7 +250,7 @@ def test_closing_releases_the_rig_and_refuses_what_waits(setup: Setup) -> None:
         hardware.submit(lambda rig: None)
 
 
-def test_stop_answers_even_when_the_mirrors_do_not(setup: Setup) -> None:
+def test_stop_answers_even_when_the_mirrors_do_not(setup: HardwareSetup) -> None:
     hardware = setup.start()
     cancelled: list[str] = []
     stop = StopSwitch(hardware, cancel_jobs=cancelled.append, events=setup.events)
@@ -300,7 +261,7 @@ def test_stop_answers_even_when_the_mirrors_do_not(setup: Setup) -> None:
     assert not stop.release("a test").engaged
 
 
-def test_stop_keeps_who_engaged_it_first(setup: Setup) -> None:
+def test_stop_keeps_who_engaged_it_first(setup: HardwareSetup) -> None:
     stop = StopSwitch(setup.start(), cancel_jobs=lambda _reason: None, events=setup.events)
     stop.engage("Ada")
     stop.engage("Bob")

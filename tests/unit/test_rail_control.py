@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
@@ -18,9 +19,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.rail_config import PAPER_PLACES
 from foveacam_server.resources.positioners.rail import RailService
 
-from .test_pan_tilt_control import PATIENCE_S, Setup, never, setup
-
-__all__ = ["setup"]
+from .hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup, never
 
 
 class FakeRail:
@@ -64,22 +63,29 @@ class FakeRail:
 
 @dataclass
 class OnRail:
-    setup: Setup
+    setup: HardwareSetup
     rail: FakeRail
-    desk: RailService
+    service: RailService
 
 
 @pytest.fixture
-def on_rail(setup: Setup) -> Iterator[OnRail]:
+def setup(tmp_path: Path) -> Iterator[HardwareSetup]:
+    with hardware_setup(tmp_path) as found:
+        found.start()
+        yield found
+
+
+@pytest.fixture
+def on_rail(setup: HardwareSetup) -> Iterator[OnRail]:
     rail = FakeRail()
     setup.rig.rail, setup.rig.rail_places = rail, PAPER_PLACES
-    yield OnRail(setup=setup, rail=rail, desk=RailService(setup.hardware))
+    yield OnRail(setup=setup, rail=rail, service=RailService(setup.hardware))
 
 
 def test_a_move_to_a_place_by_its_name_says_where_that_is(on_rail: OnRail) -> None:
-    assert on_rail.desk.move_to_place("far left").result(PATIENCE_S) == -0.3
+    assert on_rail.service.move_to_place("far left").result(PATIENCE_S) == -0.3
 
-    seen = on_rail.desk.read_status().result(PATIENCE_S)
+    seen = on_rail.service.read_status().result(PATIENCE_S)
     assert seen is not None
     assert seen.state.position_m == -0.3
     assert seen.places == PAPER_PLACES
@@ -87,12 +93,12 @@ def test_a_move_to_a_place_by_its_name_says_where_that_is(on_rail: OnRail) -> No
 
 def test_a_place_that_nobody_named_lists_those_there_are(on_rail: OnRail) -> None:
     with pytest.raises(InvalidInput, match=r"no place 'middle'.*'centre'.*choose one"):
-        on_rail.desk.move_to_place("middle").result(PATIENCE_S)
+        on_rail.service.move_to_place("middle").result(PATIENCE_S)
 
 
 def test_a_place_beyond_the_rail_is_refused(on_rail: OnRail) -> None:
     with pytest.raises(OutOfRange):
-        on_rail.desk.move(0.4).result(PATIENCE_S)
+        on_rail.service.move(0.4).result(PATIENCE_S)
 
 
 def test_while_stopped_nothing_moves_and_the_stop_itself_holds_the_rail(on_rail: OnRail) -> None:
@@ -100,9 +106,9 @@ def test_while_stopped_nothing_moves_and_the_stop_itself_holds_the_rail(on_rail:
 
     assert on_rail.rail.commands == ["hold"]
     with pytest.raises(Stopped):
-        on_rail.desk.move(0.1)
+        on_rail.service.move(0.1)
     with pytest.raises(Stopped):
-        on_rail.desk.home()
+        on_rail.service.home()
 
 
 def test_moves_wait_for_the_job_that_has_the_rig(on_rail: OnRail) -> None:
@@ -110,13 +116,13 @@ def test_moves_wait_for_the_job_that_has_the_rig(on_rail: OnRail) -> None:
         on_rail.setup.hardware.session("a capture", cancelled=never),
         pytest.raises(Busy, match="a capture is using the rig"),
     ):
-        on_rail.desk.move(0.1)
+        on_rail.service.move(0.1)
 
 
 def test_a_hold_goes_past_the_queue_while_a_job_has_the_rig(on_rail: OnRail) -> None:
-    on_rail.desk.read_status().result(PATIENCE_S)
+    on_rail.service.read_status().result(PATIENCE_S)
     with on_rail.setup.hardware.session("a capture", cancelled=never):
-        on_rail.desk.hold()
+        on_rail.service.hold()
 
     assert on_rail.rail.commands == ["hold"]
 
@@ -130,10 +136,10 @@ def test_its_alarm_is_told_until_it_is_over_and_keeps_nobody_from_looking(on_rai
     assert on_rail.setup.wait_for("device.recovered") == {"device": "rail"}
 
 
-def test_a_rig_without_a_rail_says_how_to_name_one(setup: Setup) -> None:
-    desk = RailService(setup.hardware)
+def test_a_rig_without_a_rail_says_how_to_name_one(setup: HardwareSetup) -> None:
+    service = RailService(setup.hardware)
 
-    assert desk.read_status().result(PATIENCE_S) is None
+    assert service.read_status().result(PATIENCE_S) is None
     with pytest.raises(NotConnected, match=r"\[rail\]"):
-        desk.move(0.0).result(PATIENCE_S)
-    desk.hold()
+        service.move(0.0).result(PATIENCE_S)
+    service.hold()

@@ -1,4 +1,4 @@
-"""A browser on the console of a real server."""
+"""A browser on the console: one browser, one server in its own process and one stub for all files here."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -9,12 +9,17 @@ import pytest
 from playwright.sync_api import Browser, Playwright, sync_playwright
 
 from foveacam_bench.stream.console_page import CHROMIUM, CHROMIUM_ARGUMENTS
+from tests.system.conftest import Running, running
 
-from .console_page import DESKTOP, Console, OpenConsole, Tabs
+from . import calibration_documents
+from .console_page import DESKTOP, Console, OpenConsole, OpenWizard, Tabs
 from .server_process import Server, StartServer, servers
+from .stub_server import StubServer, serving_stub
+
+NO_INTERNET = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def playwright() -> Iterator[Playwright]:
     if not CHROMIUM.exists():
         pytest.fail(
@@ -24,18 +29,24 @@ def playwright() -> Iterator[Playwright]:
         yield found
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def browser(playwright: Playwright) -> Iterator[Browser]:
-    found = playwright.chromium.launch(executable_path=CHROMIUM, args=CHROMIUM_ARGUMENTS)
+    found = playwright.chromium.launch(executable_path=CHROMIUM, args=[*CHROMIUM_ARGUMENTS, NO_INTERNET])
     yield found
     found.close()
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server on the simulated rig that the tests of one module share."""
+@pytest.fixture(scope="package")
+def shared_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with servers(tmp_path_factory.mktemp("data")) as start:
         yield start()
+
+
+@pytest.fixture(scope="module")
+def server(shared_server: Server) -> Server:
+    """A server on the simulated rig, in the state in which it starts."""
+    shared_server.reset()
+    return shared_server
 
 
 @pytest.fixture
@@ -45,7 +56,53 @@ def serve(tmp_path: Path) -> Iterator[StartServer]:
         yield start
 
 
+@pytest.fixture(scope="package")
+def shared_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with running(tmp_path_factory.mktemp("data")) as found:
+        yield found
+
+
 @pytest.fixture(scope="module")
+def rig(shared_rig: Running) -> Running:
+    """A server in this process, whose inside a test may see, in the state in which it starts."""
+    shared_rig.reset()
+    return shared_rig
+
+
+@pytest.fixture(scope="package")
+def stub_server() -> Iterator[StubServer]:
+    with serving_stub() as found:
+        yield found
+
+
+@pytest.fixture
+def stub(stub_server: StubServer) -> StubServer:
+    """A server that says what a test has put into it: a calibrated rig that has measured nothing yet."""
+    stub_server.reset()
+    return stub_server
+
+
+@pytest.fixture
+def measured(stub: StubServer) -> None:
+    """Let a calibration have been measured, fitted and checked."""
+    stub.session = calibration_documents.full_session()
+
+
+@pytest.fixture
+def open_wizard(stub: StubServer, open_console: OpenConsole) -> OpenWizard:
+    """Open the calibration at a step, once it knows the rig and hears of events."""
+
+    def open_(step: str) -> Console:
+        console = open_console(f"{stub.url}#/calibration/{step}")
+        console.page.locator("#wizard-title").wait_for()
+        console.page.locator(".wizard-side .inside p").first.wait_for()
+        stub.wait_for_listener()
+        return console
+
+    return open_
+
+
+@pytest.fixture(scope="package")
 def tabs(browser: Browser) -> Iterator[Tabs]:
     with ExitStack() as stack:
         yield Tabs(browser, stack)

@@ -99,6 +99,7 @@ class Console:
 
 
 OpenConsole = Callable[..., Console]
+OpenWizard = Callable[[str], Console]
 
 
 def is_fixation(request: Request) -> bool:
@@ -112,7 +113,7 @@ def posted(request: Request) -> dict[str, Any]:  # Any: a JSON document
 
 @dataclass
 class Tabs:
-    """Browser profiles of the tests of one module, one for each set of settings and options.
+    """Browser profiles of the tests, one for each set of settings and options.
 
     A profile costs four times what loading the page costs, so that the next test gets it again: with an empty
     page, nothing stored and nothing routed.

@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import httpx
-from tests.system.conftest import slow_views
+
+from tests.system import server_state
+from tests.system.conftest import API, slow_views
 
 PATIENCE_S = 30.0
 START_PATIENCE_S = 180.0  # where the renderer has not been compiled yet, a server does that first
@@ -26,6 +28,7 @@ class Server:
 
     process: subprocess.Popen[bytes]
     url: str
+    data: Path
 
     @property
     def port(self) -> int:
@@ -39,23 +42,24 @@ class Server:
     def send(
         self, method: str, path: str, body: object = None, *, headers: dict[str, str] | None = None
     ) -> httpx.Response:
-        url = f"{self.url}api/v1{path}"
+        url = f"{self.url.rstrip('/')}{API}{path}"
         return httpx.request(
             method, url, json=body, headers=headers, timeout=PATIENCE_S, trust_env=False, verify=_TLS
         )
 
     def be_idle(self) -> None:
         """Release the stop, cancel what waits or runs, and wait until nothing does."""
-        self.send("DELETE", "/stop")
-        end_s = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end_s:
-            busy = [job for job in self.send("GET", "/jobs").json() if job["ended_utc"] is None]
-            if not busy:
-                return
-            for job in busy:
-                self.send("POST", f"/jobs/{job['id']}/cancel")
-            time.sleep(_POLL_MS / 1000)
-        raise AssertionError(f"jobs never ended: {busy}")
+        with self._client() as http:
+            http.delete(f"{API}/stop")
+            server_state.end_jobs(http)
+
+    def reset(self) -> None:
+        """Bring the server back to the state in which it starts."""
+        with self._client() as http:
+            server_state.reset(http, self.data)
+
+    def _client(self) -> httpx.Client:
+        return httpx.Client(base_url=self.url, timeout=PATIENCE_S, trust_env=False, verify=_TLS)
 
     def end(self) -> None:
         self.process.terminate()
@@ -90,7 +94,7 @@ def servers(data: Path) -> Iterator[StartServer]:
                 process = subprocess.Popen(
                     [*command, *arguments], stdout=output, stderr=subprocess.STDOUT, env=slow_views()
                 )
-            server = Server(process, greeting(process, log))
+            server = Server(process, greeting(process, log), data)
             started.append(server)
             stack.callback(server.end)
             return server

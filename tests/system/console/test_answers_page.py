@@ -1,13 +1,13 @@
 """How the console words an answer by its basis, and what the operator can correct of it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 from playwright.sync_api import expect
 
 from .answer_documents import FAR, HIDDEN, NEAR, SEES, fixation, target
 from .console_page import PHONE, Console, OpenConsole, posted
-from .stub_server import StubServer, serving_stub
+from .stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
@@ -23,21 +23,14 @@ ONE_EYE = {
 }
 
 
-@pytest.fixture(scope="module")
-def server() -> Iterator[StubServer]:
-    with serving_stub() as found:
-        yield found
-
-
 @pytest.fixture
-def answered(server: StubServer, open_console: OpenConsole) -> Answered:
+def answered(stub: StubServer, open_console: OpenConsole) -> Answered:
     """Open the page on a server whose last fixation is as given."""
 
     def open_(*, options: dict[str, object] | None = None, **answer: object) -> Console:
-        server.reset()
-        server.answers["/fixations"] = [fixation(**answer)]
-        server.answers["/targets"] = [target(**answer)]
-        console = open_console(server.url, options=options)
+        stub.answers["/fixations"] = [fixation(**answer)]
+        stub.answers["/targets"] = [target(**answer)]
+        console = open_console(stub.url, options=options)
         console.page.locator(".outcome .numbers").wait_for()
         return console
 
@@ -56,7 +49,7 @@ def test_one_eye_and_the_wide_camera_are_named_and_the_other_eyes_pane_says_why(
 
 
 def test_limits_are_told_in_words_and_the_click_can_be_corrected(
-    server: StubServer, answered: Answered
+    stub: StubServer, answered: Answered
 ) -> None:
     console = answered(**BOUND, options={"viewport": PHONE})
     page = console.page
@@ -65,7 +58,7 @@ def test_limits_are_told_in_words_and_the_click_can_be_corrected(
     assert console.overflow_px() <= 0
     with page.expect_response("**/corrections"):
         page.get_by_role("button", name="Nearer").click()
-    assert server.posted_bodies("/fixations/fix-1/corrections") == [{"direction": "nearer"}]
+    assert stub.posted_bodies("/fixations/fix-1/corrections") == [{"direction": "nearer"}]
 
 
 def test_limits_stand_once_and_what_made_them_follows(answered: Answered) -> None:
@@ -77,30 +70,30 @@ def test_limits_stand_once_and_what_made_them_follows(answered: Answered) -> Non
 
 
 def test_button_that_is_being_pressed_stays_while_the_shape_comes(
-    server: StubServer, answered: Answered
+    stub: StubServer, answered: Answered
 ) -> None:
     page = answered(**ONE_EYE).page
-    server.wait_for_listener()
+    stub.wait_for_listener()
     nearer = page.get_by_role("button", name="Nearer")
     nearer.hover()
     page.mouse.down()
-    server.send_event("cloud.created", {"id": "cld-1", "fixation_id": "fix-1"})
+    stub.send_event("cloud.created", {"id": "cld-1", "fixation_id": "fix-1"})
     expect(page.locator(".outcome .downloads")).to_be_visible()
     with page.expect_request("**/corrections"):
         page.mouse.up()
 
 
-def test_one_of_two_distances_is_chosen_with_a_click(server: StubServer, answered: Answered) -> None:
+def test_one_of_two_distances_is_chosen_with_a_click(stub: StubServer, answered: Answered) -> None:
     several = {**{key: NEAR[key] for key in NEAR if key != "probability"}, "alternatives": [NEAR, FAR]}
     page = answered(**several).page
     choices = page.locator(".alternative")
     expect(choices).to_have_count(2)
     expect(choices.nth(1)).to_contain_text("38 %")
-    server.answers["/fixations/fix-1/choice"] = fixation(**several, chosen_alternative=1)
+    stub.answers["/fixations/fix-1/choice"] = fixation(**several, chosen_alternative=1)
     with page.expect_request("**/mirrors/steer") as steered:
         choices.nth(1).click()
     assert posted(steered.value)["distance_m"] == FAR["distance_m"]
-    assert server.posted_bodies("/fixations/fix-1/choice") == [{"alternative": 1}]
+    assert stub.posted_bodies("/fixations/fix-1/choice") == [{"alternative": 1}]
     expect(choices.nth(1)).to_have_attribute("aria-pressed", "true")
     expect(page.locator("[data-role=distance]")).to_have_text("2.729 ± 0.020 m")
 
@@ -134,14 +127,13 @@ def test_zones_of_the_eyes_are_drawn_and_told_under_the_pointer(answered: Answer
 
 
 def test_hint_marks_good_targets_until_it_is_dismissed_and_again_by_help(
-    server: StubServer, open_console: OpenConsole
+    stub: StubServer, open_console: OpenConsole
 ) -> None:
-    server.reset()
     places = ((500.0, 400.0), (700.0, 700.0), (900.0, 500.0))
-    server.answers["/suggestions"] = [
+    stub.answers["/suggestions"] = [
         {"x_px": x, "y_px": y, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0} for x, y in places
     ]
-    page = open_console(server.url, settings={"hints": True}).page
+    page = open_console(stub.url, settings={"hints": True}).page
     expect(page.locator(".overlay .try")).to_have_count(3)
     page.get_by_role("button", name="Hide the hint").click()
     expect(page.locator(".overlay .try")).to_have_count(0)

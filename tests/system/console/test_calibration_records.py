@@ -1,7 +1,6 @@
 """Records, drift and the pan-tilt from the console, and the wizard on a phone."""
 
 import re
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -9,41 +8,15 @@ from playwright.sync_api import expect
 
 from . import calibration_documents as documents
 from .calibration_results import drift_check
-from .console_page import TOUCH, Console, OpenConsole
-from .stub_server import StubServer, serving_stub
+from .console_page import TOUCH, OpenConsole, OpenWizard
+from .stub_server import StubServer
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(120), pytest.mark.usefixtures("measured")]
 
 LONG = "A label as long as a label may be: north hall, after the move, second mirror, 80"
 STEPS = ["overview", "wide", "mirrors", "fit", "check", "settle"]
 FACTORY_ID = "b" * 32
 PRESSABLE = "#calibration :is(button, a, input, select):visible:not([aria-label], [id])"
-OpenWizard = Callable[[str], Console]
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[StubServer]:
-    with serving_stub() as found:
-        yield found
-
-
-@pytest.fixture
-def stub(server: StubServer) -> StubServer:
-    server.reset(documents.full_session())
-    return server
-
-
-@pytest.fixture
-def open_wizard(stub: StubServer, open_console: OpenConsole) -> OpenWizard:
-    """Open the wizard at a step."""
-
-    def open_(step: str) -> Console:
-        console = open_console(f"{stub.url}#/calibration/{step}")
-        console.page.locator(".wizard-side .inside p").first.wait_for()
-        stub.wait_for_listener()
-        return console
-
-    return open_
 
 
 def test_record_is_taken_into_use(stub: StubServer, open_wizard: OpenWizard) -> None:

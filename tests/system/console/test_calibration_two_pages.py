@@ -2,46 +2,19 @@
 
 import json
 import re
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
 
 from . import calibration_documents as documents
-from .console_page import Console, OpenConsole
-from .stub_server import StubServer, problem, serving_stub
+from .console_page import OpenWizard
+from .stub_server import StubServer, problem
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(120), pytest.mark.usefixtures("measured")]
 
 OTHER_ID = "ses-0ther"
 RUNS = f"/calibration_sessions/{documents.SESSION_ID}/runs"
-OpenWizard = Callable[[str], Console]
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[StubServer]:
-    with serving_stub() as found:
-        yield found
-
-
-@pytest.fixture
-def stub(server: StubServer) -> StubServer:
-    server.reset(documents.full_session())
-    return server
-
-
-@pytest.fixture
-def open_wizard(stub: StubServer, open_console: OpenConsole) -> OpenWizard:
-    """Open the wizard at a step, once it knows the rig and hears of events."""
-
-    def open_(step: str) -> Console:
-        console = open_console(f"{stub.url}#/calibration/{step}")
-        console.page.locator(".wizard-side .inside p").first.wait_for()
-        stub.wait_for_listener()
-        return console
-
-    return open_
 
 
 def test_page_opens_the_measurement_in_which_somebody_else_begins_to_work(

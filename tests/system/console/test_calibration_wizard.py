@@ -1,45 +1,17 @@
 """Calibrating from the console: health in view, steps that run and end, and what is read on the way."""
 
 import re
-from collections.abc import Callable, Iterator
 
 import pytest
 from playwright.sync_api import Locator, Route, expect
 
 from . import calibration_documents as documents
-from .console_page import Console, OpenConsole
-from .stub_server import StubServer, problem, serving_stub
+from .console_page import Console, OpenConsole, OpenWizard
+from .stub_server import StubServer, problem
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(120), pytest.mark.usefixtures("measured")]
 
 RUNS = f"/calibration_sessions/{documents.SESSION_ID}/runs"
-OpenWizard = Callable[[str], Console]
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[StubServer]:
-    with serving_stub() as found:
-        yield found
-
-
-@pytest.fixture
-def stub(server: StubServer) -> StubServer:
-    server.reset(documents.full_session())
-    return server
-
-
-@pytest.fixture
-def open_wizard(stub: StubServer, open_console: OpenConsole) -> OpenWizard:
-    """Open the wizard at a step, once it knows the rig and the session."""
-
-    def open_(step: str) -> Console:
-        console = open_console(f"{stub.url}#/calibration/{step}")
-        console.page.locator("#wizard-title").wait_for()
-        console.page.locator(".wizard-side .inside p").first.wait_for()
-        stub.wait_for_listener()
-        return console
-
-    return open_
 
 
 def step(console: Console, name: str) -> Locator:

@@ -2,17 +2,16 @@
 
 import re
 import threading
-from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Locator, Page, Request, Route, expect
-from tests.system.conftest import Running, running
 
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
+from tests.system.conftest import Running
 
 from . import capture_documents as documents
 from .console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of, posted
-from .stub_server import StubServer, problem, serving_stub
+from .stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -26,23 +25,10 @@ CHANGED = """() => {
 LONG = "-".join(["a-very-long-name-for-a-capture"] * 8)
 
 
-@pytest.fixture(scope="module")
-def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    with running(tmp_path_factory.mktemp("data"), live_hz=(1.0, 1.0)) as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[StubServer]:
-    with serving_stub() as found:
-        yield found
-
-
 @pytest.fixture
-def stub(server: StubServer) -> StubServer:
-    server.reset()
-    server.answers |= {"/captures": [], "/captures/estimates": documents.estimate()}
-    return server
+def stub(stub: StubServer) -> StubServer:
+    stub.answers |= {"/captures": [], "/captures/estimates": documents.estimate()}
+    return stub
 
 
 def four_points(console: Console, name: str) -> Locator:

@@ -2,21 +2,20 @@
 
 import json
 import shutil
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Locator, expect
+
+from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter
 from tests.unit.dataset_scenes import header, noise_point
 from tests.unit.mosaic_scenes import scan
 
-from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter
-
 from .capture_documents import CAPTURE_ID, JOB_ID, capture, job, reference
 from .console_page import TOUCH, Console, OpenConsole
-from .server_process import Server, servers
-from .stub_server import Json, StubServer, problem, serving_stub
+from .server_process import Server
+from .stub_server import Json, StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -49,21 +48,14 @@ def damage(captures: Path) -> None:
     index.write_text(index.read_text().replace("left", "LEFT", 1))
 
 
-@pytest.fixture(scope="module")
-def captures(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("gallery") / "data" / "captures"
-
-
-@pytest.fixture(scope="module")
-def server(captures: Path) -> Iterator[Server]:
-    captures.mkdir(parents=True)
-    scan(captures / PLANE, wide=True)
-    noise(captures, "whole", planned=4, taken=4, label="figurine at dusk")
-    noise(captures, "cut", planned=9, taken=2)
-    with pytest.MonkeyPatch.context() as environment, servers(captures.parent) as start:
-        for view in ("WIDE", "FOVEA"):
-            environment.setenv(f"FOVEACAM_LIVE_{view}_HZ", "0.5")  # nobody looks at what is live
-        yield start()
+@pytest.fixture(scope="module", autouse=True)
+def captures(server: Server) -> Path:
+    """The folder of the captures, with some in it."""
+    folder = server.data / "captures"
+    scan(folder / PLANE, wide=True)
+    noise(folder, "whole", planned=4, taken=4, label="figurine at dusk")
+    noise(folder, "cut", planned=9, taken=2)
+    return folder
 
 
 def card(console: Console, name: str) -> Locator:
@@ -199,12 +191,6 @@ def running(done: int) -> Json:
     rest = {"plan": None, "conditions": None, "calibration_id": None, "size_bytes": 10, "resumable": False}
     live = {"state": "running", "job_id": "job-1", "url": "/api/v1/captures/cap-1", "points": points}
     return about | more | rest | live | {"progress": progress | {"bytes_per_s": 1.0, "left_s": 12.0}}
-
-
-@pytest.fixture
-def stub() -> Iterator[StubServer]:
-    with serving_stub() as found:
-        yield found
 
 
 def test_a_capture_that_runs_shows_its_progress_and_the_focus_stays_on_a_phone(

@@ -1,27 +1,23 @@
 """The mosaic of a small dataset on a real server: made, walked about in, read out, put into 3D, refused."""
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
+
 from tests.unit.dataset_scenes import written
 from tests.unit.mosaic_scenes import Z_M, scan
 
 from .console_page import TOUCH, OpenConsole
-from .server_process import Server, servers
+from .server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    data = tmp_path_factory.mktemp("mosaic") / "data"
-    (data / "captures").mkdir(parents=True)
-    scan(data / "captures" / "plane", wide=True)
-    with servers(data) as start:
-        yield start()
+@pytest.fixture(scope="module", autouse=True)
+def _plane(server: Server) -> None:
+    scan(server.data / "captures" / "plane", wide=True)
 
 
 def address(server: Server, capture_id: str = "test") -> str:
@@ -78,7 +74,7 @@ def test_on_a_phone_it_fits_and_is_removed(server: Server, open_console: OpenCon
 def test_what_no_mosaic_can_be_made_of_is_said(
     server: Server, open_console: OpenConsole, tmp_path: Path
 ) -> None:
-    captures = Path(server.get("/captures/test")["folder"]).parent
+    captures = server.data / "captures"
     (captures / "plane").rename(tmp_path / "plane")  # both have the same id
     written(captures / "noise", 4)
     page = open_console(address(server)).page

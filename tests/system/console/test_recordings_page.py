@@ -2,14 +2,14 @@
 
 import re
 import shutil
-from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Locator, expect
+
 from tests.unit.recorded_looks import PERIOD_S, Z_M, look
 
 from .console_page import TOUCH, Console, OpenConsole
-from .server_process import Server, servers
+from .server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -18,16 +18,13 @@ FRAMES = 2 * LOOKS
 """Moments that differ: the wide camera's, and 10 ms later both foveae's."""
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    folder = tmp_path_factory.mktemp("recorded") / "data" / "recordings"
-    folder.mkdir(parents=True)
+@pytest.fixture(scope="module", autouse=True)
+def _recorded(server: Server) -> None:
+    folder = server.data / "recordings"
     whole = look(folder / "plane.fcap", looks=LOOKS)
     shutil.copy(whole, folder / "cut off.fcap")
     with (folder / "cut off.fcap").open("r+b") as file:
         file.truncate(whole.stat().st_size // 2)
-    with servers(folder.parent) as start:
-        yield start()
 
 
 def card(console: Console, name: str) -> Locator:

@@ -2,7 +2,7 @@
 
 import copy
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -10,24 +10,12 @@ from playwright.sync_api import Locator, expect
 
 from . import rig_documents as documents
 from .console_page import TOUCH, Console, OpenConsole
-from .stub_server import StubServer, problem, serving_stub
+from .stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
 OpenRig = Callable[..., Console]
 REFUSAL = "camera left: exposure 5000 ms is outside 0.03 to 1000 ms; choose one inside"
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[StubServer]:
-    with serving_stub() as found:
-        yield found
-
-
-@pytest.fixture
-def stub(server: StubServer) -> StubServer:
-    server.reset()
-    return server
 
 
 @pytest.fixture

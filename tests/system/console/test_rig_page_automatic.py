@@ -1,31 +1,19 @@
 """The rig's page: what cameras set by themselves is offered, shown as read back, and can be left."""
 
 import copy
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 from playwright.sync_api import Locator, expect
 
 from . import rig_documents as documents
 from .console_page import Console, OpenConsole
-from .stub_server import StubServer, problem, serving_stub
+from .stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
 OpenCamera = Callable[[str], Locator]
 READ_BACK = "Set by the camera, read back once a second."
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[StubServer]:
-    with serving_stub() as found:
-        yield found
-
-
-@pytest.fixture
-def stub(server: StubServer) -> StubServer:
-    server.reset()
-    return server
 
 
 @pytest.fixture

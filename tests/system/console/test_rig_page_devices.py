@@ -1,28 +1,15 @@
 """The rig's page below the cameras, on a server that says what a test has put into it."""
 
 import re
-from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Locator, expect
 
 from . import rig_documents as documents
 from .console_page import OpenConsole
-from .stub_server import StubServer, serving_stub
+from .stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[StubServer]:
-    with serving_stub() as found:
-        yield found
-
-
-@pytest.fixture
-def stub(server: StubServer) -> StubServer:
-    server.reset()
-    return server
 
 
 def panel(name: str, stub: StubServer, open_console: OpenConsole) -> Locator:

@@ -6,21 +6,15 @@ from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Locator, expect
-from tests.system.conftest import API, Running, running
 
 from foveacam_hardware.contract import AutoMode, Role
+from tests.system.conftest import API, Running
 
 from .console_page import Console, OpenConsole
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 PATIENCE_MS = 60_000
-
-
-@pytest.fixture(scope="module")
-def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    with running(tmp_path_factory.mktemp("data")) as found:
-        yield found
 
 
 @pytest.fixture

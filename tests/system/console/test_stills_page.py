@@ -1,37 +1,23 @@
 """Stills on the console: taken, looked at, kept or discarded; a camera that stalls is named."""
 
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import expect
-from tests.system.conftest import Running, running
 
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
+from tests.system.conftest import Running
 
 from . import calibration_documents as documents
 from .calibration_results import UTC
 from .capture_documents import estimate
 from .console_page import TOUCH, OpenConsole
-from .stub_server import StubServer, problem, serving_stub
+from .stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 PATIENCE_MS = 90_000
 STALLED = "camera left: the frame of exposure 7 is missing; check its cables"
-
-
-@pytest.fixture
-def rig(tmp_path: Path) -> Iterator[Running]:
-    with running(tmp_path / "data", live_hz=(0.1, 0.1)) as found:
-        yield found
-
-
-@pytest.fixture
-def stub() -> Iterator[StubServer]:
-    with serving_stub() as found:
-        yield found
 
 
 def test_a_still_is_looked_at_kept_and_found_in_the_gallery(rig: Running, open_console: OpenConsole) -> None:

@@ -1,7 +1,5 @@
 """Recordings by REST on the simulated rig: made beside other work, shown, measured anew, filmed, removed."""
 
-import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,23 +10,11 @@ import pytest
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_server.foundation.store import Document
-
-from .conftest import API, PATIENCE_S, Running
-from .test_captures_api import ended
+from tests.system.conftest import API, Running
 
 pytestmark = pytest.mark.timeout(300)
 
 URL = "/recordings"
-
-
-def until(server: Running, recording_id: str, enough: Callable[[Document], bool]) -> Document:
-    waiting = threading.Event()
-    for _ in range(round(PATIENCE_S / 0.02)):
-        document: Document = server.get(f"{URL}/{recording_id}").json()
-        if enough(document):
-            return document
-        waiting.wait(0.02)
-    raise AssertionError(document)
 
 
 def begin(server: Running, name: str, **more: object) -> Document:
@@ -58,10 +44,10 @@ def kept(server: Running) -> Document:
     refused = server.post(URL, {"name": "tuesday"})
     assert (refused.status_code, refused.json()["found"]) == (409, "recording monday is being made")
     server.fixate()
-    until(server, live["id"], lambda found: min(frames(found, role.value) for role in Role) >= 3)
+    server.poll(f"{URL}/{live['id']}", lambda found: min(frames(found, role.value) for role in Role) >= 3)
     server.post("/stop")
     server.http.delete(f"{API}/stop")
-    now = until(server, live["id"], lambda found: found["state"] == "recording")
+    now = server.poll(f"{URL}/{live['id']}", lambda found: found["state"] == "recording")
     assert server.get(f"{URL}/{live['id']}/download.fcap").status_code == 409
     assert [found["id"] for found in server.get(URL).json()] == [live["id"]]
     assert now["duration_s"] > 0.0
@@ -77,7 +63,7 @@ def test_a_recording_made_beside_a_fixation_counts_every_frame_and_carries_its_p
     server: Running, kept: Document
 ) -> None:
     assert (kept["state"], kept["why"], kept["label"]) == ("complete", "", "a fixation in between")
-    job = ended(server, {"id": kept["id"].replace("rec-", "job-")})
+    job = server.ended({"id": kept["id"].replace("rec-", "job-")})
     assert (job["state"], job["result_url"]) == ("succeeded", kept["url"])
     for stream in kept["streams"]:
         assert stream["published"] == stream["written"] + stream["dropped"] == stream["frames"]
@@ -177,7 +163,7 @@ def test_a_label_is_found_again_and_removal_is_undone(server: Running, kept: Doc
 
 def test_a_recording_of_one_camera_has_no_depth(server: Running) -> None:
     live = begin(server, "wide alone", roles=["wide"])
-    until(server, live["id"], lambda found: frames(found, "wide") >= 1)
+    server.poll(f"{URL}/{live['id']}", lambda found: frames(found, "wide") >= 1)
     found = server.post(f"{URL}/{live['id']}/stop").json()
 
     assert (found["state"], [stream["role"] for stream in found["streams"]]) == ("complete", ["wide"])

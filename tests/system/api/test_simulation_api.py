@@ -3,8 +3,7 @@
 import pytest
 
 from foveacam_hardware.contract import Role
-
-from .conftest import API, Running
+from tests.system.conftest import API, Running
 
 pytestmark = pytest.mark.timeout(120)
 

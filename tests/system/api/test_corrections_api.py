@@ -9,8 +9,7 @@ import pytest
 from foveacam_pipeline.verge.values import Basis, DistanceBound, EyeView, Fixation, FixationState
 from foveacam_server.resources.fixations import service
 from foveacam_server.resources.fixations.schema import FixationDocument
-
-from .conftest import Running
+from tests.system.conftest import Running
 
 pytestmark = pytest.mark.timeout(300)
 

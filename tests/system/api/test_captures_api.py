@@ -3,9 +3,7 @@
 import io
 import json
 import shutil
-import threading
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,55 +14,11 @@ import pytest
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from foveacam_server.foundation.store import Document
+from tests.system.conftest import API, Running, gated
 
-from .conftest import API, PATIENCE_S, Running, gated
+from .capture_plans import URL, begin, plan
 
 pytestmark = pytest.mark.timeout(300)
-
-URL = "/captures"
-
-
-def plan(columns: int = 2, rows: int = 2, **more: object) -> Document:
-    grid = {
-        "kind": "grid",
-        "columns": columns,
-        "rows": rows,
-        "half_width_deg": 2.0,
-        "half_height_deg": 2.0,
-    }
-    return {"points": grid, "verging": {"mode": "given", "distance_m": 2.0}, **more}
-
-
-def folder_of(server: Running, name: str) -> Path:
-    return server.services.settings.data / "captures" / name
-
-
-def until(server: Running, capture_id: str, enough: Callable[[Document], bool]) -> Document:
-    waiting = threading.Event()
-    for _ in range(round(PATIENCE_S / 0.02)):
-        document: Document = server.get(f"{URL}/{capture_id}").json()
-        if enough(document):
-            return document
-        waiting.wait(0.02)
-    raise AssertionError(document)
-
-
-def begin(server: Running, name: str, body: Document, **headers: str) -> tuple[str, Document]:
-    """Begin a capture; return its id and its job."""
-    answer = server.post(URL, {"name": name, "plan": body}, **headers)
-    assert answer.status_code == 202, answer.text
-    job: Document = answer.json()
-    return job["id"].replace("job-", "cap-"), job
-
-
-def ended(server: Running, job: Document) -> Document:
-    waiting = threading.Event()
-    for _ in range(round(PATIENCE_S / 0.05)):
-        found: Document = server.get(f"/jobs/{job['id']}").json()
-        if found["state"] in ("succeeded", "failed", "cancelled"):
-            return found
-        waiting.wait(0.05)
-    raise AssertionError(found)
 
 
 @pytest.fixture(scope="module")
@@ -77,14 +31,14 @@ def kept(server: Running) -> Document:
         refused = server.post(URL, {"name": "another", "plan": plan()})
         assert (refused.status_code, refused.json()["found"]) == (409, "capture kept is using the rig")
         gate.set()
-        until(server, capture_id, lambda document: document["points"]["taken"] >= 1)
+        server.poll(f"{URL}/{capture_id}", lambda document: document["points"]["taken"] >= 1)
         gate.clear()
         server.post(f"/jobs/{job['id']}/cancel")
-    assert ended(server, job)["state"] == "cancelled"
+    assert server.ended(job)["state"] == "cancelled"
     partial: Document = server.get(f"{URL}/{capture_id}").json()
     assert (partial["state"], partial["resumable"]) == ("partial", True)
     assert "cancelled" in partial["why"]
-    assert check_dataset(folder_of(server, "kept")) == []
+    assert check_dataset(server.captures / "kept") == []
 
     answer = server.post(f"{URL}/{capture_id}/resume", Prefer="wait=60")
 
@@ -96,7 +50,7 @@ def kept(server: Running) -> Document:
 def test_a_capture_that_was_gone_on_with_is_whole_and_its_frames_carry_their_volts(
     server: Running, kept: Document
 ) -> None:
-    dataset = Dataset.open(folder_of(server, "kept"))
+    dataset = Dataset.open(server.captures / "kept")
 
     assert check_dataset(dataset.folder) == []
     assert (kept["state"], kept["points"]["taken"], kept["progress"]) == ("complete", 4, None)
@@ -133,7 +87,7 @@ def test_pictures_and_the_download_show_what_was_taken(server: Running, kept: Do
 
 def test_every_point_shows_what_each_camera_saw(server: Running, kept: Document) -> None:
     base = f"{API}{URL}/{kept['id']}"
-    assert Path(kept["folder"]) == folder_of(server, "kept").resolve()
+    assert Path(kept["folder"]) == (server.captures / "kept").resolve()
     found = server.http.get(f"{base}/points").json()
     assert [point["index"] for point in found["points"]] == [0, 1, 2, 3]
     for role in ("left", "right", "wide"):
@@ -151,7 +105,7 @@ def test_every_point_shows_what_each_camera_saw(server: Running, kept: Document)
 def test_a_check_reads_every_file_again_and_says_what_is_wrong(server: Running, kept: Document) -> None:
     path = f"{URL}/{kept['id']}/check"
     assert server.post(path).json() == {"id": kept["id"], "sound": True, "faults": []}
-    index = folder_of(server, "kept") / "frames.csv"
+    index = server.captures / "kept" / "frames.csv"
     before = index.read_text()
     index.write_text(before.replace("left", "LEFT", 1))
     try:
@@ -175,7 +129,7 @@ def test_a_label_is_found_again_and_removal_is_undone(server: Running, kept: Doc
 
     restored = server.post(f"{URL}/{kept['id']}/restore").json()
     assert (restored["name"], restored["label"], restored["removed"]) == ("kept", "figurine at dusk", False)
-    assert check_dataset(folder_of(server, "kept")) == []
+    assert check_dataset(server.captures / "kept") == []
 
 
 def test_a_complete_capture_is_not_gone_on_with_nor_paused(server: Running, kept: Document) -> None:
@@ -186,7 +140,7 @@ def test_a_complete_capture_is_not_gone_on_with_nor_paused(server: Running, kept
 def test_a_paused_capture_waits_with_the_rig_and_goes_on(server: Running) -> None:
     capture_id, job = begin(server, "paused", plan(wide="none"))
     assert server.post(f"{URL}/{capture_id}/pause").status_code == 200
-    until(server, capture_id, lambda document: document["state"] == "paused")
+    server.poll(f"{URL}/{capture_id}", lambda document: document["state"] == "paused")
     refused = server.post("/mirrors/steer", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}})
     assert (refused.status_code, refused.json()["found"]) == (409, "capture paused is using the rig")
     for made in ("mosaic", "reference"):
@@ -195,16 +149,16 @@ def test_a_paused_capture_waits_with_the_rig_and_goes_on(server: Running) -> Non
 
     server.post(f"{URL}/{capture_id}/continue")
 
-    assert ended(server, job)["state"] == "succeeded"
+    assert server.ended(job)["state"] == "succeeded"
     assert server.get(f"{URL}/{capture_id}").json()["state"] == "complete"
 
 
 def test_the_stop_ends_a_capture_and_it_goes_on_afterwards(server: Running) -> None:
     capture_id, job = begin(server, "stopped", plan(3, 4, wide="none"))
-    until(server, capture_id, lambda document: document["points"]["taken"] >= 1)
+    server.poll(f"{URL}/{capture_id}", lambda document: document["points"]["taken"] >= 1)
     server.post("/stop")
     try:
-        assert ended(server, job)["state"] == "cancelled"
+        assert server.ended(job)["state"] == "cancelled"
         assert server.post(f"{URL}/{capture_id}/resume").json()["type"] == "/problems/stopped"
     finally:
         server.http.delete(f"{API}/stop")
@@ -212,7 +166,7 @@ def test_the_stop_ends_a_capture_and_it_goes_on_afterwards(server: Running) -> N
     answer = server.post(f"{URL}/{capture_id}/resume", Prefer="wait=60")
 
     assert answer.json()["state"] == "complete"
-    assert check_dataset(folder_of(server, "stopped")) == []
+    assert check_dataset(server.captures / "stopped") == []
 
 
 def test_an_estimate_tells_time_size_and_every_footprint(server: Running) -> None:
@@ -279,7 +233,7 @@ def test_a_disk_that_is_too_small_is_refused_with_both_figures(
 
     assert (refused.status_code, refused.json()["found"]) == (422, "10000000 bytes")
     assert "10.0 MB are free" in refused.json()["detail"]
-    assert not folder_of(server, "large").exists()
+    assert not (server.captures / "large").exists()
 
 
 def test_there_is_no_capture_by_that_id(server: Running) -> None:
@@ -290,8 +244,8 @@ def test_there_is_no_capture_by_that_id(server: Running) -> None:
 
 
 def test_a_name_in_two_ways_of_writing_its_accents_is_one_name(server: Running, kept: Document) -> None:
-    folder = folder_of(server, "été")
-    shutil.copytree(folder_of(server, "kept"), folder)
+    folder = server.captures / "été"
+    shutil.copytree(server.captures / "kept", folder)
     try:
         refused = server.post(URL, {"name": "e\u0301te\u0301", "plan": plan()})
         assert (refused.status_code, refused.json()["found"]) == (422, "there is one already")
@@ -309,8 +263,8 @@ def test_a_name_in_two_ways_of_writing_its_accents_is_one_name(server: Running, 
 def test_a_capture_edited_by_hand_or_by_a_newer_program_is_shown_with_the_reason_and_left_alone(
     server: Running, kept: Document, file: str, old: str, new: str, told: str
 ) -> None:
-    folder = folder_of(server, "edited")
-    shutil.copytree(folder_of(server, "kept"), folder)
+    folder = server.captures / "edited"
+    shutil.copytree(server.captures / "kept", folder)
     try:
         text = (folder / file).read_text(encoding="utf-8").replace(old, new, 1)
         (folder / file).write_text(text, encoding="utf-8")

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from .conftest import Running
+from tests.system.conftest import Running
 
 pytestmark = pytest.mark.timeout(300)
 LOOKED_AT_LEAST_CELLS = 60

@@ -1,7 +1,5 @@
 """The mosaic of a capture by REST: made beside the rig, its tiles and files, cancelled, removed, refused."""
 
-import threading
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,14 +7,13 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import header, noise_frame
-from tests.unit.mosaic_scenes import Z_M, scan, small_calibration
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import CapturedPoint, DatasetWriter, PlanPosition, Shot
 from foveacam_server.foundation.store import Document
-
-from .conftest import API, PATIENCE_S, Running
+from tests.system.conftest import API, Running
+from tests.unit.dataset_scenes import header, noise_frame
+from tests.unit.mosaic_scenes import Z_M, scan, small_calibration
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -26,10 +23,6 @@ PLANE = "test"
 
 def url(capture_id: str, rest: str = "") -> str:
     return f"/captures/{capture_id}/mosaic{rest}"
-
-
-def captures(server: Running) -> Path:
-    return server.services.settings.data / "captures"
 
 
 def bare(folder: Path, name: str, *, aims_rad: list[tuple[float, float]], calibrated: bool = True) -> None:
@@ -53,27 +46,13 @@ def bare(folder: Path, name: str, *, aims_rad: list[tuple[float, float]], calibr
 
 @pytest.fixture(scope="module")
 def plane(server: Running) -> str:
-    scan(captures(server) / "plane", wide=True)
+    scan(server.captures / "plane", wide=True)
     return PLANE
 
 
 def told(server: Running, capture_id: str) -> Document:
     found: Document = server.get(url(capture_id)).json()
     return found
-
-
-def until(server: Running, job: Document, enough: Callable[[Document], bool]) -> Document:
-    waiting = threading.Event()
-    for _ in range(round(PATIENCE_S / 0.05)):
-        found: Document = server.get(f"/jobs/{job['id']}").json()
-        if enough(found):
-            return found
-        waiting.wait(0.05)
-    raise AssertionError(found)
-
-
-def ended(job: Document) -> bool:
-    return job["state"] in ("succeeded", "failed", "cancelled")
 
 
 def tile(server: Running, layer: Document, level: int, x: int = 0, y: int = 0) -> np.ndarray[Any, Any]:
@@ -98,7 +77,7 @@ def test_a_mosaic_is_cancelled_beside_a_free_rig_gone_on_with_and_walked_about_i
     moved = server.post("/mirrors/steer", {"direction": {"ax_deg": 1.0, "ay_deg": 0.0}})
     server.post(f"/jobs/{job['id']}/cancel")
     assert (again.status_code, moved.status_code) == (409, 200)
-    assert until(server, job, ended)["state"] == "cancelled"
+    assert server.ended(job)["state"] == "cancelled"
     assert told(server, plane)["state"] in ("none", "unfinished")
     assert server.get(url(plane, "/tiles/picture.dzi")).status_code == 404
 
@@ -200,7 +179,7 @@ def test_what_no_mosaic_can_be_made_of_is_refused_in_words(
     status: int,
     words: str,
 ) -> None:
-    bare(captures(server), name, aims_rad=aims_rad, calibrated=calibrated)
+    bare(server.captures, name, aims_rad=aims_rad, calibrated=calibrated)
     refused = server.post(url(name))
     assert refused.status_code == status, refused.text
     assert words in refused.json()["detail"]
@@ -210,7 +189,7 @@ def test_what_no_mosaic_can_be_made_of_is_refused_in_words(
 
 
 def test_a_damaged_dataset_and_one_that_is_not_there_are_told_apart(server: Running) -> None:
-    folder = captures(server) / "broken"
+    folder = server.captures / "broken"
     folder.mkdir()
     (folder / "dataset.json").write_text("{")
     refused = server.post(url("broken"))
@@ -238,11 +217,11 @@ def test_a_disk_that_is_too_small_is_refused_with_both_figures(
 
 
 def test_frames_that_are_gone_fail_the_job_in_words_and_leave_no_mosaic(server: Running) -> None:
-    bare(captures(server), "gone", aims_rad=[(0.0, 0.0), (0.01, 0.0)])
-    for image in (captures(server) / "gone" / "images").rglob("00001-*"):
+    bare(server.captures, "gone", aims_rad=[(0.0, 0.0), (0.01, 0.0)])
+    for image in (server.captures / "gone" / "images").rglob("00001-*"):
         image.unlink()
     job = server.post(url("gone")).json()
-    found = until(server, job, ended)
+    found = server.ended(job)
     assert (found["state"], found["problem"]["status"]) == ("failed", 422)
     assert "restore it from a copy" in found["problem"]["detail"]
     assert told(server, "gone")["made"] is None

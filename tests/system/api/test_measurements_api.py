@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from .conftest import Running
+from tests.system.conftest import Running
 
 POSTER_PX = {"pixel": {"x_px": 812.0, "y_px": 420.0}}
 Answer = dict[str, Any]  # Any: a JSON document

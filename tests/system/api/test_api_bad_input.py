@@ -8,7 +8,7 @@ from typing import Any
 import httpx
 import pytest
 
-from .conftest import CENTRE, Running
+from tests.system.conftest import CENTRE, Running
 
 pytestmark = pytest.mark.timeout(300)
 

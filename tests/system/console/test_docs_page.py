@@ -1,28 +1,17 @@
 """The page about the REST interface in a real browser that reaches nothing but this machine."""
 
-from collections.abc import Iterator
-
 import pytest
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser
 
-from .conftest import Running
+from tests.system.conftest import Running
 
 pytestmark = pytest.mark.browser
 
 PATIENCE_MS = 60_000
-NO_INTERNET = ["--no-sandbox", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=NO_INTERNET)
-        yield opened
-        opened.close()
-
-
-def test_the_interface_is_shown_without_internet(server: Running, browser: Browser) -> None:
-    own = str(server.http.base_url)
+def test_the_interface_is_shown_without_internet(rig: Running, browser: Browser) -> None:
+    own = str(rig.http.base_url)
     asked: list[str] = []
     complaints: list[str] = []
     page = browser.new_page(viewport={"width": 1200, "height": 900})
@@ -33,7 +22,7 @@ def test_the_interface_is_shown_without_internet(server: Running, browser: Brows
     assert page.url == f"{own}/docs"
 
     page.locator(".opblock").first.wait_for(timeout=PATIENCE_MS)
-    operations = sum(len(methods) for methods in server.http.get("/openapi.json").json()["paths"].values())
+    operations = sum(len(methods) for methods in rig.http.get("/openapi.json").json()["paths"].values())
     assert page.locator(".opblock").count() == operations
     page.locator("#operations-stop-engage_api_v1_stop_post button").first.click()
     page.get_by_text("Try it out").wait_for(timeout=PATIENCE_MS)
@@ -43,6 +32,6 @@ def test_the_interface_is_shown_without_internet(server: Running, browser: Brows
 
     assert [url for url in asked if not url.startswith((own, "data:", "blob:"))] == []
     assert complaints == []
-    policy = server.http.get("/docs").headers["content-security-policy"]
+    policy = rig.http.get("/docs").headers["content-security-policy"]
     assert "http" not in policy
     assert "script-src 'self';" in policy

@@ -9,14 +9,7 @@ from typing import Any
 import pytest
 
 from foveacam_hardware.contract import CameraSettings, OutOfRange, PixelFormat, Role
-
-from .conftest import API, Running, running
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    with running(tmp_path_factory.mktemp("data")) as found:
-        yield found
+from tests.system.conftest import API, Running, running
 
 
 @pytest.fixture(autouse=True)

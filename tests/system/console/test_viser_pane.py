@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from fastapi import FastAPI
 from fastapi.responses import HTMLResponse
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
 from foveacam_bench.servers import serving
 from foveacam_pipeline.stereo.values import DepthMesh
@@ -23,7 +23,6 @@ from foveacam_web.scene_values import RigShape
 pytestmark = pytest.mark.browser
 
 PATIENCE_S = 40.0
-SOFTWARE_GL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZE = {"width": 900, "height": 600}
 
 
@@ -36,14 +35,6 @@ def wall(distance_m: float) -> DepthMesh:
         uv=np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=np.float32),
         texture=np.full((16, 16, 3), (20, 200, 40), dtype=np.uint8),
     )
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=SOFTWARE_GL)
-        yield opened
-        opened.close()
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from .conftest import API, Running
+from tests.system.conftest import API, Running
 
 pytestmark = pytest.mark.timeout(120)
 

@@ -4,15 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.unit.dataset_scenes import written
-from tests.unit.rail_scenes import STOPS_M, rail_scan
 
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_pipeline.capture.reference import read_rows
 from foveacam_server.foundation.store import Document
-
-from .conftest import API, Running
-from .test_mosaics_api import captures, ended, until
+from tests.system.conftest import API, Running
+from tests.unit.dataset_scenes import written
+from tests.unit.rail_scenes import STOPS_M, rail_scan
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -26,7 +24,7 @@ def url(capture_id: str, rest: str = "") -> str:
 
 @pytest.fixture(scope="module")
 def folder(server: Running) -> Path:
-    return rail_scan(captures(server) / "a rail").folder  # its name is the first: copies of its id get others
+    return rail_scan(server.captures / "a rail").folder  # its name is the first: copies of its id get others
 
 
 def told(server: Running, capture_id: str = RAIL) -> Document:
@@ -52,7 +50,7 @@ def test_a_reference_is_cancelled_and_leaves_nothing(server: Running, folder: Pa
     assert (building["state"], building["job_id"]) == ("building", job["id"])
     assert {answer.status_code for answer in (again, *refused)} == {409}
     assert "is being made" in refused[1].json()["detail"]
-    assert until(server, job, ended)["state"] == "cancelled"
+    assert server.ended(job)["state"] == "cancelled"
     assert told(server)["state"] == "none"
     assert left_behind(folder) == []
 
@@ -96,8 +94,8 @@ def test_a_reference_has_the_figures_and_files_of_the_command_and_is_removed(
 
 
 def test_what_no_reference_can_be_made_of_is_refused_in_words(server: Running, folder: Path) -> None:
-    rail_scan(captures(server) / "one place", stops_m=(0.1,))
-    written(captures(server) / "uncalibrated", 1)
+    rail_scan(server.captures / "one place", stops_m=(0.1,))
+    written(server.captures / "uncalibrated", 1)
     for name, status, words in (
         ("one place", 422, "it has 1 scan from 100 mm; capture with several rail positions"),
         ("uncalibrated", 409, "no calibration"),
@@ -135,7 +133,7 @@ def test_frames_that_are_gone_fail_the_job_in_words_and_the_older_reference_stay
     frame = folder / "images" / "00002-left-b0-s0.tiff"
     content = frame.read_bytes()
     frame.unlink()
-    found = until(server, server.post(url(RAIL)).json(), ended)
+    found = server.ended(server.post(url(RAIL)).json())
     frame.write_bytes(content)
     assert (found["state"], found["problem"]["status"]) == ("failed", 422)
     assert "restore it from a copy" in found["problem"]["detail"]

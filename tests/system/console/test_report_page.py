@@ -1,10 +1,9 @@
 """The report in a real browser: asks for nothing, fits a phone, follows the colours, prints light."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser
 
 import foveacam_server
 from foveacam_pipeline.calibrate.report import report_html
@@ -12,18 +11,9 @@ from foveacam_pipeline.models import load_calibration
 
 pytestmark = pytest.mark.browser
 
-QUIET = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
 CERTIFICATE = (
     Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
 )
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=QUIET)
-        yield opened
-        opened.close()
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,7 @@ import pytest
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server import cli
 from foveacam_server.foundation.progress_bar import ProgressBar
-
-from .conftest import EVENT_PATIENCE_S, Running
+from tests.system.conftest import EVENT_PATIENCE_S, Running
 
 FOUR = (
     "--columns",

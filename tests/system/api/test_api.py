@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Role
-
-from .conftest import CENTRE, Running
+from tests.system.conftest import CENTRE, Running
 
 pytestmark = pytest.mark.timeout(300)
 
