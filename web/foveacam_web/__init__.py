@@ -1,1 +1,1 @@
-"""What the operator sees: the page and the viser scene."""
+"""The console's static files and the 3D scene, which viser serves."""

@@ -1,4 +1,4 @@
-"""A textured depth mesh as one GLB file (glTF 2.0): unlit, the picture inside as JPEG, nothing else."""
+"""Writes a textured depth mesh as one GLB file (glTF 2.0): unlit material, texture embedded as JPEG."""
 
 import json
 import struct
@@ -22,7 +22,7 @@ TEXTURE_QUALITY = 88
 
 @dataclass(slots=True)
 class _Buffer:
-    """The binary chunk in the making, and the views into it; each part starts on a multiple of 4 bytes."""
+    """Collects the binary chunk and its buffer views; each part starts at a multiple of 4 bytes."""
 
     data: bytearray = field(default_factory=bytearray)
     views: list[dict[str, int]] = field(default_factory=list)
@@ -38,9 +38,9 @@ class _Buffer:
 def write_glb(
     mesh: DepthMesh, *, origin_rig_m: tuple[float, float, float] = (0.0, 0.0, 0.0), y_up: bool = False
 ) -> bytes:
-    """Return `mesh` as GLB, its vertices relative to `origin_rig_m` (rig frame, metres).
+    """Return the bytes of a GLB file of `mesh`, vertices in metres relative to `origin_rig_m` (rig frame).
 
-    glTF's convention is +y up, the rig's +y down: `y_up` adds the half turn, for files that leave the house.
+    `y_up`: turn the mesh to glTF's convention (+y up) for other programs; the rig frame is +y down.
     """
     if len(mesh.vertices_rig_m) == 0 or len(mesh.faces) == 0:
         raise InvalidInput(

@@ -1,8 +1,8 @@
-"""The 3D pane: the rig, where it looks and what it has seen, served by viser on a socket of its own.
+"""The 3D scene: draws the rig, its gaze, fixations, measurements and surfaces with a viser server.
 
-All calls may be made from any thread but the hardware's: viser packs arrays in the caller's thread, for
-milliseconds. What is drawn is kept by viser and shown to whoever connects later. Who may do what is
-decided elsewhere: a click only hands the fixation's id over.
+Calls from any thread are safe, except from the hardware's: viser packs arrays in the caller's thread, for
+milliseconds. viser keeps what was drawn and sends it to later viewers. A click passes the fixation's id on;
+the receiver checks permissions.
 """
 
 import asyncio
@@ -19,19 +19,24 @@ import viser
 
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_pipeline.verge.values import Basis
-from foveacam_web.scene_field import FieldNode, overlook
-from foveacam_web.scene_fixation import FixationNode, FixationParts
-from foveacam_web.scene_limits import LimitsNode
+from foveacam_web.scene_fixation import FixationNode, FixationParts, LimitsNode
 from foveacam_web.scene_measure import MeasurementNode
 from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
-from foveacam_web.scene_surroundings import SurroundingsNode
-from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, MeasurementDrawing, RigShape
+from foveacam_web.scene_surroundings import SurroundingsNode, draw_field, overlook
+from foveacam_web.scene_values import (
+    UP,
+    EyeGaze,
+    FixationDrawing,
+    LimitsDrawing,
+    MeasurementDrawing,
+    Point,
+    RigShape,
+)
 from foveacam_web.viser_server import PrivateViser
 
 MAX_FIXATIONS = 24
-"""Older ones leave the scene (not the server): every viewer holds all of them in its graphics memory."""
-UP = (0.0, -1.0, 0.0)
+"""Older fixations are removed from the scene (not from the server) to bound viewers' graphics memory."""
 START_POSITION_M = (0.0, -0.45, -1.3)
 START_LOOK_AT_M = (0.0, 0.1, 2.5)
 START_FOV_RAD = 0.9
@@ -41,7 +46,7 @@ _log = logging.getLogger(__name__)
 
 
 class ViewerScene:
-    """The scene and its server; `start` opens it, `stop` (or leaving the context) closes it."""
+    """The scene and its viser server; `start` opens it, `stop` or leaving the context closes it."""
 
     def __init__(self, *, view_url: str | None = "/view") -> None:
         self._view_url = view_url
@@ -51,7 +56,7 @@ class ViewerScene:
         self._panel: ScenePanel | None = None
         self._fixations: OrderedDict[str, FixationNode | LimitsNode] = OrderedDict()
         self._measurements: dict[str, MeasurementNode] = {}
-        self._field: FieldNode | None = None
+        self._field: viser.GlbHandle | None = None
         self._surroundings = SurroundingsNode()
         self._selected: str | None = None
         self._shown = FixationParts()
@@ -68,7 +73,7 @@ class ViewerScene:
 
     @property
     def socket_path(self) -> Path:
-        """Unix socket that the relay forwards to; raise when the scene is not started."""
+        """Unix socket of the viser server; raises `RuntimeError` when the scene is not started."""
         if self._private is None:
             raise RuntimeError("the 3D scene is not started; call start() first")
         return self._private.socket_path
@@ -78,7 +83,7 @@ class ViewerScene:
         return self._private.server if self._private is not None else None
 
     def start(self) -> None:
-        """Open the server and draw what never changes; harmless when started."""
+        """Start the server and draw floor and panel; no effect when started."""
         with self._lock:
             if self._server is not None:
                 return
@@ -97,26 +102,26 @@ class ViewerScene:
             self._surroundings.open(server, self._panel.folder)
 
     def stop(self) -> None:
-        """Close the server and forget what was drawn; harmless when stopped."""
+        """Stop the server and drop all drawings; no effect when stopped."""
         with self._lock:
             private, self._private = self._private, None
             self._rig = self._panel = self._field = None
             self._surroundings.close()
             self._fixations.clear()
             self._measurements.clear()
-        # Without the lock: a callback on viser's loop may be waiting for it
+        # Without the lock, for which a callback on viser's loop may wait
         if private is not None:
             private.close()
 
     close = stop
 
     def on_select(self, callback: OnSelect, loop: asyncio.AbstractEventLoop) -> None:
-        """Run `callback(fixation_id)` on `loop` when somebody clicks a fixation in the scene."""
+        """Run `callback(fixation_id)` on `loop` when a viewer clicks a fixation."""
         with self._lock:
             self._hand_over = (callback, loop)
 
     def show_rig(self, shape: RigShape) -> None:
-        """Draw the rig: its frame, the wide camera, both foveae."""
+        """Draw the rig: its frame, the wide camera and both foveae."""
         with self._lock:
             if self._rig is not None:
                 self._rig.draw(shape)
@@ -124,10 +129,7 @@ class ViewerScene:
     def show_gaze(
         self, *, left: EyeGaze | None, right: EyeGaze | None, distance_m: float | None = None
     ) -> None:
-        """Turn the foveae, or hide one whose gaze nobody knows; at most a few times a second.
-
-        Viewers are told of every call.
-        """
+        """Turn the foveae; None hides one. Each change goes to all viewers: a few per second at most."""
         with self._lock:
             if self._rig is not None:
                 self._rig.look(left=left, right=right, distance_m=distance_m)
@@ -137,14 +139,14 @@ class ViewerScene:
         fixation_id: str,
         *,
         label: str,
-        point_rig_m: tuple[float, float, float],
+        point_rig_m: Point,
         distance_m: float,
         distance_sigma_m: float,
         basis: Basis = Basis.BOTH_FOVEAE,
         cloud: Cloud | None = None,
         mesh: DepthMesh | None = None,
     ) -> None:
-        """Add or replace what stands for one fixation, and bring the viewers to its shape."""
+        """Add or replace a fixation; with a cloud or mesh, viewers that follow are moved in front of it."""
         drawing = FixationDrawing(
             label=label,
             point_rig_m=point_rig_m,
@@ -158,7 +160,7 @@ class ViewerScene:
             if self._server is None or self._panel is None:
                 return
             if mesh is None and cloud is not None:
-                self._shown = self._panel.show_clouds()  # the only shape there is
+                self._shown = self._panel.show_clouds()  # a fixation without a mesh shows its cloud
             self._drop(fixation_id)
             with self._server.atomic():
                 node = FixationNode(self._server.scene, fixation_id, drawing, shown=self._shown)
@@ -179,7 +181,7 @@ class ViewerScene:
         nearest_m: float,
         farthest_m: float | None,
     ) -> None:
-        """Add or replace what stands for a fixation of which only limits of the distance are known."""
+        """Add or replace a fixation of which only limits of the distance are known; None: no farthest."""
         drawing = LimitsDrawing(
             label=label, direction_deg=direction_deg, nearest_m=nearest_m, farthest_m=farthest_m
         )
@@ -195,14 +197,14 @@ class ViewerScene:
             self._make_room()
 
     def remove_fixation(self, fixation_id: str) -> None:
-        """Take away what stands for one fixation; harmless when there is nothing."""
+        """Remove a fixation; no effect when there is none of that id."""
         with self._lock:
             self._drop(fixation_id)
             if self._selected == fixation_id:
                 self._selected = None
 
     def show_measurement(self, measurement_id: str, drawing: MeasurementDrawing) -> None:
-        """Add or replace what stands for one measurement."""
+        """Add or replace a measurement."""
         with self._lock:
             if self._server is None:
                 return
@@ -213,47 +215,39 @@ class ViewerScene:
             self._measurements[measurement_id] = node
 
     def remove_measurement(self, measurement_id: str) -> None:
-        """Take away what stands for one measurement; harmless when there is nothing."""
+        """Remove a measurement; no effect when there is none of that id."""
         with self._lock:
             node = self._measurements.pop(measurement_id, None)
             if node is not None:
                 node.remove()
 
-    def show_field(
-        self, content: bytes, *, from_rig_m: tuple[float, float, float], to_rig_m: tuple[float, float, float]
-    ) -> None:
-        """Show the surface of a whole field in place of another; the viewers look from there to there.
-
-        `content`: a GLB file, +y up, metres from the rig.
-        """
+    def show_field(self, content: bytes, *, from_rig_m: Point, to_rig_m: Point) -> None:
+        """Draw a mosaic's surface (GLB file, +y up, m) in place of an earlier one, and turn viewers to it."""
         with self._lock:
             if self._server is None:
                 return
             self.remove_field()
-            self._field = FieldNode(self._server.scene, content)
+            self._field = draw_field(self._server.scene, content)
             for viewer in self._server.get_clients().values():
                 overlook(viewer, from_rig_m=from_rig_m, to_rig_m=to_rig_m)
 
     def remove_field(self) -> None:
-        """Take the field's surface away; harmless when there is none."""
+        """Remove the mosaic's surface; no effect when there is none."""
         with self._lock:
             field, self._field = self._field, None
             if field is not None:
                 field.remove()
 
     def show_surroundings(self, mesh: DepthMesh, *, bring: bool = False) -> None:
-        """Show the coarse surface of the whole wide view in place of an older one.
-
-        `bring`: let the viewers look at it.
-        """
+        """Draw the wide view's surface in place of an older one; `bring`: turn all viewers to it."""
         self._surroundings.show(mesh, bring=bring)
 
     def remove_surroundings(self) -> None:
-        """Take it away; harmless when there is none."""
+        """Remove the wide view's surface; no effect when there is none."""
         self._surroundings.remove()
 
     def select(self, fixation_id: str | None) -> None:
-        """Highlight one fixation, or none."""
+        """Highlight one fixation, or none with None."""
         with self._lock:
             self._selected = fixation_id
             for name, node in self._fixations.items():
@@ -261,7 +255,7 @@ class ViewerScene:
 
     @property
     def fixations(self) -> tuple[str, ...]:
-        """What is in the scene, oldest first."""
+        """Ids of the fixations in the scene, oldest first."""
         with self._lock:
             return tuple(self._fixations)
 
@@ -294,14 +288,14 @@ class ViewerScene:
             if self._rig is not None:
                 self._rig.show_rays(visible=visible)
 
-    def _selected_point(self) -> tuple[float, float, float] | None:
+    def _selected_point(self) -> Point | None:
         with self._lock:
             newest = next(reversed(self._fixations), None)
             node = self._fixations.get(self._selected or newest or "")
             return None if node is None else node.point_rig_m
 
     async def _clicked(self, fixation_id: str) -> None:
-        """Hand a click over to the server's loop; runs on viser's, which must never wait."""
+        """Select the fixation and schedule the callback of `on_select` on its loop; runs on viser's loop."""
         self.select(fixation_id)
         if self._hand_over is None:
             return

@@ -1,6 +1,6 @@
-"""One fixation in the 3D scene: marker, label, error bar, cloud and textured surface, under one node."""
+"""Draws one fixation in the 3D scene: `FixationNode` with a distance, `LimitsNode` with limits of it."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -11,21 +11,29 @@ from numpy.typing import NDArray
 from foveacam_pipeline.stereo.values import Cloud
 from foveacam_pipeline.verge.values import Basis
 from foveacam_web.glb import write_glb
-from foveacam_web.scene_values import BASIS_COLORS, SELECTED_COLOR, FixationDrawing
+from foveacam_web.scene_values import (
+    BASIS_COLORS,
+    LIMITS_COLOR,
+    SELECTED_COLOR,
+    FixationDrawing,
+    LimitsDrawing,
+    Point,
+)
 
 LIVE_POINTS = 50_000
-"""A browser without a GPU needs 5-7 us a point and frame; more belongs into the file."""
+"""Points of a cloud that are sent to viewers: a browser without a GPU needs 5-7 us per point and frame."""
 _MARKER_PER_DISTANCE = 0.004
-"""The marker grows with distance, so that it is as easy to hit at 30 m as at 1 m."""
+"""Marker radius as a share of the distance, so that it is as easy to click at 30 m as at 1 m."""
 _LABEL_RISE_PER_DISTANCE = 0.021
-"""The label stands above the surface: a fovea's field is 2.15 degrees high, half of it is 0.019."""
+"""Height of the label above the target as a share of the distance: half a fovea's 2.15 deg field is 0.019."""
+_SELECTED_LABEL_SCALE = 1.25
 
 Clicked: TypeAlias = Callable[[str], Awaitable[None]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixationParts:
-    """Which parts of fixations the operator wants to see."""
+    """The parts of fixations that are shown."""
 
     surface: bool = True
     cloud: bool = False
@@ -33,7 +41,7 @@ class FixationParts:
 
 
 def thin(cloud: Cloud, *, limit: int = LIVE_POINTS) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-    """Return points (n, 3), rig frame, and colours (n, 3) of at most `limit` points spread over the cloud."""
+    """Return points, (n, 3) float32, m, rig frame, and colours, (n, 3) uint8; n is `limit` at most."""
     count = len(cloud)
     if count <= limit:
         return cloud.points_rig_m, cloud.colors
@@ -41,8 +49,20 @@ def thin(cloud: Cloud, *, limit: int = LIVE_POINTS) -> tuple[NDArray[np.float32]
     return cloud.points_rig_m[kept], cloud.colors[kept]
 
 
+def _on_click(
+    handles: Sequence[viser.IcosphereHandle | viser.GlbHandle], fixation_id: str, clicked: Clicked
+) -> None:
+    """Call `clicked(fixation_id)` on viser's loop when one of the handles is clicked."""
+
+    async def on_click(_event: object) -> None:
+        await clicked(fixation_id)
+
+    for handle in handles:
+        handle.on_click(on_click)
+
+
 class FixationNode:
-    """The handles of one fixation; created drawn, gone after `remove`."""
+    """One fixation with a distance: marker, error bar, label, surface and cloud, drawn at construction."""
 
     def __init__(
         self, scene: viser.SceneApi, fixation_id: str, drawing: FixationDrawing, *, shown: FixationParts
@@ -68,22 +88,17 @@ class FixationNode:
         self.show(shown)
 
     @property
-    def point_rig_m(self) -> tuple[float, float, float]:
-        """Where it is, for the camera of a viewer."""
+    def point_rig_m(self) -> Point:
+        """The target, m, rig frame."""
         return self.drawing.point_rig_m
 
     def clickable(self, clicked: Clicked) -> None:
-        """Call `clicked(id)` on viser's loop when the fixation is clicked; it must only hand over."""
-
-        async def on_click(_event: object) -> None:
-            await clicked(self._id)
-
-        self._marker.on_click(on_click)
-        if self._surface is not None:
-            self._surface.on_click(on_click)
+        """Call `clicked(id)` on viser's loop when marker or surface is clicked; it must not block."""
+        handles = (self._marker, self._surface)
+        _on_click([handle for handle in handles if handle is not None], self._id, clicked)
 
     def show(self, shown: FixationParts) -> None:
-        """Show and hide parts."""
+        """Set which parts are visible."""
         if self._surface is not None:
             self._surface.visible = shown.surface
         if self._cloud is not None:
@@ -92,16 +107,16 @@ class FixationNode:
         self._bar.visible = shown.labels
 
     def select(self, *, selected: bool) -> None:
-        """Mark or unmark the fixation as the one that the operator works with."""
+        """Set whether the fixation is highlighted as the selected one."""
         self._marker.color = SELECTED_COLOR if selected else self._color
-        self._label.font_screen_scale = 1.25 if selected else 1.0
+        self._label.font_screen_scale = _SELECTED_LABEL_SCALE if selected else 1.0
 
     def remove(self) -> None:
-        """Take everything away."""
+        """Remove all of it from the scene."""
         self._root.remove()
 
     def _draw_bar(self) -> viser.LineSegmentsHandle:
-        """Draw one standard error to either side along the line of sight."""
+        """Draw one standard error to either side of the target along the line of sight."""
         point_m = np.asarray(self.drawing.point_rig_m)
         sight = point_m / max(float(np.linalg.norm(point_m)), 1e-9)
         step_m = self.drawing.distance_sigma_m * sight
@@ -141,7 +156,7 @@ class FixationNode:
         if cloud is None or len(cloud) == 0:
             return None
         points_rig_m, colors = thin(cloud)
-        # viser sends half floats: 8 mm steps at 10 m, a fraction of a millimetre around the centre
+        # viser sends float16: steps of 8 mm at 10 m, below 1 mm around the centre
         centre_m = points_rig_m.mean(axis=0, dtype=np.float64)
         size_m = np.ptp(points_rig_m[:, :2], axis=0)
         spacing_m = float(np.sqrt(size_m[0] * size_m[1] / len(points_rig_m)))
@@ -154,3 +169,64 @@ class FixationNode:
             point_shading="flat",
             position=centre_m,
         )
+
+
+class LimitsNode:
+    """One fixation of which only limits of the distance are known: the line of sight between them."""
+
+    def __init__(
+        self, scene: viser.SceneApi, fixation_id: str, drawing: LimitsDrawing, *, shown: FixationParts
+    ) -> None:
+        self._id = fixation_id
+        self._root = scene.add_frame(f"/fixations/{fixation_id}", show_axes=False)
+        ends_m = drawing.ends_rig_m()
+        self._nearest_m = ends_m[0]
+        self._line = scene.add_line_segments(
+            f"{self._root.name}/limits",
+            (ends_m - ends_m[0])[None].astype(np.float32),
+            LIMITS_COLOR,
+            thickness=3.0,
+            thickness_units="screen",
+            position=ends_m[0],
+        )
+        closed = ends_m if drawing.farthest_m is not None else ends_m[:1]
+        self._markers = [
+            scene.add_icosphere(
+                f"{self._root.name}/limit{index}",
+                radius=_MARKER_PER_DISTANCE * float(np.linalg.norm(end_m)),
+                color=LIMITS_COLOR,
+                wireframe=True,
+                position=end_m,
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            for index, end_m in enumerate(closed)
+        ]
+        self._label = scene.add_label(
+            f"{self._root.name}/label", drawing.text, position=ends_m[0], anchor="bottom-center"
+        )
+        self.show(shown)
+
+    @property
+    def point_rig_m(self) -> Point:
+        """The nearest end of the line, m, rig frame."""
+        x_m, y_m, z_m = self._nearest_m.tolist()
+        return x_m, y_m, z_m
+
+    def clickable(self, clicked: Clicked) -> None:
+        """Call `clicked(id)` on viser's loop when an end of the line is clicked; it must not block."""
+        _on_click(self._markers, self._id, clicked)
+
+    def show(self, shown: FixationParts) -> None:
+        """Set whether the label is visible; the line always is."""
+        self._label.visible = shown.labels
+
+    def select(self, *, selected: bool) -> None:
+        """Set whether the fixation is highlighted as the selected one."""
+        for marker in self._markers:
+            marker.color = SELECTED_COLOR if selected else LIMITS_COLOR
+        self._label.font_screen_scale = _SELECTED_LABEL_SCALE if selected else 1.0
+
+    def remove(self) -> None:
+        """Remove all of it from the scene."""
+        self._root.remove()

@@ -1,4 +1,4 @@
-"""One measurement in the 3D scene: its points, the line or outline between them, and its value."""
+"""Draws one measurement in the 3D scene: its points, the line or outline between them, and its value."""
 
 import numpy as np
 import viser
@@ -6,11 +6,11 @@ import viser
 from foveacam_web.scene_values import MEASURE_COLOR, MeasurementDrawing
 
 _MARKER_PER_DISTANCE = 0.0015
-"""Small beside a fixation's marker: two ends may lie a centimetre apart."""
+"""Sphere radius as a share of the distance; smaller than a fixation's, as ends may lie 1 cm apart."""
 
 
 class MeasurementNode:
-    """The handles of one measurement; created drawn, gone after `remove`."""
+    """One measurement, drawn at construction."""
 
     def __init__(self, scene: viser.SceneApi, measurement_id: str, drawing: MeasurementDrawing) -> None:
         self._scene = scene
@@ -20,11 +20,11 @@ class MeasurementNode:
         self._label = self._draw_label(drawing)
 
     def show_label(self, *, visible: bool) -> None:
-        """Show or hide the value."""
+        """Set whether the value is visible."""
         self._label.visible = visible
 
     def remove(self) -> None:
-        """Take everything away."""
+        """Remove all of it from the scene."""
         self._root.remove()
 
     def _draw_ends(self, drawing: MeasurementDrawing) -> None:
@@ -42,7 +42,7 @@ class MeasurementNode:
         if len(drawing.points_rig_m) < 2:
             return
         points_m = np.array(drawing.points_rig_m)
-        centre_m = points_m.mean(axis=0)  # viser sends half floats: exact about the centre alone
+        centre_m = points_m.mean(axis=0)  # viser sends float16, which is precise around the centre
         ends = np.roll(points_m, -1, axis=0)
         pairs = np.stack((points_m, ends), axis=1) - centre_m
         self._scene.add_line_segments(

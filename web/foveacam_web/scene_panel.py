@@ -1,13 +1,13 @@
-"""The panels around the 3D scene: the camera views docked at the left, what to show at the right."""
+"""The panels of the 3D scene: camera views docked at the left, checkboxes of what is shown at the right."""
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
 import viser
 
 from foveacam_web.scene_fixation import FixationParts
+from foveacam_web.scene_values import UP, Point
 
 VIEW_PANEL_WIDTH_PX = 440
 _VIEW_FRAME = (
@@ -16,15 +16,13 @@ _VIEW_FRAME = (
 )
 _HINT = "Click a surface or its marker to select the target. Drag to turn, scroll to come closer."
 _STAND_OFF = 0.12
-"""Looking at a target, the camera stands this part of its distance before it (a fovea sees 0.05 of it)."""
+"""Distance of a viewer's camera from a target as a share of the target's (a fovea's view is 0.05 wide)."""
 _ASIDE = (0.03, -0.03)
-"""How far to the right and up (y down) it stands, in the same measure: straight on, a surface looks flat."""
-
-Point: TypeAlias = tuple[float, float, float]
+"""Offset to the right and up (y down), same unit: seen straight on, a surface looks flat."""
 
 
 class ScenePanel:
-    """The GUI; its changes reach the scene by the three callbacks of `on_change`."""
+    """viser's GUI elements; changes reach the scene by the three callbacks of `on_change`."""
 
     def __init__(self, server: viser.ViserServer, *, view_url: str | None, shown: FixationParts) -> None:
         self._shown = shown
@@ -37,7 +35,7 @@ class ScenePanel:
             views.dock_left()
             views.set_width(VIEW_PANEL_WIDTH_PX)
         self.folder = gui.add_folder("Show")
-        """Where other parts of the scene put their switches."""
+        """Folder to which other parts of the scene add their checkboxes."""
         with self.folder:
             self._surface = gui.add_checkbox("Surfaces", shown.surface)
             self._cloud = gui.add_checkbox("Point clouds", shown.cloud)
@@ -54,7 +52,7 @@ class ScenePanel:
         rays: Callable[[bool], None],
         selected_point: Callable[[], Point | None],
     ) -> None:
-        """Connect the panel to the scene. The callbacks run on viser's loop and only set properties."""
+        """Register callbacks; they run on viser's loop and must not block."""
 
         async def changed(_event: object) -> None:
             self._shown = FixationParts(
@@ -77,11 +75,11 @@ class ScenePanel:
 
     @property
     def follows(self) -> bool:
-        """Whether viewers are brought to what was seen last."""
+        """Whether viewers' cameras follow the newest fixation."""
         return self._follow.value
 
     def show_clouds(self) -> FixationParts:
-        """Switch the point clouds on; return what is shown then."""
+        """Switch the point clouds on; return the parts shown then."""
         if not self._cloud.value:
             self._cloud.value = True  # type: ignore[misc]  # viser's setter, which mypy does not see
             self._shown = replace(self._shown, cloud=True)
@@ -89,11 +87,11 @@ class ScenePanel:
 
 
 def approach(client: viser.ClientHandle, point_rig_m: Point) -> None:
-    """Bring one viewer's camera before the point, on the rig's side of it, a little above and aside."""
+    """Move one viewer's camera in front of a point (m, rig frame), slightly above and to the right."""
     point_m = np.asarray(point_rig_m)
     distance_m = float(np.linalg.norm(point_m))
     aside_m = distance_m * np.array([*_ASIDE, 0.0])
     with client.atomic():
-        client.camera.up_direction = (0.0, -1.0, 0.0)
+        client.camera.up_direction = UP
         client.camera.position = (1.0 - _STAND_OFF) * point_m + aside_m
         client.camera.look_at = point_m

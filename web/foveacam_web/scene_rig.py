@@ -1,4 +1,4 @@
-"""The rig in the 3D scene: its frame, three frusta, the gaze rays, and a floor grid marked in metres."""
+"""Draws the rig in the 3D scene: its frame, three frusta, the gaze rays, and a floor grid with distances."""
 
 import math
 
@@ -18,26 +18,26 @@ from foveacam_web.scene_values import (
 )
 
 _FLOOR_Y_M = 0.45
-"""The grid lies below the rig; +y points down."""
+"""Height of the grid, below the rig; +y points down."""
 _FLOOR_DEPTH_M = 40.0
 _FLOOR_WIDTH_M = 20.0
 _MARKS_M = (1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 40)
 _MARKS_X_M = -0.8
 _WIDE_DEPTH_M = 0.35
-"""How far the wide camera's frustum is drawn; those of the foveae reach to what they look at."""
+"""Depth of the wide camera's frustum; those of the foveae reach to the distance looked at."""
 _GRID_COLOR: Rgb = (92, 96, 104)
 _SECTION_COLOR: Rgb = (134, 140, 150)
 _STRAIGHT = EyeGaze(ax_rad=0.0, ay_rad=0.0)
 
 
 def gaze_direction(gaze: EyeGaze) -> NDArray[np.float64]:
-    """Return the unit vector of an axis-wise direction: (3,) float64, rig frame."""
+    """Return the unit vector of a gaze, (3,) float64, rig frame."""
     direction = np.array([math.tan(gaze.ax_rad), math.tan(gaze.ay_rad), 1.0])
     return direction / float(np.linalg.norm(direction))
 
 
 def rig_from_gaze(gaze: EyeGaze) -> NDArray[np.float64]:
-    """Return the rotation, (3, 3) float64, whose z axis is the gaze and whose x axis stays level."""
+    """Return the rotation, (3, 3) float64, with the gaze as z axis and a level x axis."""
     z = gaze_direction(gaze)
     x = np.cross((0.0, 1.0, 0.0), z)
     x /= np.linalg.norm(x)
@@ -45,17 +45,14 @@ def rig_from_gaze(gaze: EyeGaze) -> NDArray[np.float64]:
 
 
 def frustum_scale(fov_rad: tuple[float, float], *, depth_m: float) -> float:
-    """Return viser's scale of a frustum that is `depth_m` deep.
-
-    viser scales a frustum to a volume, so that a narrow one would reach far beyond a wide one.
-    """
+    """Return viser's scale of a frustum of depth `depth_m`; viser's scale sets the frustum's volume."""
     horizontal_rad, vertical_rad = fov_rad
     base = math.tan(horizontal_rad / 2.0) * math.tan(vertical_rad / 2.0)
     return depth_m * math.cbrt(base / 3.0)
 
 
 class RigDrawing:
-    """What does not depend on fixations; drawn once, the eyes turned when they move."""
+    """The parts of the scene that do not depend on fixations; the foveae turn with the gaze."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
@@ -67,7 +64,7 @@ class RigDrawing:
         self._rays_visible = True
 
     def draw_floor(self) -> None:
-        """Draw the grid, one line a metre, and its distances from the rig."""
+        """Draw the grid, one line per metre, labelled with distances from the rig."""
         self._scene.add_grid(
             "/floor",
             width=_FLOOR_WIDTH_M,
@@ -91,7 +88,7 @@ class RigDrawing:
             )
 
     def draw(self, shape: RigShape) -> None:
-        """Draw the rig frame and the three cameras, in place of what was there."""
+        """Draw the rig frame and the three cameras in place of earlier ones."""
         self._shape = shape
         self._scene.add_frame("/rig", axes_length=0.08, axes_radius=0.002)
         self._scene.add_label("/rig/name", "wide", position=(0.0, -0.05, 0.0), font_screen_scale=0.8)
@@ -113,10 +110,7 @@ class RigDrawing:
         self._turn(shape)
 
     def look(self, *, left: EyeGaze | None, right: EyeGaze | None, distance_m: float | None) -> None:
-        """Turn the eyes, their rays as long as `distance_m`; nothing is sent when they look there already.
-
-        An eye whose gaze nobody knows is hidden.
-        """
+        """Turn the foveae and set their rays' length; None hides a fovea. Sends nothing when unchanged."""
         gaze = {"left": left, "right": right}
         ray_m = DEFAULT_RAY_M if distance_m is None else distance_m
         if (gaze, ray_m) == (self._gaze, self._ray_m):
@@ -126,7 +120,7 @@ class RigDrawing:
             self._turn(self._shape)
 
     def show_rays(self, *, visible: bool) -> None:
-        """Show or hide the gaze rays."""
+        """Set whether the gaze rays are visible."""
         self._rays_visible = visible
         for eye, ray in self._rays.items():
             ray.visible = visible and self._gaze[eye] is not None

@@ -1,4 +1,4 @@
-"""The coarse surface of the whole wide view in the 3D scene, and its switch."""
+"""Draws the surfaces behind the fixations: that of the wide view, coarse, and that of a mosaic, fused."""
 
 import threading
 
@@ -7,16 +7,17 @@ import viser
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.glb import write_glb
-from foveacam_web.scene_field import Point, overlook
+from foveacam_web.scene_values import UP, Point
 
-_NAME = "/surroundings"
+_HALF_TURN_ABOUT_X = (0.0, 1.0, 0.0, 0.0)
+"""wxyz: GLB files for other programs are +y up, the rig frame is +y down."""
 _NEAR_QUANTILE, _MIDDLE_QUANTILE = 0.02, 0.5
 _STAND = (0.22, -0.16, 0.3)
-"""Where viewers stand to see it: to the right, up (y down) and forward, as parts of the nearest depth."""
+"""Camera position (x right, y down, z forward) that shows the surface, in units of its nearest depth."""
 
 
 class SurroundingsNode:
-    """Shows one surface at a time; callable from any thread, harmless while closed."""
+    """The coarse surface of the wide view and its checkbox; thread-safe, without effect while closed."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -25,7 +26,7 @@ class SurroundingsNode:
         self._surface: viser.GlbHandle | None = None
 
     def open(self, server: viser.ViserServer, folder: viser.GuiFolderHandle) -> None:
-        """Add the switch to a folder of the panel."""
+        """Add the checkbox to a folder of the panel."""
         with self._lock:
             self._server = server
             with folder:
@@ -37,18 +38,18 @@ class SurroundingsNode:
         self._switch.on_update(changed)
 
     def close(self) -> None:
-        """Forget what was drawn; the server goes with it."""
+        """Drop the handles; the caller closes the server."""
         with self._lock:
             self._server = self._switch = self._surface = None
 
     def show(self, mesh: DepthMesh, *, bring: bool = False) -> None:
-        """Draw a surface, rig frame, in place of an older one; `bring`: let the viewers look at it."""
+        """Draw a mesh (rig frame, m) in place of an older one; `bring`: turn all viewers to it."""
         content = write_glb(mesh)
         with self._lock:
             if self._server is None or self._switch is None:
                 return
             self._surface = self._server.scene.add_glb(
-                _NAME, content, cast_shadow=False, receive_shadow=False, visible=self._switch.value
+                "/surroundings", content, cast_shadow=False, receive_shadow=False, visible=self._switch.value
             )
             stand, middle = outlook(mesh)
             self._server.initial_camera.position = stand
@@ -58,7 +59,7 @@ class SurroundingsNode:
                     overlook(viewer, from_rig_m=stand, to_rig_m=middle)
 
     def remove(self) -> None:
-        """Take the surface away."""
+        """Remove the surface from the scene."""
         with self._lock:
             surface, self._surface = self._surface, None
             if surface is not None:
@@ -71,10 +72,23 @@ class SurroundingsNode:
 
 
 def outlook(mesh: DepthMesh) -> tuple[Point, Point]:
-    """Return where to stand and where to look, m, rig frame, so that all of a surface is seen."""
+    """Return the camera's position and its look-at point, m, rig frame, from which a mesh is seen whole."""
     near_m, middle_m = np.quantile(mesh.vertices_rig_m[:, 2], (_NEAR_QUANTILE, _MIDDLE_QUANTILE)).tolist()
     x_m, y_m = mesh.vertices_rig_m[:, :2].mean(axis=0).tolist()
     return (
         (_STAND[0] * near_m, _STAND[1] * near_m, _STAND[2] * near_m),
         (float(x_m), float(y_m), float(middle_m)),
     )
+
+
+def draw_field(scene: viser.SceneApi, content: bytes) -> viser.GlbHandle:
+    """Draw the fused surface of a mosaic: a GLB file, +y up, metres."""
+    return scene.add_glb("/field", content, wxyz=_HALF_TURN_ABOUT_X, cast_shadow=False, receive_shadow=False)
+
+
+def overlook(client: viser.ClientHandle, *, from_rig_m: Point, to_rig_m: Point) -> None:
+    """Move one viewer's camera to `from_rig_m`, looking at `to_rig_m` (m, rig frame)."""
+    with client.atomic():
+        client.camera.up_direction = UP
+        client.camera.position = from_rig_m
+        client.camera.look_at = to_rig_m

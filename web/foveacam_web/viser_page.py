@@ -1,26 +1,23 @@
-"""viser's client page as we serve it: the wheel's own file with two lines added.
-
-The server relays its WebSocket; that the page and viser's server are of one version follows from one wheel.
-"""
+"""viser's client page as the server delivers it: the installed wheel's file with scripts and styles added."""
 
 from functools import cache
 from pathlib import Path
 
 import viser
 
-# viser reconnects only while its document has the focus, which a frame inside the console never has
+# viser reconnects only while its document has focus, which a frame in the console never has
 _RECONNECT = "<script>document.hasFocus = () => true;</script>"
-# No toast about software rendering
+# Hides the toast about software rendering
 _STYLE = "<style>.mantine-Notifications-root { display: none !important; }</style>"
-# Alone, the page follows the system's choice of dark or light; inside the console its address says
+# Outside the console the page follows the system's dark or light; inside, its address sets it
 _THEME = """<script>{
 const address = new URL(location.href);
 if (!address.searchParams.has("darkMode") && matchMedia("(prefers-color-scheme: dark)").matches) {
   address.searchParams.set("darkMode", "");
   history.replaceState(null, "", address);
 }}</script>"""
-# Inside the console: no docked views beside the console's own, the panel folded away until it is wanted,
-# and no bottom sheet, which would cover most of a pane as small as a phone's
+# Inside the console: hides the docked views, which the console has itself, folds the panel, and hides the
+# bottom sheet, which would cover most of a phone's pane
 _BARE = """<style>
 [data-dock-region="left"] { display: none !important; }
 [data-dock-root] > :first-child { inset: 0 !important; }
@@ -44,18 +41,18 @@ const fold = setInterval(() => {
     }
   }
 }, 400);
-// From the first touch on, the layout is the operator's
+// The operator's first touch ends the folding
 addEventListener("pointerdown", () => clearInterval(fold), { once: true, capture: true });
 }</script>"""
 
 
 class PageChanged(RuntimeError):
-    """The viser wheel holds no page, or one that does not look as expected."""
+    """The viser wheel has no client page or an unexpected one."""
 
 
 @cache
 def viser_page(*, bare: bool = False) -> bytes:
-    """Return the page; `bare` without the docked camera views, for the console that shows them itself."""
+    """Return the page as UTF-8 bytes; `bare`: without the docked camera views, for the console."""
     path = Path(viser.__file__).parent / "client" / "build" / "index.html"
     try:
         page = path.read_text(encoding="utf-8")
@@ -69,5 +66,5 @@ def viser_page(*, bare: bool = False) -> bytes:
 
 
 def viser_subprotocol() -> str:
-    """Return the WebSocket subprotocol by which viser checks that client and server are of one version."""
+    """Return the WebSocket subprotocol with which viser checks that client and server versions agree."""
     return f"viser-v{viser.__version__}"

@@ -1,11 +1,16 @@
-"""A viser server that only its owner can reach: a Unix socket, no port, no way to a public tunnel.
+"""Runs a viser server on a Unix socket in a folder of mode 0700: no TCP port, no public share tunnel.
 
-viser asks nobody who they are; the relay that connects here does. viser has no option for such a socket, so
-it is put where websockets would open a port while viser starts.
+viser authenticates nobody; the relay that connects to the socket does. viser has no option for a socket, so
+`websockets.serve` is replaced while viser starts.
 """
 
+import contextlib
+import fcntl
 import logging
+import os
+import shutil
 import socket
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,16 +21,35 @@ import viser
 import websockets.asyncio.server as websockets_server
 
 from foveacam_hardware.contract import NotConnected
-from foveacam_web.socket_folder import SocketFolder
 
+_FOLDER_PREFIX = "foveacam-viser-"
 _log = logging.getLogger(__name__)
 
 
-class PrivateViser:
-    """A running viser server and the socket that it listens on, in a folder that only its owner can enter."""
+class SocketFolder:
+    """A temporary folder of mode 0700 for a socket, locked while its process lives.
+
+    `close` removes it; after a kill the next start does.
+    """
 
     def __init__(self) -> None:
-        """Start it; raise `OSError` where no socket can be had, `NotConnected` where viser takes none."""
+        clear_abandoned(Path(tempfile.gettempdir()))
+        folder = Path(tempfile.mkdtemp(prefix=_FOLDER_PREFIX))
+        self.path = folder / "socket"
+        self._lock_fd = os.open(folder, os.O_RDONLY)
+        fcntl.flock(self._lock_fd, fcntl.LOCK_EX)
+
+    def close(self) -> None:
+        """Remove the folder; call once."""
+        shutil.rmtree(self.path.parent, ignore_errors=True)
+        os.close(self._lock_fd)
+
+
+class PrivateViser:
+    """A running viser server and the Unix socket that it listens on."""
+
+    def __init__(self) -> None:
+        """Start the server; raise `OSError` without a socket, `NotConnected` when viser opens a port."""
         self._folder = SocketFolder()
         self.socket_path = self._folder.path
         try:
@@ -41,13 +65,32 @@ class PrivateViser:
         self._folder.close()
 
 
+def clear_abandoned(parent: Path) -> None:
+    """Remove the folders that killed processes of this user left; one without a socket is not locked yet."""
+    for folder in parent.glob(f"{_FOLDER_PREFIX}*"):
+        with contextlib.suppress(OSError):  # another user's, or removed meanwhile
+            if (folder / "socket").exists() and not _locked(folder):
+                shutil.rmtree(folder)
+
+
+def _locked(folder: Path) -> bool:
+    lock_fd = os.open(folder, os.O_RDONLY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    finally:
+        os.close(lock_fd)
+    return False
+
+
 def _open(path: Path) -> viser.ViserServer:
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         listener.bind(str(path))
         with _quiet(), _listening_on(listener) as taken:
             server = viser.ViserServer(host="127.0.0.1", port=0, label="FoveaCam Duo", verbose=False)
-            if not taken:  # another version's, at a port that everybody can reach
+            if not taken:  # another version, which opened a TCP port
                 server.stop()
                 raise NotConnected(
                     f"viser {viser.__version__} does not listen on the socket that it was given, "
@@ -66,7 +109,7 @@ def _open(path: Path) -> viser.ViserServer:
 
 @contextmanager
 def _listening_on(listener: socket.socket) -> Iterator[list[socket.socket]]:
-    """Let the server that viser opens listen on `listener`; what is yielded holds it once that is so."""
+    """Make viser listen on `listener`; the yielded list contains it as soon as viser does."""
     taken: list[socket.socket] = []
     serve = websockets_server.serve
 
@@ -93,7 +136,7 @@ def _no_tunnel() -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep viser's banner off the terminal; it is printed whatever `verbose` says."""
+    """Suppress viser's banner, which is printed even with `verbose=False`."""
     console = rich.get_console()
     before, console.quiet = console.quiet, True
     try:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_web.socket_folder import SocketFolder, clear_abandoned
+from foveacam_web.viser_server import SocketFolder, clear_abandoned
 
 KILLED = """
 import os, signal
-from foveacam_web.socket_folder import SocketFolder
+from foveacam_web.viser_server import SocketFolder
 folder = SocketFolder()
 folder.path.touch()
 print(folder.path.parent, flush=True)
