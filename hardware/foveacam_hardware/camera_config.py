@@ -61,7 +61,10 @@ class _PresentCamera(_Table):
     """Frames buffered for the reader; beyond that the oldest are skipped and counted."""
 
 
-class _MachineVisionCamera(_PresentCamera):
+class MachineVisionCameraConfig(_PresentCamera):
+    """A camera with a serial number and a trigger input; base of the kinds that a fovea may have."""
+
+    kind: str
     serial: Serial
     """Serial number on the camera's label; identifies the camera."""
     exposure_ms: ExposureMs = 8.0
@@ -89,7 +92,7 @@ class _MachineVisionCamera(_PresentCamera):
     """GigE Vision only: pause between packets, for cameras that share a link."""
 
 
-class AravisCameraConfig(_MachineVisionCamera):
+class AravisCameraConfig(MachineVisionCameraConfig):
     """A GigE Vision or USB3 Vision camera, opened through the system's libaravis."""
 
     kind: Literal["aravis"]
@@ -97,7 +100,7 @@ class AravisCameraConfig(_MachineVisionCamera):
     """Address or name of the network interface to search; None: all interfaces."""
 
 
-class PylonCameraConfig(_MachineVisionCamera):
+class PylonCameraConfig(MachineVisionCameraConfig):
     """A Basler camera, opened through the vendor's library."""
 
     kind: Literal["pylon"]
@@ -126,10 +129,8 @@ class OpenCvCameraConfig(_PresentCamera):
     """Restart a file at its end; otherwise the camera counts as lost there."""
 
 
-CameraConfig: TypeAlias = Annotated[
-    AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig | AbsentCameraConfig,
-    Field(discriminator="kind"),
-]
+PresentCameraConfig: TypeAlias = AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig
+CameraConfig: TypeAlias = Annotated[PresentCameraConfig | AbsentCameraConfig, Field(discriminator="kind")]
 
 
 class CamerasConfig(_Table):
@@ -156,7 +157,7 @@ class CamerasConfig(_Table):
         for role in ("left", "right"):
             eye = getattr(self, role)
             pulsed = getattr(eye, "trigger", "none") in (None, "hardware")
-            if isinstance(eye, _MachineVisionCamera) and pulsed and eye.exposure_auto != "off":
+            if isinstance(eye, MachineVisionCameraConfig) and pulsed and eye.exposure_auto != "off":
                 raise ValueError(
                     f'{role}: exposure_auto = "{eye.exposure_auto}", but one pulse exposes both foveae, whose'
                     " exposures must stay alike; leave it out here, and let the console find one exposure for"
@@ -182,7 +183,7 @@ class CamerasConfig(_Table):
 def device_name(camera: CameraConfig) -> str | None:
     """Return the identification of a camera's device, unique on the machine; None for an absent camera."""
     match camera:
-        case AravisCameraConfig() | PylonCameraConfig():
+        case MachineVisionCameraConfig():
             return f"serial {camera.serial}"
         case OpenCvCameraConfig():
             return f"source {camera.source}"

@@ -10,6 +10,7 @@ from foveacam_hardware.camera_config import (
     AravisCameraConfig,
     CameraConfig,
     OpenCvCameraConfig,
+    PresentCameraConfig,
     PylonCameraConfig,
 )
 from foveacam_hardware.contract import (
@@ -68,7 +69,7 @@ def build_camera(role: Role, given: CameraConfig, *, clock: Clock) -> Camera:
             )
 
 
-def plan_of(role: Role, given: AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig) -> CameraPlan:
+def plan_of(role: Role, given: PresentCameraConfig) -> CameraPlan:
     """Return the settings, readout time and buffer count that a camera is opened with."""
     return CameraPlan(
         settings=first_settings(role, given),
@@ -77,9 +78,7 @@ def plan_of(role: Role, given: AravisCameraConfig | PylonCameraConfig | OpenCvCa
     )
 
 
-def first_settings(
-    role: Role, given: AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig
-) -> CameraSettings:
+def first_settings(role: Role, given: PresentCameraConfig) -> CameraSettings:
     """Return a camera's initial settings; foveae wait for the mirrors' pulse by default."""
     if isinstance(given, OpenCvCameraConfig):
         return _opencv_settings(given)
@@ -117,7 +116,7 @@ def _opencv_settings(given: OpenCvCameraConfig) -> CameraSettings:
 
 def _supervised(
     role: Role,
-    given: AravisCameraConfig | PylonCameraConfig | OpenCvCameraConfig,
+    given: PresentCameraConfig,
     open_device: Callable[[], CameraDevice],
     *,
     clock: Clock,

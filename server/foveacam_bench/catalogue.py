@@ -1,4 +1,4 @@
-"""The benches by name: which there are, running one, and its figures as a table."""
+"""Lists the benches by name, runs one, and shows its figures as a table."""
 
 import inspect
 from collections.abc import Mapping
@@ -37,7 +37,7 @@ def bench_names() -> list[str]:
 
 
 def run_bench(name: str, *, quick: bool, silent: bool, data: Path | None = None) -> dict[str, object]:
-    """Run one bench and return its figures; unless `silent`, a spinner shows that it works.
+    """Run one bench and return its figures; show a spinner unless `silent`.
 
     `data`: folder of pictures, if any. Raise InvalidInput for an unknown name, and for `data` that the bench
     does not read.

@@ -23,7 +23,7 @@ from foveacam_server.rig.stream_socket import listen
 
 _PATIENCE_S = 60.0
 _START_PATIENCE_S = 180.0
-"""Where the renderer has not been compiled yet, a server does that first."""
+"""Includes the compilation of the renderer at the first start."""
 _POLL_S = 0.02
 
 
@@ -78,7 +78,7 @@ class ServerProcess:
         return dict(self.send("POST", "/fixations", body, {"Prefer": "wait=60"}).json())
 
     def clouds(self) -> list[dict[str, Any]]:  # Any: JSON documents
-        """Return the clouds there are."""
+        """Return the documents of all clouds."""
         return list(self.send("GET", "/clouds").json())
 
     def _end(self) -> None:
@@ -110,7 +110,7 @@ class _Server(WatchedServer):
         self.begun = threading.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Begin to listen."""
+        """Start listening, and set the event."""
         await super().startup(sockets)
         self.begun.set()
 
@@ -119,7 +119,7 @@ class _Server(WatchedServer):
         await super().shutdown(sockets)
         for connection in list(self.server_state.connections):
             connection.transport.abort()
-        await asyncio.sleep(0)  # the loop closes what was dropped before it ends itself
+        await asyncio.sleep(0)  # lets the loop close the aborted transports
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What the studies of Sec. 4.1 and 4.2 need of the simulation's truth, measured on the simulated rig.
+"""Measurements against the simulation's truth for the studies of Sec. 4.1 and 4.2, on the simulated rig.
 
 The error of matching two verged foveae, and a wide stereo pair with its true depth. The studies themselves
 are in foveacam_pipeline.study; `foveacam study` passes these results to them.
@@ -11,9 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.judging import truth_of
 from foveacam_bench.verge.click_truth import ClickKind
 from foveacam_bench.verge.fixations import fixations
-from foveacam_hardware.contract import DeviceFault, InvalidInput
+from foveacam_hardware.contract import InvalidInput
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.rig import open_simulated
@@ -60,28 +61,26 @@ def verge_error(clicks: int, *, watch: ProgressWatcher) -> MatchingError:
 COLUMNS_DEG, ROWS_DEG = (-7.0, -3.5, 0.0, 3.5, 7.0), (-5.0, 0.0, 5.0)
 QUICK_COLUMNS_DEG, QUICK_ROWS_DEG = (-5.0, 0.0, 5.0), (-3.0, 3.0)
 FOVEAE = 4
-"""The farthest of the points that were verged on become patches: a robot knows their distance by then."""
+"""Number of patches: the farthest of the verged points, whose distances the looks have measured."""
 
 
 def rig_pair(*, quick: bool, watch: ProgressWatcher) -> RigPairScene:
     """Return the rig's view of the toy scene, with foveae on the farthest of a grid of directions.
 
-    Raise Cancelled when the watcher asks, DeviceFault where nothing was verged on.
+    Raise Cancelled when the watcher asks.
     """
     columns, rows = (QUICK_COLUMNS_DEG, QUICK_ROWS_DEG) if quick else (COLUMNS_DEG, ROWS_DEG)
     directions = [(x_deg, y_deg) for y_deg in rows for x_deg in columns]
     steps = ProgressSteps(watch, len(directions) + 1, ended="the rig was not done looking; run it again")
     calibration = load_calibration(CERTIFICATE)
     with open_simulated(SCENE, inline=True) as rig:
-        if rig.truth is None:
-            raise DeviceFault("the simulated rig came without its world; open it with open_simulated")
-        stand = pose_setter(rig.truth.world.animated_scene)
+        set_pose = pose_setter(truth_of(rig).world.animated_scene)
 
-        def aside(x_m: float) -> None:
-            stand(AgentPose(x_m=x_m, y_m=0.0))
+        def shift(x_m: float) -> None:
+            set_pose(AgentPose(x_m=x_m, y_m=0.0))
             rig.clock.sleep_until_ns(rig.clock.now_ns() + REST_NS)
 
-        wide = wide_pair(rig, calibration, aside, name=f"simulated rig, scene {SCENE}")
+        wide = wide_pair(rig, calibration, shift, name=f"simulated rig, scene {SCENE}")
         steps.step("the wide pair")
         looks = []
         for x_deg, y_deg in directions:
@@ -103,29 +102,27 @@ def _farthest(looks: Sequence[Fixation]) -> list[Fixation]:
 
 
 NEAR_M = 2.5
-"""Nothing is looked for nearer: 250 px of disparity."""
+"""Nearest depth that is searched: a disparity of 250 px."""
 FAR_M = 60.0
-"""What is farther away, or nothing, is not counted."""
+"""Pixels of the background and of surfaces farther away are not counted."""
 SAME_SHARE = 0.01
-"""Left and right see the same point where their depths agree to so much."""
+"""Left and right see the same point where their depths differ by less than this share."""
 
 
 def wide_pair(
-    rig: Rig, calibration: Calibration, aside: Callable[[float], None], *, name: str
+    rig: Rig, calibration: Calibration, shift: Callable[[float], None], *, name: str
 ) -> StereoScene:
-    """Return the pair; `aside` puts the rig so many metres to its right. The rig is left at 0.
+    """Return a stereo pair of the wide camera with its true depth, taken half a baseline left and right.
 
-    Raise DeviceFault for a rig without its world.
+    `shift` moves the rig by metres to its right; it is called with 0 at the end.
     """
-    if rig.truth is None:
-        raise DeviceFault("the rig came without its world; open it with open_simulated")
     half_m = calibration.baseline_m / 2.0
     pictures, depths_m = [], []
     for x_m in (-half_m, half_m):
-        aside(x_m)
-        pictures.append(_straight(to_uint8(rig.head.wide(max_age_ms=0.0)), calibration.wide))
+        shift(x_m)
+        pictures.append(_undistort(to_uint8(rig.head.wide(max_age_ms=0.0)), calibration.wide))
         depths_m.append(_depth_m(rig, calibration.wide))
-    aside(0.0)
+    shift(0.0)
     f_px = calibration.wide.fx_px
     left_m, right_m = depths_m
     return StereoScene(
@@ -135,17 +132,17 @@ def wide_pair(
         f_px=f_px,
         baseline_m=calibration.baseline_m,
         truth_z_m=np.where(left_m < FAR_M, left_m, np.nan).astype(np.float32),
-        seen=_seen(left_m, right_m, f_b=f_px * calibration.baseline_m),
+        seen=_common_view(left_m, right_m, f_b=f_px * calibration.baseline_m),
         near_m=NEAR_M,
     )
 
 
 def _pinhole(wide: Intrinsics) -> NDArray[np.float64]:
-    """Return (3, 3): the wide camera's pinhole without its distortion, its pixels square."""
+    """Return the (3, 3) camera matrix of the wide camera, with square pixels."""
     return np.array([[wide.fx_px, 0.0, wide.cx_px], [0.0, wide.fx_px, wide.cy_px], [0.0, 0.0, 1.0]])
 
 
-def _straight(image: NDArray[np.uint8], wide: Intrinsics) -> NDArray[np.uint8]:
+def _undistort(image: NDArray[np.uint8], wide: Intrinsics) -> NDArray[np.uint8]:
     maps = cv2.initUndistortRectifyMap(
         wide.matrix,
         np.array(wide.distortion),
@@ -158,21 +155,21 @@ def _straight(image: NDArray[np.uint8], wide: Intrinsics) -> NDArray[np.uint8]:
 
 
 def _depth_m(rig: Rig, wide: Intrinsics) -> NDArray[np.float32]:
-    """Return (h, w) float32, depth along the rig's z now; infinite where there is nothing."""
-    if rig.truth is None:
-        raise DeviceFault("the rig came without its world; open it with open_simulated")
-    world = rig.truth.world
+    """Return (h, w) float32 depth along the rig's z at this moment; infinite for the background."""
+    world = truth_of(rig).world
     pinhole = Projection(M=_pinhole(wide), C=np.zeros(3), width=wide.width, height=wide.height)
     return world.animated_scene.probe(pinhole, world.scene_s(rig.clock.now_ns())).depth_m.copy()
 
 
-def _seen(left_m: NDArray[np.float32], right_m: NDArray[np.float32], *, f_b: float) -> NDArray[np.bool_]:
-    """Return (h, w) bool: whether the right camera sees the left one's point."""
+def _common_view(
+    left_m: NDArray[np.float32], right_m: NDArray[np.float32], *, f_b: float
+) -> NDArray[np.bool_]:
+    """Return (h, w) bool: whether the right camera sees the point that the left one sees."""
     height, width = left_m.shape
     y, x = np.mgrid[:height, :width].astype(np.float32)
-    there_m = cv2.remap(
+    right_at_left_m = cv2.remap(
         right_m, x - np.float32(f_b) / left_m, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT
     )
-    known = np.isfinite(left_m) & np.isfinite(there_m)
-    apart_m = np.where(known, there_m, 0.0) - np.where(known, left_m, 0.0)
-    return np.asarray(known & (np.abs(apart_m) < SAME_SHARE * left_m))
+    known = np.isfinite(left_m) & np.isfinite(right_at_left_m)
+    difference_m = np.where(known, right_at_left_m, 0.0) - np.where(known, left_m, 0.0)
+    return np.asarray(known & (np.abs(difference_m) < SAME_SHARE * left_m))

@@ -19,7 +19,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from foveacam_bench.servers import serving
-from foveacam_bench.stream.clients import StreamViewer, thin_line
+from foveacam_bench.stream.clients import StreamViewer, slow_connection
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.foundation import errors
 from foveacam_server.resources.views import routes
@@ -283,7 +283,7 @@ def test_a_thin_line_shows_late_pictures_but_never_old_ones(live: Live) -> None:
     rate_hz, bytes_per_s = 20.0, 1e6
 
     async def scenario() -> None:
-        async with thin_line(port=live.port, bytes_per_s=bytes_per_s) as port:
+        async with slow_connection(port=live.port, bytes_per_s=bytes_per_s) as port:
             viewer = StreamViewer(f"ws://127.0.0.1:{port}{SOCKET}", {"wide": 1, "left": 2, "right": 2})
             task = asyncio.create_task(viewer.watch())
             picture_bytes, late_s = 0, []

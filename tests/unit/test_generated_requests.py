@@ -3,7 +3,7 @@ from typing import Any
 
 import pytest
 
-from foveacam_bench.doors.generated import check_generator, counted
+from foveacam_bench.doors.generated import check_generator, count_failures
 from foveacam_hardware.contract import InvalidInput
 
 
@@ -24,7 +24,7 @@ def error(kind: str) -> tuple[str, dict[str, Any]]:  # Any: a JSON document
 
 def test_equal_failures_of_an_operation_count_once_and_each_says_what_was_wrong() -> None:
     undocumented = ("status_code_conformance", "Received: 418\nDocumented: 200")
-    found = counted(
+    found = count_failures(
         [
             ("EngineStarted", {}),
             ("ScenarioFinished", {"recorder": {"label": "GET /empty"}}),

@@ -80,7 +80,7 @@ class PanTiltCables(Protocol):
     """The shafts between the motors and the rig; calls come in the order of their times."""
 
     def add_segment(self, segment: TurnSegment) -> None:
-        """Move as `segment` says from its `t_ns` on; later segments received before are void."""
+        """Move by `segment` from its `t_ns` on; it replaces segments with later times."""
         ...
 
 

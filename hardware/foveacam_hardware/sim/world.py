@@ -109,7 +109,7 @@ class World:
         return None if shutter is None or role in broken else shutter.strobe_us()
 
     def add_segment(self, segment: TurnSegment) -> None:
-        """Move the pan-tilt and the rail as `segment` says from its `t_ns` on."""
+        """Move the pan-tilt and the rail by `segment` from its `t_ns` on."""
         self._motor_motion.add_segment(segment)
 
     def connect_shutter(self, role: Role, shutter: ShutterPort) -> None:

@@ -78,7 +78,7 @@ class PortLink(ByteLink, Protocol):
 
     @property
     def quiet(self) -> bool | None:
-        """Whether every answer has arrived, so that no more will come; None when only a deadline can tell."""
+        """Whether every answer has arrived, so that no more will come; None when only a deadline decides."""
         ...
 
 

@@ -1,8 +1,8 @@
-"""Measure the accuracy of a calibration made by the procedures alone, on an unknown simulated rig.
+"""Measure the accuracy of a calibration made by the procedures alone, on a simulated rig of another seed.
 
-All three stages run on a freshly seeded rig in virtual time, as in `foveacam calibrate all`; the simulation's
-truth then judges 200 poses that were not measured, with the mounts as they are when the sweeps end. Then the
-mounts are knocked and corrected.
+All three stages run in virtual time, as in `foveacam calibrate all`. The simulation's truth then judges 200
+poses that were not measured, with the mounts' drift at the end of the sweeps. Finally the mounts are knocked
+and the calibration is corrected.
 """
 
 import math
@@ -24,8 +24,8 @@ from foveacam_bench.calibration.truth import (
     judge,
     pointing_errors_px,
     random_poses,
-    rms,
 )
+from foveacam_bench.judging import rms, truth_of
 from foveacam_hardware.contract import PARKED, DeviceFault, NotCalibrated, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -51,8 +51,8 @@ SHIFT_DEG, ROLL_DEG = 0.3, 0.1
 ROUND_TRIPS = 2_000
 
 
-class _Silent:
-    """A step's watcher that ignores everything."""
+class _SilentStepWatcher:
+    """A step watcher that ignores every report."""
 
     def stage(self, name: str) -> None:
         """Ignore it."""
@@ -94,7 +94,7 @@ class StageTimer:
 
 
 def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120") -> dict[str, object]:
-    """Calibrate a fresh rig, judge it, knock it, correct it; `quick`: a coarser sweep and fewer poses."""
+    """Calibrate a rig, judge it, knock it, correct it; `quick`: a coarser sweep and fewer poses."""
     nodes = QUICK_NODES if quick else None
     poses = QUICK_POSES if quick else POSES
     with (
@@ -104,10 +104,10 @@ def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120") -> dic
         truth = truth_of(rig)
         rig.mirrors.enable()
         watch = StageTimer(rig)
-        calibration, paper = calibrated(rig, Path(folder), nodes=nodes, watch=watch)
-        then = TruthAtMoment(truth, rig.clock.now_ns())
-        ours = judge(CalibrationModel(calibration), then, seed=JUDGE_SEED, count=poses)
-        plain = {} if paper is None else judge(paper, then, seed=JUDGE_SEED, count=poses)
+        calibration, paper = calibrate_rig(rig, Path(folder), nodes=nodes, watch=watch)
+        at_sweep_end = TruthAtMoment(truth, rig.clock.now_ns())
+        ours = judge(CalibrationModel(calibration), at_sweep_end, seed=JUDGE_SEED, count=poses)
+        plain = {} if paper is None else judge(paper, at_sweep_end, seed=JUDGE_SEED, count=poses)
         return {
             **ours,
             **{f"paper_{name}": value for name, value in plain.items() if name != "poses"},
@@ -119,19 +119,12 @@ def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120") -> dic
         }
 
 
-def truth_of(rig: Rig) -> Truth:
-    """Return the truth of a simulated rig."""
-    if rig.truth is None:
-        raise DeviceFault(f"rig {rig.rig_id} shows no truth; measure simulated rigs only")
-    return rig.truth
-
-
-def calibrated(
+def calibrate_rig(
     rig: Rig, folder: Path, *, nodes: list[int] | None, watch: StageTimer, label: str = "bench"
 ) -> tuple[Calibration, JudgedModel | None]:
     """Run all three stages as an operator would; return our calibration and the paper's model."""
     session = SessionCollection(folder).create(label=label, rig_id=rig.rig_id, baseline_m=rig.baseline_m)
-    environment, silent = environment_of(rig), _Silent()
+    environment, silent = environment_of(rig), _SilentStepWatcher()
     with watch.timed("wide"):
         measure_wide(session, WideOptions(), environment=environment, watch=silent)
     lens = lens_of(session)
@@ -143,7 +136,7 @@ def calibrated(
 
 
 def wide_rms_px(calibration: Calibration, truth: Truth) -> float:
-    """Return how far pixels of the wide image are from where the calibrated lens has them."""
+    """Return the rms distance of wide pixels from where the calibrate_rig lens projects their true rays."""
     rng = np.random.default_rng(JUDGE_SEED)
     size = (calibration.wide.width - 0.5, calibration.wide.height - 0.5)
     pixels = rng.uniform((-0.5, -0.5), size, (1_000, 2))
@@ -167,7 +160,7 @@ def roundtrip_lsb(calibration: Calibration) -> float:
 
 
 def drift_figures(rig: Rig, calibration: Calibration, truth: Truth, *, count: int) -> dict[str, float]:
-    """Knock both eyes' mounts, correct by one shot in front of the markers, and judge open-loop pointing."""
+    """Knock both eyes' mounts, correct by one drift check at the markers, and judge open-loop pointing."""
     rng = np.random.default_rng(JUDGE_SEED)
     for role, heading in zip((Role.LEFT, Role.RIGHT), rng.uniform(0.0, 2.0 * math.pi, 2), strict=True):
         shift = math.radians(SHIFT_DEG)
@@ -180,7 +173,7 @@ def drift_figures(rig: Rig, calibration: Calibration, truth: Truth, *, count: in
     station = next(station for station in rig.stations if station.name == "markers")
     if rig.pan_tilt is None:
         raise DeviceFault("bench calibration: the simulated rig came without its pan-tilt")
-    turn_to_station(rig.pan_tilt, station, clock=rig.clock, watch=_Silent())
+    turn_to_station(rig.pan_tilt, station, clock=rig.clock, watch=_SilentStepWatcher())
     rig.head.look(PARKED)
     before = _pointing_rms_px(calibration, truth, count=count, t_ns=rig.clock.now_ns())
     began_ns = rig.clock.now_ns()

@@ -1,4 +1,4 @@
-"""Write the calibrations that ship with the simulated rigs, measured by the procedures as on any other rig.
+"""Write the calibrations that ship with the simulated rigs; the procedures measure them as on any other rig.
 
 `python -m foveacam_bench.calibration.shipped` runs all three stages on both rigs in virtual time, minutes
 each. Run it again when mirrors, optics or lens of the simulation change.
@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from foveacam_bench.calibration.procedures import StageTimer, calibrated
+from foveacam_bench.calibration.procedures import StageTimer, calibrate_rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import save_calibration
 from foveacam_server.resources.calibrations.service import SHIPPED
@@ -26,7 +26,7 @@ def write(preset: str, folder: Path) -> dict[str, float]:
     ):
         rig.mirrors.enable()
         watch = StageTimer(rig)
-        calibration, _ = calibrated(
+        calibration, _ = calibrate_rig(
             rig, Path(session), nodes=None, watch=watch, label=f"shipped with {rig.rig_id}"
         )
         save_calibration(calibration, folder / f"{rig.rig_id}.json")

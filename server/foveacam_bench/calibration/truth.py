@@ -1,6 +1,6 @@
-"""Judge how well a calibration steers, rectifies and ranges by the simulation's truth, at poses not measured.
+"""Judge a calibration by the simulation's truth: pointing, rectification and depth at poses not measured.
 
-Two models are judged alike: ours and the paper's. `bench calibration` prints the result.
+Our model and the paper's are judged in the same way. `bench calibration` prints the result.
 """
 
 import math
@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.judging import rms
 from foveacam_hardware.contract import MirrorVolts, OutOfRange, Role, StereoVolts
 from foveacam_hardware.sim.optics import FOVEA_HEIGHT, FOVEA_WIDTH, EyeProjection
 from foveacam_pipeline.geometry import homography_apply
@@ -37,7 +38,7 @@ class TruthQueries(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class TruthAtMoment:
-    """The truth of one moment: mounts drift, and a calibration is judged as they stand then."""
+    """The truth at one moment, since the mounts drift."""
 
     truth: TruthQueries
     t_ns: int
@@ -66,7 +67,7 @@ class JudgedModel(Protocol):
 
     @property
     def baseline_m(self) -> float:
-        """Distance of the points from which both planes count, m."""
+        """Distance of the eyes' reference points, m."""
         ...
 
     def steer(self, ax_rad: float, ay_rad: float, *, distance_m: float) -> StereoVolts:
@@ -82,7 +83,7 @@ class JudgedModel(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CalibrationModel:
-    """A `Calibration` with the interface of `CalibrationModel`."""
+    """A `Calibration` as a `JudgedModel`."""
 
     calibration: Calibration
 
@@ -132,7 +133,7 @@ def random_poses(
     count: int,
     distance_m: float | None = None,
 ) -> list[JudgedPose]:
-    """Return targets at random wide pixels within ±9 degrees that the model can reach with both eyes."""
+    """Return targets at random wide pixels within ±9 degrees that both eyes can reach."""
     limit = math.radians(FIELD_DEG)
     low, high = model.wide.pixels([[-limit, -limit], [limit, limit]]).tolist()
     poses: list[JudgedPose] = []
@@ -204,13 +205,8 @@ def depth_errors(model: JudgedModel, truth: TruthQueries, poses: list[JudgedPose
     return np.array(errors)
 
 
-def rms(values: NDArray[np.float64]) -> float:
-    """Return the root mean square."""
-    return float(np.sqrt(np.mean(values**2)))
-
-
 def judge(model: JudgedModel, truth: TruthQueries, *, seed: int, count: int) -> dict[str, float]:
-    """Return the figures of a model at `count` poses; pointing is of both eyes, as distances, fovea px."""
+    """Return the figures of a model at `count` poses; pointing: distance of each eye's error, fovea px."""
     rng = np.random.default_rng(seed)
     poses = random_poses(model, truth, rng=rng, count=count)
     misses = np.linalg.norm(pointing_errors_px(truth, poses), axis=2)

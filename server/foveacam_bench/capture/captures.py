@@ -1,8 +1,8 @@
-"""Measure captures: pace against the physical limit, writing, memory, SIGKILL, recordings, a mosaic.
+"""Measure captures: time against the physical limit, writing, memory, SIGKILL, recordings, a mosaic.
 
-Cameras and mirrors are stubs that cost no time, images full size, the clock real. Pace is measured on a file
-system in memory where there is one, writing on the disk of temporary files. The mosaic is that of the
-simulated rig (`mosaic.py`).
+Cameras and mirrors are stubs without computing time, images are full size, the clock is real. Time is
+measured on a file system in memory where there is one, writing on the disk of temporary files. The mosaic is
+made on the simulated rig (`mosaic.py`).
 """
 
 import json
@@ -20,6 +20,7 @@ from foveacam_bench.capture.dataset_kills import KillPlan, kill_figures
 from foveacam_bench.capture.mosaic import measure_mosaic
 from foveacam_bench.capture.recording import measure_recording
 from foveacam_bench.capture.stub_rig import MOST_HZ, StubRig
+from foveacam_bench.judging import peak_memory_kib
 from foveacam_hardware.contract import FoveaError, Frame, MirrorVolts, MonotonicClock, Role
 from foveacam_hardware.sim.presets import RIG120
 from foveacam_pipeline.capture.dataset import (
@@ -41,14 +42,14 @@ from foveacam_server.resources.captures.begin import CaptureSpec, begin_dataset
 
 EXPOSURE_NS = 5_000_000
 FEW_POINTS, MANY_SCANS = (3, 3), 5
-"""9 points, and 5 scans of 81: what memory is compared between."""
+"""Memory is compared between 9 points and 5 scans of 81."""
 WRITE_POINTS, WRITE_ROUNDS = 27, 5
 PACE_ROUNDS = 3
-MEMORY = Path("/dev/shm")  # noqa: S108 - the pace of a rig is asked, not of a disk
+MEMORY = Path("/dev/shm")  # noqa: S108 - the rig is timed, not the disk
 
 
 class SilentCaptureWatcher:
-    """A watcher that ignores everything."""
+    """A capture watcher that ignores every report."""
 
     def progress(self, report: CaptureReport) -> None:
         """Ignore it."""
@@ -86,12 +87,12 @@ def run(*, quick: bool = False) -> dict[str, object]:
 
 
 def pace_figures(*, rounds: int) -> dict[str, object]:
-    """Return how long 81 points take over the physical limit: the middle and the worst of some rounds."""
+    """Return the time of 81 points over the physical limit, median and worst of `rounds`."""
     ratios, seconds = [], []
     limit_s = 0.0
     for _ in range(rounds):
         with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as scratch:
-            took_s, limit_s = captured(Path(scratch) / "pace", paper_plan())
+            took_s, limit_s = capture_plan(Path(scratch) / "pace", paper_plan())
         seconds.append(took_s)
         ratios.append(took_s / limit_s)
     return {
@@ -102,7 +103,7 @@ def pace_figures(*, rounds: int) -> dict[str, object]:
     }
 
 
-def captured(folder: Path, plan: RasterPlan) -> tuple[float, float]:
+def capture_plan(folder: Path, plan: RasterPlan) -> tuple[float, float]:
     """Capture a plan with the stub rig; return the time it took and the physical limit, s."""
     calibration = load_calibration(SHIPPED / "sim-rig120.json")
     rig = StubRig(
@@ -122,13 +123,13 @@ def captured(folder: Path, plan: RasterPlan) -> tuple[float, float]:
 
 
 def write_figures(folder: Path, *, rounds: int) -> dict[str, object]:
-    """Return MB/s of the dataset's writer, and of a bare loop of the same encoder that syncs the same."""
+    """Return MB/s of the dataset writer, and of a bare loop with the same encoder and the same syncs."""
     points = list(_points())
     size_mb = sum(shot.frame.image.nbytes for point in points for shot in point.shots) / 1e6
     ours, bare = [], []
     for turn in range(rounds):
-        ours.append(size_mb / _written_s(folder / f"ours-{turn}", points))
-        bare.append(size_mb / _bare_s(folder / f"bare-{turn}", points))
+        ours.append(size_mb / _writer_s(folder / f"ours-{turn}", points))
+        bare.append(size_mb / _bare_loop_s(folder / f"bare-{turn}", points))
     return {
         "write_ratio": round(float(np.median([a / b for a, b in zip(ours, bare, strict=True)])), 3),
         "write_mb_per_s": round(float(np.median(ours)), 1),
@@ -137,7 +138,7 @@ def write_figures(folder: Path, *, rounds: int) -> dict[str, object]:
 
 
 def memory_figures(folder: Path, *, scans: int) -> dict[str, object]:
-    """Return by how much the memory of a process grows from 9 points to many, each in one of its own."""
+    """Return the growth of a process' memory from 9 points to many, each measured in its own process."""
     few = _peak_mb(folder / "few", FEW_POINTS, scans=1)
     many = _peak_mb(folder / "many", (9, 9), scans=scans)
     return {
@@ -148,7 +149,7 @@ def memory_figures(folder: Path, *, scans: int) -> dict[str, object]:
 
 
 def paper_plan(columns: int = 9, rows: int = 9) -> RasterPlan:
-    """Return the paper's raster, filled in."""
+    """Return the paper's raster with every setting given."""
     return plan_from(
         {
             "points": {
@@ -164,7 +165,7 @@ def paper_plan(columns: int = 9, rows: int = 9) -> RasterPlan:
 
 
 def _points() -> Iterator[CapturedPoint]:
-    """Yield points of pictures like foveae's: noise of a few grey levels over a slope."""
+    """Yield points with fovea-like pictures: noise of a few grey levels over a gradient."""
     rng = np.random.default_rng(5)
     slope = np.add.outer(np.arange(1080) // 16, np.arange(1440) // 12).astype(np.uint8)
     images = [slope + rng.integers(0, 12, slope.shape, dtype=np.uint8) for _ in range(6)]
@@ -184,7 +185,7 @@ def _points() -> Iterator[CapturedPoint]:
         yield CapturedPoint(place=PlanPosition(index=index, column=index, row=0), shots=tuple(shots))
 
 
-def _written_s(folder: Path, points: list[CapturedPoint]) -> float:
+def _writer_s(folder: Path, points: list[CapturedPoint]) -> float:
     with DatasetWriter.create(folder, DatasetHeader(points=len(points), codec=ImageCodec.PNG)) as writer:
         begin_s = time.perf_counter()
         for point in points:
@@ -195,8 +196,8 @@ def _written_s(folder: Path, points: list[CapturedPoint]) -> float:
     return took_s
 
 
-def _bare_s(folder: Path, points: list[CapturedPoint]) -> float:
-    """Encode and write one after the other: every file synced, the folder and a line a point likewise."""
+def _bare_loop_s(folder: Path, points: list[CapturedPoint]) -> float:
+    """Encode and write in sequence; sync every file, and a folder and an index line for each point."""
     folder.mkdir()
     begin_s = time.perf_counter()
     with (folder / "lines").open("ab", buffering=0) as lines:
@@ -213,26 +214,21 @@ def _bare_s(folder: Path, points: list[CapturedPoint]) -> float:
 
 
 def _peak_mb(folder: Path, size: tuple[int, int], *, scans: int) -> float:
-    """Return the peak of resident memory of a process that writes such a capture."""
-    words = [sys.executable, "-m", __name__, str(folder), *map(str, size), str(scans)]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)  # noqa: S603 - this very module
-    if done.returncode != 0:
-        raise FoveaError(f"a capture of {size} ended early: {done.stderr.strip()[-500:]}; run it again")
-    return float(json.loads(done.stdout)["peak_mb"])
+    """Return the peak resident memory of a process that writes such a capture, MiB."""
+    command = [sys.executable, "-m", __name__, str(folder), *map(str, size), str(scans)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - this module
+    if ended.returncode != 0:
+        raise FoveaError(f"a capture of {size} ended early: {ended.stderr.strip()[-500:]}; run it again")
+    return float(json.loads(ended.stdout)["peak_mb"])
 
 
 def main() -> None:
-    """Write `scans` captures' worth of points into one dataset and print the peak of resident memory, MB."""
+    """Write a dataset of `scans` scans and print the peak resident memory, MiB."""
     folder, columns, rows, scans = Path(sys.argv[1]), *map(int, sys.argv[2:5])
     plan = paper_plan(columns, rows * scans)
     folder.mkdir(parents=True)
-    captured(folder / "dataset", plan)
-    peak_kb = next(
-        int(line.split()[1])
-        for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines()
-        if line.startswith("VmHWM")
-    )
-    sys.stdout.write(json.dumps({"peak_mb": peak_kb / 1024}) + "\n")
+    capture_plan(folder / "dataset", plan)
+    sys.stdout.write(json.dumps({"peak_mb": peak_memory_kib() / 1024}) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""SIGKILL at seeded random moments while a dataset is written, and a check of what is on the disk afterwards.
+"""Kill a dataset's writer at seeded random moments (SIGKILL), and check the dataset on the disk afterwards.
 
-A stub camera gives noise. The loop runs in a process of its own, without threads, and forks a writer for
-every kill: `kill_figures` starts it. One dataset is killed twice, the second time while it is being resumed.
+The pictures are noise. `kill_figures` starts a process without threads, which forks a writer for every kill.
+Each dataset is killed twice, the second time while it is being resumed.
 """
 
 import json
@@ -37,7 +37,7 @@ KILLS_A_DATASET = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KillPlan:
-    """How often to kill, and what is written: `points` of three frames each, (height, width) px."""
+    """Number of kills, and size of the dataset: `points` of three frames each, (height, width) px."""
 
     kills: int
     seed: int = 1
@@ -48,10 +48,10 @@ class KillPlan:
 
 @dataclass(slots=True, kw_only=True)
 class KillFigures:
-    """What was found. `lost`: acknowledged points that are gone; `damaged`: files with a wrong hash.
+    """Counts. `lost`: acknowledged points that are missing; `damaged`: files with a wrong hash.
 
-    `unequal`: datasets whose index, when they were resumed to the end, is not an undisturbed run's;
-    `findings`: what `check` still says of those. `midway`: kills that found a point half written.
+    `unequal`: datasets whose index after resuming to the end differs from that of an uninterrupted run;
+    `findings`: findings of `check` in those. `midway`: kills during the writing of a point.
     """
 
     kills: int = 0
@@ -65,11 +65,11 @@ class KillFigures:
 
 def kill_figures(folder: Path, plan: KillPlan) -> dict[str, int]:
     """Run all kills in a process of its own, in an empty `folder`; return the figures."""
-    words = [sys.executable, "-m", __name__, str(folder), json.dumps(asdict(plan))]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)  # noqa: S603 - this very module
-    if done.returncode != 0:
-        raise FoveaError(f"the kills in {folder} ended early: {done.stderr.strip()[-500:]}; run them again")
-    figures: dict[str, int] = json.loads(done.stdout)
+    command = [sys.executable, "-m", __name__, str(folder), json.dumps(asdict(plan))]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - this module
+    if ended.returncode != 0:
+        raise FoveaError(f"the kills in {folder} ended early: {ended.stderr.strip()[-500:]}; run them again")
+    figures: dict[str, int] = json.loads(ended.stdout)
     return figures
 
 
@@ -77,28 +77,28 @@ def kill_trials(folder: Path, plan: KillPlan) -> KillFigures:
     """Kill and resume until the plan's kills are done. Forks: only for a process without threads."""
     figures, rng = KillFigures(), np.random.default_rng(plan.seed)
     write(folder / "undisturbed", plan, pipe=None)
-    wanted = (folder / "undisturbed" / INDEX).read_bytes()
+    expected = (folder / "undisturbed" / INDEX).read_bytes()
     target = folder / "killed"
     while figures.kills < plan.kills:
         shutil.rmtree(target, ignore_errors=True)
         acknowledged: set[int] = set()
         for _ in range(KILLS_A_DATASET):
-            figures.kills += _killed(target, plan, rng, acknowledged)
+            figures.kills += _kill_writer(target, plan, rng, acknowledged)
             _inspect(target, acknowledged, figures)
         write(target, plan, pipe=None)
-        figures.unequal += (target / INDEX).read_bytes() != wanted
+        figures.unequal += (target / INDEX).read_bytes() != expected
         figures.findings += len(check_dataset(target))
     return figures
 
 
 def write(folder: Path, plan: KillPlan, *, pipe: int | None) -> None:
-    """Begin or resume the dataset and write it to its end; write each stored point to `pipe`."""
+    """Create or resume the dataset and write it to its end; report each stored point to `pipe`."""
 
-    def kept(index: int) -> None:
+    def on_stored(index: int) -> None:
         if pipe is not None:
             os.write(pipe, bytes([index]))
 
-    settings = WriterSettings(on_acknowledged=kept)
+    settings = WriterSettings(on_acknowledged=on_stored)
     if (folder / DOCUMENT).exists():
         if read_document(folder).state == "complete":
             return
@@ -113,7 +113,7 @@ def write(folder: Path, plan: KillPlan, *, pipe: int | None) -> None:
 
 
 def stub_point(index: int, plan: KillPlan) -> CapturedPoint:
-    """Return the noise of a point, the same at every call."""
+    """Return a point with noise pictures, equal at every call."""
     rng = np.random.default_rng((plan.seed, index))
     shots = []
     for seq, role in enumerate(Role):
@@ -129,34 +129,34 @@ def stub_point(index: int, plan: KillPlan) -> CapturedPoint:
     return CapturedPoint(place=PlanPosition(index=index, column=index, row=0), shots=tuple(shots))
 
 
-def _killed(folder: Path, plan: KillPlan, rng: np.random.Generator, acknowledged: set[int]) -> bool:
-    """Start a writer, kill it at a random moment; note what it acknowledged; return whether it was alive."""
+def _kill_writer(folder: Path, plan: KillPlan, rng: np.random.Generator, acknowledged: set[int]) -> bool:
+    """Start a writer, kill it at a random moment, add the points it acknowledged; return whether it ran."""
     points_before = int(rng.integers(0, plan.points))
     patience_s = float(rng.uniform(0.0, 0.02))
-    ours, theirs = os.pipe()
+    read_end, write_end = os.pipe()
     child = os.fork()
     if child == 0:
-        os.close(ours)
+        os.close(read_end)
         try:
-            write(folder, plan, pipe=theirs)
+            write(folder, plan, pipe=write_end)
         finally:
             os._exit(0)
-    os.close(theirs)
-    heard = [kept for _ in range(points_before) for kept in os.read(ours, 1)]
+    os.close(write_end)
+    stored = [index for _ in range(points_before) for index in os.read(read_end, 1)]
     deadline_s = time.monotonic() + patience_s
     while time.monotonic() < deadline_s:
         pass
     os.kill(child, signal.SIGKILL)
     _, status = os.waitpid(child, 0)
-    while rest := os.read(ours, 256):
-        heard.extend(rest)
-    os.close(ours)
-    acknowledged.update(heard)
+    while rest := os.read(read_end, 256):
+        stored.extend(rest)
+    os.close(read_end)
+    acknowledged.update(stored)
     return os.WIFSIGNALED(status)
 
 
 def _inspect(folder: Path, acknowledged: set[int], figures: KillFigures) -> None:
-    """Check what a kill left, before anything is repaired."""
+    """Check the dataset after a kill, before it is repaired."""
     if not (folder / DOCUMENT).exists():
         figures.lost += len(acknowledged)
         return

@@ -1,12 +1,11 @@
 """Measure a mosaic of a raster at full resolution on the simulated rig, judged by the simulation's truth.
 
 `seam_rms_px`: distance between the positions of one textured point in two overlapping views of the mosaic,
-rms, fovea px; its position in the raw frames is the simulation's. Blank points are counted apart (with them:
-`seam_rms_px_with_blank`): the white margin of a chessboard looks the same everywhere. A point is blank where
-the noise-free image of the 64 px about it, from the eye's reference point, spreads by less than `BLANK_SHARE`
-of its mean. Nothing is left out for lying beside a jump of depth or being hidden from a view.
-`mosaic_depth_rel_rms`: fused depth against the true surface, cells beside a jump of depth left out (with
-them: `..._with_edges`), each error carried to 10 m (it grows as Z, Sec. 4.1). `python -m
+rms, fovea px; its position in the raw frames is the simulation's. Blank points, such as those of a white
+margin, are counted apart (`seam_rms_px_with_blank` includes them): the standard deviation of the noise-free
+image of the 64 px about them is below `BLANK_SHARE` of its mean. Points beside depth edges and occluded
+points are included. `mosaic_depth_rel_rms`: fused depth against the true surface without cells beside a depth
+edge (`..._with_edges` includes them), each error scaled to 10 m (it grows as Z, Sec. 4.1). `python -m
 foveacam_bench.capture.mosaic` prints the figures; `--folder` keeps the dataset and the mosaic.
 """
 
@@ -25,7 +24,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_bench.calibration.procedures import truth_of
+from foveacam_bench.judging import rms, truth_of
 from foveacam_hardware.contract import FoveaError, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render.projection import Projection
@@ -53,22 +52,22 @@ Floats = NDArray[np.float64]
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 SCENE = "bench"
 WHOLE, QUICK_SIDE = 9, 3
-"""Points across and down: the paper's raster over the field that both mirrors reach, and a small one."""
+"""Columns and rows: the paper's raster over the field that both mirrors reach, and a small one."""
 STEP_DEG = (2.15, 1.65)
-"""From view to view of a smaller one: a quarter of the 2.86° x 2.15° overlaps."""
+"""Step between views of the small one: a quarter of 2.86° x 2.15° overlaps."""
 CENTRE_DEG = (0.0, 1.0)
 DISTANCE_M = 4.0
 REFERENCE_M = 10.0
 EDGE_SHARE, EDGE_CELLS = 0.01, 5
-"""A cell about which true depth differs by more a cell, in a window so wide, lies beside a jump."""
+"""A cell lies beside a depth edge where true depth varies by more per cell in a window of so many cells."""
 WRONG_SHARE = 0.02
 BLANK_PX, BLANK_SHARE = 64, 0.01
-"""One grey level of a hundred: what the sensor's noise makes of a single px."""
+"""One grey level of a hundred: the sensor noise of one px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JudgedMosaic:
-    """Distances of seams, px, and which are of blank places, (n,); errors of depth carried to 10 m, (m,)."""
+    """Seam distances, px, and which are of blank points, (n,); depth errors scaled to 10 m, (m,)."""
 
     seams_px: Floats
     blank: NDArray[np.bool_]
@@ -80,43 +79,43 @@ class JudgedMosaic:
 
 
 def measure_mosaic(*, quick: bool = False) -> dict[str, object]:
-    """Return the figures, taken in a process of its own: its memory is one of them. `quick`: 3 x 3 points."""
+    """Return the figures, measured in a separate process for its memory. `quick`: 3 x 3 points."""
     side = QUICK_SIDE if quick else WHOLE
-    words = [sys.executable, "-m", __name__, "--side", str(side)]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)  # noqa: S603 - this very module
-    if done.returncode != 0:
-        raise FoveaError(f"the mosaic of {side} x {side} points ended early: {done.stderr.strip()[-500:]}")
-    found: dict[str, object] = json.loads(done.stdout)
+    command = [sys.executable, "-m", __name__, "--side", str(side)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - this module
+    if ended.returncode != 0:
+        raise FoveaError(f"the mosaic of {side} x {side} points ended early: {ended.stderr.strip()[-500:]}")
+    found: dict[str, object] = json.loads(ended.stdout)
     return found
 
 
 def mosaic_figures(folder: Path, *, side: int) -> dict[str, object]:
-    """Capture side x side points into `folder`/raster, lay them out in `folder`/mosaic, judge."""
+    """Capture side x side points into `folder`/raster, build the mosaic in `folder`/mosaic, judge it."""
     with open_simulated(SCENE, inline=True) as rig:
         calibration = load_calibration(CERTIFICATE)
-        capture_s = captured(rig, calibration, folder / "raster", plan_of(side, calibration))
+        capture_s = capture_raster(rig, calibration, folder / "raster", plan_of(side, calibration))
         began_s, began_cpu_s = time.perf_counter(), time.process_time()
         mosaic = build_mosaic(Dataset.open(folder / "raster"), folder / "mosaic", mesh_file=glb_of)
         mosaic_s, cpu_s = time.perf_counter() - began_s, time.process_time() - began_cpu_s
         peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         judged = judge(mosaic.placed, truth_of(rig), calibration)
-    made = mosaic.figures
+    built = mosaic.figures
     return {
-        **figures_of(judged),
-        "mosaic_width": made.width,
-        "mosaic_height": made.height,
-        "mosaic_views": made.views,
-        "mosaic_tiles": made.tiles,
+        **mosaic_figures_of(judged),
+        "mosaic_width": built.width,
+        "mosaic_height": built.height,
+        "mosaic_views": built.views,
+        "mosaic_tiles": built.tiles,
         "mosaic_capture_s": round(capture_s, 1),
         "mosaic_s": round(mosaic_s, 1),
         "mosaic_cpu_s": round(cpu_s, 1),
         "mosaic_peak_rss_mb": round(peak_mb, 1),
-        "mosaic_own": {"seams": asdict(made.seams), "depth": asdict(made.depth)},
+        "mosaic_own": {"seams": asdict(built.seams), "depth": asdict(built.depth)},
     }
 
 
 def plan_of(side: int, calibration: Calibration) -> RasterPlan:
-    """Return the paper's raster, or a smaller one whose views lie as close, verged at `DISTANCE_M`."""
+    """Return the paper's raster, or a smaller one with the same steps, verged at `DISTANCE_M`."""
     verging = {"mode": "given", "distance_m": DISTANCE_M}
     if side == WHOLE:
         return fill_in_plan(plan_from({"verging": verging}), calibration)
@@ -133,7 +132,7 @@ def plan_of(side: int, calibration: Calibration) -> RasterPlan:
     return plan_from({"points": grid, "verging": verging})
 
 
-def captured(rig: Rig, calibration: Calibration, folder: Path, plan: RasterPlan) -> float:
+def capture_raster(rig: Rig, calibration: Calibration, folder: Path, plan: RasterPlan) -> float:
     """Capture a raster; return how long it took, s."""
     began_s = time.perf_counter()
     rig.mirrors.enable()
@@ -156,7 +155,7 @@ def captured(rig: Rig, calibration: Calibration, folder: Path, plan: RasterPlan)
 
 
 def glb_of(mesh: DepthMesh) -> bytes:
-    """Return a mesh as an exported file."""
+    """Return a mesh as a GLB file."""
     return write_glb(mesh, y_up=True)
 
 
@@ -174,38 +173,39 @@ def judge(laid: PlacedScan, truth: Truth, calibration: Calibration, *, eye: Role
             v = chart.v0_px + CELL * place.row + (CELL - 1) / 2
             ray = np.array([u / chart.f_px, v / chart.f_px, 1.0])
             pair = [laid.views[k] for k in (place.first, place.second)]
-            thing = eye_rig_m + float(true_z_m[here]) * ray
-            seams.append(offset_px(pair, thing, truth, eye=eye, per_depth=float(depth.filled[here])))
-            blank.append(spread(truth, (u, v), chart.f_px, eye_rig_m, t_ns) < BLANK_SHARE)
+            point_rig_m = eye_rig_m + float(true_z_m[here]) * ray
+            per_depth = float(depth.filled[here])
+            seams.append(seam_distances_px(pair, point_rig_m, truth, eye=eye, per_depth=per_depth))
+            blank.append(contrast(truth, (u, v), chart.f_px, eye_rig_m, t_ns) < BLANK_SHARE)
     relative = depth.z_m / true_z_m - 1.0
     known = np.isfinite(relative)
-    carried = relative * REFERENCE_M / true_z_m
+    scaled = relative * REFERENCE_M / true_z_m
     seams_px, unadjusted_px, one_depth_px = np.array(seams).T
     return JudgedMosaic(
         seams_px=seams_px,
         blank=np.array(blank, dtype=np.bool_),
         unadjusted_px=unadjusted_px,
         one_depth_px=one_depth_px,
-        depth_rel=carried[known & ~beside_jumps(true_z_m)],
-        all_depth_rel=carried[known],
+        depth_rel=scaled[known & ~beside_edges(true_z_m)],
+        all_depth_rel=scaled[known],
         known=float((known & textured).sum() / max(1, int(textured.sum()))),
     )
 
 
-def offset_px(
-    pair: Sequence[MosaicView], thing_rig_m: Floats, truth: Truth, *, eye: Role, per_depth: float
+def seam_distances_px(
+    pair: Sequence[MosaicView], point_rig_m: Floats, truth: Truth, *, eye: Role, per_depth: float
 ) -> tuple[float, float, float]:
-    """Return the distances of one point in two views: adjusted, unadjusted, and at the pairs' depths."""
-    raw = [truth.projection(eye, _frame_ns(view, eye)).project(thing_rig_m[None]) for view in pair]
+    """Return the distances of one point between two views: adjusted, unadjusted, at each view's own depth."""
+    raw = [truth.projection(eye, _frame_ns(view, eye)).project(point_rig_m[None]) for view in pair]
     still = [view.look.with_adjustment(np.zeros(2), np.eye(2)) for view in pair]
     laid = [view.look.plane(px, per_depth) for view, px in zip(pair, raw, strict=True)]
     plain = [look.plane(px, per_depth) for look, px in zip(still, raw, strict=True)]
     flat = [look.plane(px, view.per_depth) for look, px, view in zip(still, raw, pair, strict=True)]
-    as_laid, unadjusted, one_depth = (float(np.linalg.norm(b - a)) for a, b in (laid, plain, flat))
-    return as_laid, unadjusted, one_depth
+    adjusted, unadjusted, one_depth = (float(np.linalg.norm(b - a)) for a, b in (laid, plain, flat))
+    return adjusted, unadjusted, one_depth
 
 
-def figures_of(judged: JudgedMosaic) -> dict[str, object]:
+def mosaic_figures_of(judged: JudgedMosaic) -> dict[str, object]:
     """Return the figures of a mosaic."""
     own, shown = judged.depth_rel, ~judged.blank
     return {
@@ -228,7 +228,7 @@ def figures_of(judged: JudgedMosaic) -> dict[str, object]:
 def true_depth_m(
     truth: Truth, chart: Chart, eye_rig_m: Floats, t_ns: int
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return (rows, columns) true depth along z of cells, m (NaN: nothing), and which show texture."""
+    """Return (rows, columns) true depth of cells along z, m (NaN: background), and which show texture."""
     middle = (CELL - 1) / 2
     f_px = chart.f_px / CELL
     k = np.array(
@@ -247,8 +247,8 @@ def true_depth_m(
     return np.where(drawn.ids >= 0, drawn.depth_m.astype(np.float64), np.nan), textured
 
 
-def spread(truth: Truth, place_px: tuple[float, float], f_px: float, eye_rig_m: Floats, t_ns: int) -> float:
-    """Return by how much brightness spreads about a place of an eye's plane, without noise, over its mean."""
+def contrast(truth: Truth, place_px: tuple[float, float], f_px: float, eye_rig_m: Floats, t_ns: int) -> float:
+    """Return the noise-free contrast about a position of an eye's plane: standard deviation over mean."""
     u, v = place_px
     middle = BLANK_PX / 2
     k = np.array([[f_px, 0.0, middle - u], [0.0, f_px, middle - v], [0.0, 0.0, 1.0]])
@@ -258,17 +258,12 @@ def spread(truth: Truth, place_px: tuple[float, float], f_px: float, eye_rig_m: 
     return float(grey.std() / max(float(grey.mean()), 1e-6))
 
 
-def beside_jumps(z_m: Floats) -> NDArray[np.bool_]:
-    """Return which cells have another depth beside them, or nothing."""
+def beside_edges(z_m: Floats) -> NDArray[np.bool_]:
+    """Return which cells lie beside a depth edge or the background."""
     kernel = np.ones((EDGE_CELLS, EDGE_CELLS), dtype=np.uint8)
     filled = np.where(np.isfinite(z_m), z_m, 1e3)
-    spread = cv2.dilate(filled, kernel) / cv2.erode(filled, kernel) - 1.0
-    return np.asarray(spread > EDGE_SHARE * EDGE_CELLS)
-
-
-def rms(values: Floats) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
+    ratio = cv2.dilate(filled, kernel) / cv2.erode(filled, kernel) - 1.0
+    return np.asarray(ratio > EDGE_SHARE * EDGE_CELLS)
 
 
 def _frame_ns(view: MosaicView, eye: Role) -> int:
@@ -278,8 +273,8 @@ def _frame_ns(view: MosaicView, eye: Role) -> int:
 def main() -> None:
     """Print the figures of one mosaic."""
     parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--side", type=int, default=WHOLE, help="points across and down")
-    parser.add_argument("--folder", type=Path, help="where raster and mosaic shall stay")
+    parser.add_argument("--side", type=int, default=WHOLE, help="number of columns and of rows")
+    parser.add_argument("--folder", type=Path, help="folder that keeps raster and mosaic")
     asked = parser.parse_args()
     with TemporaryDirectory() as scratch:
         figures = mosaic_figures(asked.folder or Path(scratch), side=asked.side)

@@ -1,8 +1,7 @@
-"""Measure how fast recordings are written, against a bare loop of the same bytes: a part of `bench capture`.
+"""Measure the writing rate of recordings against a bare loop of the same bytes, for `bench capture`.
 
-A source that costs no time gives three cameras' frames at 30 Hz; then as fast as the ring takes them.
-For the ratio both loops run on one core: on two, the recording's thread may land on the one that a
-neighbour slows, and the bare loop on the other.
+Prepared frames of three cameras are recorded at 30 Hz, then as fast as the ring accepts them. For the ratio
+both loops run on one core, so that other work on the machine slows both.
 """
 
 import os
@@ -24,9 +23,9 @@ from foveacam_pipeline.capture.recording.values import FramePose, RawFrame
 
 HEIGHT, WIDTH, RATE_HZ = 1080, 1440, 30.0
 STREAMS = ("left", "center", "right")
-MEMORY = Path("/dev/shm")  # noqa: S108 - the bar is set for a file system in memory
+MEMORY = Path("/dev/shm")  # noqa: S108 - the limit is for a file system in memory
 DIFFERENT = 4
-"""Pictures a stream: more would only measure how fast memory is."""
+"""Pictures of each stream: more would measure the speed of memory."""
 RATIO_ROUNDS = 9
 RATIO_FRAMES = 300
 """In each round; 470 MB."""
@@ -38,10 +37,10 @@ def measure_recording(*, quick: bool = False, folder: Path | None = None) -> dic
     where = folder or (MEMORY if MEMORY.is_dir() else Path(tempfile.gettempdir()))
     with tempfile.TemporaryDirectory(dir=where) as scratch:
         path = Path(scratch) / "bench.fcap"
-        counts = _paced(path, pictures, seconds=2.0 if quick else 20.0)
+        counts = _record_paced(path, pictures, seconds=2.0 if quick else 20.0)
         with _one_core():
-            _ratio(Path(scratch), pictures)  # pages of the system's that nobody has touched yet are slow
-            ratios = [_ratio(Path(scratch), pictures) for _ in range(2 if quick else RATIO_ROUNDS)]
+            _write_rates(Path(scratch), pictures)  # the first use of memory pages is slow
+            ratios = [_write_rates(Path(scratch), pictures) for _ in range(2 if quick else RATIO_ROUNDS)]
     writes = [ours for ours, _ in ratios]
     bare = [loop for _, loop in ratios]
     return {
@@ -64,7 +63,7 @@ def _pictures() -> dict[str, list[NDArray[np.uint8]]]:
 
 
 def _frames(pictures: dict[str, list[NDArray[np.uint8]]], ticks: int) -> Iterator[tuple[str, RawFrame]]:
-    """Yield frames of all streams in turn, `ticks` of each."""
+    """Yield `ticks` frames of each stream, the streams alternating."""
     form = stream_format(pictures[STREAMS[0]][0], bits=8)
     pose = FramePose(volts=MirrorVolts(x_v=12.5, y_v=-3.25), volts_source="fin-averaged")
     for tick in range(ticks):
@@ -74,7 +73,7 @@ def _frames(pictures: dict[str, list[NDArray[np.uint8]]], ticks: int) -> Iterato
             yield stream, RawFrame(payload=payload, form=form, seq=tick, t_ns=t_ns, pose=pose)
 
 
-def _paced(
+def _record_paced(
     path: Path, pictures: dict[str, list[NDArray[np.uint8]]], *, seconds: float
 ) -> dict[str, StreamStatistics]:
     """Record at the cameras' rate; return the counts of frames."""
@@ -91,7 +90,7 @@ def _paced(
 
 @contextmanager
 def _one_core() -> Iterator[None]:
-    """Keep this thread, and those that it starts, on one core, where the system can do so."""
+    """Bind this thread, and those that it starts, to one core where the system supports it."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -103,8 +102,8 @@ def _one_core() -> Iterator[None]:
         os.sched_setaffinity(0, allowed)
 
 
-def _ratio(folder: Path, pictures: dict[str, list[NDArray[np.uint8]]]) -> tuple[float, float]:
-    """Return MB/s of a recording whose ring never runs empty, and of a bare loop right after it."""
+def _write_rates(folder: Path, pictures: dict[str, list[NDArray[np.uint8]]]) -> tuple[float, float]:
+    """Return MB/s of a recording whose ring is never empty, and of a bare loop directly after it."""
     ticks = RATIO_FRAMES // len(STREAMS)
     frames = list(_frames(pictures, ticks))
     path, bytes_mb = folder / "ratio.fcap", len(frames) * HEIGHT * WIDTH / 1e6

@@ -1,9 +1,9 @@
 """Measure a wide-baseline reference: scans from the paper's rail positions, judged by the simulation's truth.
 
-`short_rel_rms`, `reference_rel_rms`: depth of the same samples against the true surface, by the rig's own
-baseline and by the reference; `ratio`: of the two, to be held against `baseline_ratio`. `*_px`: the same as
-an error of the disparity over each one's own baseline. `reference_over_stated`: rms error over stated error.
-`python -m foveacam_bench.capture.reference` prints the figures; with a folder, dataset and reference stay.
+`short_rel_rms`, `reference_rel_rms`: relative depth error of the same samples by the rig's own baseline and
+by the reference; `ratio`: of the two, to be compared with `baseline_ratio`. `*_px`: the same as disparity
+errors over the respective baseline. `reference_over_stated`: rms error over stated error. `python -m
+foveacam_bench.capture.reference [FOLDER]` prints the figures; FOLDER keeps dataset and reference.
 """
 
 import json
@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_bench.calibration.procedures import truth_of
+from foveacam_bench.judging import rms, truth_of
 from foveacam_hardware.contract import DeviceFault, Rail, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -49,13 +49,13 @@ SCENE = "bench"
 DISTANCE_M = 4.0
 POLL_NS = 20_000_000
 EDGE_SHARE = 0.003
-"""Truth whose four px about a sample differ by more is of an edge."""
+"""A sample lies at an edge kept the true depths of the four px about it differ by more."""
 WRONG = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RailRaster:
-    """What to capture; the last stop is judged, since the simulation still has its state."""
+    """Directions and rail positions to capture; the last is judged: the simulation still has its state."""
 
     columns_deg: tuple[float, ...] = (-6.45, -4.3, -2.15, 0.0, 2.15, 4.3, 6.45)
     rows_deg: tuple[float, ...] = (0.2, 1.85)
@@ -65,31 +65,31 @@ class RailRaster:
 
 FULL = RailRaster()
 QUICK = RailRaster(columns_deg=(0.0, 2.15, 4.3), rows_deg=(0.2,), stops_m=(-0.3, 0.3, 0.0), across=8)
-"""One wall 8 m away, from three positions."""
+"""A wall 8 m away, from three positions."""
 
 
 def reference_figures(*, quick: bool = False, folder: Path | None = None) -> dict[str, object]:
-    """Capture, triangulate, judge. With `folder`, dataset and reference stay there."""
+    """Capture, triangulate, judge. `folder` keeps dataset and reference."""
     raster = QUICK if quick else FULL
     with TemporaryDirectory() as scratch, open_simulated(SCENE, inline=True) as rig:
-        home = Path(scratch) / "raster" if folder is None else folder
-        captured(rig, load_calibration(CERTIFICATE), home, raster)
-        dataset = Dataset.open(home)
+        dataset_folder = Path(scratch) / "raster" if folder is None else folder
+        capture_scans(rig, load_calibration(CERTIFICATE), dataset_folder, raster)
+        dataset = Dataset.open(dataset_folder)
         began_s = time.process_time()
         settings = ReferenceSettings(scan=len(raster.stops_m) - 1, across=raster.across)
         reference = build_reference(dataset, settings)
         took_s = time.process_time() - began_s
-        write_reference(home, reference)
+        write_reference(dataset_folder, reference)
         true_m = true_depths_m(truth_of(rig), dataset, reference.rows)
-        return {**judged(reference, true_m), "reference_cpu_s": round(took_s, 1)}
+        return {**judge_reference(reference, true_m), "reference_cpu_s": round(took_s, 1)}
 
 
-def captured(rig: Rig, calibration: Calibration, folder: Path, raster: RailRaster) -> None:
-    """Capture a scan at every stop."""
+def capture_scans(rig: Rig, calibration: Calibration, folder: Path, raster: RailRaster) -> None:
+    """Capture a scan at every rail position."""
     rig.mirrors.enable()
     rail = _rail(rig)
     rail.home()
-    _rest(rig, rail)
+    _wait_for_rail(rig, rail)
     aims = [(column, row) for row in raster.rows_deg for column in raster.columns_deg]
     header = DatasetHeader(
         points=len(aims) * len(raster.stops_m), calibration=calibration, label="bench reference"
@@ -97,14 +97,14 @@ def captured(rig: Rig, calibration: Calibration, folder: Path, raster: RailRaste
     with DatasetWriter.create(folder, header) as writer:
         for scan, stop_m in enumerate(raster.stops_m):
             rail.move_to(stop_m)
-            _rest(rig, rail)
+            _wait_for_rail(rig, rail)
             for index, aim_deg in enumerate(aims, start=scan * len(aims)):
-                writer.add(_taken(rig, calibration, aim_deg, index=index, scan=scan, rail_m=stop_m))
+                writer.add(_capture_point(rig, calibration, aim_deg, index=index, scan=scan, rail_m=stop_m))
         writer.finish()
 
 
 def true_depths_m(truth: Truth, dataset: Dataset, rows: Sequence[ReferenceSample]) -> Floats:
-    """Return (n,) true depth along z of what the left px of samples show; NaN at edges."""
+    """Return (n,) true depth along z at the samples' left px; NaN at edges."""
     true_m = np.full(len(rows), np.nan)
     for point in dataset:
         here = [number for number, row in enumerate(rows) if row.point == point.index]
@@ -114,7 +114,7 @@ def true_depths_m(truth: Truth, dataset: Dataset, rows: Sequence[ReferenceSample
     return true_m
 
 
-def judged(reference: WideBaselineReference, true_m: Floats) -> dict[str, object]:
+def judge_reference(reference: WideBaselineReference, true_m: Floats) -> dict[str, object]:
     """Return the figures of a reference against the truth of its samples."""
     names = ("short_m", "reference_m", "sigma_m", "baseline_m")
     short, found, sigma, longest = (
@@ -148,12 +148,7 @@ def judged(reference: WideBaselineReference, true_m: Floats) -> dict[str, object
     }
 
 
-def rms(values: Floats) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
-
-
-def _taken(
+def _capture_point(
     rig: Rig, calibration: Calibration, aim_deg: tuple[float, float], *, index: int, scan: int, rail_m: float
 ) -> CapturedPoint:
     aim_rad = math.radians(aim_deg[0]), math.radians(aim_deg[1])
@@ -163,7 +158,7 @@ def _taken(
 
 
 def _true_m(truth: Truth, point: DatasetPoint, places_px: Floats) -> Floats:
-    """Return (n,) true depth of positions (n, 2) of a left fovea, between its px."""
+    """Return (n,) true depth at sub-pixel positions (n, 2) of a left fovea, by interpolation."""
     frame = point.frame(Role.LEFT)
     volts = point.pose.volts
     if volts is None:
@@ -186,11 +181,11 @@ def _rail(rig: Rig) -> Rail:
     return rig.rail
 
 
-def _rest(rig: Rig, rail: Rail) -> None:
+def _wait_for_rail(rig: Rig, rail: Rail) -> None:
     while rail.state.moving:
         rig.clock.sleep_until_ns(rig.clock.now_ns() + POLL_NS)
 
 
 if __name__ == "__main__":
-    where = Path(sys.argv[1]) if len(sys.argv) > 1 else None
-    json.dump(reference_figures(folder=where), sys.stdout, indent=1)
+    kept_in = Path(sys.argv[1]) if len(sys.argv) > 1 else None
+    json.dump(reference_figures(folder=kept_in), sys.stdout, indent=1)

@@ -1,7 +1,7 @@
-"""Stub devices and a stub rig that cost no time but that of their exposures, readouts and moves.
+"""Stub devices and a stub rig whose only delays are exposures, readouts and moves.
 
-They satisfy the hardware's contract. `did` lists what happened when; faults are attributes. The stub rig has
-the real head, and runs work on the caller's thread.
+They implement the hardware's contract. `did` is the log of actions with their times; faults are attributes.
+The stub rig has the real head, and runs work on the caller's thread.
 """
 
 # ruff: noqa: D102 - the contract says what each of its methods does
@@ -53,7 +53,7 @@ ANYTHING = ValueRange(low=0.0, high=1e9)
 
 @dataclass
 class StubCamera:
-    """A camera that always gives one image. `lost`: number of its next frames that do not come."""
+    """A camera that always delivers the same image. `lost`: number of its next frames that are lost."""
 
     role: Role
     clock: Clock
@@ -107,7 +107,7 @@ class StubCamera:
         return self.settings
 
     def expose(self, t_ns: int) -> None:
-        """Expose from a moment on."""
+        """Expose, beginning at `t_ns`."""
         self._seq += 1
         if self.lost > 0:
             self.lost -= 1
@@ -145,7 +145,7 @@ class StubCamera:
             yield self.read(timeout_ms=timeout_ms)
 
     def _free_frame(self, *, later: int) -> Frame:
-        """Return the newest frame of a free run, or the one after it."""
+        """Return the newest frame of a free-running camera, or the `later` th after it."""
         period_ns = round(1e9 / self.settings.frame_rate_hz)
         exposure_ns = self.settings.exposure_ns
         slot = (self.clock.now_ns() - exposure_ns - READOUT_NS) // period_ns + later
@@ -285,7 +285,7 @@ class StubRail:
 
 
 class StubRig:
-    """Implements the capture's rig with the real head, and gives access to it on the caller's thread."""
+    """Implements `CaptureRig` and `RigAccess` with the real head, on the caller's thread."""
 
     name = "stub"
     simulated = True
@@ -323,7 +323,7 @@ class StubRig:
         )
 
     def check_may_move(self) -> None:
-        """Allow it."""
+        """Allow every move."""
 
     def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
         """Run it on this thread."""

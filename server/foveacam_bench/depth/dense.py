@@ -1,15 +1,16 @@
 """Measure accuracy and speed of the foveae's dense depth, on rendered looks about 10 m away and real pairs.
 
-Rendered figures are of surfaces 7 to 13 m away that both eyes see: `depth_rel_rms` (what disparity errors and
-the pose's make at 10 m), `density`, `within_1_sigma` (each pixel's own error; the median of a look is the
-pose's, judged apart). Real pairs stand against bare OpenCV SGBM, which leaves out the left rim, `margin_`
-figures against one given margins. Truth in whole px widens a sigma by its rounding.
+Rendered figures are of surfaces 7 to 13 m away that both eyes see: `depth_rel_rms` (disparity and pose errors
+as depth at 10 m), `density`, `within_1_sigma` (errors of pixels without the median of their look, which is
+the pose error and judged separately). Real pairs are compared with bare OpenCV SGBM, which has no answers at
+the left border, `margin_` figures with SGBM on pictures with margins. Ground truth in whole px widens sigma
+by its rounding.
 
-`speedup_vs_sgbm` compares the live backend, errors and all, with OpenCV's StereoSGBM (3-way, block 5) on the
-same 720 x 540 px look and as many threads. SGBM cannot choose its range: it searches 128 px about the
-verged depth, with margins, so that it answers at the rims as live does. `_cpu` is the ratio of processor
-times, nearly free of other work on the cores; `speedup_no_margins` spares SGBM the margins;
-`speedup_same_range` has it search the span of the scene, found for it.
+`speedup_vs_sgbm` compares the live backend, its error model included, with OpenCV's StereoSGBM (3-way,
+block 5) on the same 720 x 540 px look with as many threads. SGBM searches 128 px about the verged depth, on
+pictures with margins, so that both answer at the borders. `_cpu` is the ratio of processor times, which other
+load hardly changes; for `speedup_no_margins` SGBM has no margins, for `speedup_same_range` it searches the
+depth range of the scene.
 """
 
 import json
@@ -37,6 +38,7 @@ from foveacam_bench.depth.matching import (
 )
 from foveacam_bench.depth.real_pairs import RealPair, real_pairs
 from foveacam_bench.depth.rendered_looks import RenderedLook, true_looks
+from foveacam_bench.judging import rms
 from foveacam_pipeline.stereo.estimator import LiveEstimator, SemiGlobalEstimator
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.search import (
@@ -51,7 +53,7 @@ from foveacam_pipeline.stereo.search import (
 from foveacam_pipeline.stereo.values import RectifiedPair
 
 LOOKS, QUICK_LOOKS = 12, 2
-"""Of each scene."""
+"""Looks at each scene."""
 AT_M = 10.0
 WRONG_PX = 1.0
 GROSS_PX, GROSS_SIGMA = 3.0, 5.0
@@ -61,21 +63,21 @@ RUNS, QUICK_RUNS = 25, 5
 CORES = 2
 LEAST_LIVE_PIXELS = 640 * 480
 REAL_F_PX, REAL_BASELINE_M, REAL_OFFSET_PX = 1000.0, 0.2, 1000.0
-"""Cameras of some real pairs are unknown: assumed, so that depths can give the range searched."""
+"""Assumed for real pairs with unknown cameras, to convert disparity ranges to depths."""
 
 Estimator: TypeAlias = type[SemiGlobalEstimator] | type[LiveEstimator]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JudgedDepth:
-    """Errors, the same without what a look shares, and sigmas, (n,) px, of answered among `asked` pixels."""
+    """Errors, errors without their look's median, and sigmas, (n,) px, of the answered of `asked` pixels."""
 
     error_px: NDArray[np.float64]
     own_error_px: NDArray[np.float64]
     sigma_px: NDArray[np.float64]
     asked: int
     shared: tuple[float, ...] = ()
-    """Median error of each look over its pose's standard error."""
+    """Median error of each look over the standard error of its pose."""
 
     @property
     def density(self) -> float:
@@ -84,11 +86,11 @@ class JudgedDepth:
 
     @property
     def bad1(self) -> float:
-        """Share of the answers that are off by more than 1 px."""
+        """Share of the answers with an error above 1 px."""
         return float((np.abs(self.error_px) > WRONG_PX).mean())
 
     def within(self, *, rounding_px: float = 0.0) -> float:
-        """Return the share within one sigma, where the truth is rounded to multiples of `rounding_px`."""
+        """Return the share of errors within one sigma; the truth is rounded to multiples of `rounding_px`."""
         limit = self.sigma_px if rounding_px == 0.0 else _one_sigma_px(self.sigma_px, rounding_px)
         return float((np.abs(self.own_error_px) <= limit).mean())
 
@@ -111,7 +113,7 @@ def run(*, quick: bool = False, data: Path | None = None) -> dict[str, object]:
 def rendered_figures(looks: list[RenderedLook]) -> dict[str, object]:
     """Return the default backend's figures on the rendered looks, of all and of each scene."""
     judged = [(look, _judge_look(look, SemiGlobalEstimator)) for look in looks]
-    every = _together([one for _, one in judged])
+    every = _merged([one for _, one in judged])
     figures: dict[str, object] = {
         **_rendered(every, looks[0].pair),
         "pose_within_1_sigma": float(np.mean(np.abs(every.shared) <= 1.0)),
@@ -120,7 +122,7 @@ def rendered_figures(looks: list[RenderedLook]) -> dict[str, object]:
         "looks": len(looks),
     }
     for scene in sorted({look.scene for look in looks}):
-        one = _together([each for look, each in judged if look.scene == scene])
+        one = _merged([each for look, each in judged if look.scene == scene])
         figures |= {f"{scene}_{key}": value for key, value in _rendered(one, looks[0].pair).items()}
     return figures
 
@@ -128,7 +130,7 @@ def rendered_figures(looks: list[RenderedLook]) -> dict[str, object]:
 def _rendered(judged: JudgedDepth, pair: RectifiedPair) -> dict[str, object]:
     rel_per_px = AT_M / (pair.f_px * pair.baseline_m)
     return {
-        "depth_rel_rms": _rms(judged.error_px) * rel_per_px,
+        "depth_rel_rms": rms(judged.error_px) * rel_per_px,
         "depth_rel_median": float(np.median(np.abs(judged.error_px))) * rel_per_px,
         "density": judged.density,
         "within_1_sigma": judged.within(),
@@ -136,7 +138,7 @@ def _rendered(judged: JudgedDepth, pair: RectifiedPair) -> dict[str, object]:
 
 
 def _gross_fraction(looks: list[RenderedLook]) -> float:
-    """Return the share of all answers, whatever their surface's distance, off by 3 px and 5 sigma."""
+    """Return the share of answers at any distance with an error above both 3 px and 5 sigma."""
     gross, answers = 0, 0
     for look in looks:
         found = SemiGlobalEstimator().estimate(look.pair)
@@ -176,14 +178,14 @@ def real_figures(pairs: dict[str, RealPair]) -> dict[str, object]:
 
 
 def _rounding_px(pair: RealPair) -> float:
-    """Return the step of the ground truth, px: its error is evenly spread over it."""
+    """Return the step of the ground truth, px; its error is uniform over the step."""
     return pair.truth_sigma_px * math.sqrt(12.0)
 
 
 def live_figures(looks: list[RenderedLook], pairs: dict[str, RealPair]) -> dict[str, object]:
-    """Return the live backend's figures; `bad1_ratio`: wrong pixels over bare SGBM's, the worst of its size.
+    """Return the live backend's figures; `bad1_ratio`: the largest ratio of its wrong pixels to bare SGBM's.
 
-    Live is made for 720 x 540 px; half of a much smaller picture holds too little.
+    Pictures much smaller than the 720 x 540 px of its design are left out of `bad1_ratio`.
     """
     figures: dict[str, object] = {}
     ratios = []
@@ -196,8 +198,8 @@ def live_figures(looks: list[RenderedLook], pairs: dict[str, RealPair]) -> dict[
         }
         if pair.left.size >= LEAST_LIVE_PIXELS:
             ratios.append(live.bad1 / bare.bad1)
-    live = _together([_judge_look(look, LiveEstimator) for look in looks])
-    bare = _together([_judge_bare_look(look) for look in looks])
+    live = _merged([_judge_look(look, LiveEstimator) for look in looks])
+    bare = _merged([_judge_bare_look(look) for look in looks])
     figures |= {
         "rendered_bad1_ratio": live.bad1 / bare.bad1,
         "rendered_live_density": live.density,
@@ -207,11 +209,11 @@ def live_figures(looks: list[RenderedLook], pairs: dict[str, RealPair]) -> dict[
 
 
 def speed_figures(pairs: list[RectifiedPair], *, runs: int) -> dict[str, object]:
-    """Return the rate of the live backend and its speed over bare SGBM, run in turn on looks in turn."""
+    """Return the rate of the live backend and its speed-up over bare SGBM, run alternately on all looks."""
     threads = cv2.getNumThreads()
     cv2.setNumThreads(CORES)
     try:
-        times = [_timed(pairs[run % len(pairs)]) for run in range(runs + 1)][1:]
+        times = [_times(pairs[run % len(pairs)]) for run in range(runs + 1)][1:]
     finally:
         cv2.setNumThreads(threads)
     wall_s, cpu_s = ({name: median(one[name][k] for one in times) for name in times[0]} for k in (0, 1))
@@ -227,20 +229,20 @@ def speed_figures(pairs: list[RectifiedPair], *, runs: int) -> dict[str, object]
     }
 
 
-def _timed(pair: RectifiedPair) -> dict[str, tuple[float, float]]:
+def _times(pair: RectifiedPair) -> dict[str, tuple[float, float]]:
     """Return the wall-clock and processor time, s, of the live backend and of three settings of SGBM."""
     grays = gray(pair.left), gray(pair.right)
     first, count = search_window(pair)
     opencv = matcher(first=first, count=count, settings=DEFAULT, speckle_px=DEFAULT.speckle_px)
     return {
         "live": _seconds(partial(LiveEstimator().estimate, pair)),
-        "sgbm": _seconds(_bare(grays, first, count)),
-        "same_range": _seconds(_bare(grays, *scene_window(pair, grays))),
+        "sgbm": _seconds(_sgbm(grays, first, count)),
+        "same_range": _seconds(_sgbm(grays, *scene_window(pair, grays))),
         "no_margins": _seconds(lambda: opencv.compute(*grays)),
     }
 
 
-def _bare(grays: tuple[NDArray[np.uint8], NDArray[np.uint8]], first: int, count: int) -> Callable[[], object]:
+def _sgbm(grays: tuple[NDArray[np.uint8], NDArray[np.uint8]], first: int, count: int) -> Callable[[], object]:
     return lambda: semi_global(
         *grays, first=first, count=count, settings=DEFAULT, speckle_px=DEFAULT.speckle_px
     )
@@ -254,7 +256,7 @@ def _seconds(work: Callable[[], object]) -> tuple[float, float]:
 
 def _judge_look(look: RenderedLook, estimator: Estimator) -> JudgedDepth:
     found = estimator().estimate(look.pair)
-    judged = _judged(found.residual_px, found.sigma_px, look.truth_px, look.judged)
+    judged = _judge_pixels(found.residual_px, found.sigma_px, look.truth_px, look.judged)
     shared_px = float(np.median(judged.error_px))
     return replace(
         judged, own_error_px=judged.error_px - shared_px, shared=(shared_px / look.pair.pose_sigma_px,)
@@ -264,14 +266,14 @@ def _judge_look(look: RenderedLook, estimator: Estimator) -> JudgedDepth:
 def _judge_bare_look(look: RenderedLook) -> JudgedDepth:
     grays = gray(look.pair.left), gray(look.pair.right)
     first, count = scene_window(look.pair, grays)
-    found = np.asarray(_bare(grays, first, count)(), dtype=np.float32)
-    return _judged(found, np.ones_like(found), look.truth_px, look.judged)
+    found = np.asarray(_sgbm(grays, first, count)(), dtype=np.float32)
+    return _judge_pixels(found, np.ones_like(found), look.truth_px, look.judged)
 
 
 def _judge_real(pair: RealPair, estimator: Estimator) -> JudgedDepth:
     rectified, settings = rectified_real(pair)
     found = estimator(settings=settings).estimate(rectified)
-    return _judged(found.residual_px, found.sigma_px, pair.truth_px, np.isfinite(pair.truth_px))
+    return _judge_pixels(found.residual_px, found.sigma_px, pair.truth_px, np.isfinite(pair.truth_px))
 
 
 def _judge_bare(pair: RealPair, *, margins: bool) -> JudgedDepth:
@@ -279,16 +281,16 @@ def _judge_bare(pair: RealPair, *, margins: bool) -> JudgedDepth:
     grays = gray(rectified.left), gray(rectified.right)
     first, count = scene_window(rectified, grays, settings)
     if margins:
-        found = np.asarray(_bare(grays, first, count)(), dtype=np.float32)
+        found = np.asarray(_sgbm(grays, first, count)(), dtype=np.float32)
     else:
         opencv = matcher(first=first, count=count, settings=settings, speckle_px=settings.speckle_px)
         raw = np.asarray(opencv.compute(*grays))
         found = np.where(raw >= first * STEP, raw / np.float32(STEP), np.float32(np.nan))
-    return _judged(found, np.ones_like(found), pair.truth_px, np.isfinite(pair.truth_px))
+    return _judge_pixels(found, np.ones_like(found), pair.truth_px, np.isfinite(pair.truth_px))
 
 
 def rectified_real(pair: RealPair) -> tuple[RectifiedPair, MatchSettings]:
-    """Return a real pair as one of the foveae's, and the search over its ground truth's range."""
+    """Return a real pair as a pair of foveae, and settings that search the range of its ground truth."""
     seen = np.ones(pair.left.shape[:2], dtype=np.bool_)
     known_px = pair.truth_px[np.isfinite(pair.truth_px)]
     low_px, high_px = math.floor(known_px.min()), math.ceil(known_px.max())
@@ -310,7 +312,7 @@ def rectified_real(pair: RealPair) -> tuple[RectifiedPair, MatchSettings]:
     return rectified, MatchSettings(near_m=near_m, far_m=far_m)
 
 
-def _judged(
+def _judge_pixels(
     residual_px: NDArray[np.float32],
     sigma_px: NDArray[np.float32],
     truth_px: NDArray[np.floating],
@@ -326,7 +328,7 @@ def _judged(
     )
 
 
-def _together(judged: list[JudgedDepth]) -> JudgedDepth:
+def _merged(judged: list[JudgedDepth]) -> JudgedDepth:
     return JudgedDepth(
         error_px=np.concatenate([one.error_px for one in judged]),
         own_error_px=np.concatenate([one.own_error_px for one in judged]),
@@ -336,12 +338,8 @@ def _together(judged: list[JudgedDepth]) -> JudgedDepth:
     )
 
 
-def _rms(error_px: NDArray[np.float64]) -> float:
-    return float(np.sqrt(np.mean(np.square(error_px))))
-
-
 def _one_sigma_px(sigma_px: NDArray[np.float64], rounding_px: float) -> NDArray[np.float64]:
-    """Return (n,) the 68.3 % quantile of |error| when a rounding error adds to a normal one of `sigma_px`."""
+    """Return (n,) the 68.3 % quantile of |error| of a normal error of `sigma_px` plus a rounding error."""
     table = np.geomspace(0.01, 50.0, 120)
     return np.asarray(np.interp(sigma_px, table, list(_quantiles(table, rounding_px))), dtype=np.float64)
 

@@ -1,9 +1,9 @@
 """Fit the error model of a depth backend: `python -m foveacam_bench.depth.error_fit live|sgbm` prints it.
 
 Data: the Motorcycle pair, half of the weight, and 36 rendered looks of both scenes, 1.5 to 30 m away, drawn
-with another seed than the looks that judge. The log-odds of an error above 1 px are a logistic regression
-over all matched pixels; the logarithm of sigma is the 68.3 % quantile of that of the error over those then
-believed.
+with another seed than the looks of the benches. The log-odds of an error above 1 px are a logistic regression
+over all matched pixels; the logarithm of sigma is the 68.3 % quantile of the logarithm of the error over the
+pixels that this regression accepts.
 """
 
 import sys
@@ -28,13 +28,13 @@ from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings
 from foveacam_pipeline.stereo.values import RectifiedPair
 
 LOOKS = 18
-"""Of each scene."""
+"""Looks at each scene."""
 SEED = 77_11
 NEAREST_M, FARTHEST_M = 1.5, 30.0
 SAMPLES, REAL_SAMPLES = 4_000, 80_000
 LEAST_ERROR_PX = 1e-3
 SOFTNESS = 0.05
-"""Width of the rounded corner of the quantile's loss, in the logarithm of the error."""
+"""Width over which the kink of the pinball loss is smoothed, in the logarithm of the error."""
 
 CUES = tuple(field.name for field in fields(CueWeights))
 """A constant and the cues, in their order."""
@@ -44,7 +44,10 @@ F64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitData:
-    """Matched pixels: a 1 and the cues (n, 9), errors (n,) px, weights (n,), and which are `alike` (n,)."""
+    """Matched pixels: a 1 and the cues (n, 9), errors (n,) px, weights (n,), and which are `alike` (n,).
+
+    `alike`: the gradients of both pictures correlate.
+    """
 
     cues: F64
     error_px: F64
@@ -67,7 +70,7 @@ def fit_cues(data: FitData) -> tuple[CueWeights, CueWeights]:
 
 
 def _pairs(backend: DepthBackend) -> Iterator[FitData]:
-    """Yield the samples of every pair; the weights of each sum to its share of the fit."""
+    """Yield the samples of every pair; their weights sum to the pair's share of the fit."""
     rng = np.random.default_rng(SEED)
     real = next(pair for pair in real_pairs(None) if pair.name == "motorcycle")
     rectified, settings = rectified_real(real)
@@ -75,13 +78,13 @@ def _pairs(backend: DepthBackend) -> Iterator[FitData]:
     yield _sampled(found, real.truth_px, rng, count=REAL_SAMPLES, share=0.5)
     for look in true_looks(LOOKS, seed=SEED, nearest_m=NEAREST_M, farthest_m=FARTHEST_M):
         found = _matched(backend, look.pair, DEFAULT)
-        shared_px = np.nanmedian((found.residual_px - look.truth_px)[look.judged])  # the pose's
+        shared_px = np.nanmedian((found.residual_px - look.truth_px)[look.judged])  # the pose error
         yield _sampled(found, look.truth_px + shared_px, rng, count=SAMPLES, share=0.25 / LOOKS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MatchedPixels:
-    """Disparities (h, w) px, NaN where unknown, and for every `step` th pixel its cues and what is alike."""
+    """Disparities (h, w) px, NaN where unknown; cues and `alike` of every `step` th pixel."""
 
     residual_px: FloatImage
     cues: tuple[FloatImage, ...]
@@ -119,7 +122,7 @@ def _sampled(
     count: int,
     share: float,
 ) -> FitData:
-    """Return `count` of the pixels that have a disparity and a true one, drawn at random."""
+    """Return `count` random pixels of those with a disparity and a ground truth."""
     error_px = (found.residual_px - truth_px)[:: found.step, :: found.step]
     rows, columns = np.nonzero(np.isfinite(error_px))
     chosen = rng.choice(len(rows), min(count, len(rows)), replace=False)

@@ -3,9 +3,9 @@
 The stated errors are judged on rendered and on real pairs.
 
 `python -m foveacam_bench.depth.matching [--quick] [--curve FILE.svg] [--data FOLDER]` prints the figures.
-Bound: two pictures of one unknown scene, both noisy, give a shift no better than the root of (v1 + v2) / G,
-G the gradient energy of the noiseless scene over v's pixels (Cramér-Rao), the slopes of the disparity unknown
-as well. The variance v of a pixel is what the simulated sensor makes there: shot, read and rounding noise.
+Cramér-Rao bound: the standard error of the shift between two noisy pictures of one unknown scene is at least
+the root of (v1 + v2) / G, with G the gradient energy of the noiseless scene over the window, here with
+unknown disparity slopes too. The variance v of a pixel is the simulated sensor's: shot, read, rounding.
 """
 
 import json
@@ -31,7 +31,7 @@ SIDE_PX = 256
 PHASES = tuple(k / 16 for k in range(17))
 QUIET_SIGMA_PX = 1.5
 FLAT = MatchWindow(half_px=40, weight_sigma_px=1e4)
-"""All its pixels weigh alike, so that the bound over them is the matcher's own."""
+"""A window of equal weights, for which the bound is exact."""
 BELL = MatchWindow(half_px=64, weight_sigma_px=28.0)
 EXPOSURE = SensorExposure(exposure_s=0.008, reference_s=REFERENCE_S, psf_sigma_px=PSF_SIGMA_PX[Role.LEFT])
 NOISELESS = SensorExposure(
@@ -69,12 +69,12 @@ def run(*, quick: bool = False, curve: Path | None = None, data: Path | None = N
 
 
 def worst_bias_px(*, scenes: int) -> float:
-    """Return the largest error at any phase, of band-limited noise as it is and through the optics, px."""
+    """Return the largest error at any phase, with and without the simulated optics, px."""
     return max(float(np.abs(bias_curve(optics, scenes=scenes)).max()) for optics in (False, True))
 
 
 def _cubic_bias_px() -> float:
-    """Return how far OpenCV's cubic interpolation moves a ramp at worst, px: what matching had to avoid."""
+    """Return the largest error of OpenCV's cubic interpolation on a ramp, px, for comparison."""
     ramp = np.tile(np.arange(40, dtype=np.float32), (9, 1))
     errors = []
     for phase in PHASES:
@@ -85,12 +85,12 @@ def _cubic_bias_px() -> float:
 
 
 def bias_curve(through_optics: bool, *, scenes: int) -> NDArray[np.float64]:
-    """Return the error along x or y of the worst scene at each phase, px, with its sign."""
+    """Return the signed error of the worst scene and axis at each phase, px."""
     errors = np.zeros((scenes, len(PHASES), 2))
     for scene in range(scenes):
-        first = _seen(_shifted(scene, 0.0, 0.0), through_optics, key=(scene, 0, 0))
+        first = _observed(_shifted(scene, 0.0, 0.0), through_optics, key=(scene, 0, 0))
         for k, phase in enumerate(PHASES):
-            second = _seen(_shifted(scene, phase, 1.0 - phase), through_optics, key=(scene, 1, k))
+            second = _observed(_shifted(scene, phase, 1.0 - phase), through_optics, key=(scene, 1, k))
             start = WindowPlacement(x_px=round(phase), y_px=1.0 - round(phase))
             found = match_point(first, second, start, window=BELL, prior=PositionPrior())
             if found is None:
@@ -102,7 +102,7 @@ def bias_curve(through_optics: bool, *, scenes: int) -> NDArray[np.float64]:
 
 
 def against_bound(*, pairs: int) -> dict[str, float]:
-    """Return the error at the default noise over its bound, and whether the stated error holds."""
+    """Return the error at the default noise over its bound, and the shares within the stated errors."""
     rng = np.random.default_rng(SEED)
     errors, bounds, sigmas = [], [], []
     for pair in range(pairs):
@@ -129,7 +129,7 @@ def against_bound(*, pairs: int) -> dict[str, float]:
 
 
 def _bound_px(radiance: F32) -> float:
-    """Return the least standard error along x over the flat window, the row and two slopes unknown too."""
+    """Return the bound of the standard error along x over the flat window; row and two slopes are unknown."""
     scale = 255.0 / EXPOSURE.full_well_e
     light = EXPOSURE.full_well_e * EXPOSURE.exposure_s / EXPOSURE.reference_s
     blurred = cv2.GaussianBlur(radiance, (0, 0), EXPOSURE.psf_sigma_px)
@@ -145,8 +145,8 @@ def _bound_px(radiance: F32) -> float:
     return math.sqrt(float(np.linalg.inv(matrix @ matrix.T)[0, 0]))
 
 
-def _seen(radiance: F32, through_optics: bool, *, key: tuple[int, int, int]) -> InterpolatedPicture:
-    """Return the picture of a scene: as it is, or blurred and counted by a noiseless camera."""
+def _observed(radiance: F32, through_optics: bool, *, key: tuple[int, int, int]) -> InterpolatedPicture:
+    """Return the picture of a scene, directly or as exposed by a noiseless camera."""
     return _picture(expose(radiance, NOISELESS, key).astype(np.float32) if through_optics else 255 * radiance)
 
 
@@ -156,7 +156,7 @@ def _picture(image: F32) -> InterpolatedPicture:
 
 
 def _shifted(seed: int, x_px: float, y_px: float) -> F32:
-    """Return a scene of 1/f noise up to 0.4 cycles a px, moved exactly, (256, 256) float32 radiance."""
+    """Return 1/f noise up to 0.4 cycles/px, shifted exactly, (256, 256) float32 radiance."""
     white = np.fft.rfft2(np.random.default_rng([SEED, seed]).standard_normal((SIDE_PX, SIDE_PX)))
     down, right = np.fft.fftfreq(SIDE_PX)[:, None], np.fft.rfftfreq(SIDE_PX)[None, :]
     frequency = np.hypot(down, right)
@@ -182,7 +182,7 @@ COLOURS = ("#1f6fb4", "#c8511b", "#3a8a3a")
 
 
 def write_curve(path: Path, phases: Sequence[float], curves: Mapping[str, NDArray[np.float64]]) -> None:
-    """Write the curves with the limit of ±0.005 px; what exceeds the scale is drawn at its end."""
+    """Write the curves with the limit of ±0.005 px; values beyond the scale are drawn at its end."""
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-family="sans-serif" '
         'font-size="12">',

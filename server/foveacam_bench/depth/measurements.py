@@ -1,8 +1,8 @@
-"""Lengths and planes measured in looks at the bench scene, judged by the simulation's truth.
+"""Measure lengths and planes in looks at the bench scene, and judge them by the simulation's truth.
 
 Each look is a fixation on the simulated rig with the calibration that ships, at a seeded random wide pixel.
 The truth of a pixel of a look is where the ray of its raw left pixel, by the true optics, meets the scene.
-Lengths run between random known pixels of one object in one look; planes are squares that are flat in truth.
+Lengths are measured between random known pixels of one object in one look, planes over truly flat squares.
 `python -m foveacam_bench.depth.measurements [--quick]` prints the figures.
 """
 
@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import DeviceFault, InvalidInput, Role, Sighting
+from foveacam_bench.judging import truth_of
+from foveacam_hardware.contract import InvalidInput, Role, Sighting
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
@@ -37,15 +38,15 @@ SCENE = "bench"
 SEED = 20_27
 LOOKS, QUICK_LOOKS = 24, 4
 FIELD_PX = ((290.0, 1150.0), (130.0, 950.0))
-"""Where both eyes of the shipped calibration can look, wide px: x and y, from and to."""
+"""Region within reach of both eyes of the shipped calibration, wide px: x and y, from and to."""
 PAIRS = 40
 """Pairs of pixels in each look."""
 SQUARES = 12
-"""Squares that are tried for planes in each look."""
+"""Candidate squares for planes in each look."""
 SQUARE_PX = 90
 LEAST_LENGTH_PX = 20.0
 FLAT_SHARE = 1e-4
-"""A square is flat in truth when its points leave a plane by less than this share of their distance, rms."""
+"""A square is flat when its true points deviate from a plane by less than this share of the distance, rms."""
 SCALE = 0.5
 
 
@@ -90,7 +91,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
 
 
 def true_looks(count: int) -> Iterator[TrueLook]:
-    """Yield so many verged looks at seeded places of the scene, with their truth."""
+    """Yield `count` verged looks at seeded random pixels of the scene, with their truth."""
     calibration = load_calibration(CERTIFICATE)
     rng = np.random.default_rng(SEED)
     with open_simulated(scene=SCENE, inline=True) as rig:
@@ -105,8 +106,6 @@ def true_looks(count: int) -> Iterator[TrueLook]:
 
 def _look(rig: Rig, calibration: Calibration, pixel: tuple[float, float]) -> TrueLook | None:
     """Return a look at a wide pixel with its truth; None when the eyes do not verge there."""
-    if rig.truth is None:
-        raise DeviceFault("bench measure: the simulated rig came without its truth; use open_simulated")
     target = PixelTarget(x_px=pixel[0], y_px=pixel[1])
     fixation = fixate(rig.head, calibration, target, clock=rig.clock)
     sighting = fixation.sighting
@@ -117,7 +116,7 @@ def _look(rig: Rig, calibration: Calibration, pixel: tuple[float, float]) -> Tru
     look = look_depth(pair, depth, calibration=calibration, volts=sighting.volts, scale=SCALE)
     if not np.isfinite(look.z_m).any():
         return None
-    return true_look(rig.truth, look, sighting)
+    return true_look(truth_of(rig), look, sighting)
 
 
 def true_look(truth: Truth, look: LookDepth, sighting: Sighting) -> TrueLook:
@@ -172,13 +171,13 @@ def judge_planes(seen: TrueLook, rng: np.random.Generator) -> Iterator[JudgedPla
         try:
             plane = fit_plane(seen.look, region, outline_px=outline)
         except InvalidInput:
-            continue  # no texture there: the tool says so instead of an answer
+            continue  # no texture: the tool refuses, too
         angle_rad = math.acos(min(1.0, abs(float(normal @ np.array(plane.normal)))))
         yield JudgedPlane(angle_rad=angle_rad, sigma_rad=plane.normal_sigma_rad)
 
 
 def _true_normal(points_m: NDArray[np.float64], ids: NDArray[np.int64]) -> NDArray[np.float64] | None:
-    """Return the (3,) normal of a square's true points; None when they are no plane of one object."""
+    """Return the (3,) normal of a square's true points; None unless they are a plane of one object."""
     if ids.min() < 0 or ids.min() != ids.max():
         return None
     rows = points_m.reshape(-1, 3)
@@ -190,7 +189,7 @@ def _true_normal(points_m: NDArray[np.float64], ids: NDArray[np.int64]) -> NDArr
 
 
 def length_figures(lengths: list[JudgedLength]) -> dict[str, object]:
-    """Return the figures of lengths; those with an end beside an edge, of which the tool warns, apart."""
+    """Return the figures of lengths without those with an end beside an edge, of which the tool warns."""
     clear = [length for length in lengths if not length.at_edge]
     relative = np.array([abs(length.error_m) / length.true_m for length in clear])
     sigmas = np.array([abs(length.error_m) / length.sigma_m for length in clear])
@@ -205,7 +204,7 @@ def length_figures(lengths: list[JudgedLength]) -> dict[str, object]:
 
 
 def plane_figures(planes: list[JudgedPlane]) -> dict[str, object]:
-    """Return the figures of planes; of a 2D normal error 63 % lie within its rms."""
+    """Return the figures of planes; 63 % of two-dimensional normal errors are within their rms."""
     angles = np.degrees([plane.angle_rad for plane in planes])
     sigmas = np.array([plane.angle_rad / plane.sigma_rad for plane in planes])
     return {

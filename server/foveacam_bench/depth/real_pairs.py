@@ -1,7 +1,7 @@
-"""Check a match's stated errors on real pairs: its standard error, and its probability of a wrong match.
+"""Check the stated standard error and probability of a wrong match of point matching on real pairs.
 
-900 points of each pair, drawn with another seed, fitted the constants of `matching.search`; those drawn here
-judge. Points that the second eye cannot see are among them: they count as wrong matches.
+The constants of `matching.search` were fitted on 900 points of each pair, drawn with another seed than those
+here. Occluded points are included and count as wrong matches.
 """
 
 import math
@@ -22,7 +22,7 @@ WINDOW = MatchWindow(half_px=10, weight_sigma_px=4.0)
 QUIET_SIGMA_PX = 0.8
 ROW_SIGMA_PX = 0.2
 WRONG_PX = 1.5
-"""A match farther off is wrong."""
+"""A match with a larger error is wrong."""
 LIKELY = 0.5
 ROUNDED_PX = 1.0 / math.sqrt(12.0)
 """Error of a ground truth in whole pixels."""
@@ -33,7 +33,7 @@ SEED = 77
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RealPair:
-    """Grey pictures (h, w) uint8, the left one's disparities, px, and their own error, px."""
+    """Grey pictures (h, w) uint8, true disparities of the left one, px, and their standard error, px."""
 
     name: str
     left: NDArray[np.uint8]
@@ -43,7 +43,7 @@ class RealPair:
 
 
 def real_figures(data: Path | None, *, points: int) -> dict[str, float]:
-    """Return the figures of each pair at hand; `data`: folder with aloe/ and tsukuba/."""
+    """Return the figures of each available pair; `data`: folder with aloe/ and tsukuba/."""
     figures: dict[str, float] = {}
     for pair in real_pairs(data):
         figures |= {f"{pair.name}_{name}": value for name, value in judge(pair, points=points).items()}
@@ -52,7 +52,7 @@ def real_figures(data: Path | None, *, points: int) -> dict[str, float]:
 
 def judge(pair: RealPair, *, points: int) -> dict[str, float]:
     """Match points drawn at random and compare with the ground truth."""
-    found = list(_found(pair, points=points))
+    found = list(_match_points(pair, points=points))
     answered = [(one, error) for one, error in found if one is not None]
     error_px = np.array([error for _, error in answered])
     sigma_px = np.hypot([one.sigma_x_px for one, _ in answered], pair.truth_sigma_px)
@@ -74,7 +74,7 @@ def judge(pair: RealPair, *, points: int) -> dict[str, float]:
     }
 
 
-def _found(pair: RealPair, *, points: int) -> Iterator[tuple[FoundPoint | None, float]]:
+def _match_points(pair: RealPair, *, points: int) -> Iterator[tuple[FoundPoint | None, float]]:
     known = np.isfinite(pair.truth_px)
     known[:RIM_PX], known[-RIM_PX:], known[:, :RIM_PX], known[:, -RIM_PX:] = False, False, False, False
     rows, columns = np.nonzero(known)
@@ -93,7 +93,7 @@ def _found(pair: RealPair, *, points: int) -> Iterator[tuple[FoundPoint | None, 
 
 
 def real_pairs(data: Path | None) -> Iterator[RealPair]:
-    """Yield the Motorcycle pair, and those of the folder `data`: aloe/ and tsukuba/."""
+    """Yield the Motorcycle pair, and the pairs aloe/ and tsukuba/ of the folder `data`."""
     pair, truth_px = motorcycle()
     grey = [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in (pair.left, pair.right)]
     yield _pair("motorcycle", grey[0], grey[1], truth_px.astype(np.float32), 0.0)

@@ -1,7 +1,7 @@
 """Rendered looks about 10 m away with the true disparity of every pixel, for `bench depth`.
 
-The looks go to seeded textured points of both simulated scenes, verged by the calibration that ships. The
-error model of dense matching was fitted on other looks, drawn with other seeds.
+The looks are at seeded random textured points of both simulated scenes, verged with the shipped calibration.
+The error model of dense matching was fitted on looks drawn with another seed.
 """
 
 from collections.abc import Iterator
@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.depth.stereo import true_residual_px
+from foveacam_bench.judging import truth_of
 from foveacam_bench.verge.click_truth import ClickKind, classify_click
 from foveacam_bench.verge.fixations import BORDER_PX, CERTIFICATE, SCENES
-from foveacam_hardware.contract import DeviceFault, OutOfRange, Role
+from foveacam_hardware.contract import OutOfRange, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
@@ -23,7 +24,7 @@ from foveacam_pipeline.stereo.values import RectifiedPair
 
 NEAREST_M, FARTHEST_M = 7.0, 13.0
 HIDDEN_PX = 1.0
-"""A pixel is hidden from the right eye where that sees something nearer by more disparity in its place."""
+"""A pixel is occluded in the right eye by a surface that is nearer by more disparity."""
 SEED = 20_31
 
 
@@ -31,7 +32,7 @@ SEED = 20_31
 class RenderedLook:
     """A rectified look and its truth; `truth_px`: (h, w) residual disparity, NaN where no surface is seen.
 
-    `judged`: (h, w), true where both eyes see the surface and it is as far away as asked.
+    `judged`: (h, w), true where both eyes see the surface and its distance is in the requested range.
     """
 
     scene: str
@@ -55,10 +56,8 @@ def true_looks(
 def _look(
     rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator, between_m: tuple[float, float]
 ) -> RenderedLook | None:
-    """Return a look at a random point, None where that is not textured, out of reach or not `between_m`."""
-    truth = rig.truth
-    if truth is None:
-        raise DeviceFault("bench depth: the simulated rig came without its truth; open it by open_simulated")
+    """Return a look at a random point; None if it is not textured, not in reach or not `between_m`."""
+    truth = truth_of(rig)
     size = np.array([calibration.wide.width, calibration.wide.height])
     x_px, y_px = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
     click = classify_click(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=rig.clock.now_ns())

@@ -1,10 +1,10 @@
 """Measure the cost of depth over bare OpenCV, and its accuracy on a real pair and on rendered looks.
 
-`overhead_ratio`: CPU time of rectify + match + depth map, less that of one call of OpenCV's matcher on the
-very images and settings that ours gives it (its left-right check included), over the latter; medians of runs
-that alternate. `density`, `epe_px`, `bad1`: on the Motorcycle pair (Middlebury 2014, in scikit-image): share
-of pixels with ground truth that are answered, their mean error, and the share of them off by over 1 px.
-The `rendered_` figures compare looks at the simulated bench with the renderer's exact depth.
+`overhead_ratio`: CPU time of rectify + match + depth map, minus and over the time of one call of OpenCV's
+matcher on the same images and settings (left-right check included); medians of alternating runs. `density`,
+`epe_px`, `bad1`: on the Motorcycle pair (Middlebury 2014, in scikit-image): share of pixels with ground truth
+that are answered, their mean error, and the share of them with an error above 1 px. The `rendered_` figures
+compare looks at the simulated bench with the renderer's exact depth.
 """
 
 import json
@@ -16,7 +16,8 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import DeviceFault, InvalidInput, Role, Sighting, install_command
+from foveacam_bench.judging import truth_of
+from foveacam_hardware.contract import InvalidInput, Role, Sighting, install_command
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import Calibration, load_calibration
@@ -38,7 +39,7 @@ LOOKS: tuple[tuple[float, float, float], ...] = (
     (2.5, 5.0, 1.9),
     (7.0, 1.0, 2.7),
 )
-"""Where the rendered looks go: (ax, ay) degrees, metres. The first sees no texture, the last nothing else."""
+"""(ax_deg, ay_deg, distance_m) of the rendered looks. The first sees no texture, the last only texture."""
 
 
 def run(*, quick: bool = False) -> dict[str, object]:
@@ -58,7 +59,7 @@ def _look(rig: Rig, calibration: Calibration, look: tuple[float, float, float]) 
 
 
 def _overhead(sighting: Sighting, calibration: Calibration, *, runs: int) -> dict[str, float]:
-    """Time ours and OpenCV's alternately."""
+    """Time our pipeline and OpenCV's matcher alternately."""
     pair = rectify(sighting, calibration)
     first, count = search_window(pair)
     images, _ = with_margins((gray(pair.left), gray(pair.right)), first=first, count=count)
@@ -90,7 +91,7 @@ def _cpu_ms(work: Callable[[], object]) -> float:
 
 
 def _published_pair() -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.float32]]:
-    """Return the left and the right picture and the left disparities, px, as scikit-image carries them."""
+    """Return left picture, right picture and left disparities, px, as scikit-image provides them."""
     try:
         from skimage.data import stereo_motorcycle
     except ImportError as error:
@@ -149,10 +150,8 @@ def _rendered(rig: Rig, calibration: Calibration, sightings: list[Sighting]) -> 
         residual_px, seen = true_residual_px(rig, calibration, sighting, pair)
         within = seen & (np.abs(residual_px) < 48.0)
         known = within & np.isfinite(disparity.residual_px)
-        offset_px = np.median(
-            (disparity.residual_px - residual_px)[known]
-        )  # the pose's share: all pixels alike
-        errors_px.append((disparity.residual_px - residual_px - offset_px)[known])
+        pose_error_px = np.median((disparity.residual_px - residual_px)[known])
+        errors_px.append((disparity.residual_px - residual_px - pose_error_px)[known])
         sigmas_px.append(disparity.sigma_px[known])
         answered, asked = answered + int(known.sum()), asked + int(within.sum())
     error_px, sigma_px = np.concatenate(errors_px), np.concatenate(sigmas_px)
@@ -168,11 +167,7 @@ def true_residual_px(
     rig: Rig, calibration: Calibration, sighting: Sighting, pair: RectifiedPair
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return each left pixel's true residual disparity, (h, w), and where the left eye sees a surface."""
-    truth = rig.truth
-    if truth is None:
-        raise DeviceFault(
-            "bench stereo: the simulated rig came without its truth; open it with open_simulated"
-        )
+    truth = truth_of(rig)
     projection = truth.projection(Role.LEFT, sighting.left.t_ns)
     drawn = truth.world.animated_scene.probe(projection, truth.world.scene_s(sighting.left.t_ns))
     height, width = pair.left.shape[:2]

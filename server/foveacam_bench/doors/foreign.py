@@ -14,7 +14,7 @@ _TAKEN = ("101", "200", "201", "202", "204")
 
 
 def foreign_figures(url: str, *, pid: int) -> dict[str, object]:
-    """Return how many ports the server at `url` has open and which requests of foreigners were accepted."""
+    """Return the number of open ports of the server at `url`, and the foreign requests that it accepted."""
     ports = sorted(set(_ports(pid)))
     own = urlsplit(url).port
     asked = [(port, name, text) for port in ports for name, text in _requests(port, own=port == own)]
@@ -28,7 +28,7 @@ def foreign_figures(url: str, *, pid: int) -> dict[str, object]:
 
 
 def _requests(port: int, *, own: bool) -> Iterator[tuple[str, bytes]]:
-    """Yield a name and a request for each foreign client; on other ports than our own all are foreign."""
+    """Yield name and text of each foreign request; on ports other than the server's own all are foreign."""
     here = f"127.0.0.1:{port}"
     yield "a page of another name", _get("/api/v1/rig", host=EVIL)
     yield "a page of another origin that stops", _post("/api/v1/stop", host=here, origin=f"http://{EVIL}")
@@ -82,6 +82,6 @@ def _inode(link: Path) -> str:
     """Return the inode of a socket that a file descriptor is; empty for anything else."""
     try:
         target = str(link.readlink())
-    except OSError:  # closed meanwhile
+    except OSError:  # closed in the meantime
         return ""
     return target.removeprefix("socket:[").removesuffix("]") if target.startswith("socket:[") else ""

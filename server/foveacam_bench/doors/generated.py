@@ -18,7 +18,7 @@ from foveacam_hardware.contract import DeviceFault, InvalidInput
 
 SEED = 15
 EXAMPLES, QUICK_EXAMPLES = 10, 1
-"""Of each operation, in the phases that draw at random; the phase of edge cases alone asks 5 000 times."""
+"""Requests to each operation in the random phases; the phase of edge cases alone makes 5 000."""
 FIGURES = {
     "not_a_server_error": "server_errors",
     "status_code_conformance": "undocumented_answers",
@@ -26,9 +26,9 @@ FIGURES = {
     "response_headers_conformance": "schema_errors",
     "response_schema_conformance": "schema_errors",
 }
-"""What each check is counted as."""
+"""The figure that counts the failures of each check."""
 _UNANSWERED = ("ConnectionError", "ConnectTimeout", "ReadTimeout", "ChunkedEncodingError")
-"""Errors of the connection; whatever else stops an operation's requests is an error of its schema."""
+"""Errors of the connection; any other error of an operation's requests counts as a schema error."""
 _LIMIT_S = 3600.0
 _SETTINGS = """
 request-timeout = 90
@@ -74,7 +74,7 @@ def generated_figures(url: str, folder: Path, *, quick: bool = False) -> dict[st
             *("--checks", ",".join(FIGURES)),
             *("--report", "ndjson", "--report-ndjson-path", str(report)),
         ],
-        cwd=folder,  # where it keeps what failed
+        cwd=folder,  # Schemathesis stores failures there
         env={**os.environ, "SCHEMATHESIS_HOOKS": "foveacam_bench.doors.generated_hook"},
         capture_output=True,
         text=True,
@@ -85,11 +85,11 @@ def generated_figures(url: str, folder: Path, *, quick: bool = False) -> dict[st
     if not events or events[-1][0] != "EngineFinished":
         said = done.stderr.strip() or done.stdout.strip()
         raise DeviceFault(f"Schemathesis did not come to its end: {said}")
-    return counted(events)
+    return count_failures(events)
 
 
-def counted(events: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, object]:  # Any: JSON documents
-    """Return the figures of the events that Schemathesis reports, in pairs of kind and event."""
+def count_failures(events: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, object]:  # Any: JSON documents
+    """Return the figures of Schemathesis' events, given as pairs of kind and event."""
     requests = 0
     failures = set[tuple[str, str, str]]()
     for kind, event in events:
@@ -117,7 +117,7 @@ def _events(report: Path) -> Iterator[tuple[str, dict[str, Any]]]:  # Any: JSON 
 
 
 def _failures(record: dict[str, Any]) -> Iterator[tuple[str, str, str]]:  # Any: a JSON document
-    """Yield figure, operation and what was wrong of every check that failed."""
+    """Yield figure, operation and message of every failed check."""
     for checks in record.get("checks", {}).values():
         for check in checks:
             if check["status"] == "failure":

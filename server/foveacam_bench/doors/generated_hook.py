@@ -6,7 +6,7 @@ import requests
 import schemathesis
 
 _WHOLE = ("application/json", "application/problem+json", "text/event-stream")
-"""What is compared with the document; events end by Schemathesis' own setting."""
+"""Answers that are read completely; `max-stream-events` ends the stream of events."""
 
 
 @schemathesis.hook
@@ -15,12 +15,12 @@ def before_call(
     case: schemathesis.Case[Any],
     kwargs: dict[str, Any],  # Any: the library's own
 ) -> None:
-    """Look at every answer as soon as its headers are there."""
+    """Let requests return as soon as the headers of the answer have arrived."""
     del context, case
     kwargs["hooks"] = {"response": _cut}
 
 
 def _cut(response: requests.Response, **_options: object) -> None:
     if not response.headers.get("Content-Type", "").startswith(_WHOLE):
-        response._content = b""  # noqa: SLF001  # else it is read to its end, which may never come
+        response._content = b""  # noqa: SLF001  # otherwise the body is read, which may never end
         response.close()

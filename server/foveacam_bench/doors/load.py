@@ -1,4 +1,4 @@
-"""The load of `bench doors`, in a process of its own: all that unprivileged clients may request, at once.
+"""The load of `bench doors` in a separate process: everything that unprivileged clients may request, at once.
 
 `python -m foveacam_bench.doors.load URL [bodies]` runs until its stdin is closed, then prints one JSON
 object: how many requests of each kind there were.
@@ -33,7 +33,7 @@ _PATIENCE_S = 120.0
 
 
 class OutsiderLoad:
-    """Clients of every kind, and the number of requests of each."""
+    """Runs clients of every kind and counts their requests."""
 
     def __init__(self, url: str) -> None:
         self._api = f"{url}api/v1/"
@@ -90,7 +90,7 @@ class OutsiderLoad:
         del reader
 
     async def _body(self) -> None:
-        """Send a far too large body to its end, whatever the server answers meanwhile."""
+        """Send a much too large body completely, whatever the server answers in the meantime."""
         _, writer = await self._connect()
         writer.write(
             f"POST /api/v1/calibrations/import HTTP/1.1\r\nHost: {self._address.netloc}\r\n"

@@ -1,8 +1,8 @@
-"""Measure how fast the server stops the mirrors while outsiders load it (`foveacam bench doors`).
+"""Measure how fast the server stops the mirrors under load from other clients (`foveacam bench doors`).
 
 The stop is requested several hundred times while bodies of 63 MB, estimates, viewers (one of which never
-reads), bursts of requests and fixations run; once without the bodies, to compare memory. Then come 64 viewers
-that never read, requests that every port must refuse, and generated requests to every operation.
+reads), bursts of requests and fixations run; once without the bodies, to compare memory. Then follow 64
+viewers that never read, requests that every port must refuse, and generated requests to every operation.
 """
 
 import http.client
@@ -22,18 +22,19 @@ from urllib.parse import urlsplit
 from foveacam_bench.doors.foreign import foreign_figures
 from foveacam_bench.doors.generated import check_generator, generated_figures
 from foveacam_bench.doors.load import upgrade
+from foveacam_bench.judging import peak_memory_kib
 from foveacam_bench.servers import ServerProcess, free_port
 
 STOPS, QUICK_STOPS = 320, 40
 PAUSE_S = 0.15
-"""Between two stops; the second half of each pause the rig may move."""
+"""Pause between two stops; the rig may move in its second half."""
 WARM_UP_S = 3.0
 STOP = "/api/v1/stop"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimedStop:
-    """One stop as its client saw it."""
+    """One stop as measured by its client."""
 
     took_ms: float
     confirmed: bool
@@ -45,8 +46,8 @@ def run(*, quick: bool = False) -> dict[str, object]:
     check_generator()
     count = QUICK_STOPS if quick else STOPS
     with TemporaryDirectory() as folder:
-        quiet_mb, _, _ = _stopped(Path(folder) / "quiet", count=count, bodies=False)
-        peak_mb, stops, counts = _stopped(Path(folder) / "loaded", count=count, bodies=True)
+        quiet_mb, _, _ = _time_stops(Path(folder) / "quiet", count=count, bodies=False)
+        peak_mb, stops, counts = _time_stops(Path(folder) / "loaded", count=count, bodies=True)
         figures = {**_stop_figures(stops), "rss_peak_mb": peak_mb, "rss_peak_ratio": peak_mb / quiet_mb}
         with _server(Path(folder) / "open") as server:
             figures["dead_viewers_after_30_s"] = count_held_viewers(server.url)
@@ -56,12 +57,12 @@ def run(*, quick: bool = False) -> dict[str, object]:
     return {**figures, "load": counts}
 
 
-def _stopped(folder: Path, *, count: int, bodies: bool) -> tuple[float, list[TimedStop], dict[str, int]]:
+def _time_stops(folder: Path, *, count: int, bodies: bool) -> tuple[float, list[TimedStop], dict[str, int]]:
     """Return the server's peak memory, MB, the stops, and the counts of the load."""
     with _server(folder) as server, _load(server.url, bodies=bodies) as load:
         time.sleep(WARM_UP_S)
         stops = [_stop(server.url, kept=None) for _ in range(count)]
-        peak_mb = _peak_mb(server.process.pid)
+        peak_mb = peak_memory_kib(server.process.pid) / 1e3
         printed, _ = load.communicate()
     return peak_mb, stops, json.loads(printed)
 
@@ -118,13 +119,6 @@ def _stop_figures(stops: list[TimedStop]) -> dict[str, object]:
     }
 
 
-def _peak_mb(pid: int) -> float:
-    """Return the largest resident memory that a process ever had, MB."""
-    status = Path(f"/proc/{pid}/status").read_text()
-    line = next(line for line in status.splitlines() if line.startswith("VmHWM:"))
-    return int(line.split()[1]) / 1e3
-
-
 VIEWERS = 64
 WAIT_S = 30.0
 _SMALL_BUFFER_BYTES = 4096
@@ -132,7 +126,7 @@ _SUBSCRIPTION = b'{"type": "subscribe", "views": {"wide": {"scale": 1}, "left": 
 
 
 def count_held_viewers(url: str) -> int:
-    """Open 64 viewers that ask for pictures and read nothing; return how many are still held after 30 s."""
+    """Open 64 viewers that subscribe and read nothing; return how many are still connected after 30 s."""
     viewers = [_viewer(url) for _ in range(VIEWERS)]
     time.sleep(WAIT_S)
     held = sum(_held(viewer) for viewer in viewers)
@@ -151,12 +145,12 @@ def _viewer(url: str) -> socket.socket:
 
 
 def _masked(text: bytes) -> bytes:
-    """Return a WebSocket text message of a client; the mask is zero, which changes nothing."""
+    """Return a WebSocket text message of a client, with a mask of zeros."""
     return bytes((0x81, 0x80 | len(text))) + bytes(4) + text
 
 
 def _held(viewer: socket.socket) -> bool:
-    """Return whether the server still keeps the connection open after all that waits is read."""
+    """Return whether the connection is still open after all waiting bytes have been read."""
     viewer.settimeout(1.0)
     try:
         while viewer.recv(65_536):

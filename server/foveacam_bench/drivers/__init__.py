@@ -1,1 +1,1 @@
-"""The device drivers: camera drivers against a bare loop, and the mirror controller's serial link."""
+"""Benches of the device drivers: cameras against a bare loop, and the mirror controller's serial link."""

@@ -1,6 +1,6 @@
 """Measure the cost of our GigE Vision driver over a bare loop on libaravis, with its fake camera.
 
-Triggers are not timed here: the fake camera looks for them every 40 ms.
+Triggers are not timed: the fake camera polls for them every 40 ms.
 """
 
 import ctypes
@@ -30,14 +30,14 @@ WIDTH, HEIGHT = 1440, 1080
 PACKET_BYTES = 8900
 BUFFERS = 10
 STREAM = CameraSettings(exposure_ns=1_000_000, frame_rate_hz=60.0)
-"""What the fake camera can keep on two cores."""
+"""A rate that the fake camera sustains on two cores."""
 FLOOD = replace(STREAM, frame_rate_hz=1000.0)
 TIMEOUT_US = 5_000_000
 STARTS_WITHIN_S = 20.0
 
 
 class BareAravisLoop:
-    """Pop, copy, push: the least that a client of the library does."""
+    """The minimum of a client of the library: pop, copy, push."""
 
     def __init__(self, library: AravisLibrary, stream: int) -> None:
         self._stream = stream
@@ -88,14 +88,14 @@ def figures(*, quick: bool) -> dict[str, float]:
 
 @contextmanager
 def lock_interface() -> Iterator[None]:
-    """Wait until no other process has a fake camera there: an address has one."""
+    """Lock the interface against other processes: each address has room for one fake camera."""
     with (Path(tempfile.gettempdir()) / "foveacam-gige-loopback.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
 
 
 def cpu_ms(entry: Entry, *, frames: int) -> float:
-    """Return the processor time of a frame, library included, ms; load hardly changes it."""
+    """Return the processor time of a frame, library included, ms; other load hardly changes it."""
     with entry(STREAM) as racer:
         racer.next()
         began_s = time.process_time()

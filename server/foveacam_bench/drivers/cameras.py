@@ -5,7 +5,7 @@ from collections.abc import Callable
 from foveacam_bench.drivers import aravis, pylon
 
 DRIVERS: tuple[Callable[..., dict[str, float]], ...] = (aravis.figures, pylon.figures)
-"""One entry a library; each names its figures by the library's name."""
+"""One entry for each library; the names of its figures begin with the library's."""
 
 
 def run(*, quick: bool = False) -> dict[str, float]:

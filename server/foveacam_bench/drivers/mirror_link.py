@@ -1,7 +1,7 @@
-"""Figures of the mirror controller's link, on the simulated controller in its own process.
+"""Measure the mirror controller's link on the simulated controller in its own process (`bench serial`).
 
-Round trips beside bare pyserial in the same run, sustained position updates counted at the DACs, and
-bytes lost on purpose: how long until the driver has recovered, or has reported why it cannot.
+Round trips beside bare pyserial in the same run; sustained position updates, counted at the DACs; damaged
+bytes: the time until the driver has recovered, or has reported that it cannot.
 """
 
 import time
@@ -18,18 +18,18 @@ from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_hardware.wire.link import bare_round_trips_ms
 
 ROUNDS = 5
-"""Ours and bare round trips alternate, so that a busy machine slows both."""
+"""Our and bare round trips alternate, so that other load slows both."""
 PING_BYTES = bytes(range(1, 15))
-"""As many bytes as the reply to our ping has on the wire."""
+"""As long as the reply to a ping on the wire."""
 UNGOVERNED_HZ = 1e6
-"""The governor lets 1000 updates a second through; here the link itself is measured."""
+"""Above any rate of the link; the driver's usual limit is 1000 updates a second."""
 SKIPS = (0, 2, 5)
-"""Which byte of a packet is hit: the first run length, the header, the delimiter or its neighbour."""
+"""Damaged byte of a packet: the first run length, the header, the delimiter or the byte beside it."""
 
 
 @dataclass(slots=True)
 class _Damages:
-    """Outcomes of the bytes lost on purpose."""
+    """Outcomes of the damaged bytes."""
 
     times_s: list[float] = field(default_factory=list)
     recovered: int = 0
@@ -47,7 +47,7 @@ def run(*, quick: bool = False) -> dict[str, float | int | bool]:
     damages = _Damages()
     kinds = (DamageKind.DROP,) if quick else (*DamageKind,) * 2
     for strict in (False, True):
-        _damage_bytes(damages, strict=strict, kinds=kinds)
+        _measure_damage(damages, strict=strict, kinds=kinds)
     figures |= {
         "recovery_s": max(damages.times_s),
         "recovery_median_s": median(damages.times_s),
@@ -92,7 +92,7 @@ def _updates(*, count: int) -> dict[str, float | int | bool]:
         for step in range(count):
             mirrors.steer(_aside(1.0 + step % 100))
         cpu_s = time.thread_time() - began_cpu_s
-        mirrors.ping()  # the controller has taken them all
+        mirrors.ping()  # answered after all updates
         took_s = time.perf_counter() - began_s
         controller.status()
         moved = len(cables.drives) - before
@@ -104,7 +104,7 @@ def _updates(*, count: int) -> dict[str, float | int | bool]:
     }
 
 
-def _damage_bytes(damages: _Damages, *, strict: bool, kinds: tuple[DamageKind, ...]) -> None:
+def _measure_damage(damages: _Damages, *, strict: bool, kinds: tuple[DamageKind, ...]) -> None:
     cables = RecordingCables()
     with ControllerProcess(cables, strict=strict) as controller:
         mirrors = ControllerMirrors(controller.open, MonotonicClock())
@@ -123,7 +123,7 @@ def _damage_bytes(damages: _Damages, *, strict: bool, kinds: tuple[DamageKind, .
 
 
 def _noticed(damages: _Damages, mirrors: ControllerMirrors, controller: ControllerProcess) -> bool:
-    """Supervise the link as the server does: ping, and reconnect after the driver has given up."""
+    """Ping, and reconnect if the driver has given up; return whether the damage was noticed."""
     began_s = time.perf_counter()
     try:
         mirrors.ping()

@@ -22,15 +22,15 @@ from foveacam_hardware.rig_cameras import build_camera
 SERIAL = "0815-0000"
 WIDTH, HEIGHT = 1440, 1080
 STREAM = CameraSettings(exposure_ns=1_000_000, frame_rate_hz=226.0)
-"""As fast as the sensor of the rig's cameras is read."""
+"""The readout rate of the rig's cameras."""
 FLOOD = replace(STREAM, frame_rate_hz=5000.0)
 TRIGGERED = replace(STREAM, exposure_ns=5_000_000, triggered=True, trigger_source=TriggerSource.SOFTWARE)
-"""As short as an exposure of a fovea is indoors."""
+"""A short exposure of a fovea indoors."""
 TIMEOUT_MS = 5000
 
 
 class BarePylonLoop:
-    """The loop that the vendor's examples show."""
+    """The loop of the vendor's examples."""
 
     def __init__(self, pylon: Vendor, camera: Vendor) -> None:
         self._pylon = pylon

@@ -1,7 +1,4 @@
-"""Compare a camera driver with a bare loop on the same library; they alternate, so that load affects both.
-
-A driver's bench gives two loops; here they are paced, timed and compared.
-"""
+"""Time a camera driver and a bare loop on the same library alternately, so that other load affects both."""
 
 import time
 from collections.abc import Callable
@@ -13,10 +10,10 @@ from typing import Protocol
 from foveacam_hardware.contract import Camera, CameraSettings, Timeout
 
 PAUSE_S = 0.012
-"""Between two triggers: longer than exposure and readout, so that the camera is ready."""
+"""Pause between two triggers: longer than exposure and readout, so that the camera is ready."""
 TRIGGER_TIMEOUT_MS = 1000.0
 WARM_UP_FRAMES = 40
-"""More than any buffer between camera and reader holds: frames that waited there come faster than sent."""
+"""More frames than any buffer holds: buffered frames arrive faster than the camera sends."""
 
 
 class PictureLoop(Protocol):
@@ -37,7 +34,7 @@ Entry = Callable[[CameraSettings], AbstractContextManager[PictureLoop]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RaceSettings:
-    """How much is measured: rounds of each, pictures and triggers in a round."""
+    """Number of rounds of each loop, and of frames and triggers in a round."""
 
     rounds: int
     frames: int
@@ -71,7 +68,7 @@ def trigger_to_array_ms(race: RaceSettings, settings: CameraSettings, *entries: 
                     try:
                         racer.trigger()
                     except Timeout:
-                        continue  # a busy machine: the camera was not ready and missed it
+                        continue  # the camera was not ready, on a busy machine
                     found.append((time.perf_counter() - began_s) * 1e3)
     return [median(found) for found in times_ms]
 

@@ -24,7 +24,7 @@ Part: TypeAlias = Callable[[FaultTally, bool], dict[str, Figure]]
 
 
 def in_parallel(*parts: Part) -> Part:
-    """Return a part that runs all of `parts` in parallel: they mostly wait."""
+    """Return a part that runs `parts` in parallel, as each of them mostly waits."""
 
     def measure(tally: FaultTally, quick: bool) -> dict[str, Figure]:
         figures: dict[str, Figure] = {}

@@ -30,10 +30,10 @@ EVENTS, EVENT_BYTES = 40, 2000
 AWAY_S = (0.3, 2.0)
 NOTICE_S, RECOVER_S = 5.0, 15.0
 STEER_S = 0.5
-"""Longest time of a position meanwhile; more means that the rig waits for the disk."""
+"""Longest time of a move; more means that the rig waits for the disk."""
 STEER_PERIOD_S = 0.02
 LATE_IN_A_ROW = 3
-"""A busy machine is late with one or two of them; a rig that waits for the disk with all."""
+"""Late moves in a row that mean that the rig waits for the disk; a busy machine causes one or two."""
 ANY_PAGES = 1_073_741_823
 
 
@@ -101,26 +101,26 @@ def _one_sequence(tally: FaultTally, number: int, disk: FillableDisk, folder: Pa
         BenchHost(controller_rig(controller.port), folder=folder) as host,
     ):
         for _ in range(rng.randint(1, 2)):
-            _suffer(tally, disk, host, rng)
-        lost = _lost(host)
+            _fill_once(tally, disk, host, rng)
+        lost = _lost_events(host)
     for file in folder.iterdir():
-        file.unlink()  # room for the next
+        file.unlink()  # frees space for the next sequence
     tally.add_violations(cables.violations)
     tally.add_sequence()
     return lost
 
 
-def _suffer(tally: FaultTally, disk: FillableDisk, host: BenchHost, rng: random.Random) -> None:
+def _fill_once(tally: FaultTally, disk: FillableDisk, host: BenchHost, rng: random.Random) -> None:
     disk.fill(host)
     began_ns = time.monotonic_ns()
     for number in range(EVENTS):
         host.events.emit("bench", f"{number} " + "x" * EVENT_BYTES)
     noticed_s = seconds_until(lambda: host.events.fault is not None, since_ns=began_ns, within_s=NOTICE_S)
     away_s = rng.uniform(*AWAY_S)
-    late, taken = 0, 0
+    late, in_time = 0, 0
     while (time.monotonic_ns() - began_ns) / 1e9 < away_s:
         if _steers(host, rng):
-            late, taken = 0, taken + 1
+            late, in_time = 0, in_time + 1
         elif (late := late + 1) == LATE_IN_A_ROW:
             break
         time.sleep(STEER_PERIOD_S)
@@ -128,15 +128,15 @@ def _suffer(tally: FaultTally, disk: FillableDisk, host: BenchHost, rng: random.
     disk.free(host)
     back_ns = time.monotonic_ns()
     recovered_s = seconds_until(lambda: host.events.fault is None, since_ns=back_ns, within_s=RECOVER_S)
-    if noticed_s is None or late == LATE_IN_A_ROW or (late and not taken):
+    if noticed_s is None or late == LATE_IN_A_ROW or (late and not in_time):
         tally.add_hang()
         return
-    # no reason to bring the mirrors to rest: the rig is as well as before
+    # `parked`: the mirrors need not be parked, since the rig is not affected
     tally.add_fault(kind="disk_full", detected_s=noticed_s, recovered_s=recovered_s, parked=True)
 
 
 def _steers(host: BenchHost, rng: random.Random) -> bool:
-    """Return whether the rig takes a position as fast as with an empty disk."""
+    """Return whether the rig moves as fast as with an empty disk."""
     try:
         volts = host.run_on_mirrors(lambda mirrors: mirrors.steer(random_volts(rng)), timeout_s=STEER_S)
     except (FoveaError, TimeoutError):
@@ -144,13 +144,13 @@ def _steers(host: BenchHost, rng: random.Random) -> bool:
     return host.mirrors.state.volts == volts and not host.mirrors_faulty
 
 
-def _lost(host: BenchHost) -> int:
+def _lost_events(host: BenchHost) -> int:
     """Return how many of the emitted events are not in the table after the writer's timeout."""
-    told = {event.id for event in host.events.recent(2000)}
+    emitted = {event.id for event in host.events.recent(2000)}
 
     def missing() -> set[int]:
         with host.store.session() as session:
-            return told - set(session.scalars(select(EventRow.id)))
+            return emitted - set(session.scalars(select(EventRow.id)))
 
     seconds_until(lambda: not missing(), since_ns=time.monotonic_ns(), within_s=NOTICE_S)
     return len(missing())
@@ -169,4 +169,4 @@ def _disk(folder: Path) -> Iterator[FillableDisk]:
     try:
         yield SmallDisk(folder)
     finally:
-        subprocess.run(["umount", "--lazy", str(folder)], check=True)  # noqa: S603, S607 - as it was mounted
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)  # noqa: S603, S607 - constant

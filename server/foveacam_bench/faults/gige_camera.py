@@ -48,7 +48,7 @@ def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
 
 
 def _one_sequence(tally: FaultTally, number: int, program: str, *, most: int) -> None:
-    """Odd numbers have the camera for an eye that waits for triggers, even ones for the wide one."""
+    """Run one sequence: odd numbers with a triggered left camera, even numbers with a wide one."""
     rng = random.Random(SEED + number)  # noqa: S311 - not a secret
     role = Role.LEFT if number % 2 else Role.WIDE
     cables = LimitCables(MirrorLimits())
@@ -60,7 +60,7 @@ def _one_sequence(tally: FaultTally, number: int, program: str, *, most: int) ->
         outages = _Outages(camera, cables, host, rng, role)
         outages.await_delivery()
         for index in range(rng.randint(1, most)):
-            outages.suffer(tally, killed=(number + number // 2 + index) % 2 == 0)
+            outages.cause_fault(tally, killed=(number + number // 2 + index) % 2 == 0)
     tally.add_violations(cables.violations)
     tally.add_sequence()
 
@@ -79,7 +79,7 @@ def _cameras(role: Role) -> CamerasConfig:
 
 
 class _Outages:
-    """A camera that disappears and returns, and the host that uses it."""
+    """Lets a camera disappear and return while a host uses it."""
 
     def __init__(
         self, camera: "_CameraProgram", cables: LimitCables, host: BenchHost, rng: random.Random, role: Role
@@ -92,43 +92,43 @@ class _Outages:
         self._epoch = 0
 
     def await_delivery(self) -> None:
-        """Wait until the camera delivers for the first time."""
-        if seconds_until(self._well, since_ns=time.monotonic_ns(), within_s=OPEN_PATIENCE_S) is None:
+        """Wait for the first frame of the camera."""
+        if seconds_until(self._is_recovered, since_ns=time.monotonic_ns(), within_s=OPEN_PATIENCE_S) is None:
             raise TimeoutError(f"{PROGRAM} does not serve on {INTERFACE}; end another one that is there")
 
-    def suffer(self, tally: FaultTally, *, killed: bool) -> None:
-        """Make it disappear once; measure when that is detected, and when it delivers again."""
+    def cause_fault(self, tally: FaultTally, *, killed: bool) -> None:
+        """Cause one outage; measure the times of its detection and of the first frame afterwards."""
         self._host.run_on_mirrors(lambda mirrors: mirrors.steer(random_volts(self._rng)), timeout_s=ANSWER_S)
         time.sleep(self._rng.uniform(0.0, 0.3))
         began_ns = time.monotonic_ns()
-        self._camera.go(killed=killed)
-        noticed_s = seconds_until(self._told, since_ns=began_ns, within_s=NOTICE_S)
+        self._camera.take_away(killed=killed)
+        detected_s = seconds_until(self._is_reported, since_ns=began_ns, within_s=NOTICE_S)
         parked_s = seconds_until(
             lambda: self._cables.rested_since(began_ns), since_ns=time.monotonic_ns(), within_s=PARK_S
         )
         sleep_until(began_ns, self._rng.uniform(*AWAY_S))
-        self._camera.come_back(killed=killed)
-        recovered_s = seconds_until(self._well, since_ns=time.monotonic_ns(), within_s=RECOVER_S)
-        if noticed_s is None:
+        self._camera.bring_back(killed=killed)
+        recovered_s = seconds_until(self._is_recovered, since_ns=time.monotonic_ns(), within_s=RECOVER_S)
+        if detected_s is None:
             tally.add_hang()
             return
         tally.add_fault(
             kind="camera_killed" if killed else "camera_stopped",
-            detected_s=noticed_s,
+            detected_s=detected_s,
             recovered_s=recovered_s,
             parked=parked_s is not None,
         )
 
-    def _told(self) -> bool:
-        """Return whether the fault is reported; for an eye by its link, as its problem stays until a look."""
+    def _is_reported(self) -> bool:
+        """Return whether the fault is reported; an eye's problem stays until a look, so its link is read."""
         if self._role is Role.WIDE:
             return self._host.has_problem(self._role.value)
         links = [camera.link for camera in self._host.hardware.status.cameras if camera.role is self._role]
         return any(link.phase in DOWN for link in links)
 
-    def _well(self) -> bool:
-        """Return whether a frame of the new epoch came."""
-        if self._told():
+    def _is_recovered(self) -> bool:
+        """Return whether a frame of a new epoch arrived."""
+        if self._is_reported():
             return False
         try:
             epoch = self._host.hardware.submit(self._epoch_of_a_frame).result(ANSWER_S)
@@ -157,18 +157,18 @@ class _CameraProgram:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.go(killed=True)
+        self.take_away(killed=True)
 
-    def go(self, *, killed: bool) -> None:
-        """Kill the process."""
+    def take_away(self, *, killed: bool) -> None:
+        """Kill or stop the process."""
         if not killed:
             self._process.send_signal(signal.SIGSTOP)
             return
         self._process.kill()
         self._process.wait()
 
-    def come_back(self, *, killed: bool) -> None:
-        """Start it again."""
+    def bring_back(self, *, killed: bool) -> None:
+        """Start it again, or let it continue."""
         if killed:
             self._process = self._launch()
         else:

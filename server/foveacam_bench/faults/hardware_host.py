@@ -1,4 +1,4 @@
-"""The server's hardware thread on a rig, without HTTP and live views, and functions that wait."""
+"""Runs the server's hardware thread on a rig without HTTP and live views; functions that wait."""
 
 import tempfile
 import time
@@ -102,16 +102,16 @@ class _NullSink:
         """Discard it."""
 
     def watched(self, view: str) -> bool:
-        """Say yes, so that frames come at the bench's rate."""
+        """Return True, so that frames come at the bench's rate."""
         return True
 
     def wants_every(self, view: str) -> bool:
-        """Say no: nothing is recorded."""
+        """Return False: nothing is recorded."""
         return False
 
 
 def seconds_until(condition: Callable[[], bool], *, since_ns: int, within_s: float) -> float | None:
-    """Return the seconds from `since_ns` until a condition is true; None when it is not within `within_s`."""
+    """Return the seconds from `since_ns` until the condition holds; None if it does not within `within_s`."""
     while not condition():
         if time.monotonic_ns() - since_ns > within_s * 1e9:
             return None

@@ -1,7 +1,7 @@
 """SIGKILL of the process that drives the mirrors: time until they are at rest with the rail off.
 
-Most hosts are the small `killed_host`, some the real server; the controller's far end is a process on a pty
-that outlives them, as a controller does.
+Most hosts are the small `killed_host`, some the real server. The controller's far end is a process on a pty
+that survives them, like a real controller.
 """
 
 import random
@@ -23,7 +23,7 @@ SMALL_HOSTS, QUICK_SMALL_HOSTS = 45, 1
 SERVERS, QUICK_SERVERS = 5, 1
 SEED = 9
 LONGEST_LIFE_S = 0.4
-"""A host is killed at a random moment after it was ready."""
+"""Longest time between a host's start and its kill."""
 DUE_S = 1.0
 PATIENCE_S = 10.0
 HOST = "foveacam_bench.faults.killed_host"
@@ -45,7 +45,7 @@ class RailCables(LimitCables):
         self.off = threading.Event()
 
     def set_rail(self, t_ns: int, *, on: bool) -> None:
-        """Remember the rail."""
+        """Record the state of the rail."""
         super().set_rail(t_ns, on=on)
         if on:
             self.off.clear()
@@ -62,10 +62,10 @@ def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
     with ControllerProcess(cables, strict=True) as controller:
         for number in range(small):
             with _small_host(controller.port, seed=number) as process:
-                times_s += _killed(process, cables, tally, rng)
+                times_s += _kill_host(process, cables, tally, rng)
         for _ in range(servers):
             with _server(controller.port) as process:
-                times_s += _killed(process, cables, tally, rng)
+                times_s += _kill_host(process, cables, tally, rng)
     tally.add_violations(cables.violations)
     return {
         "kills": small + servers,
@@ -75,13 +75,13 @@ def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
     }
 
 
-def _killed(
+def _kill_host(
     process: subprocess.Popen[bytes], cables: RailCables, tally: FaultTally, rng: random.Random
 ) -> list[float]:
-    """Kill a host; return the time until its mirrors were at rest with the rail off, or None."""
+    """Kill a host; return the time until its mirrors were at rest with the rail off, if they ever were."""
     time.sleep(rng.uniform(0.0, LONGEST_LIFE_S))
     if cables.off.is_set():
-        raise DeviceFault("the bench's host has no rail on, so killing it proves nothing; see its messages")
+        raise DeviceFault("the bench's host has no rail on, so its kill proves nothing; see its messages")
     killed_ns = time.monotonic_ns()
     process.kill()
     if not cables.off.wait(PATIENCE_S):
@@ -98,7 +98,7 @@ def _small_host(port: str, *, seed: int) -> Iterator[subprocess.Popen[bytes]]:
     with subprocess.Popen(command, stdout=subprocess.PIPE) as process:  # noqa: S603 - our own program
         try:
             if process.stdout is None or process.stdout.readline() != b"ready\n":
-                raise DeviceFault("the bench's host did not start; its message stands above")
+                raise DeviceFault("the bench's host did not start; see its message above")
             yield process
         finally:
             process.kill()

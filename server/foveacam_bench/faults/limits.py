@@ -1,4 +1,4 @@
-"""Thousands of invalid commands to the mirrors' driver: no voltage may leave the limits."""
+"""Send thousands of invalid commands to the mirrors' driver: no voltage may leave the limits."""
 
 import math
 import random
@@ -19,9 +19,9 @@ from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackControlle
 
 SEQUENCES, QUICK_SEQUENCES = 10_000, 500
 RIG_SEQUENCES = 250
-"""Then another rig, with other limits."""
+"""Sequences on one rig; the next rig has other limits."""
 DAC_STEP_V = 0.01
-"""A swing as wide as the bias allows, but for the DAC's rounding."""
+"""Margin for the DAC's rounding below the largest drive that the bias allows."""
 SEED = 20_261
 ODD_V = (
     *(math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, -0.0, 10**400, -(10**400)),
@@ -56,7 +56,7 @@ def _one_rig(rng: random.Random, sequences: int, counts: dict[str, int]) -> int:
                 counts["commands_refused"] += 1
             except FoveaError:
                 mirrors.connect()
-            except Exception:  # noqa: BLE001 - that nothing else comes out is what is measured
+            except Exception:  # noqa: BLE001 - counts every error outside the contract
                 counts["commands_unforeseen"] += 1
         mirrors.connect()
         mirrors.enable()
@@ -78,7 +78,7 @@ def _command(rng: random.Random, mirrors: ControllerMirrors, limits: MirrorLimit
     volts = _stereo(rng, limits)
     settle_us = rng.choice((0, 100, rng.choice(ODD_US)))
     pulse_us = rng.choice((1000, 4000, rng.choice(ODD_US)))
-    if settle_us > 10**6 or pulse_us > 10**6:  # lasts an hour when it is taken, so that must be refused first
+    if settle_us > 10**6 or pulse_us > 10**6:  # an accepted one would last an hour
         settle_us, pulse_us = max(settle_us, 2**32), max(pulse_us, 2**32)
     cutoff_hz = rng.choice(ODD_HZ)
     commands: dict[str, Callable[[], object]] = {

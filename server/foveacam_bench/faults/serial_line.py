@@ -1,8 +1,8 @@
-"""Seeded faults on the controller's line, under the server's own hardware thread, on ptys and in real time.
+"""Seeded faults on the controller's line under the server's hardware thread, on ptys and in real time.
 
-A sequence is one to three faults in a row while positions are steered: cut, garbage, half a packet, silence,
-a controller that stops for good. A fault is detected when the server reports it; it is recovered when a
-position is confirmed again, without a restart of anything on the host's side.
+A sequence is one to three faults in a row while the mirrors are steered: cut, garbage, half a packet,
+silence, a controller that stops until it is switched off and on. A fault is detected when the server reports
+it, and recovered when a position is confirmed again; nothing on the host is restarted.
 """
 
 import random
@@ -21,17 +21,17 @@ from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 
 NUMBERS, QUICK_NUMBERS = tuple(range(100)), (1, 5, 6, 7)
-"""Of the sequences; the quick ones begin with silence, half a packet, a controller that stops, a cut."""
+"""Sequences by number; the quick ones begin with silence, half a packet, a controller that stops, a cut."""
 WORKERS, QUICK_WORKERS = 4, 2
 SEED = 404
 SILENCE_S = 5.0
 CUT_S = (0.1, 2.0)
 NOTICE_S, HARMLESS_S, RECOVER_S = 5.0, 1.5, 15.0
-"""How long the bench waits: for what must be noticed, for what may do no harm, and for the recovery."""
+"""Longest waits: for faults that must be detected, for faults that may have no effect, for the recovery."""
 STEER_PERIOD_S = 0.02
 ANSWER_S = 5.0
 _Fault: TypeAlias = tuple[Callable[[int], None], bool]
-"""The function that restores the device, given when the fault began; whether it must be detected."""
+"""Function that restores the device, called with the time of the fault; whether it must be detected."""
 
 
 def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
@@ -55,7 +55,7 @@ def _run_share(tally: FaultTally, numbers: Sequence[int], quick: bool) -> None:
         ):
             line = _Line(controller, cables, host, rng)
             for _ in range(rng.randint(1, 3)):
-                line.suffer(tally, silence_s=1.5 if quick else SILENCE_S)
+                line.cause_fault(tally, silence_s=1.5 if quick else SILENCE_S)
         tally.add_violations(cables.violations)
         tally.add_sequence()
 
@@ -72,7 +72,7 @@ class _Line:
         self._rng = rng
         self._lost_before = 0
 
-    def suffer(self, tally: FaultTally, *, silence_s: float) -> None:
+    def cause_fault(self, tally: FaultTally, *, silence_s: float) -> None:
         """Cause one fault while positions are steered; measure detection and recovery."""
         kinds = (self._cut, self._silence, self._garbage, self._garbage, self._half, self._stop)
         fault = self._rng.choice(kinds)
@@ -80,34 +80,34 @@ class _Line:
             time.sleep(self._rng.uniform(0.05, 0.4))
             self._lost_before = self._host.mirrors.telemetry.lost_answers
             began_ns = time.monotonic_ns()
-            give_back, sure = fault(silence_s)
-            noticed_s = seconds_until(
-                self._noticed, since_ns=began_ns, within_s=NOTICE_S if sure else HARMLESS_S
+            restore, certain = fault(silence_s)
+            detected_s = seconds_until(
+                self._is_detected, since_ns=began_ns, within_s=NOTICE_S if certain else HARMLESS_S
             )
             steering.set()
-        give_back(began_ns)
+        restore(began_ns)
         if self._controller.status().dead:
             self._controller.power_cycle()
         self._controller.heal()
         back_ns = time.monotonic_ns()
-        recovered_s = seconds_until(self._well, since_ns=back_ns, within_s=RECOVER_S)
-        if noticed_s is None and (sure or recovered_s is None):
+        recovered_s = seconds_until(self._is_recovered, since_ns=back_ns, within_s=RECOVER_S)
+        if detected_s is None and (certain or recovered_s is None):
             tally.add_hang()
             return
-        self._controller.status()  # every event of the cables has come
+        self._controller.status()  # waits until all events of the cables have arrived
         parked = self._cables.rested_since(began_ns)
         tally.add_fault(
             kind=f"line_{fault.__name__.strip('_')}",
-            detected_s=noticed_s,
+            detected_s=detected_s,
             recovered_s=recovered_s,
             parked=parked,
         )
 
-    def _noticed(self) -> bool:
+    def _is_detected(self) -> bool:
         lost = self._host.mirrors.telemetry.lost_answers
         return self._host.mirrors_faulty or lost > self._lost_before
 
-    def _well(self) -> bool:
+    def _is_recovered(self) -> bool:
         """Return whether the controller confirms a commanded position again."""
         if self._host.mirrors_faulty:
             return False
@@ -156,7 +156,7 @@ class _Line:
 
     def _stop(self, _silence_s: float) -> _Fault:
         self._controller.die()
-        return _nothing, True  # it is switched off and on as every dead one is
+        return _nothing, True  # `cause_fault` switches a dead controller off and on
 
 
 class _Steering:
@@ -182,11 +182,11 @@ class _Steering:
                 volts = random_volts(self._rng)
                 self._host.run_on_mirrors(partial(_steer, volts), timeout_s=ANSWER_S)
             except (FoveaError, TimeoutError):
-                continue  # that is what is going on
+                continue  # expected during a fault
 
 
 def _nothing(_began_ns: int) -> None:
-    """Restore nothing: the line is repaired after every fault."""
+    """Do nothing: `cause_fault` repairs the line after every fault."""
 
 
 def _steer(volts: StereoVolts, mirrors: Mirrors) -> StereoVolts:

@@ -1,6 +1,6 @@
-"""Seeded faults of a simulated rig's cameras and cables under the server's own hardware thread, in real time.
+"""Seeded faults of a simulated rig's cameras and cables under the server's hardware thread, in real time.
 
-A camera off the bus, a strobe cable off, a trigger cable off; looks continue as with a viewer connected.
+A disconnected camera, strobe cable or trigger cable; looks continue as with a viewer connected.
 """
 
 import random
@@ -10,6 +10,7 @@ from dataclasses import replace
 from foveacam_bench.faults.hardware_host import BenchHost, seconds_until, sleep_until
 from foveacam_bench.faults.killed_host import random_volts
 from foveacam_bench.faults.tally import FaultTally, LimitCables
+from foveacam_bench.judging import truth_of
 from foveacam_hardware.contract import FoveaError, MirrorLimits, PixelFormat, Role
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_config import SimulatedRigConfig
@@ -33,42 +34,40 @@ def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
     """Run the sequences on one rig; the kinds alternate."""
     warm_up()
     rig = open_rig(SimulatedRigConfig())
-    if rig.truth is None:
-        raise TypeError("a simulated rig has its truth")
     cables = LimitCables(MirrorLimits())
-    world = rig.truth.world
-    _overhear(world, cables)
+    world = truth_of(rig).world
+    _record_drives(world, cables)
     with BenchHost(rig, rate_hz=RATE_HZ) as host:
-        host.hardware.submit(_see_grey).result(ANSWER_S)
+        host.hardware.submit(_use_grey_pictures).result(ANSWER_S)
         for number in range(QUICK_SEQUENCES if quick else SEQUENCES):
             rng = random.Random(SEED + number)  # noqa: S311 - not a secret
             kind = KINDS[number % len(KINDS)]
             for _ in range(1 if quick else rng.randint(1, 2)):
-                _Trouble(world, cables, host, rng, kind).suffer(tally)
+                _RigFault(world, cables, host, rng, kind).cause_fault(tally)
             tally.add_sequence()
     tally.add_violations(cables.violations)
     return {}
 
 
-def _see_grey(rig: RigPort) -> None:
-    """Let every camera send grey pictures: they are rendered in a fraction of the time."""
+def _use_grey_pictures(rig: RigPort) -> None:
+    """Switch every camera to grey pictures, which are rendered in a fraction of the time."""
     for camera in (rig.wide, rig.left, rig.right):
         camera.configure(replace(camera.settings, pixel_format=PixelFormat.MONO8))
 
 
-def _overhear(world: World, cables: LimitCables) -> None:
+def _record_drives(world: World, cables: LimitCables) -> None:
     """Let `cables` record the drives of the world's mirrors."""
     set_codes = world.set_codes
 
-    def heard(t_ns: int, codes: DacCodes) -> None:
+    def set_and_record(t_ns: int, codes: DacCodes) -> None:
         cables.set_codes(t_ns, codes)
         set_codes(t_ns, codes)
 
-    world.set_codes = heard  # type: ignore[method-assign]  # the far end calls the world's own
+    world.set_codes = set_and_record  # type: ignore[method-assign]  # the far end calls the world's own
 
 
-class _Trouble:
-    """One fault of one kind."""
+class _RigFault:
+    """Causes and ends one fault of one kind."""
 
     def __init__(
         self, world: World, cables: LimitCables, host: BenchHost, rng: random.Random, kind: str
@@ -86,36 +85,36 @@ class _Trouble:
         self._set, roles = sets[kind]
         self._role = rng.choice(roles)
 
-    def suffer(self, tally: FaultTally) -> None:
-        """Cause the fault, end it; measure when it is detected and when a look succeeds again."""
-        if seconds_until(self._well, since_ns=time.monotonic_ns(), within_s=RECOVER_S) is None:
+    def cause_fault(self, tally: FaultTally) -> None:
+        """Cause the fault and end it; measure the times of its detection and of the next successful look."""
+        if seconds_until(self._is_recovered, since_ns=time.monotonic_ns(), within_s=RECOVER_S) is None:
             tally.add_hang()
             return
         time.sleep(self._rng.uniform(0.0, 0.3))
         began_ns = time.monotonic_ns()
         self._set.add(self._role)
-        noticed_s = seconds_until(self._told, since_ns=began_ns, within_s=NOTICE_S)
+        detected_s = seconds_until(self._is_reported, since_ns=began_ns, within_s=NOTICE_S)
         parked_s = seconds_until(
             lambda: self._cables.rested_since(began_ns), since_ns=time.monotonic_ns(), within_s=PARK_S
         )
         sleep_until(began_ns, self._rng.uniform(*AWAY_S))
         self._set.discard(self._role)
         back_ns = time.monotonic_ns()
-        recovered_s = seconds_until(lambda: not self._told(), since_ns=back_ns, within_s=RECOVER_S)
-        if noticed_s is None:
+        recovered_s = seconds_until(lambda: not self._is_reported(), since_ns=back_ns, within_s=RECOVER_S)
+        if detected_s is None:
             tally.add_hang()
             return
         tally.add_fault(
-            kind=self._kind, detected_s=noticed_s, recovered_s=recovered_s, parked=parked_s is not None
+            kind=self._kind, detected_s=detected_s, recovered_s=recovered_s, parked=parked_s is not None
         )
 
-    def _told(self) -> bool:
+    def _is_reported(self) -> bool:
         return self._host.has_problem(*DEVICES)
 
-    def _well(self) -> bool:
+    def _is_recovered(self) -> bool:
         """Return whether a look away from the rest position succeeds."""
         try:
             self._host.hardware.look(random_volts(self._rng)).result(ANSWER_S)
         except (FoveaError, TimeoutError):
             return False
-        return not self._told()
+        return not self._is_reported()

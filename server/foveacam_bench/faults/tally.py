@@ -1,4 +1,4 @@
-"""The outcome of all fault sequences, and cables that count voltages outside the limits."""
+"""Counts the outcomes of all fault sequences; cables that count voltages outside the limits."""
 
 import threading
 from dataclasses import dataclass, field

@@ -1,7 +1,7 @@
-"""Measure the accuracy of rendered images: disparity by two matchers, depth, shimmer, and equality of bits.
+"""Measure the accuracy of rendered images: disparity by two matchers, depth, shimmer, bitwise equality.
 
-Affine Lucas-Kanade on clean pictures isolates the renderer; normalised correlation on pictures with
-diffraction, noise and 8 bits shows what a procedure can expect.
+Affine Lucas-Kanade on clean pictures measures the renderer alone; normalised correlation on pictures with
+diffraction, noise and 8 bits measures what a procedure obtains.
 """
 
 import cv2
@@ -98,7 +98,7 @@ def _correlate(left: F32, right: F32, x: int, y: int, start_px: float) -> float:
 
 
 def depth_max_rel_error() -> float:
-    """Return the greatest error of depth on a wall, against the plane, as a part of the depth."""
+    """Return the largest relative error of depth on a wall."""
     worst = 0.0
     for distance_m in DISTANCES_M:
         pose = place((0.0, 0.0, distance_m), yaw_rad=0.3, pitch_rad=0.15)
@@ -114,36 +114,36 @@ def depth_max_rel_error() -> float:
 
 
 def shimmer() -> float:
-    """Return how much a still surface seems to change when the camera pans by parts of a pixel.
+    """Return the change of a surface's brightness when the camera pans by fractions of a pixel.
 
-    Wide pictures panned by eighths of a pixel are shifted back; the spread that is left, as a part of the
-    texture's own, on the panel, the ground and the box: the greatest of the three.
+    Wide pictures panned by eighths of a pixel are shifted back. The result is the largest ratio of their
+    standard deviation over the pans to that over the texture, of patches on panel, ground and box.
     """
     pans = [(k / 8, (3 * k % 8) / 8) for k in range(8)]
     with Renderer(measured_scene(), cached_frames=1) as renderer:
         frames = [renderer.radiance(wide_view(dx_px=dx, dy_px=dy)).radiance for dx, dy in pans]
     centre = np.array(PANEL_M[:2]) / PANEL_M[2] * WIDE_F_PX + (719.5, 539.5)
     patches = [(int(centre[0]), int(centre[1])), (620, 950), (230, 760)]
-    return max(_spread(frames, pans, x, y) for x, y in patches)
+    return max(_relative_deviation(frames, pans, x, y) for x, y in patches)
 
 
-def _spread(frames: list[F32], pans: list[tuple[float, float]], x: int, y: int) -> float:
-    back = []
+def _relative_deviation(frames: list[F32], pans: list[tuple[float, float]], x: int, y: int) -> float:
+    shifted = []
     for frame, (dx, dy) in zip(frames, pans, strict=True):
         patch = frame[y - 80 : y + 80, x - 80 : x + 80].astype(np.float64)
-        back.append(ndimage.shift(patch, (-dy, -dx), order=5)[20:-20, 20:-20])
-    stack = np.stack(back)
+        shifted.append(ndimage.shift(patch, (-dy, -dx), order=5)[20:-20, 20:-20])
+    stack = np.stack(shifted)
     return float(np.sqrt(stack.var(axis=0).mean()) / stack.mean(axis=0).std())
 
 
 def bits_are_equal() -> bool:
-    """Whether threads, region of interest and history leave every bit of radiance, depth and ids as it is."""
+    """Return whether radiance, depth and ids are equal bit by bit for all threads, regions and histories."""
     view, scene = wide_view(), measured_scene()
     home, away = scene.pose(1), place((-0.8, 0.4, 6.5), yaw_rad=0.9)
     with Renderer(scene, threads=1) as one, Renderer(scene, threads=2) as two:
         alone = _bits(one, view)
         equal = _bits(two, view) == alone
-        equal &= _part_bits(scene, view) == _cut(one, view)
+        equal &= _region_bits(scene, view) == _cropped_bits(one, view)
         scene.set_pose(1, away)
         moved = _bits(two, view)
         with Renderer(scene, threads=1) as fresh:
@@ -160,11 +160,11 @@ def _bits(renderer: Renderer, view: Projection) -> bytes:
     return frame.radiance.tobytes() + frame.depth_m.tobytes() + frame.ids.tobytes()
 
 
-def _part_bits(scene: Scene, view: Projection) -> bytes:
+def _region_bits(scene: Scene, view: Projection) -> bytes:
     with Renderer(scene, threads=2) as renderer:
         return renderer.radiance(view, roi=ROI, channels=3).radiance.tobytes()
 
 
-def _cut(renderer: Renderer, view: Projection) -> bytes:
+def _cropped_bits(renderer: Renderer, view: Projection) -> bytes:
     x, y, w, h = ROI
     return np.ascontiguousarray(renderer.radiance(view, channels=3).radiance[y : y + h, x : x + w]).tobytes()

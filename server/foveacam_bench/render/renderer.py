@@ -1,8 +1,8 @@
 """Measure the renderer: CPU time of a frame, threads, cache, start-up, memory, and accuracy of its images.
 
-Times are medians of CPU time on one thread (a busy machine does not count). The speed-up by a second thread
-is a ratio of the best wall times of frames that alternate; it is repeated, since a neighbour lowers it, and
-printed beside what hashing gains by a second thread.
+Times are medians of CPU time on one thread, which other load hardly changes. The speed-up by a second thread
+is the ratio of the best wall times of alternating frames. It is measured repeatedly, since other load lowers
+it, and printed beside the speed-up of hashing.
 """
 
 import hashlib
@@ -12,11 +12,11 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from statistics import median
 
 import numpy as np
 
+from foveacam_bench.judging import peak_memory_kib, rms
 from foveacam_bench.render.accuracy import (
     bits_are_equal,
     depth_max_rel_error,
@@ -41,7 +41,7 @@ EXPOSURES = (
     SensorExposure(psf_sigma_px=1.4),
 )
 SPEEDUP_ROUNDS = 12
-"""Frames on one thread and on two, alternating; the best of each counts."""
+"""Alternating frames on one thread and on two, whose best times are compared."""
 SPEEDUP_REPETITIONS, QUICK_SPEEDUP_REPETITIONS = 5, 2
 START = "from foveacam_bench.render.renderer import start_up; start_up()"
 
@@ -59,44 +59,34 @@ def run(*, quick: bool = False) -> dict[str, float | int | bool]:
         "moved_object_cpu_ms": _moved_object_cpu_ms(frames),
         **_speedup_figures(QUICK_SPEEDUP_REPETITIONS if quick else SPEEDUP_REPETITIONS),
         "unchanged_triplets_per_s": _unchanged_triplets_per_s(10 if quick else 40),
-        "disparity_rms_px": _rms(clean),
+        "disparity_rms_px": rms(clean),
         "disparity_bias_px": float(np.mean(clean)),
-        "disparity_noise_rms_px": _rms(noisy),
+        "disparity_noise_rms_px": rms(noisy),
         "depth_max_rel_error": depth_max_rel_error(),
         "shimmer": shimmer(),
         "bit_equal": bits_are_equal(),
     }
-    return figures | _started()
+    return figures | _start_up_figures()
 
 
 def start_up() -> None:
-    """Do what a new process does until it shows its first triplet; print its time and memory."""
+    """Compile and render the first triplet of a new process; print time and memory."""
     begin_s = time.perf_counter()
     warm_up()
     with Renderer(measured_scene()) as renderer:
         for view, exposure in zip(_triplet(), EXPOSURES, strict=True):
             expose(renderer.radiance(view).radiance, exposure, (0, 0, 0))
-        rss_mb = _peak_rss_mb()
+        rss_mb = peak_memory_kib() * 1024 / 1e6
     json.dump({"kernels_and_triplet_s": time.perf_counter() - begin_s, "rss_mb": rss_mb}, sys.stdout)
 
 
-def _peak_rss_mb() -> float:
-    """Return the most memory this process has held; getrusage would count its parent's before exec."""
-    lines = Path("/proc/self/status").read_text().splitlines()
-    return next(int(line.split()[1]) * 1024 / 1e6 for line in lines if line.startswith("VmHWM"))
-
-
-def _started() -> dict[str, float | int | bool]:
-    """Measure a fresh process, imports included, with its kernels compiled before."""
+def _start_up_figures() -> dict[str, float | int | bool]:
+    """Measure a new process, imports included; its kernels have been compiled before."""
     begin_s = time.perf_counter()
     done = subprocess.run(  # noqa: S603 (our own interpreter on a constant)
         [sys.executable, "-c", START], check=True, capture_output=True, text=True
     )
     return {"warm_start_s": time.perf_counter() - begin_s, "rss_mb": float(json.loads(done.stdout)["rss_mb"])}
-
-
-def _rms(errors: np.typing.NDArray[np.float64]) -> float:
-    return float(np.sqrt(np.mean(errors**2)))
 
 
 def _fovea(at_m: tuple[float, float, float]) -> Callable[[float], Projection]:
@@ -108,7 +98,7 @@ def _triplet() -> list[Projection]:
 
 
 def _cpu_ms(view: Callable[[float], Projection], frames: int) -> float:
-    """Return the median CPU time of frames that differ by a hundredth of a pixel, on one thread."""
+    """Return the median CPU time, on one thread, of frames shifted by hundredths of a pixel."""
     times_ms = []
     with Renderer(measured_scene(), threads=1, cached_frames=1) as renderer:
         renderer.radiance(view(-0.01))
@@ -148,7 +138,7 @@ def _speedup_figures(repetitions: int) -> dict[str, float]:
 
 
 def _speedup_2_threads(rounds: int) -> float:
-    """Return the best wall time of a wide frame on one thread over that on two."""
+    """Return the ratio of a wide frame's best wall times on one thread and on two."""
     scene, best_s = measured_scene(), [np.inf, np.inf]
     with (
         Renderer(scene, threads=1, cached_frames=1) as one,
@@ -164,7 +154,7 @@ def _speedup_2_threads(rounds: int) -> float:
 
 
 def _machine_speedup_2_threads(rounds: int) -> float:
-    """Return the speed-up of hashing by a second thread, which shares nothing: this machine's limit."""
+    """Return the speed-up of hashing by a second thread: the limit of this machine."""
     block, one_s, two_s = bytes(24_000_000), np.inf, np.inf
     with ThreadPoolExecutor(2) as pool:
         for _ in range(rounds):
@@ -178,7 +168,7 @@ def _machine_speedup_2_threads(rounds: int) -> float:
 
 
 def _unchanged_triplets_per_s(rounds: int) -> float:
-    """Return how often three cameras expose anew while nothing moves."""
+    """Return the rate of exposures of three cameras while nothing moves."""
     times_s = []
     with Renderer(measured_scene()) as renderer:
         for k in range(rounds + 1):

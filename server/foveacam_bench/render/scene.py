@@ -1,4 +1,4 @@
-"""The scene and the views that the renderer is measured on: ground, boxes, a panel, 20 000 triangles."""
+"""Scene and views for measuring the renderer: ground, boxes, a panel, 20 000 triangles."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,7 @@ def panel_scene(distance_m: float) -> Scene:
 
 
 def wide_view(*, dx_px: float = 0.0, dy_px: float = 0.0, x_m: float = 0.0) -> Projection:
-    """Return the wide camera, its principal point moved by a fraction of a pixel."""
+    """Return the wide camera, its principal point shifted by `dx_px` and `dy_px`."""
     return _pinhole(WIDE_F_PX, np.eye(3), x_m, dx_px, dy_px)
 
 
@@ -65,7 +65,7 @@ def fovea_view(at_m: tuple[float, float, float], *, dx_px: float = 0.0) -> Proje
 
 
 def verged_pair(f_px: float, distance_m: float) -> tuple[Projection, Projection]:
-    """Return two parallel pinholes a baseline apart whose windows both centre on a point straight ahead."""
+    """Return two parallel pinholes a baseline apart, whose windows are centred on a point straight ahead."""
     half_m = BASELINE_M / 2
     shift_px = f_px * half_m / distance_m
     return (

@@ -1,8 +1,8 @@
 """Time from a mouse click on the wide view until the page shows the distance of that fixation, and its parts.
 
-Clicks fall on textured points of the default scene that both eyes can see, as the simulation's truth says,
-one at a time: the shape of one is computed and drawn before the next. The page's own clock measures from the
-pointer's press to the change of the result card; the parts come from the server's records, on the same wall
+Clicks are made on textured points of the default scene that both eyes can see, according to the simulation's
+truth; each waits until the shape of the one before is computed and drawn. The page's clock measures
+from the press to the change of the result card; the parts come from the server's records, on the same wall
 clock.
 """
 
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from foveacam_bench.judging import truth_of
 from foveacam_bench.servers import ServerProcess
 from foveacam_bench.stream.console_page import PATIENCE_S, page_position, wait_until
 from foveacam_bench.verge.click_truth import ClickKind, classify_click
@@ -25,10 +26,10 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 SCENE = "bench"
-"""The server's default."""
+"""The default scene of the server."""
 BORDER_PX = 200.0
 APART_PX = 90.0
-"""A click nearer to an earlier mark would correct that one."""
+"""Smallest distance of two clicks: nearer, a click corrects the earlier target."""
 SEED = 21
 LOOK_AT_SHAPE_S = 3.0
 """Time between a shape and the next click: the browser draws it and flies there."""
@@ -51,7 +52,7 @@ _WATCH_CARD = """(patience_ms) => {
     setTimeout(() => { observer.disconnect(); resolve(null); }, patience_ms);
   });
 }"""
-"""Set `benchAnswer` to a promise of the next fixation that the card shows after the next press."""
+"""Sets `benchAnswer` to a promise of the fixation that the card shows after the next press."""
 
 
 def click_latency_figures(page: "Page", server: ServerProcess, *, clicks: int) -> dict[str, float]:
@@ -71,15 +72,13 @@ def _textured_pixels(count: int) -> list[tuple[float, float]]:
     size = np.array([calibration.wide.width, calibration.wide.height])
     found: list[tuple[float, float]] = []
     with open_simulated(scene=SCENE, inline=True) as rig:
-        if rig.truth is None:
-            raise DeviceFault("bench console: the simulated rig came without its truth")
+        truth = truth_of(rig)
         while len(found) < count:
             x_px, y_px = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
             if any(math.dist((x_px, y_px), earlier) < APART_PX for earlier in found):
                 continue
-            click = classify_click(
-                rig.truth, calibration, scene=SCENE, pixel=(x_px, y_px), t_ns=rig.clock.now_ns()
-            )
+            t_ns = rig.clock.now_ns()
+            click = classify_click(truth, calibration, scene=SCENE, pixel=(x_px, y_px), t_ns=t_ns)
             if click is None or click.kind is not ClickKind.TEXTURED:
                 continue
             if NEAREST_M <= click.range_m <= FARTHEST_M:

@@ -1,4 +1,4 @@
-"""Clients of `bench stream`: viewers that acknowledge, viewers that only read, and a line of limited rate."""
+"""Clients of `bench stream`: viewers that acknowledge or only read, and a connection of limited rate."""
 
 import asyncio
 import json
@@ -19,7 +19,7 @@ _RECEIVE_BUFFER_BYTES = 32 * 1024
 
 @dataclass(frozen=True, slots=True)
 class PictureArrival:
-    """One picture, whole, at a client."""
+    """The arrival of one complete picture at a client."""
 
     view: int
     scale: int
@@ -30,7 +30,7 @@ class PictureArrival:
 
 @dataclass(slots=True)
 class StreamViewer:
-    """One client and what it got."""
+    """One client and the pictures that it received."""
 
     url: str
     choice: dict[str, Scale] = field(default_factory=dict)
@@ -61,8 +61,8 @@ def _arrival(message: bytes) -> PictureArrival:
 
 
 @asynccontextmanager
-async def thin_line(*, port: int, bytes_per_s: float) -> AsyncIterator[int]:
-    """Give a port that leads to `port` and carries at most `bytes_per_s` towards the client."""
+async def slow_connection(*, port: int, bytes_per_s: float) -> AsyncIterator[int]:
+    """Yield a port that relays to `port`, with at most `bytes_per_s` towards the client."""
 
     async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         line = socket.socket()
@@ -71,8 +71,8 @@ async def thin_line(*, port: int, bytes_per_s: float) -> AsyncIterator[int]:
         await asyncio.get_running_loop().sock_connect(line, ("127.0.0.1", port))
         server_reader, server_writer = await asyncio.open_connection(sock=line, limit=_CHUNK_BYTES)
         both = (
-            asyncio.create_task(_carry(reader, server_writer, bytes_per_s=None)),
-            asyncio.create_task(_carry(server_reader, writer, bytes_per_s=bytes_per_s)),
+            asyncio.create_task(_relay(reader, server_writer, bytes_per_s=None)),
+            asyncio.create_task(_relay(server_reader, writer, bytes_per_s=bytes_per_s)),
         )
         try:
             await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
@@ -88,13 +88,13 @@ async def thin_line(*, port: int, bytes_per_s: float) -> AsyncIterator[int]:
         yield server.sockets[0].getsockname()[1]
 
 
-async def _carry(
+async def _relay(
     reader: asyncio.StreamReader, writer: asyncio.StreamWriter, *, bytes_per_s: float | None
 ) -> None:
     free_s = time.monotonic()
     while chunk := await reader.read(_CHUNK_BYTES):
         if bytes_per_s is not None:
-            # An idle line gains no credit: it carries at its rate from now on
+            # idle time is no credit: a burst is sent at the same rate
             free_s = max(free_s, time.monotonic()) + len(chunk) / bytes_per_s
             await asyncio.sleep(free_s - time.monotonic())
         writer.write(chunk)

@@ -1,8 +1,8 @@
 """`foveacam bench console`: the page in a real browser beside a real server on the simulated rig.
 
-Measures the frames shown while the 3D pane shows a cloud, the time from a click to its distance, the pixel
-that a click orders, the stop's answer with twelve viewers open, and the page's return after a restart of the
-server. Needs Chromium and the extra `dev`.
+Measures the frame rates while the 3D pane shows a cloud, the time from a click to its distance, the error of
+a click's pixel, the time of a stop with twelve viewers open, and the recovery of the page after a restart of
+the server. Needs Chromium and the extra `dev`.
 """
 
 import json
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 VIEWERS = 12
 TARGET_PX = (812.0, 420.0)
-"""A textured place of the scene `bench`."""
+"""A textured point of the scene `bench`."""
 _STOPS = 5
 _WHEEL_STEPS = (0, 3, 5, 9)
 
@@ -58,7 +58,7 @@ def run(*, quick: bool = False) -> dict[str, float]:
 
 
 def _shown_rates(page: "Page", server: ServerProcess, *, seconds: float) -> dict[str, float]:
-    """Return the frames shown a second while the 3D pane shows the cloud of a fixation."""
+    """Return the frame rates of the views while the 3D pane shows the cloud of a fixation."""
     server.fixate(*TARGET_PX)
     scene = page.frame_locator("#scene iframe")
     scene.locator("canvas[data-engine]").wait_for(timeout=1000 * PATIENCE_S)
@@ -73,8 +73,8 @@ def _shown_rates(page: "Page", server: ServerProcess, *, seconds: float) -> dict
 
 
 def _show_clouds(scene: "FrameLocator") -> None:
-    """Tick "Point clouds" in the 3D pane, which shows surfaces at first; its panel is folded away again."""
-    # By events, not keys: the console takes the focus back from a frame that nobody pointed at
+    """Switch the 3D pane from surfaces to point clouds, and minimise its panel again."""
+    # events in place of keys, since the console takes the focus back from a frame without the pointer
     press_enter = "(box) => box.dispatchEvent(new KeyboardEvent('keydown', {key: 'Enter', bubbles: true}))"
     scene.locator("[data-dock-minimize][aria-expanded=false]").evaluate(press_enter)
     clouds = scene.locator("input[type=checkbox]").nth(1)
@@ -84,8 +84,8 @@ def _show_clouds(scene: "FrameLocator") -> None:
 
 
 def _click_error_px(page: "Page", *, clicks: int) -> float:
-    """Return the largest distance between the pixel meant and the one asked for, at several zooms."""
-    page.keyboard.press("Space")  # stopped: the orders are sent and refused, nothing moves
+    """Return the largest difference between the clicked and the requested pixel, at several zooms."""
+    page.keyboard.press("Space")  # while stopped, requests are sent and refused
     page.locator("#stopped").wait_for()
     error_px = 0.0
     for index in range(clicks):
@@ -94,7 +94,7 @@ def _click_error_px(page: "Page", *, clicks: int) -> float:
             page.mouse.move(*page_position(page, 700.0, 500.0))
             for _ in range(_WHEEL_STEPS[min(len(_WHEEL_STEPS) - 1, index * len(_WHEEL_STEPS) // clicks)]):
                 page.mouse.wheel(0, -120)
-        side = index % 2  # far enough from the click before not to be its double
+        side = index % 2  # too far from the last click for a double click
         x_px, y_px = 680.0 + 40.0 * side + 0.371 * index, 485.0 + 30.0 * side + 0.137 * index
         with page.expect_request("**/api/v1/fixations") as order:
             page.mouse.click(*page_position(page, x_px, y_px))
@@ -104,7 +104,7 @@ def _click_error_px(page: "Page", *, clicks: int) -> float:
 
 
 def _stop_ms(context: "BrowserContext", server: ServerProcess) -> float:
-    """Return the slowest answer to the Space key, ms, while all viewers show live views."""
+    """Return the longest time from the Space key to the answer, ms, while all viewers show live views."""
     pages = [context.new_page() for _ in range(VIEWERS)]
     for page in pages:
         page.goto(server.url)

@@ -1,4 +1,4 @@
-"""The console's page in headless Chromium: browser, profile, page, and waiting for what the page shows."""
+"""The console in headless Chromium: starts browser, profile and page, and waits for its contents."""
 
 import json
 import time
@@ -31,7 +31,7 @@ _POLL_MS = 20
 def chromium() -> "Iterator[Browser]":
     """Run headless Chromium; raise `NotConnected` where it or Playwright is missing."""
     try:
-        from playwright.sync_api import sync_playwright  # of the extra `dev`: a server does without it
+        from playwright.sync_api import sync_playwright  # of the extra `dev`
     except ImportError as error:
         raise NotConnected(
             "the bench 'console' drives a browser by Playwright, which is not installed here; "
@@ -57,7 +57,7 @@ def chromium() -> "Iterator[Browser]":
 
 @contextmanager
 def open_context(browser: "Browser", *, scene: bool) -> "Iterator[BrowserContext]":
-    """Open a browser profile whose pages have the 3D pane or not."""
+    """Open a browser profile; `scene`: whether its pages show the 3D pane."""
     context = browser.new_context(viewport={"width": 1440, "height": 900})
     settings = json.dumps(json.dumps({"scene": scene}))
     context.add_init_script(f"localStorage.setItem('foveacam.settings', {settings})")
@@ -76,13 +76,13 @@ def open_page(context: "BrowserContext", url: str) -> "Page":
 
 
 def wait_until_live(page: "Page", views: tuple[str, ...] = VIEWS) -> None:
-    """Wait until each view has shown a frame from now on."""
+    """Wait until each view has shown a new frame."""
     before = frames_shown(page)
     wait_until(page, lambda: all(frames_shown(page).get(view, 0) > before.get(view, 0) for view in views))
 
 
 def frames_shown(page: "Page") -> dict[str, int]:
-    """Return the number of frames drawn so far by view; empty before the page has started."""
+    """Return the number of drawn frames by view; empty before the page has started."""
     return dict(page.evaluate("window.foveacam ? foveacam.frames() : {}"))
 
 

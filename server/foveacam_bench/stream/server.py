@@ -1,6 +1,6 @@
-"""The server of `bench stream`: the real streams on a real server, fed with synthetic frames.
+"""The server of `bench stream`: the streams of the product, fed with synthetic frames.
 
-A process of its own, so that its CPU time is the server's alone. It ends when its standard input closes.
+It runs in its own process, whose CPU time is measured, and ends when its standard input closes.
 """
 
 import asyncio
@@ -34,7 +34,7 @@ _NOISE_STEPS = 1.5
 
 
 def synthetic_pictures(*, seed: int, count: int = _VARIANTS) -> list[NDArray[np.uint8]]:
-    """Return grey pictures, (1080, 1440) uint8, detailed and noisy as a camera's: some 150 kB as JPEG."""
+    """Return grey pictures, (1080, 1440) uint8, with detail and noise: about 150 kB each as JPEG."""
     rng = np.random.default_rng(seed)
     scene = np.full((_HEIGHT, _WIDTH), 128.0)
     for cell_px, contrast in ((180, 30.0), (60, 20.0), (20, 12.0), (5, 6.0)):
@@ -45,7 +45,7 @@ def synthetic_pictures(*, seed: int, count: int = _VARIANTS) -> list[NDArray[np.
 
 
 class Publisher(threading.Thread):
-    """Publishes one picture a view at a rate that may change; 0 pauses."""
+    """Publishes one picture of each view at a variable rate; 0 pauses."""
 
     def __init__(self, hub: FrameHub) -> None:
         super().__init__(name="publisher", daemon=True)
@@ -78,13 +78,13 @@ class Publisher(threading.Thread):
     def _publish(self) -> None:
         self.published += 1
         for view in LIVE:
-            # A copy, as a camera gives a new image each time
+            # a copy, like a new image of a camera
             image = self._pictures[view][self.published % _VARIANTS].copy()
             self._hub.publish(view, image, t_ns=time.monotonic_ns(), seq=self.published)
 
 
-async def send_naively(streams: LiveStreams, websocket: WebSocket) -> None:
-    """Queue every picture for the client and send one after the other, as most programs do."""
+async def send_from_queue(streams: LiveStreams, websocket: WebSocket) -> None:
+    """Queue every picture for the client without bound, and send them in order."""
     queue: asyncio.Queue[bytes] = asyncio.Queue()
 
     async def collect(view: str, scale: Scale) -> None:
@@ -123,7 +123,7 @@ def bench_app() -> FastAPI:
     @app.websocket("/bench/naive")
     async def naive(websocket: WebSocket) -> None:
         await websocket.accept()
-        await send_naively(app.state.services.streams, websocket)
+        await send_from_queue(app.state.services.streams, websocket)
 
     @app.post("/bench/pace")
     async def pace(rate_hz: float) -> None:

@@ -1,6 +1,6 @@
 """`foveacam bench stream`: one encode per frame for any number of viewers, and the delay of a slow viewer.
 
-A throttled client gets the same views twice: through the product's credits, and from a naive queue.
+A client on a slow connection receives the same views by the product's credits and from an unbounded queue.
 """
 
 import asyncio
@@ -15,13 +15,13 @@ from dataclasses import dataclass
 import httpx
 import numpy as np
 
-from foveacam_bench.stream.clients import StreamViewer, thin_line
+from foveacam_bench.stream.clients import StreamViewer, slow_connection
 from foveacam_bench.stream.server import LIVE
 from foveacam_hardware.contract import DeviceFault
 from foveacam_server.rig.encoder import Scale
 
 RATE_HZ = 20.0
-THIN_BYTES_PER_S = 1e6
+SLOW_BYTES_PER_S = 1e6
 FAST_CLIENTS = 7
 _CHOICES: tuple[dict[str, Scale], ...] = (
     {"wide": 1, "left": 2, "right": 2},
@@ -30,14 +30,14 @@ _CHOICES: tuple[dict[str, Scale], ...] = (
 )
 _IDLE_S = 2.0
 _SETTLE_FRACTION = 0.2
-"""The first part of each phase is left out: connections open, and a queue is not yet full."""
+"""Share of each phase that is left out, while connections open and queues fill."""
 _DRAIN_ROUNDS = 100
 _DRAIN_STEP_S = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Phase:
-    """What the server counted over one phase, and what its viewers got."""
+    """The server's counters before and after one phase."""
 
     before: dict[str, float]
     after: dict[str, float]
@@ -70,7 +70,7 @@ def _server() -> Iterator[int]:
     try:
         line = process.stdout.readline()
         if not line:
-            raise DeviceFault("the bench's server ended before it began; its message stands above")
+            raise DeviceFault("the bench's server ended before it began; see its message above")
         yield int(json.loads(line)["port"])
     finally:
         process.stdin.close()
@@ -86,15 +86,15 @@ async def _measure(port: int, *, phase_s: float) -> dict[str, float]:
     root = f"ws://127.0.0.1:{port}"
     async with (
         httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}", trust_env=False) as control,
-        thin_line(port=port, bytes_per_s=THIN_BYTES_PER_S) as thin_port,
+        slow_connection(port=port, bytes_per_s=SLOW_BYTES_PER_S) as slow_port,
     ):
         await _wait_until_up(control)
         idle = await _phase(control, [], duration_s=_IDLE_S)
         path = "/api/v1/views/ws"
         fast = [StreamViewer(root + path, dict(_CHOICES[index % 3])) for index in range(FAST_CLIENTS)]
-        slow = StreamViewer(f"ws://127.0.0.1:{thin_port}{path}", dict(_CHOICES[0]))
+        slow = StreamViewer(f"ws://127.0.0.1:{slow_port}{path}", dict(_CHOICES[0]))
         ours = await _phase(control, [*fast, slow], duration_s=phase_s)
-        naive = StreamViewer(f"ws://127.0.0.1:{thin_port}/bench/naive")
+        naive = StreamViewer(f"ws://127.0.0.1:{slow_port}/bench/naive")
         queued = await _phase(control, [naive], duration_s=phase_s, drain=False)
     pictures = {(a.view, a.scale, a.seq) for viewer in (*fast, slow) for a in viewer.arrivals}
     slow_age_s = _age_p95_s(slow, phase=ours)
@@ -132,7 +132,7 @@ async def _phase(
         if drain:
             await _drain(control, viewers)
     final = await _counters(control)
-    # A viewer gets the newest picture when it connects, and those under way when the clock stopped
+    # Viewers also receive the newest picture when they connect, and those on their way at the end
     before |= {"encodes": first["encodes"]}
     after |= {"encodes": final["encodes"], "published": final["published"]}
     settled_s = before["t_s"] + _SETTLE_FRACTION * duration_s
@@ -146,7 +146,7 @@ async def _watching(viewers: list[StreamViewer]) -> AsyncIterator[None]:
         yield
         for task in tasks:
             if task.done():
-                task.result()  # a viewer that ended early failed: say why
+                task.result()  # raises the error of a viewer that ended early
     finally:
         for task in tasks:
             task.cancel()
@@ -154,7 +154,7 @@ async def _watching(viewers: list[StreamViewer]) -> AsyncIterator[None]:
 
 
 async def _drain(control: httpx.AsyncClient, viewers: list[StreamViewer]) -> None:
-    """Wait until everything that the server sent has arrived, and nothing more is being sent."""
+    """Wait until all sent pictures have arrived and no more are sent."""
     last = -1.0
     for _ in range(_DRAIN_ROUNDS):
         sent = (await _counters(control))["frames_sent"]

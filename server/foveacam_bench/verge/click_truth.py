@@ -1,4 +1,4 @@
-"""The simulation's truth of a click: what it falls on, its point, and the residual of a fixation on it."""
+"""The simulation's truth of a click: material, surface point, and residual of a fixation."""
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -18,30 +18,30 @@ from foveacam_pipeline.verge.aim import aim_at, reaches
 
 EYES = (Role.LEFT, Role.RIGHT)
 CLEAR_WIDE_PX = 4
-"""Half side of the surroundings of a click that must belong to one surface, wide px."""
+"""Half side of the neighbourhood of a click that must show one surface, wide px."""
 PROBE_PX = 9
 WIDE_FOCAL_PX = 3155.0
 DEPTH_SPREAD = 0.06
-"""One surface may recede by so much across the surroundings, as a share of its distance."""
+"""Largest range of distances of one surface in the neighbourhood, as a share of its distance."""
 HIDDEN_SHARE = 3e-3
-"""A ray to the point may end this far from it, as a share of the distance: the probe has pixels."""
+"""Largest distance of a ray's end from the point, as a share of the distance; the probe's pixels need it."""
 
 
 class ClickKind(StrEnum):
-    """What a click falls on."""
+    """What a click shows."""
 
     TEXTURED = "textured"
-    """Textured material, visible from both eyes when clicked (people pass soon after some), within both
-    mirrors' calibrated field, no edge within 4 wide px."""
+    """Textured material, visible to both eyes at the moment of the click, in the calibrated field of both
+    mirrors, no edge within 4 wide px."""
     PLAIN = "plain"
     """A material without texture."""
     AWKWARD = "awkward"
-    """The rest: hidden from an eye, beside an edge, out of reach, or the flat cells of a printed pattern."""
+    """Any other: occluded in an eye, beside an edge, out of reach, or uniform cells of a printed pattern."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Click:
-    """One wide pixel and what is there at the moment of the click, rig frame."""
+    """One wide pixel and its surface point at the moment of the click, rig frame."""
 
     scene: str
     x_px: float
@@ -84,7 +84,7 @@ def classify_click(
 
 
 def clicked_point_at(truth: Truth, click: Click, t_ns: int) -> NDArray[np.float64]:
-    """Return where the clicked point of the surface is at `t_ns`, (3,) m, rig frame; objects move."""
+    """Return the position of the clicked surface point at `t_ns`, (3,) m, rig frame; objects move."""
     point = np.array([*click.point_rig_m, 1.0])
     stage = truth.world.animated_scene
     placed = stage.file.objects[stage.scene.names.index(click.name)]
@@ -98,8 +98,8 @@ def clicked_point_at(truth: Truth, click: Click, t_ns: int) -> NDArray[np.float6
 def residual_px(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (2,) the true residual of the eyes on a point: left minus right position, fovea px.
 
-    Each position is the point's direction from the pupil against that of the image centre, on the virtual
-    pinhole plane, so that rolled images do not matter.
+    Each position is the point's direction from the pupil minus that of the image centre, on the virtual
+    pinhole plane, so that image roll has no effect.
     """
     positions = []
     for role, frame in zip(EYES, (sighting.left, sighting.right), strict=True):
@@ -111,7 +111,7 @@ def residual_px(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float6
 
 
 def visible_from(truth: Truth, role: Role, click: Click) -> bool:
-    """Return whether an eye has a free line of sight to the clicked point, at the moment of the click."""
+    """Return whether an eye has a line of sight to the clicked point at the moment of the click."""
     number = truth.world.animated_scene.scene.names.index(click.name)
     point = np.array(click.point_rig_m)
     return _free_ray(truth, truth.pivot(role), point, number, click.t_ns)
@@ -124,7 +124,7 @@ def _clear(
     number: int,
     t_ns: int,
 ) -> bool:
-    """Return whether both eyes can look at the point and all three views show one surface about it."""
+    """Return whether both eyes reach the point and all three views show one surface about it."""
     z_m = float(point_rig_m[2])
     gazes = aim_at(calibration, point_rig_m[:2] / z_m, 1.0 / z_m)
     if not reaches(calibration, gazes):
@@ -140,7 +140,7 @@ def _clear(
 def _seen_from(
     truth: Truth, eye_rig_m: NDArray[np.float64], point_rig_m: NDArray[np.float64], number: int, t_ns: int
 ) -> bool:
-    """Return whether an eye sees the point, and nothing else beside it."""
+    """Return whether an eye sees the point and only its object about it."""
     drawn, _ = _probe_towards(truth, eye_rig_m, point_rig_m, t_ns)
     return bool((drawn.ids == number).all()) and _free_ray(truth, eye_rig_m, point_rig_m, number, t_ns)
 
@@ -161,7 +161,7 @@ def _free_ray(
 def _probe_towards(
     truth: Truth, eye_rig_m: NDArray[np.float64], point_rig_m: NDArray[np.float64], t_ns: int
 ) -> tuple[Radiance, Projection]:
-    """Draw a few pixels about the ray from an eye to a point, at the wide camera's resolution."""
+    """Render a few pixels about the ray from an eye to a point, at the wide camera's resolution."""
     way = point_rig_m - eye_rig_m
     ray = way / float(np.linalg.norm(way))
     side = -np.cross(ray, np.array([0.0, 1.0, 0.0]))

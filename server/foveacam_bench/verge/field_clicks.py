@@ -1,8 +1,8 @@
-"""Whether every click gets an answer: uniform clicks over the steering field, none left out.
+"""Measure whether every click is answered: uniform clicks over the steering field, none left out.
 
 Each click of both scenes is fixated on the simulated rig in virtual time, with the shipped calibration, and
-judged by the simulation's truth at the moment of the last look. A distance that is off by more than 3 % and
-more than 5 standard errors is wrong.
+judged by the simulation's truth at the moment of the last look. A distance with an error above both 3 % and
+5 standard errors is wrong.
 `python -m foveacam_bench.verge.field_clicks` prints every doubtful click.
 """
 
@@ -18,9 +18,9 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.judging import truth_of
 from foveacam_bench.verge.click_truth import EYES, Click, classify_click, clicked_point_at, visible_from
 from foveacam_bench.verge.fixations import CERTIFICATE, SCENES, WRONG_SHARE, WRONG_SIGMA
-from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
@@ -31,11 +31,11 @@ from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, PixelTarget
 
 CLICKS, QUICK_CLICKS = 400, 12
-"""A scene."""
+"""Clicks on each scene."""
 FIELD_DEG = (8.0, 7.5)
 """Half sides of the field of clicks, axis-wise."""
 LOOKED_AT_PX = 5.0
-"""A fovea looks at a point that is so near to its image centre, fovea px."""
+"""Largest distance of a point from the image centre of a fovea that looks at it, fovea px."""
 SEED = 14
 
 
@@ -56,35 +56,35 @@ class JudgedClick:
 
     @property
     def error_m(self) -> float:
-        """Return the error of the distance, NaN without one."""
+        """Error of the distance, m; NaN without a distance."""
         distance_m = self.fixation.distance_m
         return math.nan if distance_m is None else distance_m - self.range_m
 
     @property
     def sigmas(self) -> float:
-        """Return the error over the stated standard error."""
+        """Error over the stated standard error."""
         return self.error_m / (self.fixation.distance_sigma_m or math.nan)
 
     @property
     def wrong(self) -> bool:
-        """Return whether the distance is wrong."""
+        """Whether the distance is wrong."""
         return abs(self.error_m) > WRONG_SHARE * self.range_m and abs(self.sigmas) > WRONG_SIGMA
 
     @property
     def bound_holds(self) -> bool:
-        """Return whether the truth lies within the bound."""
+        """Whether the true distance is within the bound."""
         bound = self.fixation.bound
         return bound is not None and bound.nearest_m <= self.range_m <= bound.farthest_m
 
     @property
     def answer_s(self) -> float:
-        """Return the time to the answer: the rig's clock and the time of our own work."""
+        """Time to the answer: the rig's clock plus the computing time."""
         own_ms = sum(step.compute_ms for step in self.fixation.steps)
         return (self.fixation.duration_ms + own_ms) / 1e3
 
 
 def run(*, quick: bool = False) -> dict[str, object]:
-    """Click, judge, and return the figures; `doubtful` lists what went wrong."""
+    """Click, judge, and return the figures; `doubtful` lists the clicks to be examined."""
     count = QUICK_CLICKS if quick else CLICKS
     return figures([answer for scene in SCENES for answer in answers(scene, count)])
 
@@ -94,8 +94,6 @@ def answers(scene: str, count: int, *, seed: int = SEED) -> Iterator[JudgedClick
     calibration = load_calibration(CERTIFICATE)
     rng = np.random.default_rng([seed, *scene.encode()])
     with open_simulated(scene=scene, inline=True) as rig:
-        if rig.truth is None:
-            raise DeviceFault("bench clicks: the simulated rig came without its truth")
         for _ in range(count):
             limit_deg = np.array(FIELD_DEG)
             angles_rad = np.radians(rng.uniform(-limit_deg, limit_deg))
@@ -111,9 +109,9 @@ def judge(
     context: WideContext | None = None,
 ) -> JudgedClick:
     """Fixate one click and compare with the truth; `context` is used and updated."""
-    truth: Truth = rig.truth  # type: ignore[assignment]  # checked by `answers`
+    truth = truth_of(rig)
     x_px, y_px = pixel.tolist()
-    shown = rig.head.wide()  # a click means what the picture shows, which is a moment old
+    shown = rig.head.wide()  # a click refers to the shown picture, which is a moment old
     click = classify_click(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
     began_s = time.perf_counter()
     target, known = PixelTarget(x_px=x_px, y_px=y_px), PriorKnowledge(context=context)
@@ -129,7 +127,7 @@ def judge(
         name="background" if click is None else click.name,
         seen_by="both" if click is None else _seen_by(truth, click),
         range_m=math.inf if point is None else float(np.linalg.norm(point)),
-        fixation=replace(fixation, sighting=None),  # hundreds of looks would fill the memory
+        fixation=replace(fixation, sighting=None),  # frees the frames
         off_centre_px=_off_centre_px(truth, fixation, truth.wide_rays(pixel[None])[0], point),
         wall_ms=wall_ms,
     )
@@ -143,7 +141,7 @@ def _seen_by(truth: Truth, click: Click) -> str:
 def _off_centre_px(
     truth: Truth, fixation: Fixation, ray: NDArray[np.float64], point_rig_m: NDArray[np.float64] | None
 ) -> float:
-    """Return the distance of the point from the nearer image centre; for the background, of its direction."""
+    """Return the distance of the point, or of the background's direction, from the nearer image centre."""
     sighting = fixation.sighting
     if sighting is None:
         return math.inf
@@ -167,7 +165,7 @@ def figures(results: list[JudgedClick]) -> dict[str, object]:
         "both_foveae_fraction": _share(results, Basis.BOTH_FOVEAE),
         "looked_at_fraction": sum(r.off_centre_px <= LOOKED_AT_PX for r in results) / len(results),
         "wrong": sum(r.wrong for r in results),
-        "within_3_sigma_fraction": _within(answered),
+        "within_3_sigma_fraction": _within_3_sigma(answered),
         "bound_holds_fraction": sum(r.bound_holds for r in bounds) / len(bounds) if bounds else math.nan,
         "no_answer": sum(r.fixation.basis is None for r in results),
         "states": dict(Counter(r.fixation.state.value for r in results)),
@@ -175,7 +173,7 @@ def figures(results: list[JudgedClick]) -> dict[str, object]:
     for basis in Basis:
         of_basis = [r for r in results if r.fixation.basis is basis]
         found |= _figures_of(basis, of_basis)
-    return found | {"doubtful": [_account(r) for r in results if _doubtful(r)]}
+    return found | {"doubtful": [_click_record(r) for r in results if _is_doubtful(r)]}
 
 
 def _figures_of(basis: Basis, results: list[JudgedClick]) -> dict[str, object]:
@@ -185,7 +183,7 @@ def _figures_of(basis: Basis, results: list[JudgedClick]) -> dict[str, object]:
     found[f"{basis}_answer_s_median"] = median(r.answer_s for r in results)
     found[f"{basis}_answer_s_p95"] = float(np.quantile([r.answer_s for r in results], 0.95))
     if basis is not Basis.BOUND:
-        found[f"{basis}_within_3_sigma_fraction"] = _within(results)
+        found[f"{basis}_within_3_sigma_fraction"] = _within_3_sigma(results)
         found[f"{basis}_rel_error_median"] = median(abs(r.error_m) / r.range_m for r in results)
         found[f"{basis}_rel_sigma_median"] = median(
             (r.fixation.distance_sigma_m or math.nan) / (r.fixation.distance_m or math.nan) for r in results
@@ -194,7 +192,7 @@ def _figures_of(basis: Basis, results: list[JudgedClick]) -> dict[str, object]:
 
 
 def _of_surfaces(results: list[JudgedClick]) -> float:
-    """Return the share with a distance of the clicks that hit a surface: the sky has none."""
+    """Return the share of clicks on surfaces that have a distance; the background has none."""
     surfaces = [r for r in results if math.isfinite(r.range_m)]
     return sum(r.fixation.distance_m is not None for r in surfaces) / len(surfaces) if surfaces else math.nan
 
@@ -203,17 +201,17 @@ def _share(results: list[JudgedClick], basis: Basis) -> float:
     return sum(r.fixation.basis is basis for r in results) / len(results)
 
 
-def _within(results: list[JudgedClick]) -> float:
+def _within_3_sigma(results: list[JudgedClick]) -> float:
     return sum(abs(r.sigmas) <= 3.0 for r in results) / len(results) if results else math.nan
 
 
-def _doubtful(result: JudgedClick) -> bool:
+def _is_doubtful(result: JudgedClick) -> bool:
     answered = result.fixation.distance_m is not None
     off_target = result.off_centre_px > LOOKED_AT_PX
     return not answered or result.wrong or abs(result.sigmas) > 3.0 or off_target
 
 
-def _account(result: JudgedClick) -> dict[str, object]:
+def _click_record(result: JudgedClick) -> dict[str, object]:
     """Return the details of one click, for diagnosis."""
     fixation = result.fixation
     return {

@@ -1,8 +1,8 @@
 """Measure fixations of seeded clicks on both simulated scenes, in virtual time (`foveacam bench verge`).
 
-The verge loop has only what a real rig gives, with the shipped calibration; the simulation's truth judges.
-Definitions: `click_truth.ClickKind`. Fractions are of clicks on texture that both eyes can see ("textured").
-`python -m foveacam_bench.verge.fixations` prints the figures and every click that went wrong.
+The verge loop has the data of a real rig and the shipped calibration; the simulation's truth judges it.
+Fractions are of textured clicks, as defined in `click_truth.ClickKind`.
+`python -m foveacam_bench.verge.fixations` prints the figures and every failed click.
 """
 
 import json
@@ -16,9 +16,9 @@ from statistics import median
 
 import numpy as np
 
+from foveacam_bench.judging import truth_of
 from foveacam_bench.verge.click_truth import Click, ClickKind, classify_click, clicked_point_at, residual_px
 from foveacam_bench.verge.knock import knock_figures
-from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import Calibration, load_calibration
@@ -33,7 +33,7 @@ QUICK_QUOTA = {ClickKind.TEXTURED: 8, ClickKind.PLAIN: 3, ClickKind.AWKWARD: 1}
 NEAREST_M, FARTHEST_M = 1.5, 30.0
 BORDER_PX = 30.0
 WRONG_SHARE, WRONG_SIGMA = 0.03, 5.0
-"""A fixation is wrong when its distance is off by more than both."""
+"""A distance is wrong when its error exceeds both, as shares of the distance and of its standard error."""
 SEED = 20_25
 
 
@@ -65,7 +65,7 @@ class ClickResult:
 
 
 def run(*, quick: bool = False) -> dict[str, object]:
-    """Click, judge, and return the figures; `failures` lists what went wrong."""
+    """Click, judge, and return the figures; `failures` lists the failed clicks."""
     results = [result for scene in SCENES for result in fixations(scene, QUICK_QUOTA if quick else QUOTA)]
     return click_figures(results) | knock_figures(load_calibration(CERTIFICATE), SCENES, quick=quick)
 
@@ -76,11 +76,7 @@ def fixations(scene: str, quota: dict[ClickKind, int], *, seed: int = SEED) -> I
     rng = np.random.default_rng([seed, *scene.encode()])
     left = dict(quota)
     with open_simulated(scene=scene, inline=True) as rig:
-        truth = rig.truth
-        if truth is None:
-            raise DeviceFault(
-                "bench verge: the simulated rig came without its truth; open it with open_simulated"
-            )
+        truth = truth_of(rig)
         while any(left.values()):
             size = np.array([calibration.wide.width, calibration.wide.height])
             x, y = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
@@ -95,15 +91,16 @@ def judge_click(rig: Rig, calibration: Calibration, click: Click) -> ClickResult
     """Fixate one click and compare with the truth."""
     fixation = fixate(rig.head, calibration, PixelTarget(x_px=click.x_px, y_px=click.y_px), clock=rig.clock)
     sighting = fixation.sighting
-    without_frames = replace(fixation, sighting=None)  # about 20 MB a click
-    if fixation.distance_m is None or sighting is None or rig.truth is None:
+    without_frames = replace(fixation, sighting=None)  # frees about 20 MB
+    if fixation.distance_m is None or sighting is None:
         return ClickResult(click=click, fixation=without_frames)
-    point = clicked_point_at(rig.truth, click, sighting.left.t_ns)
+    truth = truth_of(rig)
+    point = clicked_point_at(truth, click, sighting.left.t_ns)
     return ClickResult(
         click=click,
         fixation=without_frames,
         error_m=fixation.distance_m - float(np.linalg.norm(point)),
-        residual_px=float(np.linalg.norm(residual_px(rig.truth, sighting, point))),
+        residual_px=float(np.linalg.norm(residual_px(truth, sighting, point))),
     )
 
 

@@ -1,8 +1,8 @@
-"""Whether clicks tell that the mounts have moved: both eyes knocked as if the rig had been carried.
+"""Measure after how many clicks a move of the mounts is reported: both eyes' mounts are knocked.
 
-Clicks on texture that both eyes can see, with the calibration of before the knock. A click tells by what it
-says (`Fixation.astray`) or by what it leaves (`HealthMonitor`); what matters is after how many of them the
-calibration's health asks to recalibrate.
+Clicks are on texture that both eyes can see, with the calibration from before the knock. A knock is seen in a
+failed fixation (`Fixation.astray`) or in residuals (`HealthMonitor`), and reported when the calibration's
+health asks to recalibrate.
 """
 
 import math
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from foveacam_bench.judging import truth_of
 from foveacam_bench.verge.click_truth import Click, ClickKind, classify_click
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.rig import Rig
@@ -22,7 +23,7 @@ from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import FixationState, PixelTarget
 
 KNOCKS, QUICK_KNOCKS = 3, 1
-"""A scene."""
+"""Knocks in each scene."""
 CLICKS = 12
 SHIFT_DEG, ROLL_DEG = 0.3, 0.1
 BORDER_PX = 200.0
@@ -32,48 +33,49 @@ SEED = 7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KnockResult:
-    """Result of the clicks after one knock; `told_after`: clicks until it is reported, None if never."""
+    """Result of the clicks after one knock; `reported_after`: clicks until it is reported, None if never."""
 
     failed: int
     explained: int
-    told_after: int | None
+    reported_after: int | None
 
 
 def knock_figures(calibration: Calibration, scenes: tuple[str, ...], *, quick: bool) -> dict[str, object]:
-    """Return after how many clicks a knock is reported, and how many failures name it."""
+    """Return how many clicks it takes until a knock is reported, and the share of failures that name it."""
     count = QUICK_KNOCKS if quick else KNOCKS
-    every = [found for scene in scenes for found in _knocked(scene, calibration, count=count)]
-    told = [found.told_after for found in every if found.told_after is not None]
+    every = [found for scene in scenes for found in _knock_and_click(scene, calibration, count=count)]
+    reported_after = [found.reported_after for found in every if found.reported_after is not None]
     return {
         "knocks": len(every),
-        "knocks_told_fraction": len(told) / len(every),
-        "knock_told_after_clicks_max": max(told, default=None),
+        "knocks_told_fraction": len(reported_after) / len(every),
+        "knock_told_after_clicks_max": max(reported_after, default=None),
         "knock_failures_explained_fraction": sum(found.explained for found in every)
         / max(1, sum(found.failed for found in every)),
     }
 
 
-def _knocked(scene: str, calibration: Calibration, *, count: int) -> Iterator[KnockResult]:
+def _knock_and_click(scene: str, calibration: Calibration, *, count: int) -> Iterator[KnockResult]:
     rng = np.random.default_rng([SEED, *scene.encode()])
     with open_simulated(scene=scene, inline=True) as rig:
         if rig.breakable is None:
-            raise DeviceFault("bench verge: the simulated rig came without what breaks it")
+            raise DeviceFault("bench verge: the simulated rig has no faults; use open_simulated")
         for _ in range(count):
             rig.breakable.set_faults(SimulatedFaults(knocked_left=_knock(rng), knocked_right=_knock(rng)))
-            yield _clicked(rig, calibration, [_textured(rig, calibration, scene, rng) for _ in range(CLICKS)])
+            clicks = [_textured_click(rig, calibration, scene, rng) for _ in range(CLICKS)]
+            yield _make_clicks(rig, calibration, clicks)
 
 
-def _clicked(rig: Rig, calibration: Calibration, clicks: list[Click]) -> KnockResult:
-    checkup, failed, explained, told_after = HealthMonitor(calibration), 0, 0, None
+def _make_clicks(rig: Rig, calibration: Calibration, clicks: list[Click]) -> KnockResult:
+    monitor, failed, explained, reported_after = HealthMonitor(calibration), 0, 0, None
     for number, click in enumerate(clicks, start=1):
         target = PixelTarget(x_px=click.x_px, y_px=click.y_px)
         fixation = fixate(rig.head, calibration, target, clock=rig.clock)
         failed += fixation.state is not FixationState.VERGED
         explained += fixation.target_offset is not None
-        checkup.add(fixation)
-        if told_after is None and checkup.health.verdict is HealthVerdict.RECALIBRATE:
-            told_after = number
-    return KnockResult(failed=failed, explained=explained, told_after=told_after)
+        monitor.add(fixation)
+        if reported_after is None and monitor.health.verdict is HealthVerdict.RECALIBRATE:
+            reported_after = number
+    return KnockResult(failed=failed, explained=explained, reported_after=reported_after)
 
 
 def _knock(rng: np.random.Generator) -> MountKnock:
@@ -85,14 +87,13 @@ def _knock(rng: np.random.Generator) -> MountKnock:
     )
 
 
-def _textured(rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator) -> Click:
-    """Return a click on texture that both eyes would see if nothing had been knocked."""
-    if rig.truth is None:
-        raise DeviceFault("bench verge: the simulated rig came without its truth")
+def _textured_click(rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator) -> Click:
+    """Return a click on texture that both eyes would see without the knock."""
+    truth = truth_of(rig)
     size = np.array([calibration.wide.width, calibration.wide.height])
     while True:
         x, y = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
-        click = classify_click(rig.truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
+        click = classify_click(truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
         if (
             click is not None
             and click.kind is ClickKind.TEXTURED

@@ -1,6 +1,6 @@
-"""Measure the depth of the whole steering field after a look around, judged by the simulation's truth.
+"""Measure the depth of the steering field after looking around, and judge it by the simulation's truth.
 
-The rig runs in virtual time with the calibration that ships.
+The rig runs in virtual time with the shipped calibration.
 `python -m foveacam_bench.verge.look_around` prints the figures.
 """
 
@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.judging import truth_of
 from foveacam_bench.verge.fixations import CERTIFICATE, WRONG_SHARE, WRONG_SIGMA
-from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
@@ -34,11 +34,11 @@ SEED = 20_25
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedContext:
-    """One look around against the truth.
+    """One survey compared with the truth.
 
     `coverage`: share of the steering field's cells with a depth. `rel_error`, `sigmas`: (n,), sampled cells.
-    `later_wrong`: share of the cells known `LATER_S` later that are wrong then; `lost`: share that lost its
-    depth meanwhile.
+    `later_wrong`: share of wrong cells among those with a depth `LATER_S` later; `lost`: share of cells that
+    lost their depth in that time.
     """
 
     coverage: float
@@ -67,26 +67,24 @@ def run(*, quick: bool = False) -> dict[str, object]:
         "context_later_wrong_fraction": max(one.later_wrong for one in every),
         "context_survey_s": max(one.survey_s for one in every),
         "context_compute_s": max(one.compute_s for one in every),
-    } | {f"context_{scene}": _account(one) for scene, one in scenes.items()}
+    } | {f"context_{scene}": _scene_figures(one) for scene, one in scenes.items()}
 
 
 def survey(scene: str, count: int) -> JudgedContext:
     """Look around in one scene and judge `count` cells of the resulting depth."""
     calibration = load_calibration(CERTIFICATE)
     with open_simulated(scene=scene, inline=True) as rig:
-        truth = rig.truth
-        if truth is None:
-            raise DeviceFault("bench context: the simulated rig came without its truth")
+        truth = truth_of(rig)
         context = WideContext(calibration.wide, now_s=lambda: rig.clock.now_ns() / 1e9)
         began_s = time.perf_counter()
         looked = look_around(rig.head, calibration, context, clock=rig.clock)
         compute_s = time.perf_counter() - began_s
-        _see(context, rig)
+        _detect_changes(context, rig)
         rel, sigmas = _judge(context, truth, calibration, t_ns=rig.clock.now_ns(), count=count)
         coverage, known = _coverage(context, calibration), len(context.samples())
         for _ in range(LATER_S):
             rig.clock.sleep_until_ns(rig.clock.now_ns() + 1_000_000_000)
-            _see(context, rig)
+            _detect_changes(context, rig)
         later = _judge(context, truth, calibration, t_ns=rig.clock.now_ns(), count=count)
         return JudgedContext(
             coverage=coverage,
@@ -101,15 +99,15 @@ def survey(scene: str, count: int) -> JudgedContext:
 
 
 def wrong(rel_error: NDArray[np.float64], sigmas: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which depths are off by more than 3 % and by more than 5 standard errors."""
+    """Return which depths have errors above both 3 % and 5 standard errors."""
     return np.asarray((rel_error > WRONG_SHARE) & (sigmas > WRONG_SIGMA), dtype=np.bool_)
 
 
-def _see(context: WideContext, rig: Rig) -> None:
+def _detect_changes(context: WideContext, rig: Rig) -> None:
     context.detect_changes(gray(to_uint8(rig.wide.latest(max_age_ms=500.0))))
 
 
-def _account(judged: JudgedContext) -> dict[str, float]:
+def _scene_figures(judged: JudgedContext) -> dict[str, float]:
     return {
         "coverage": judged.coverage,
         "rel_error_median": float(np.median(judged.rel_error)),
@@ -128,7 +126,7 @@ def _account(judged: JudgedContext) -> dict[str, float]:
 def _judge(
     context: WideContext, truth: Truth, calibration: Calibration, *, t_ns: int, count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return relative errors of depth and errors over their standard errors, of seeded primary surfaces."""
+    """Return relative errors of depth, and errors over standard errors, of random nearest surfaces."""
     known = context.snapshot()
     row, column = np.nonzero(known.known[0])
     chosen = np.random.default_rng(SEED).choice(len(row), size=min(count, len(row)), replace=False)
@@ -146,7 +144,7 @@ def _judge(
 
 
 def _coverage(context: WideContext, calibration: Calibration) -> float:
-    """Return the share of the steering field's cells with a depth that is not withheld."""
+    """Return the share of the steering field's cells that have a depth."""
     half_px = context.cell_px / 2.0
     x, y = np.meshgrid(np.arange(context.columns), np.arange(context.rows))
     middles = np.column_stack([x.ravel(), y.ravel()]) * context.cell_px + half_px - 0.5

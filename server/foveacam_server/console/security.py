@@ -34,7 +34,7 @@ _PAGE_SCHEMES = {"ws": "http", "wss": "https"}
 
 @dataclass(frozen=True, slots=True)
 class _Refusal:
-    """A refused request; `ask`: a token would admit it."""
+    """A refused request; `ask`: whether a token would admit it."""
 
     problem: ProblemDetails
     ask: bool = False

@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 
 from foveacam_hardware.camera_config import (
     ROLES,
-    AravisCameraConfig,
+    MachineVisionCameraConfig,
     OpenCvCameraConfig,
-    PylonCameraConfig,
 )
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig
 
@@ -50,7 +49,7 @@ def needs_of(config: SimulatedRigConfig | SerialRigConfig) -> RigNeeds:
     for role in ROLES:
         camera = getattr(config.cameras, role)
         match camera:
-            case AravisCameraConfig() | PylonCameraConfig():
+            case MachineVisionCameraConfig():
                 cameras.append(NamedCamera(role=role, kind=camera.kind, wanted=camera.serial))
             case OpenCvCameraConfig():
                 cameras.append(NamedCamera(role=role, kind=camera.kind, wanted=str(camera.source)))

@@ -17,17 +17,17 @@ _log = logging.getLogger(__name__)
 
 STOP_LINE = b"POST /api/v1/stop HTTP/1."
 FORWARDED = b"\r\nx-forwarded-for:"
-"""The server handles requests through a proxy: it knows which proxies are trusted."""
+"""Requests through a proxy are passed on: the server checks whether the proxy is trusted."""
 END_OF_HEADERS = b"\r\n\r\n"
 PEEK_BYTES = 16_384
-"""A stop and its headers arrive in one piece; the loop handles what is longer."""
+"""Longest request that is answered here; the event loop handles longer ones."""
 SILENT_S = 10.0
 """Longest time in which a new connection may send nothing."""
 ANSWER_S = 2.0
 """Longest time in which a peer may read the answer to its stop."""
 _ACCEPT_AT_ONCE = 64
 _FULL_PAUSE_S = 0.2
-"""Pause after the system had no file left for another connection."""
+"""Pause when the process has no file descriptor left for another connection."""
 
 
 class StopAnswering(Protocol):
@@ -92,7 +92,7 @@ class StopDoor:
                 peer, _ = self._listener.accept()
             except (BlockingIOError, ConnectionAbortedError):
                 return
-            except OSError as error:  # no file is left: open ones must be closed first
+            except OSError as error:  # no file descriptor is left
                 _log.warning("a connection could not be accepted: %s", error)
                 self._closing.wait(_FULL_PAUSE_S)
                 return

@@ -229,7 +229,7 @@ class HardwareThread:
             return None
         self._reconnector.connect(rig)
         self._rig = rig
-        self.refresh(rig)  # the status of what is open, before others are told
+        self.refresh(rig)  # before others are notified
         self._opened.set()
         self.refresh(rig)
         return rig

@@ -12,7 +12,7 @@ from foveacam_server.rig.status import FrameRate
 from foveacam_server.rig.stream_messages import wire_seq
 
 SESSION_WIDE_HZ = 4.0
-"""Rate of wide frames while a job runs, whose own looks bring more."""
+"""Rate of wide frames while a job runs; its looks deliver further ones."""
 IDLE_WIDE_HZ = 2.0
 IDLE_FOVEA_HZ = 1.0
 """Rates without a viewer: snapshots stay fresh and a lost device is noticed, at little cost."""

@@ -32,7 +32,7 @@ class RigProblem(Protocol):
 
     @property
     def remedy(self) -> str | None:
-        """What to do about it, where the device knows."""
+        """What to do about it, where known."""
         ...
 
 
@@ -185,7 +185,7 @@ class SceneViewer(Protocol):
         ...
 
     def show_surroundings(self, mesh: DepthMesh, *, bring: bool = False) -> None:
-        """Show the coarse surface of the whole wide view; `bring`: turn the viewers' cameras to it."""
+        """Show the coarse surface of the whole wide view; `bring`: move the viewers' cameras to it."""
         ...
 
     def remove_surroundings(self) -> None:

@@ -224,7 +224,7 @@ class CameraWorker:
             raise
 
     def _grab_frame(self) -> None:
-        """Wait briefly for a frame; deliver it, or judge the silence."""
+        """Wait briefly for a frame; deliver it, or react to the silence."""
         device, run = self._held.device, self._run
         if device is None or run is None:
             return

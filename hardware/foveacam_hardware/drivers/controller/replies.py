@@ -68,7 +68,7 @@ class PendingReply:
         return ReplyArrival(packet, self.sent_ns, t_ns)
 
     def _next(self, timeout_s: float) -> tuple[Packet, int] | NotConnected | None:
-        """Return the next item within a time; stop early on a link that knows that no answer will come."""
+        """Return the next item within a time; stop early on a link on which no answer can come."""
         if self._quiet() is None:
             return self._get(timeout_s)
         while (item := self._get(QUIET_POLL_S)) is None:
