@@ -6,7 +6,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.matching.centre import shows_another
+from foveacam_pipeline.verge.matching.centre_match import shows_another
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
 from foveacam_pipeline.verge.matching.wide_patch import evened, survey_f_px
 

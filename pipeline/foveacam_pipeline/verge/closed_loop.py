@@ -21,8 +21,7 @@ from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.looking.motion import TargetMotion, TargetTracker
 from foveacam_pipeline.verge.looking.passing_detector import PassingDetector
-from foveacam_pipeline.verge.matching.centre import shows_another
-from foveacam_pipeline.verge.matching.centre_match import ways_back
+from foveacam_pipeline.verge.matching.centre_match import match_centres, shows_another
 from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, eye_patch, guessed_depth_m
 from foveacam_pipeline.verge.matching.support import FOVEA_SCALE, MatchSupport, SupportReport, support_of
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch, fit_at
@@ -240,7 +239,7 @@ class ClosedLoop:
         left, right = measurement.centre + half, measurement.centre - half
         if shows_another(measurement.look, image, self._calibration.wide, target, left=left, right=right):
             return verdict.another(measurement)
-        ways = ways_back(
+        matches = match_centres(
             measurement.look,
             found.templates[0],
             image,
@@ -248,12 +247,12 @@ class ClosedLoop:
             target,
             slope=measurement.fine.slope,
         )
-        if min(way.best - way.here for way in ways) <= self._limits.neighbour_lead:
+        if min(match.best - match.here for match in matches) <= self._limits.neighbour_lead:
             return None
-        side, way = max(
-            zip(("left", "right"), ways, strict=True), key=lambda sided: abs(sided[1].aside_wide_px)
+        side, match = max(
+            zip(("left", "right"), matches, strict=True), key=lambda sided: abs(sided[1].aside_wide_px)
         )
-        return verdict.neighbour(side, aside_px=way.aside_wide_px)
+        return verdict.neighbour(side, aside_px=match.aside_wide_px)
 
     def _measured(self, observation: Observation, measurement: Measurement) -> Gazes:
         """Return the lines of sight to the target in a look."""

@@ -33,7 +33,7 @@ _TWELVE_BITS = (PixelFormat.MONO12, PixelFormat.MONO12P, PixelFormat.BAYER_RG12P
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RigFacts:
+class CaptureRigFacts:
     """A rig's facts for estimates. `rail`: None without one; `rail_by_hand`: the operator moves it."""
 
     settle_us: int
@@ -69,9 +69,9 @@ class RigFacts:
         return estimate_capture(plan, self.pace(), fovea=fovea, wide=wide, done=done, stored_ratio=ratio)
 
 
-def rig_facts(rig: CaptureRig) -> RigFacts:
+def rig_facts(rig: CaptureRig) -> CaptureRigFacts:
     """Return the facts of a rig, read on its thread; raise `InvalidInput` for one without a trigger."""
-    return RigFacts(
+    return CaptureRigFacts(
         settle_us=trigger_head(rig).settle_us,
         fovea=rig.left.settings,
         wide=rig.wide.settings,

@@ -1,7 +1,9 @@
-"""Match the centres of the foveae back to the wide view, to detect look-alikes beside the target.
+"""Compare the centres of the foveae with the wide view: do both show the target, or something else?
 
-A wide patch may fit a fovea although the fovea looks at a neighbour that is nearly alike (letters, windows),
-when the target itself is hidden from that eye. What the fovea shows then fits the neighbour better.
+A large patch may fit by its rim alone, when something behind or beside the target has more contrast than the
+target: then left and right agree on the rim's depth, and what they show in the middle differs from the wide
+view. A wide patch may also fit a fovea that looks at a neighbour that is nearly alike (letters, windows), when
+the target itself is hidden from that eye. What the fovea shows then fits the neighbour better.
 """
 
 from dataclasses import dataclass
@@ -14,6 +16,13 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
 from foveacam_pipeline.verge.matching.wide_patch import ENLARGED, WidePatch, cut_view, leaning, peak
 
+HALF_PX = 4
+"""Half side of the middle that is compared, survey px: two wide px."""
+SLACK_PX = 3
+"""How far the middles may be displaced, survey px."""
+DIFFERS_RMS = 0.55
+"""Root mean square difference of evened out pictures from which on an eye shows something else: right matches
+stay below 0.45 in the better eye, wrong ones exceed 0.6."""
 REACH_PX = 140
 """How far along the row a neighbour is looked for, survey px: the shift between infinity and 3 m."""
 ROWS_PX = 8
@@ -34,7 +43,7 @@ class CentreMatch:
     aside_wide_px: float
 
 
-def ways_back(
+def match_centres(
     look: ReducedLook,
     template: WidePatch,
     gray: NDArray[np.uint8],
@@ -53,12 +62,12 @@ def ways_back(
     half = (half_x, half_y)
     lean = (slope[0] / 2.0, slope[1] / 2.0)
     return (
-        _way_back(look.left, strip, half, (-lean[0], -lean[1])),
-        _way_back(look.right, strip, half, lean),
+        _match_centre(look.left, strip, half, (-lean[0], -lean[1])),
+        _match_centre(look.right, strip, half, lean),
     )
 
 
-def _way_back(
+def _match_centre(
     eye: ReducedEye, strip: NDArray[np.float32], half: tuple[int, int], lean: tuple[float, float]
 ) -> CentreMatch:
     height, width = eye.image.shape
@@ -71,3 +80,33 @@ def _way_back(
     x_px, _, best = peak(scores)
     here = scores[:, REACH_PX - HERE_PX : REACH_PX + HERE_PX + 1]
     return CentreMatch(here=float(here.max()), best=best, aside_wide_px=(x_px - REACH_PX) / ENLARGED)
+
+
+def shows_another(
+    look: ReducedLook,
+    gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    target: NDArray[np.float64],
+    *,
+    left: NDArray[np.float64],
+    right: NDArray[np.float64],
+) -> bool:
+    """Return whether both eyes show something else than the wide view at the target.
+
+    `gray`: (h, w) wide image of the look. `target`: (2,) tangents from the rig's origin. `left`, `right`:
+    (2,) tangents from each eye's gaze to the match.
+    """
+    half = HALF_PX + SLACK_PX
+    view = cut_view(gray, wide, target, f_px=look.f_px, half=(half, half))
+    pairs = ((look.left, left), (look.right, right))
+    return all(_difference_rms(eye, offset * look.f_px, view) > DIFFERS_RMS for eye, offset in pairs)
+
+
+def _difference_rms(eye: ReducedEye, offset_px: NDArray[np.float64], view: NDArray[np.float32]) -> float:
+    """Return by how much an eye's picture about a place differs from the view where it fits best."""
+    height, width = eye.image.shape
+    place = ((width - 1) / 2 + float(offset_px[0]), (height - 1) / 2 + float(offset_px[1]))
+    side = 2 * HALF_PX + 1
+    shown = np.asarray(cv2.getRectSubPix(eye.image, (side, side), place), dtype=np.float32)
+    squares = cv2.matchTemplate(view, shown, cv2.TM_SQDIFF) / shown.size
+    return float(np.sqrt(max(0.0, squares.min())))

@@ -19,7 +19,7 @@ from foveacam_pipeline.capture.run import (
     writer_settings,
 )
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.datasets.capture_tools import RigFacts, rig_facts
+from foveacam_server.datasets.capture_tools import CaptureRigFacts, rig_facts
 from foveacam_server.datasets.collection import StoredCapture
 from foveacam_server.foundation.names import new_id
 from foveacam_server.resources.captures.schema import CaptureDocument
@@ -91,7 +91,7 @@ def check_resumable(stored: StoredCapture) -> None:
         )
 
 
-def check_remaining_room(folder: Path, facts: RigFacts) -> None:
+def check_remaining_room(folder: Path, facts: CaptureRigFacts) -> None:
     """Raise `OutOfRange` when the disk is too small for the remaining points of an interrupted dataset."""
     header = read_document(folder).header
     plan = plan_from(header.plan, what=f"plan of {folder.name}")
@@ -103,7 +103,7 @@ def check_remaining_room(folder: Path, facts: RigFacts) -> None:
 
 def check_room(
     plan: RasterPlan,
-    facts: RigFacts,
+    facts: CaptureRigFacts,
     calibration: Calibration,
     *,
     codec: ImageCodec,

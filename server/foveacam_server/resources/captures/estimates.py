@@ -15,11 +15,11 @@ from foveacam_pipeline.capture.plan import (
 )
 from foveacam_pipeline.capture.run import check_exposures
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.datasets.capture_tools import RigFacts
+from foveacam_server.datasets.capture_tools import CaptureRigFacts
 from foveacam_server.resources.captures.schema import CoverageDocument, EstimateDocument, KindDocument
 
 
-def check_possible(plan: RasterPlan, calibration: Calibration, facts: RigFacts) -> None:
+def check_possible(plan: RasterPlan, calibration: Calibration, facts: CaptureRigFacts) -> None:
     """Refuse a plan that the rig cannot do at its distance, or at any where the plan names none."""
     check_rail(plan, facts.rail)
     check_exposures(plan, facts.exposures_ns)
@@ -29,7 +29,7 @@ def check_possible(plan: RasterPlan, calibration: Calibration, facts: RigFacts) 
 def estimate_plan(
     plan: RasterPlan,
     calibration: Calibration,
-    facts: RigFacts,
+    facts: CaptureRigFacts,
     *,
     codec: ImageCodec,
     folder: Path,

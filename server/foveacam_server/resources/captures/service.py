@@ -9,7 +9,7 @@ from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.dataset.labels import change_labels
 from foveacam_pipeline.capture.run import run_capture
-from foveacam_server.datasets.capture_tools import CaptureTools, RigFacts, rig_facts
+from foveacam_server.datasets.capture_tools import CaptureRigFacts, CaptureTools, rig_facts
 from foveacam_server.datasets.collection import CAPTURES_URL, CaptureCollection, StoredCapture
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext
@@ -200,7 +200,7 @@ class CaptureService:
             self._emit_end(live)
         return f"{CAPTURES_URL}/{live.id}"
 
-    def _facts(self) -> RigFacts:
+    def _facts(self) -> CaptureRigFacts:
         return answer_of(self._tools.hardware.submit(rig_facts), asked="the rig's settings")
 
     def _check_free(self, asked: str) -> None:
