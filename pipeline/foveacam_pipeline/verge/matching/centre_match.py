@@ -2,8 +2,8 @@
 
 A large patch may fit by its rim alone, when something behind or beside the target has more contrast than the
 target: then left and right agree on the rim's depth, and what they show in the middle differs from the wide
-view. A wide patch may also fit a fovea that looks at a neighbour that is nearly alike (letters, windows), when
-the target itself is hidden from that eye. What the fovea shows then fits the neighbour better.
+view. A wide patch may also fit a fovea that looks at a neighbour that is nearly alike (letters, windows),
+when the target itself is hidden from that eye. What the fovea shows then fits the neighbour better.
 """
 
 from dataclasses import dataclass
