@@ -37,6 +37,8 @@ KNOT_PX = 8
 """Spacing at which positions in the wide image are computed exactly, px of the window."""
 BLOCK_PX = 8
 """Side of the blocks in which the depths of both eyes are compared, wide px."""
+ROW_STRIDE = 1 << 32
+"""Numbers a block by its column and row: one key a sample sorts ten times as fast as two."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -197,9 +199,8 @@ def contradicted(
     """
     if len(samples) == 0 or len(by) == 0:
         return np.zeros(len(samples), dtype=np.bool_)
-    blocks = np.floor(np.concatenate([samples.tangents, by.tangents]) / block_tan).astype(np.int64)
-    _, block = np.unique(blocks, axis=0, return_inverse=True)
-    block = block.ravel()
+    columns, rows = np.floor(np.concatenate([samples.tangents, by.tangents]) / block_tan).astype(np.int64).T
+    _, block = np.unique(columns * ROW_STRIDE + rows, return_inverse=True)
     own, others = block[: len(samples)], block[len(samples) :]
     low, high, error = (
         np.full(block.max() + 1, np.inf),
