@@ -18,7 +18,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose, sweep_filename
-from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep, save_sweep
+from foveacam_pipeline.calibrate.sweep.sweep_file import append_pose, load_sweep, read_new_poses, save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import NodeSpacing, SweepPlan, base_pose, check_reach
 
 STATION = Station(
@@ -63,6 +63,19 @@ def pose(index: int, *, seed: int = 0) -> SweepPose:
         right=None,
         right_refusal="marker 2 is covered",
     )
+
+
+def test_new_poses_of_a_growing_file_are_read_once_each_and_a_cut_off_line_is_not_one(tmp_path: Path) -> None:
+    path = tmp_path / sweep_filename(STATION)
+    save_sweep(Sweep(header=header(), poses=(pose(0), pose(1))), path)
+    with path.open("ab") as stream:
+        stream.write(b'{"index": 2')
+    first, next_byte = read_new_poses(path, start_byte=0)
+    append_pose(path, pose(3))
+    second, end_byte = read_new_poses(path, start_byte=next_byte)
+    assert [found.index for found in first] == [0, 1]
+    assert [found.index for found in second] == [3]
+    assert read_new_poses(path, start_byte=end_byte) == ([], path.stat().st_size)
 
 
 def test_a_sweep_comes_back_from_its_file_bit_for_bit(tmp_path: Path) -> None:

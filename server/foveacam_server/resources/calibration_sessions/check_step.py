@@ -62,7 +62,7 @@ def check_session(
             settings=_settings(options),
             swept_rad=_swept_rad(session),
         )
-    session.write(CHECK, describe_check(result))
+    session.write(CHECK, _describe(result))
     draw_pictures(session, check_pictures(result, calibration))
     session.finish_steps(FinishedSteps(check=_run_key(calibration, options)))
     return result
@@ -90,8 +90,7 @@ def newest_calibration(session: CalibrationSession, registry: CalibrationRegistr
     return registry.get(fitted[-1])
 
 
-def describe_check(result: CheckResult) -> CheckDocument:
-    """Return a check as REST shows it."""
+def _describe(result: CheckResult) -> CheckDocument:
     return CheckDocument(
         calibration_id=result.calibration_id,
         epipolar_rms_px=rounded(result.epipolar_rms_px, 4),

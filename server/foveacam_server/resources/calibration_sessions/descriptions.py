@@ -10,6 +10,7 @@ from foveacam_hardware.contract import FoveaError, NotCalibrated, Role
 from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
 from foveacam_pipeline.calibrate.report import SessionFacts, session_facts
 from foveacam_pipeline.calibrate.settle.settle_report import load_settle
+from foveacam_pipeline.calibrate.settle.settle_values import SettleReport
 from foveacam_pipeline.calibrate.sweep.sweep import SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_server.resources.calibration_sessions.pictures import describe_pictures, picture_bytes
@@ -163,10 +164,15 @@ def measured_time(session: CalibrationSession) -> SettleTime:
             remedy="run the step settle first",
         )
     report = load_settle(session.folder / SETTLE_REPORT)
+    return settle_time_of(report, found.settle_us, session_id=session.id)
+
+
+def settle_time_of(report: SettleReport, settle_us: int, *, session_id: str) -> SettleTime:
+    """Return the settle time that a report gave."""
     return SettleTime(
         rig_id=report.rig_id,
-        settle_us=found.settle_us,
+        settle_us=settle_us,
         measured_utc=report.created_utc,
-        session_id=session.id,
+        session_id=session_id,
         low_pass_hz=report.low_pass_hz,
     )

@@ -11,6 +11,7 @@ from foveacam_pipeline.calibrate.fit.measured import DistanceSource
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.rounding import deg
 from foveacam_server.resources.calibration_sessions.mirrors_step import (
@@ -66,7 +67,7 @@ def close_drift(
     if found.locked and found.significant:
         created_utc = utc_now().replace("Z", "+00:00")
         corrected = corrected_for_drift(calibration, found, created_utc=created_utc)
-    session.write(DRIFT, describe_closing(found, corrected, f_px=calibration.fovea_f_px))
+    session.write(DRIFT, _describe(found, corrected, f_px=calibration.fovea_f_px))
     if corrected.id != calibration.id:
         registry.add(corrected)
         session.add_calibration(corrected.id)
@@ -80,14 +81,13 @@ def corrected_for_drift(calibration: Calibration, found: DriftCheck, *, created_
     return replace(corrected, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
 
 
-def describe_closing(found: DriftCheck, corrected: Calibration, *, f_px: float) -> ClosingDocument:
-    """Return the drift between the sweep and its last visit as REST shows it."""
+def _describe(found: DriftCheck, corrected: Calibration, *, f_px: float) -> ClosingDocument:
     rows_rad = math.fabs(found.left.turn.shift_rad[1] - found.right.turn.shift_rad[1])
     return ClosingDocument(
         calibration_id=corrected.id,
         corrected=corrected.id != found.calibration_id,
         places=len(found.places),
-        eyes=[_eye(role, found.eye(role)) for role in (Role.LEFT, Role.RIGHT)],
+        eyes=[_eye(role, found.eye(role)) for role in EYES],
         rows_px=round(f_px * rows_rad, 3),
         detail=found.detail,
     )

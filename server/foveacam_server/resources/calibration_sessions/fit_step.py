@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import FoveaError, NotCalibrated, Role
+from foveacam_hardware.contract import FoveaError, NotCalibrated
 from foveacam_pipeline.calibrate.fit import session_fit
 from foveacam_pipeline.calibrate.fit.fit import DOING
 from foveacam_pipeline.calibrate.fit.fit_pictures import fit_pictures
@@ -21,6 +21,7 @@ from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cance
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.rounding import deg
 from foveacam_server.resources.calibration_sessions.options import FitOptions
@@ -65,7 +66,7 @@ def fit_session(
     raise_if_cancelled(watch, doing=DOING)
     calibration = result.calibration
     registry.add(calibration)
-    session.write(FIT, describe_fit(result))
+    session.write(FIT, _describe(result))
     for name, png in pictures.items():
         write_picture(session, name, png)
     session.add_calibration(calibration.id)
@@ -175,11 +176,7 @@ def _settings(options: FitOptions) -> FitSettings:
     )
 
 
-EYES = (Role.LEFT, Role.RIGHT)
-
-
-def describe_fit(result: FitResult) -> FitDocument:
-    """Return a fit as REST shows it."""
+def _describe(result: FitResult) -> FitDocument:
     return FitDocument(
         calibration_id=result.calibration.id,
         models=[

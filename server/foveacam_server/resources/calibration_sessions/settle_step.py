@@ -10,6 +10,7 @@ from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleR
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.rounding import rounded
+from foveacam_server.resources.calibration_sessions.descriptions import settle_time_of
 from foveacam_server.resources.calibration_sessions.options import SettleOptions
 from foveacam_server.resources.calibration_sessions.pictures import draw_pictures
 from foveacam_server.resources.calibration_sessions.schema import SettleAxisDocument, SettleDocument, eye_of
@@ -17,7 +18,6 @@ from foveacam_server.resources.calibration_sessions.sessions import SETTLE, SETT
 from foveacam_server.resources.calibration_sessions.step_environment import StepEnvironment, StepWatcher
 from foveacam_server.resources.calibration_sessions.turning import turn_to_station
 from foveacam_server.resources.calibration_sessions.wide_stage import lens_of
-from foveacam_server.rig.settle_times import SettleTime
 
 
 def measure_settle(
@@ -44,17 +44,11 @@ def measure_settle(
             watch=watch,
             before=environment.fovea_settings,
         )
-    time = SettleTime(
-        rig_id=report.rig_id,
-        settle_us=settle_wait_us(report, max_v=environment.max_v),
-        measured_utc=report.created_utc,
-        session_id=session.id,
-        low_pass_hz=report.low_pass_hz,
-    )
+    settle_us = settle_wait_us(report, max_v=environment.max_v)
     if options.apply:
-        environment.wait_after_moves(time)
+        environment.wait_after_moves(settle_time_of(report, settle_us, session_id=session.id))
     save_settle(report, session.folder / SETTLE_REPORT)
-    session.write(SETTLE, describe_settle(report, time))
+    session.write(SETTLE, SettleDocument(axes=[_axis(axis) for axis in report.axes], settle_us=settle_us))
     draw_pictures(session, {"settle": partial(settle_picture, report)})
     return report
 
@@ -64,11 +58,6 @@ def _known_lens(session: CalibrationSession) -> Intrinsics | None:
         return lens_of(session)
     except NotCalibrated:
         return None
-
-
-def describe_settle(report: SettleReport, time: SettleTime) -> SettleDocument:
-    """Return a settle report as REST shows it; not whether it is in use."""
-    return SettleDocument(axes=[_axis(axis) for axis in report.axes], settle_us=time.settle_us)
 
 
 def _axis(axis: AxisSettle) -> SettleAxisDocument:

@@ -114,9 +114,6 @@ def _report_complete(step: str, watch: StepWatcher) -> None:
     watch.progress(1, total=1, note=KNOWN)
 
 
-__all__ = ["ImageFolder", "measure_on_images", "run_fit", "run_step"]
-
-
 def run_step(
     session: CalibrationSession,
     run: Run,

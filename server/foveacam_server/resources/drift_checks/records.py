@@ -7,6 +7,7 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.drift.history import DriftHistory, DriftRecord, trend_picture
 from foveacam_pipeline.calibrate.drift.values import DriftCheck, EyeDrift
 from foveacam_pipeline.calibrate.report import DriftFacts, drift_facts
+from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.rounding import deg, rounded
 from foveacam_server.resources.calibration_sessions.schema import eye_of
@@ -63,7 +64,7 @@ def _describe(record: DriftRecord) -> DriftCheckDocument:
         looks=check.looks,
         applied=record.applied,
         new_calibration_id=record.new_calibration_id,
-        eyes=[_describe_eye(role, check.eye(role)) for role in (Role.LEFT, Role.RIGHT)],
+        eyes=[_describe_eye(role, check.eye(role)) for role in EYES],
         vergence_known=check.vergence_known,
         locked=check.locked,
         residual_px=rounded(check.residual_px, 3),
