@@ -10,7 +10,7 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
 from foveacam_server.rig.device_reconnector import GENERAL_REMEDY, MIRRORS, DeviceReconnector
 from foveacam_server.rig.refusals import missing
-from foveacam_server.rig.status import DeviceProblem
+from foveacam_server.rig.schema import DeviceProblemDocument
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def test_a_remedy_is_what_is_known_or_what_the_sentence_says_or_what_is_always_w
 
 @pytest.mark.parametrize("detail", ["the port is held", "the port is held; close that program"])
 def test_a_refusal_says_once_what_to_do(detail: str) -> None:
-    refusal = missing(DeviceProblem(device=MIRRORS, detail=detail, remedy="close that program"))
+    refusal = missing(DeviceProblemDocument(device=MIRRORS, detail=detail, remedy="close that program"))
 
     assert str(refusal) == "mirrors: the port is held; close that program"
     assert (refusal.found, refusal.remedy) == ("mirrors: the port is held", "close that program")

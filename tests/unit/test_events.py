@@ -8,6 +8,7 @@ import pytest
 from foveacam_server.foundation import events as events_module
 from foveacam_server.foundation.events import Event, EventLevel, EventLog
 from foveacam_server.foundation.store import Store
+from foveacam_server.rig.schema import StopChange, StopDocument
 
 PATIENCE_S = 10.0
 
@@ -41,6 +42,18 @@ def test_event_carries_kind_level_and_data(log: EventLog) -> None:
         "error",
         {"device": "wide"},
     )
+
+
+def test_data_of_a_schema_is_its_json_without_what_was_not_set(tmp_path: Path) -> None:
+    stop = StopDocument(engaged=False, since_utc=None, by=None)
+    with Store(tmp_path) as store:
+        first = EventLog(store)
+        first.emit("stop.released", "released", data=StopChange(by="me", stop=stop))
+        first.close()
+        again = EventLog(store)
+        (found,) = again.recent(1)
+        again.close()
+    assert found.data == {"by": "me", "stop": {"engaged": False, "since_utc": None, "by": None}}
 
 
 def test_listener_hears_what_comes_and_nothing_older(log: EventLog) -> None:

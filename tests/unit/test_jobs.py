@@ -10,6 +10,7 @@ from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job, JobState, JobTable
 from foveacam_server.foundation.jobs import WAITING, JobContext, JobRunner
+from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.foundation.store import Store
 
 PATIENCE_S = 10.0
@@ -61,6 +62,18 @@ def test_job_runs_to_its_result(bench: Bench) -> None:
     assert (job.state, job.result_url) == (JobState.SUCCEEDED, f"/results/{job.id}")
     assert job.started_utc is not None
     assert job.ended_utc is not None
+
+
+class Order(RequestModel):
+    n: int
+    note: str | None = None
+
+
+def test_request_is_stored_and_parsed_by_its_schema(bench: Bench) -> None:
+    job = bench.end(bench.jobs.submit("quick", Order(n=1)))
+    kept = bench.jobs.get(job.id)
+    assert kept.request == {"n": 1, "note": None}
+    assert kept.parse_request(Order) == Order(n=1)
 
 
 def test_jobs_run_one_after_the_other(bench: Bench) -> None:

@@ -21,7 +21,7 @@ from foveacam_hardware.contract import (
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.rig.ports import AssembledRig, CameraKeeper
 from foveacam_server.rig.schema import DeviceName, DeviceProblemDocument
-from foveacam_server.rig.status import DeviceProblem, RigStatus
+from foveacam_server.rig.status import RigStatus
 
 FIRST_RETRY_S = 0.5
 LAST_RETRY_S = 4.0
@@ -51,8 +51,8 @@ class DeviceReconnector:
         self._clock = clock
         self._keeper = keeper
         self._events = events
-        self._problems: dict[str, DeviceProblem] = {}
-        self._published: tuple[DeviceProblem, ...] = ()
+        self._problems: dict[str, DeviceProblemDocument] = {}
+        self._published: tuple[DeviceProblemDocument, ...] = ()
         self._probation: set[str] = set()
         self._reached: set[str] = set()
         """Pan-tilt and rail, if they answered the last time."""
@@ -64,11 +64,11 @@ class DeviceReconnector:
         """Cameras whose links were down the last time."""
 
     @property
-    def problems(self) -> tuple[DeviceProblem, ...]:
+    def problems(self) -> tuple[DeviceProblemDocument, ...]:
         """The present problems; any thread may read them."""
         return self._published
 
-    def problem_of(self, *devices: str) -> DeviceProblem | None:
+    def problem_of(self, *devices: str) -> DeviceProblemDocument | None:
         """Return the problem of the first of `devices` that cannot be used."""
         for device in devices:
             if device in self._problems and device not in self._probation:
@@ -84,19 +84,14 @@ class DeviceReconnector:
         """Record that `device` fails; emit an event if it is new. Without `remedy`, `detail` ends with it."""
         remedy = remedy or _remedy_in(detail)
         known = device in self._problems
-        self._problems[device] = DeviceProblem(device=device, detail=detail, remedy=remedy)
+        self._problems[device] = problem = DeviceProblemDocument(device=device, detail=detail, remedy=remedy)
         self._published = tuple(self._problems.values())
         self._probation.discard(device)
         if known:
             return
         self._retry_s = FIRST_RETRY_S
         self._next_retry_ns = self._clock.now_ns() + round(FIRST_RETRY_S * 1e9)
-        self._events.emit(
-            "device.fault",
-            f"{device}: {detail}",
-            level=EventLevel.ERROR,
-            data=DeviceProblemDocument(device=device, detail=detail, remedy=remedy),
-        )
+        self._events.emit("device.fault", f"{device}: {detail}", level=EventLevel.ERROR, data=problem)
 
     def retry_due(self) -> bool:
         """Return whether it is time to reconnect the missing devices."""

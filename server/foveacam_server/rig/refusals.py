@@ -9,7 +9,7 @@ from foveacam_hardware.contract import (
     OutOfRange,
     Stopped,
 )
-from foveacam_server.rig.status import DeviceProblem
+from foveacam_server.rig.schema import DeviceProblemDocument
 
 
 def stopped() -> Stopped:
@@ -32,13 +32,13 @@ def in_use(asked: str, holder: str) -> Busy:
     )
 
 
-def missing(problem: DeviceProblem) -> NotConnected:
+def missing(problem: DeviceProblemDocument) -> NotConnected:
     """Return the error while a device is missing; the problem's detail may already end with its remedy."""
     found = f"{problem.device}: {problem.detail.removesuffix(f'; {problem.remedy}')}"
     return NotConnected(f"{found}; {problem.remedy}", asked="use the rig", found=found, remedy=problem.remedy)
 
 
-def not_open(problems: Sequence[DeviceProblem]) -> NotConnected:
+def not_open(problems: Sequence[DeviceProblemDocument]) -> NotConnected:
     """Return the error while there is no rig: it could not be opened, or is still opening."""
     if problems:
         return missing(problems[0])

@@ -29,6 +29,7 @@ from foveacam_hardware.contract import (
     ValueRange,
 )
 from foveacam_server.rig.ports import AssembledRig
+from foveacam_server.rig.schema import DeviceProblemDocument
 
 _NOTHING = ValueRange(low=0.0, high=0.0)
 NO_RANGES = CameraRanges(
@@ -45,15 +46,6 @@ class RigState(StrEnum):
     READY = "ready"
     DEGRADED = "degraded"
     STOPPED = "stopped"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DeviceProblem:
-    """One thing that is wrong with one device, for the operator."""
-
-    device: str
-    detail: str
-    remedy: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,7 +87,7 @@ class RigStatus:
     """Last status of the whole rig; `rig_id` and `mirrors` are None until it is open."""
 
     state: RigState = RigState.OPENING
-    problems: tuple[DeviceProblem, ...] = ()
+    problems: tuple[DeviceProblemDocument, ...] = ()
     rig_id: str | None = None
     name: str = ""
     simulated: bool = False
@@ -188,7 +180,7 @@ def rig_status(
     rig: AssembledRig,
     *,
     state: RigState,
-    problems: tuple[DeviceProblem, ...],
+    problems: tuple[DeviceProblemDocument, ...],
     rates: dict[Role, FrameRate],
     gaze: StereoVolts,
 ) -> RigStatus:

@@ -1,7 +1,7 @@
 """Reads and writes fixations and targets as rows of the database."""
 
 from sqlalchemy import String, select, update
-from sqlalchemy.orm import Mapped, mapped_column
+from sqlalchemy.orm import Mapped, Session, mapped_column
 
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.store import SchemaColumn, Store, TableRow
@@ -58,19 +58,14 @@ class FixationTable:
     def choose(self, fixation_id: str, alternative: int) -> FixationDocument:
         """Set which alternative was chosen; return the fixation, or raise `NotFound`."""
         with self._store.session() as session:
-            row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
-            if row is None:
-                raise _no_fixation(fixation_id)
+            row = _fixation_row(session, fixation_id)
             row.document = row.document.model_copy(update={"chosen_alternative": alternative})
             return _fixation(row)
 
     def get(self, fixation_id: str) -> FixationDocument:
         """Return a fixation by its id or raise `NotFound`."""
         with self._store.session() as session:
-            row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
-        if row is None:
-            raise _no_fixation(fixation_id)
-        return _fixation(row)
+            return _fixation(_fixation_row(session, fixation_id))
 
     def newest(self, limit: int) -> list[FixationDocument]:
         """Return the newest fixations, newest first."""
@@ -113,28 +108,21 @@ class TargetTable:
     def rename(self, target_id: str, label: str) -> TargetDocument:
         """Give a target another label."""
         with self._store.session() as session:
-            row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
-            if row is None:
-                raise _no_target(target_id)
+            row = _target_row(session, target_id)
             row.label = label
             return _target(row)
 
     def remove(self, target_id: str) -> TargetDocument:
         """Delete a target; return what it was."""
         with self._store.session() as session:
-            row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
-            if row is None:
-                raise _no_target(target_id)
+            row = _target_row(session, target_id)
             session.delete(row)
             return _target(row)
 
     def get(self, target_id: str) -> TargetDocument:
         """Return a target by its id or raise `NotFound`."""
         with self._store.session() as session:
-            row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
-        if row is None:
-            raise _no_target(target_id)
-        return _target(row)
+            return _target(_target_row(session, target_id))
 
     def find(self, target_id: str) -> TargetDocument | None:
         """Return a target by its id; None when there is none."""
@@ -157,9 +145,15 @@ def _target(row: TargetRow) -> TargetDocument:
     return row.document.model_copy(update={"label": row.label})
 
 
-def _no_fixation(fixation_id: str) -> NotFound:
-    return NotFound(f"there is no fixation {fixation_id}; see /api/v1/fixations", asked=fixation_id)
+def _fixation_row(session: Session, fixation_id: str) -> FixationRow:
+    row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
+    if row is None:
+        raise NotFound(f"there is no fixation {fixation_id}; see /api/v1/fixations", asked=fixation_id)
+    return row
 
 
-def _no_target(target_id: str) -> NotFound:
-    return NotFound(f"there is no target {target_id}; see /api/v1/targets", asked=target_id)
+def _target_row(session: Session, target_id: str) -> TargetRow:
+    row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
+    if row is None:
+        raise NotFound(f"there is no target {target_id}; see /api/v1/targets", asked=target_id)
+    return row

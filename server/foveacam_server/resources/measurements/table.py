@@ -1,7 +1,7 @@
 """Stores measurements as rows of the database until they are removed."""
 
 from sqlalchemy import String, select
-from sqlalchemy.orm import Mapped, mapped_column
+from sqlalchemy.orm import Mapped, Session, mapped_column
 
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.store import SchemaColumn, Store, TableRow
@@ -44,30 +44,20 @@ class MeasurementTable:
 
     def get(self, measurement_id: str) -> MeasurementDocument:
         """Return one or raise NotFound."""
-        query = select(MeasurementRow).where(MeasurementRow.id == measurement_id)
         with self._store.session() as session:
-            row = session.scalars(query).one_or_none()
-            if row is None:
-                raise _none(measurement_id)
-            return _document(row)
+            return _document(_row(session, measurement_id))
 
     def rename(self, measurement_id: str, label: str) -> MeasurementDocument:
         """Give one another label or raise NotFound."""
-        query = select(MeasurementRow).where(MeasurementRow.id == measurement_id)
         with self._store.session() as session:
-            row = session.scalars(query).one_or_none()
-            if row is None:
-                raise _none(measurement_id)
+            row = _row(session, measurement_id)
             row.label = label
             return _document(row)
 
     def remove(self, measurement_id: str) -> MeasurementDocument:
         """Remove one or raise NotFound; return what it was."""
-        query = select(MeasurementRow).where(MeasurementRow.id == measurement_id)
         with self._store.session() as session:
-            row = session.scalars(query).one_or_none()
-            if row is None:
-                raise _none(measurement_id)
+            row = _row(session, measurement_id)
             session.delete(row)
             return _document(row)
 
@@ -76,7 +66,10 @@ def _document(row: MeasurementRow) -> MeasurementDocument:
     return row.document.model_copy(update={"label": row.label})
 
 
-def _none(measurement_id: str) -> NotFound:
-    return NotFound(
-        f"there is no measurement {measurement_id}; see /api/v1/measurements", asked=measurement_id
-    )
+def _row(session: Session, measurement_id: str) -> MeasurementRow:
+    row = session.scalars(select(MeasurementRow).where(MeasurementRow.id == measurement_id)).one_or_none()
+    if row is None:
+        raise NotFound(
+            f"there is no measurement {measurement_id}; see /api/v1/measurements", asked=measurement_id
+        )
+    return row

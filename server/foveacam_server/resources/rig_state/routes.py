@@ -19,7 +19,6 @@ from foveacam_server.resources.rig_state.schema import (
     TriggerDocument,
 )
 from foveacam_server.rig.ports import CalibrationInForce
-from foveacam_server.rig.schema import DeviceProblemDocument
 from foveacam_server.rig.status import CameraStatus
 
 router = APIRouter(tags=["rig"])
@@ -84,10 +83,7 @@ async def rig(services: ServicesDep) -> RigDocument:
         simulated=status.simulated,
         scene=status.scene,
         state=status.state.value,
-        problems=[
-            DeviceProblemDocument(device=problem.device, detail=problem.detail, remedy=problem.remedy)
-            for problem in status.problems
-        ],
+        problems=list(status.problems),
         baseline_m=status.baseline_m,
         steering=_steering(services),
         cameras=[camera_document(camera, services) for camera in status.cameras],
