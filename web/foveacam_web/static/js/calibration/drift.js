@@ -2,7 +2,7 @@
 
 import { absent, changing, h, html } from "../dom.js";
 import { angle, MISSING, number, sentence } from "../format.js";
-import { badge, numberField, nothing, starter } from "./parts.js";
+import { badge, numberField, nothing, starter } from "../parts.js";
 import { fresh } from "./pictures.js";
 
 /**

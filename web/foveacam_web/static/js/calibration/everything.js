@@ -2,7 +2,7 @@
 
 import { h, html, say } from "../dom.js";
 import { sheet } from "../panels/dialogs.js";
-import { starter, tickField } from "./parts.js";
+import { starter, tickField } from "../parts.js";
 
 /**
  * @import { SessionDocument } from "#api"

@@ -1,9 +1,9 @@
 // Tables of a fit: each model's error at left-out poses, ours and the paper's, and the effect of each addition.
 
-import { h, html } from "../dom.js";
+import { html } from "../dom.js";
 import { MISSING, number, pixels } from "../format.js";
 import { facts, sentenceNames, sentences } from "./facts.js";
-import { badge, figures, nothing } from "./parts.js";
+import { badge, figures, nothing } from "../parts.js";
 
 /**
  * @import { FitDocument } from "#api"
@@ -85,10 +85,9 @@ function kindOf({ name, order }) {
  */
 function cell(score, { least, most }) {
   if (!score) return html`<td>${MISSING}</td>`;
-  const part = h("span", { class: "part" });
-  part.style.inlineSize = `${100 * shareOf(score.size, { least, most })}%`;
+  const share = shareOf(score.size, { least, most });
   return html`<td class="score eye-${score.eye}">
-    <span class="bar" aria-hidden="true">${part}</span>
+    <span class="bar" aria-hidden="true"><span class="part" .style=${`inline-size: ${100 * share}%`}></span></span>
     <span>${score.text}</span>
     ${score.chosen && badge("good", "taken")}
   </td>`;

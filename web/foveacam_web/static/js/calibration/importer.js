@@ -3,7 +3,7 @@
 import { h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { sheet } from "../panels/dialogs.js";
-import { numberField } from "./parts.js";
+import { numberField } from "../parts.js";
 
 /** @import { WizardContext } from "./page.js" */
 

@@ -4,8 +4,8 @@ import { fill, h, html, say } from "../dom.js";
 import { pixels, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { knockWords } from "./knocks.js";
-import { bar } from "./parts.js";
-import { isRunning, placeOf } from "./work.js";
+import { bar } from "../parts.js";
+import { isRunning, placeOf } from "./state.js";
 
 /**
  * @import { Work } from "#page"

@@ -3,8 +3,8 @@
 import { changing, h, html } from "../dom.js";
 import { number } from "../format.js";
 import { NodeGrid } from "./nodegrid.js";
-import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "./parts.js";
-import { isRunning } from "./work.js";
+import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "../parts.js";
+import { isRunning } from "./state.js";
 
 /**
  * @import { SweepDocument } from "#api"

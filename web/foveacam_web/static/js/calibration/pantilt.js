@@ -5,8 +5,8 @@ import { changing, fill, h, html, say } from "../dom.js";
 import { angle, MISSING, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { zeroOf } from "../rig/zero.js";
-import { choiceField, nothing } from "./parts.js";
-import { isRunning } from "./work.js";
+import { choiceField, nothing } from "../parts.js";
+import { isRunning } from "./state.js";
 
 /**
  * @import { PanTiltDocument, StationDocument } from "#api"

@@ -3,7 +3,7 @@
 
 import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
-import { isRunning } from "./work.js";
+import { isRunning } from "./state.js";
 
 /**
  * @import { CalibrationDocument, DriftCheckDocument, EventDocument, HealthDocument } from "#api"

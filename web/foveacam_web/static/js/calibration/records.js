@@ -5,7 +5,7 @@ import { MISSING, number, span } from "../format.js";
 import { icon } from "../icons.js";
 import { facts } from "./facts.js";
 import { makeImporter } from "./importer.js";
-import { badge, figures, nothing } from "./parts.js";
+import { badge, figures, nothing } from "../parts.js";
 
 /**
  * @import { CalibrationDocument, ComparisonDocument } from "#api"

@@ -3,8 +3,8 @@
 import { changing, fill, h, html } from "../dom.js";
 import { MISSING, number, pixels } from "../format.js";
 import { icon } from "../icons.js";
-import { nothing } from "./parts.js";
-import { isRunning } from "./work.js";
+import { nothing } from "../parts.js";
+import { isRunning } from "./state.js";
 
 /**
  * @import { WideSampleDocument } from "#api"

@@ -3,7 +3,7 @@
 import { changing, fill, h, html, repeat, say } from "../dom.js";
 import { MISSING, number } from "../format.js";
 import { icon } from "../icons.js";
-import { badge, nothing } from "./parts.js";
+import { badge, nothing } from "../parts.js";
 
 /**
  * @import { SessionSummary } from "#page"

@@ -1,6 +1,6 @@
 // Builds the plan's editor: points, distance, exposures and stacks at each point, rail positions. Reports each change.
 
-import { choiceField, numberField, tickField } from "../calibration/parts.js";
+import { choiceField, numberField, tickField } from "../parts.js";
 import { h, html } from "../dom.js";
 import { asked, named, numberChips, segments } from "./parts.js";
 import { asSetPoints, PAPER_RAIL_MM, planOf } from "./plan.js";

@@ -1,6 +1,6 @@
 // Shows the estimate of a plan: time and its parts, files, disk space, the share of the field that is seen, warnings.
 
-import { figures, nothing } from "../calibration/parts.js";
+import { figures, nothing } from "../parts.js";
 import { changing, html } from "../dom.js";
 import { count, number, sentence, span } from "../format.js";
 import { icon } from "../icons.js";

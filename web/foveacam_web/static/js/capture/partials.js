@@ -1,10 +1,10 @@
 // Lists the captures that ended before their last point, newest first: their points, the reason, and the resume button.
 
-import { nothing } from "../calibration/parts.js";
+import { nothing } from "../parts.js";
 import { changing, html, repeat } from "../dom.js";
 import { count, sentence } from "../format.js";
-import { isCapturing } from "./reader.js";
-import { datasetAddress } from "./route.js";
+import { isCapturing } from "./state.js";
+import { galleryAddress } from "../addresses.js";
 import { sizeText } from "./words.js";
 
 /**
@@ -59,7 +59,7 @@ function partial(capture, orders) {
   };
   return html`<li>
     <div class="what">
-      <a class="name" href=${datasetAddress(id)}>${name}</a>
+      <a class="name" href=${galleryAddress("datasets", id)}>${name}</a>
       ${label && html`<span class="lead">${label}</span>`}
       <span class="number">${count(points.taken)} of ${count(points.planned)} points, ${sizeText(size_bytes)}</span>
       ${why && html`<span class="lead">${sentence(why)}</span>`}

@@ -3,6 +3,7 @@
 
 import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
+import { isCapturing } from "./state.js";
 
 /**
  * @import { CaptureDocument, CaptureProgress, EventDocument, JobDocument } from "#api"
@@ -11,11 +12,6 @@ import { QuietReads } from "../quiet.js";
  */
 
 const LOOK_MS = 1000; // interval of reading the job, in case its events do not arrive
-
-/** @param {Capturing | null} capturing */
-export function isCapturing(capturing) {
-  return capturing !== null && capturing.end === null;
-}
 
 /** The capture reads of one page. */
 export class CaptureReader {

@@ -1,12 +1,12 @@
 // Shows the running capture: progress, time left, pause, cancel; after its end the result, the reason, and a link to
 // it.
 
-import { bar } from "../calibration/parts.js";
+import { bar } from "../parts.js";
 import { fill, h, html, say } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
-import { isCapturing } from "./reader.js";
-import { datasetAddress } from "./route.js";
+import { isCapturing, shareOf } from "./state.js";
+import { galleryAddress } from "../addresses.js";
 import { endWords, farWords, stateWords } from "./words.js";
 
 /**
@@ -72,7 +72,7 @@ function showButtons({ pause, onward, cancel, resume, look, dismiss }, capturing
   cancel.disabled = asked === "cancel";
   resume.hidden = !end?.resumable;
   look.hidden = end === null || end.state === null || capture_id === null;
-  if (capture_id !== null) look.href = datasetAddress(capture_id);
+  if (capture_id !== null) look.href = galleryAddress("datasets", capture_id);
   dismiss.hidden = runs;
 }
 
@@ -114,14 +114,6 @@ function endedWords(capturing) {
     html`<p class="lead">${why}</p>`,
     remedy && html`<p class="remedy">${remedy}</p>`,
   ];
-}
-
-/**
- * Return the finished share; null while it is unknown.
- * @param {Capturing} capturing
- */
-export function shareOf({ progress }) {
-  return progress && progress.total > 0 && progress.phase !== "survey" ? progress.done / progress.total : null;
 }
 
 /**

@@ -1,7 +1,7 @@
 // Fields for a capture's name, label, licence and format, and the start button. Above the button: refusals that
 // belong to no field.
 
-import { choiceField } from "../calibration/parts.js";
+import { choiceField } from "../parts.js";
 import { changing, h, html } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";

@@ -1,6 +1,6 @@
 // The panel of stills: the options of the next still, the button, and the last still.
 
-import { bar, panel } from "../calibration/parts.js";
+import { bar, panel } from "../parts.js";
 import { changing, h, html } from "../dom.js";
 import { count, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";

@@ -2,7 +2,7 @@
 
 import { RequestError, request } from "../api.js";
 import { CollectionOrders } from "../gallery/collection_orders.js";
-import { galleryAddress } from "../gallery/route.js";
+import { galleryAddress } from "../addresses.js";
 
 /**
  * @import { JobDocument, Problem, StillDocument, StillRequest } from "#api"
@@ -37,8 +37,8 @@ export class StillOrders extends CollectionOrders {
    */
   async keep(id, name) {
     const body = name === "" ? {} : { name };
-    const kept = await this.commands.attempt(
-      () => /** @type {Promise<StillDocument>} */ (request("POST", this.path(id, "/keep"), { body })),
+    const kept = /** @type {StillDocument | null} */ (
+      await this.commands.send("POST", this.path(id, "/keep"), { body })
     );
     if (kept) this.sayKept(kept);
     this.changed();

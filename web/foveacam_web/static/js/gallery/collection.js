@@ -1,13 +1,13 @@
 // The page of a collection: its list of cards with search and trash, or one entry. datasets.js, recordings.js and
 // stills.js say what differs.
 
-import { nothing } from "../calibration/parts.js";
+import { nothing } from "../parts.js";
 import { h, html, repeat, update } from "../dom.js";
 import { count, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { sizeWords, whenWords } from "./dataset_words.js";
 import "./drawn.js";
-import { galleryAddress } from "./route.js";
+import { galleryAddress } from "../addresses.js";
 
 /**
  * @import { GalleryContext } from "./page.js"

@@ -1,8 +1,8 @@
 // The page of one dataset: contact sheet, coverage, details, checks and files.
 
-import { badge, figures, nothing, panel } from "../calibration/parts.js";
+import { badge, figures, nothing, panel } from "../parts.js";
 import { fresh } from "../calibration/pictures.js";
-import { addressOf } from "../calibration/route.js";
+import { galleryAddress, wizardAddress } from "../addresses.js";
 import { html, say } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -13,7 +13,6 @@ import { progressOf } from "./datasets.js";
 import { makeEditable } from "./editable.js";
 import { openMosaic } from "./mosaic.js";
 import { makeReference } from "./reference.js";
-import { galleryAddress } from "./route.js";
 
 /**
  * @import { CaptureDocument, PointsDocument } from "#api"
@@ -188,7 +187,7 @@ function calibrationOf(id, in_use) {
     <p class="facts"><span class="number" title=${id}>${id.slice(0, 10)}</span>${word}</p>
     <p class="lead">
       Embedded in the dataset, whole: it is rectified by this one, whatever the rig uses.
-      ${" "}<a href=${addressOf("overview")}>Calibrations</a>.
+      ${" "}<a href=${wizardAddress("overview")}>Calibrations</a>.
     </p>
   </div>`;
 }

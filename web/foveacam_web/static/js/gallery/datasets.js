@@ -1,7 +1,8 @@
 // The datasets of the gallery: their list, one dataset, or a further page about one.
 
-import { badge, bar } from "../calibration/parts.js";
+import { badge, bar } from "../parts.js";
 import { fresh } from "../calibration/pictures.js";
+import { shareOf } from "../capture/state.js";
 import { html } from "../dom.js";
 import { sentence } from "../format.js";
 import { request } from "../api.js";
@@ -81,10 +82,8 @@ function cardOf(dataset) {
  * @param {string} label
  */
 export function progressOf(dataset, label) {
-  const { progress } = dataset;
   const text = progressWords(dataset);
-  const share = progress && progress.total > 0 && progress.phase !== "survey" ? progress.done / progress.total : null;
-  return [bar(label, { share, text }), html`<p class="note">${text}</p>`];
+  return [bar(label, { share: shareOf(dataset), text }), html`<p class="note">${text}</p>`];
 }
 
 /**
@@ -124,8 +123,7 @@ export class DatasetOrders extends CollectionOrders {
    * @param {string} id
    */
   async resume(id) {
-    const headers = this.commands.leaseHeader();
-    return (await this.commands.attempt(() => request("POST", this.path(id, "/resume"), { headers }))) !== null;
+    return (await this.commands.send("POST", this.path(id, "/resume"))) !== null;
   }
 }
 

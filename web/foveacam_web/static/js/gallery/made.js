@@ -1,7 +1,7 @@
 // What the server makes of a dataset, a mosaic or a reference: its reads, its commands, and the making as it is shown.
 
 import { request } from "../api.js";
-import { bar } from "../calibration/parts.js";
+import { bar } from "../parts.js";
 import { html } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -91,7 +91,7 @@ export class Made extends EntryReader {
    * @param {W} [body]
    */
   async #send(method, path, body) {
-    await this.commands.attempt(() => request(method, path, { body }));
+    await this.commands.send(method, path, { body });
     await this.readAll();
   }
 

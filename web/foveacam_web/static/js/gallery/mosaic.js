@@ -1,8 +1,7 @@
 // The page of a dataset's mosaic: viewer of picture and depth, making it, its figures and files, its surface in 3D.
 
-import { request } from "../api.js";
-import { badge, choiceField, figures, nothing } from "../calibration/parts.js";
-import { addressOf } from "../calibration/route.js";
+import { badge, choiceField, figures, nothing } from "../parts.js";
+import { CONSOLE_ADDRESS, galleryAddress } from "../addresses.js";
 import { changing, h, html, update } from "../dom.js";
 import { count, pixels, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -11,7 +10,6 @@ import { Made } from "./made.js";
 import { makeMix, makeReadout, makeScale, makeZoom } from "./mosaic_tools.js";
 import { MosaicViewer } from "./mosaic_viewer.js";
 import { percent, size } from "./mosaic_words.js";
-import { galleryAddress } from "./route.js";
 
 /**
  * @import { MadeMosaic, MosaicDocument, MosaicNeedsDocument, MosaicRequest } from "#api"
@@ -30,17 +28,15 @@ class Mosaic extends Made {
    */
   async show(shown) {
     const path = `${this.path}/in_scene`;
-    const mosaic = await this.commands.attempt(
-      () => /** @type {Promise<MosaicDocument>} */ (request(shown ? "PUT" : "DELETE", path, { patience_ms: MESH_MS })),
-    );
+    const mosaic = await this.commands.send(shown ? "PUT" : "DELETE", path, { patience_ms: MESH_MS });
     if (!mosaic) return;
-    this.adopt(mosaic);
+    this.adopt(/** @type {MosaicDocument} */ (mosaic));
     if (shown)
       this.commands.say({
         tone: "good",
         title: "The surface is in the 3D view",
         detail: "It stays there until it is taken away.",
-        action: { label: "Go there", act: () => (location.hash = addressOf(null)) },
+        action: { label: "Go there", act: () => (location.hash = CONSOLE_ADDRESS) },
       });
   }
 }

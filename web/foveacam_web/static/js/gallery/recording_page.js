@@ -1,7 +1,7 @@
 // The page of one recording: state, player, depth, film, contents, and buttons.
 
 import { RequestError, request } from "../api.js";
-import { badge, figures, nothing, panel } from "../calibration/parts.js";
+import { badge, figures, nothing, panel } from "../parts.js";
 import { h, html, update } from "../dom.js";
 import { count, sentence } from "../format.js";
 import { icon } from "../icons.js";

@@ -1,7 +1,7 @@
 // The recordings of the gallery: their list, or one recording. Orders: computes depth and makes films.
 
 import { RequestError, request } from "../api.js";
-import { badge } from "../calibration/parts.js";
+import { badge } from "../parts.js";
 import { h, html } from "../dom.js";
 import { sentence } from "../format.js";
 import { openEntry, openList } from "./collection.js";

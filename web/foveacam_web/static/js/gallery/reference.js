@@ -1,6 +1,6 @@
 // The section for a dataset's reference over the rail's long baselines: making it, its picture, figures and files.
 
-import { allHold, choiceField, numberField, panel } from "../calibration/parts.js";
+import { allHold, choiceField, numberField, panel } from "../parts.js";
 import { figure } from "../calibration/pictures.js";
 import { changing, h, html } from "../dom.js";
 import { icon } from "../icons.js";

@@ -1,6 +1,6 @@
 // The stills of the gallery: their list, or one still with the pictures of all cameras.
 
-import { figures, panel } from "../calibration/parts.js";
+import { figures, panel } from "../parts.js";
 import { StillOrders } from "../capture/still_orders.js";
 import { picturesOf } from "../capture/still_shown.js";
 import { CAMERAS, crossingWords, missingWords, stillWords } from "../capture/still_words.js";

@@ -1,7 +1,7 @@
 // Draws measurements over a view in CSS px: points, lines, outlines, and the value of the selected one.
 
 import { svg } from "../dom.js";
-import { shownOf } from "./orders.js";
+import { shownOf } from "./state.js";
 import { valueText } from "./words.js";
 
 /**

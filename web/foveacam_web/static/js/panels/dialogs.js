@@ -2,7 +2,7 @@
 
 import { fill, h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
-import { changeSettings } from "../store.js";
+import { changeSettings } from "../settings.js";
 
 /**
  * @import { Settings } from "#page"

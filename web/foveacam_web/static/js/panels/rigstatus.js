@@ -1,9 +1,8 @@
 // Shows the state of every device in tables: cameras, views, mirrors and controller, calibration, clock.
 
-import { addressOf } from "../calibration/route.js";
+import { RIG_ADDRESS, wizardAddress } from "../addresses.js";
 import { healthReason, healthWord } from "../calibration/verdict.js";
 import { fill, h, html } from "../dom.js";
-import { RIG_ADDRESS } from "../rig/route.js";
 import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../format.js";
 
 /**
@@ -130,7 +129,7 @@ function mirrorRows(mirrors, { overlay }) {
  * @returns {[string, Child][]}
  */
 function calibrationRows({ calibration, calibration_problem, steering }, health) {
-  const calibrate = h("a", { href: addressOf("overview"), text: "Calibrate, check, records" });
+  const calibrate = h("a", { href: wizardAddress("overview"), text: "Calibrate, check, records" });
   if (!calibration)
     return [
       ["State", calibration_problem ?? "none"],

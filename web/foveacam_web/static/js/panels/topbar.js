@@ -1,11 +1,9 @@
 // The top bar: rig, state, health of the calibration, holder of the lease, and the stop button.
 
-import { addressOf } from "../calibration/route.js";
+import { CAPTURE_ADDRESS, wizardAddress } from "../addresses.js";
 import { healthReason, verdictOf } from "../calibration/verdict.js";
-import { isRunning, placeOf } from "../calibration/work.js";
-import { isCapturing } from "../capture/reader.js";
-import { CAPTURE_ADDRESS } from "../capture/route.js";
-import { shareOf } from "../capture/runs.js";
+import { isRunning, placeOf } from "../calibration/state.js";
+import { isCapturing, shareOf } from "../capture/state.js";
 import { farWords, stateWords } from "../capture/words.js";
 import { fill, h, html, say } from "../dom.js";
 import { baseline, clockTime, remedyOf, sentence } from "../format.js";
@@ -35,7 +33,7 @@ export function mountBadges(place, { store, openLease }) {
   const rig = h("span", { class: "rig-name" });
   const simulated = h("span", { class: "badge plain", hidden: true, text: "Simulated" });
   const state = h("span", { class: "badge", role: "status" });
-  const calibration = h("a", { class: "badge plain link", href: addressOf("overview") });
+  const calibration = h("a", { class: "badge plain link", href: wizardAddress("overview") });
   const lease = h("button", { type: "button", class: "badge plain button", on: { click: openLease } });
   const capture = h("a", { class: "badge link plain mine", href: CAPTURE_ADDRESS });
   fill(place, rig, simulated, state, calibration, lease);
@@ -191,7 +189,7 @@ export function mountProblems(strip, store) {
           stale &&
           html`<li>
             <b>calibration </b>
-            ${healthReason(stale)} <a href=${addressOf("overview")}>Check its drift, or calibrate again.</a>
+            ${healthReason(stale)} <a href=${wizardAddress("overview")}>Check its drift, or calibrate again.</a>
           </li>`
         }
       </ul>`,

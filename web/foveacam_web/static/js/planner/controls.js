@@ -1,6 +1,6 @@
 // Builds the planner's sliders: feature and resolution, distance of being noticed, obstacles.
 
-import { choiceField, panel, tickField } from "../calibration/parts.js";
+import { choiceField, panel, tickField } from "../parts.js";
 import { h } from "../dom.js";
 import { Troubles } from "../capture/parts.js";
 import { BOUNDS, NAMES, NUMBERS } from "./settings.js";

@@ -1,6 +1,6 @@
 // Shows the figures of a plan: ring, probabilities, free area on the map; says in words when the set is empty.
 
-import { figures, show } from "../calibration/parts.js";
+import { figures, show } from "../parts.js";
 import { h, html } from "../dom.js";
 import { number } from "../format.js";
 import { plainly } from "../rig/scale.js";

@@ -1,7 +1,7 @@
 // Builds a camera's column: its identity, its link and the reason of a fault, its live picture, its settings as read
 // back.
 
-import { choiceField } from "../calibration/parts.js";
+import { choiceField } from "../parts.js";
 import { changing, h, html, say } from "../dom.js";
 import { count, millis, MISSING, number, sentence } from "../format.js";
 import { icon } from "../icons.js";

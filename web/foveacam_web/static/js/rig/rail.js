@@ -1,7 +1,7 @@
 // Controls the rail: its position, moving to a named place or a position, homing, stopping.
 
-import { nothing, numberField } from "../calibration/parts.js";
-import { isRunning } from "../calibration/work.js";
+import { nothing, numberField } from "../parts.js";
+import { isRunning } from "../calibration/state.js";
 import { changing, fill, h, html, say } from "../dom.js";
 import { number, sentence } from "../format.js";
 import { icon } from "../icons.js";

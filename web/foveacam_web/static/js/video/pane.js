@@ -2,8 +2,8 @@
 
 import { fill, h, html, say } from "../dom.js";
 import { clockTime, millis, remedyOf, sentence, span } from "../format.js";
-import { isRunning } from "../calibration/work.js";
-import { isCapturing } from "../capture/reader.js";
+import { isRunning } from "../calibration/state.js";
+import { isCapturing } from "../capture/state.js";
 import { icon } from "../icons.js";
 import { Viewport } from "./viewport.js";
 

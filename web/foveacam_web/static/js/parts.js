@@ -1,15 +1,15 @@
 // Small parts of the pages: panels, fields, figures, and buttons that show why they are disabled.
 
-import { absent, fill, h, html, say } from "../dom.js";
-import { MISSING } from "../format.js";
-import { icon } from "../icons.js";
-import { isRunning } from "./work.js";
+import { absent, fill, h, html, say } from "./dom.js";
+import { MISSING } from "./format.js";
+import { icon } from "./icons.js";
+import { isRunning } from "./calibration/state.js";
 
 /**
  * @import { ConsoleState } from "#page"
- * @import { Child } from "../dom.js"
- * @import { IconName } from "../icons.js"
- * @import { Store } from "../store.js"
+ * @import { Child } from "./dom.js"
+ * @import { IconName } from "./icons.js"
+ * @import { Store } from "./store.js"
  * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField
  */
 
@@ -61,6 +61,22 @@ export function starter({
     if (named) say(words, named(state));
   });
   return html`<span class="starter">${button}${reason}</span>`;
+}
+
+/**
+ * Build a button that shows only a picture.
+ * @param {string} label
+ * @param {IconName} picture
+ * @param {() => unknown} act
+ * @param {boolean} [pressed] for a button that switches something
+ */
+export function toolButton(label, picture, act, pressed) {
+  return html`<button
+    type="button" class="tool" aria-label=${label} title=${label}
+    aria-pressed=${pressed === undefined ? absent : String(pressed)} @click=${() => void act()}
+  >
+    ${icon(picture)}
+  </button>`;
 }
 
 let fields = 0;
@@ -183,13 +199,11 @@ export function badge(tone, text, title) {
  */
 export function bar(label, { share, text }) {
   const value = share === null ? undefined : Math.round(Math.min(1, Math.max(0, share)) * 100);
-  const part = h("span", { class: "part" });
-  part.style.inlineSize = `${value ?? 0}%`;
   return html`<div
     class=${share === null ? "bar endless" : "bar"} role="progressbar" aria-label=${label} aria-valuemin="0"
     aria-valuemax="100" aria-valuenow=${value ?? absent} aria-valuetext=${text}
   >
-    ${part}
+    <span class="part" .style=${`inline-size: ${value ?? 0}%`}></span>
   </div>`;
 }
 
