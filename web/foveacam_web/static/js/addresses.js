@@ -38,10 +38,7 @@ export function wizardAddress(page) {
   return page === "overview" ? "#/calibration" : `#/calibration/${page}`;
 }
 
-/**
- * @param {string} hash
- * @returns {WizardPage | null}
- */
+/** @param {string} hash @returns {WizardPage | null} */
 export function wizardAt(hash) {
   const found = /^#\/calibration(?:\/(\w+))?$/.exec(hash);
   return found && (WIZARD_PAGES.find(({ page }) => page === found[1])?.page ?? "overview");
@@ -57,10 +54,7 @@ export function galleryAddress(tab, id = null, part = null) {
   return [GALLERY_ADDRESS, tab, ...[id, part].filter((step) => step !== null).map(encodeURIComponent)].join("/");
 }
 
-/**
- * @param {string} hash
- * @returns {GalleryPlace | null}
- */
+/** @param {string} hash @returns {GalleryPlace | null} */
 export function galleryAt(hash) {
   const [root, page, tab, id, part] = hash.split("/");
   if (`${root}/${page}` !== GALLERY_ADDRESS) return null;
@@ -77,11 +71,7 @@ function decoded(step) {
   }
 }
 
-/**
- * Return the plan that the planner's address contains as text.
- * @param {string} hash
- * @returns {string | null}
- */
+/** Return the plan that the planner's address contains as text. @param {string} hash @returns {string | null} */
 export function planAt(hash) {
   const [page, words = ""] = hash.split("?");
   return page === PLANNER_ADDRESS ? words : null;

@@ -74,10 +74,7 @@ export class Commands {
     this.#toasts.show(message);
   }
 
-  /**
-   * Return the button that resolves a refusal, or null when no single button does.
-   * @param {RequestError} error
-   */
+  /** Return the button that resolves a refusal, or null when no single button does. @param {RequestError} error */
   #wayOut(error) {
     const { lease, lease_token } = this.#store.state;
     if (error.slug === "stopped") return { label: "Release the stop", act: () => this.releaseStop() };
@@ -219,26 +216,17 @@ export class Commands {
     }
   }
 
-  /**
-   * @param {string} id
-   * @param {string} label
-   */
+  /** @param {string} id @param {string} label */
   rename(id, label) {
     return this.send("PATCH", `/targets/${id}`, { body: { label } });
   }
 
-  /**
-   * Hide a target; it is deleted when the time to undo is over.
-   * @param {{id: string, label: string}} target
-   */
+  /** Hide a target; it is deleted when the time to undo is over. @param {{id: string, label: string}} target */
   remove(target) {
     this.#deletions.add(target);
   }
 
-  /**
-   * @param {string} holder
-   * @param {boolean} take_over
-   */
+  /** @param {string} holder @param {boolean} take_over */
   async takeLease(holder, take_over) {
     const body = { holder, take_over };
     const lease = /** @type {import("#api").LeaseGrant | null} */ (await this.send("POST", "/lease", { body }));
@@ -262,10 +250,7 @@ export class Commands {
     }
   }
 
-  /**
-   * @param {string | null} token
-   * @param {LeaseDocument | null} lease
-   */
+  /** @param {string | null} token @param {LeaseDocument | null} lease */
   #keepToken(token, lease) {
     this.#store.set(lease ? { lease_token: token, lease } : { lease_token: token });
     if (token) sessionStorage.setItem("foveacam.lease", token);
@@ -280,10 +265,7 @@ export class Commands {
     });
   }
 
-  /**
-   * Return the header that a command needs to move anything.
-   * @returns {Record<string, string>}
-   */
+  /** Return the header that a command needs to move anything. @returns {Record<string, string>} */
   leaseHeader() {
     const token = this.#store.state.lease_token;
     return token ? { "X-Lease": token } : {};

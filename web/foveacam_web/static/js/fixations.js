@@ -39,11 +39,7 @@ export class Fixations {
     this.#set({ ...fresh(null, request_body, true), state: "sending" });
   }
 
-  /**
-   * @param {JobDocument} job
-   * @param {FixationRequest | null} request_body
-   * @param {boolean} mine
-   */
+  /** @param {JobDocument} job @param {FixationRequest | null} request_body @param {boolean} mine */
   follow(job, request_body, mine) {
     const current = this.#store.state.current;
     // its events may have arrived before the response
@@ -82,10 +78,7 @@ export class Fixations {
       this.#set({ ...fresh(last.job_id, last.request, false), state: "succeeded", steps: last.steps, fixation: last });
   }
 
-  /**
-   * Show an earlier fixation, unless it was deleted meanwhile or another one runs.
-   * @param {string} fixation_id
-   */
+  /** Show an earlier fixation, unless it was deleted meanwhile or another one runs. @param {string} fixation_id */
   async recall(fixation_id) {
     if (this.running) return;
     try {
@@ -99,10 +92,7 @@ export class Fixations {
     }
   }
 
-  /**
-   * Show the new answer of a fixation after the operator has chosen one.
-   * @param {FixationDocument} fixation
-   */
+  /** Show the new answer of a fixation after the operator has chosen one. @param {FixationDocument} fixation */
   changed(fixation) {
     const current = this.#store.state.current;
     if (current?.fixation?.id === fixation.id) this.#set({ ...current, fixation });
@@ -124,10 +114,7 @@ export class Fixations {
     if (current.job_id) this.#watch.watch(current.job_id);
   }
 
-  /**
-   * Add the cloud to the shown fixation; it arrives a moment later.
-   * @param {Record<string, unknown>} data
-   */
+  /** Add the cloud to the shown fixation; it arrives a moment later. @param {Record<string, unknown>} data */
   #cloud(data) {
     const current = this.#store.state.current;
     const cloud_id = data["id"];

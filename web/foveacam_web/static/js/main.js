@@ -152,10 +152,7 @@ function escape() {
   void commands.cancel();
 }
 
-/**
- * Limit a key's action to the time when no other page covers the console.
- * @param {() => void} act
- */
+/** Limit a key's action to the time when no other page covers the console. @param {() => void} act */
 function onWide(act) {
   return () => {
     if (!openPage(store.state)) act();

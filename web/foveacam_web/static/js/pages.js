@@ -19,18 +19,12 @@ const PAGES = /** @type {const} */ ([
   { key: "planner_page", id: "planner", title: "planner-title" },
 ]);
 
-/**
- * Return the page that covers the console, if any.
- * @param {ConsoleState} state
- */
+/** Return the page that covers the console, if any. @param {ConsoleState} state */
 export function openPage(state) {
   return PAGES.find(({ key }) => state[key]);
 }
 
-/**
- * Keep the state equal to the address's fragment.
- * @param {Store} store
- */
+/** Keep the state equal to the address's fragment. @param {Store} store */
 export function followAddress(store) {
   const read = () => {
     const news = Object.entries(pagesAt(location.hash)).filter(

@@ -13,11 +13,7 @@ import { isRunning } from "./calibration/state.js";
  * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField
  */
 
-/**
- * Build a panel with its title.
- * @param {string} title
- * @param {...(Child | Child[])} children
- */
+/** Build a panel with its title. @param {string} title @param {...(Child | Child[])} children */
 export function panel(title, ...children) {
   return html`<section class="panel" aria-label=${title}>
     <header><h3>${title}</h3></header>
@@ -136,10 +132,7 @@ export function choiceField(label, choices, changed = () => {}) {
   };
 }
 
-/**
- * @param {string} label
- * @param {boolean} checked
- */
+/** @param {string} label @param {boolean} checked */
 export function tickField(label, checked) {
   const input = h("input", { type: "checkbox", checked });
   const put = (/** @type {boolean} */ on) => {
@@ -153,18 +146,12 @@ export function tickField(label, checked) {
   };
 }
 
-/**
- * Return whether all fields are valid; the browser shows the first that is not.
- * @param {...NumberField} entries
- */
+/** Return whether all fields are valid; the browser shows the first that is not. @param {...NumberField} entries */
 export function allHold(...entries) {
   return entries.every(({ input }) => input.closest("[hidden]") !== null || input.reportValidity());
 }
 
-/**
- * Build a list of names and values in two columns.
- * @param {[string, Child][]} rows
- */
+/** Build a list of names and values in two columns. @param {[string, Child][]} rows */
 export function figures(rows) {
   return html`<dl class="numbers">
     ${rows.flatMap(([name, value]) => [
@@ -174,10 +161,7 @@ export function figures(rows) {
   </dl>`;
 }
 
-/**
- * Build the text of an empty list.
- * @param {string} text
- */
+/** Build the text of an empty list. @param {string} text */
 export function nothing(text) {
   return html`<p class="empty">${text}</p>`;
 }

@@ -31,11 +31,7 @@ export function loadSettings() {
   }
 }
 
-/**
- * Change settings and remember them in this browser.
- * @param {Store} store
- * @param {Partial<Settings>} part
- */
+/** Change settings and remember them in this browser. @param {Store} store @param {Partial<Settings>} part */
 export function changeSettings(store, part) {
   const settings = { ...store.state.settings, ...part };
   store.set({ settings });

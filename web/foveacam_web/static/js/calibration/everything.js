@@ -9,10 +9,7 @@ import { starter, tickField } from "../parts.js";
  * @import { WizardContext } from "./page.js"
  */
 
-/**
- * @param {WizardContext} context
- * @returns {() => void} opens the dialog
- */
+/** @param {WizardContext} context @returns {() => void} opens the dialog */
 export function makeEverything({ store, orders }) {
   const label = h("input", {
     type: "text",

@@ -13,10 +13,7 @@ import { badge, figures, nothing } from "../parts.js";
 
 const EYES = /** @type {const} */ (["left", "right"]);
 
-/**
- * Build the table of the mirror models (volts to angle).
- * @param {FitDocument | null} fit
- */
+/** Build the table of the mirror models (volts to angle). @param {FitDocument | null} fit */
 export function mirrorTable(fit) {
   if (!fit?.models.length)
     return [
@@ -32,21 +29,14 @@ export function mirrorTable(fit) {
   return [table("Mirrors, volts to angle", scores, "eye: x, y")];
 }
 
-/**
- * Build the table of the rectification models over the field.
- * @param {FitDocument | null} fit
- */
+/** Build the table of the rectification models over the field. @param {FitDocument | null} fit */
 export function fieldTable(fit) {
   if (!fit?.fields?.length) return [];
   const scores = fit.fields.map(({ loo_px, ...model }) => ({ ...model, size: loo_px, text: pixels(loo_px) }));
   return [table("Rectification", scores, "eye")];
 }
 
-/**
- * @param {string} title
- * @param {Score[]} scores
- * @param {string} what title of the eyes' columns
- */
+/** @param {string} title @param {Score[]} scores @param {string} what title of the eyes' columns */
 function table(title, scores, what) {
   const most = Math.max(...scores.map(({ size }) => size));
   const least = Math.min(...scores.map(({ size }) => size).filter((size) => size > 0));
@@ -93,10 +83,7 @@ function cell(score, { least, most }) {
   </td>`;
 }
 
-/**
- * @param {number} size
- * @param {{least: number, most: number}} errors
- */
+/** @param {number} size @param {{least: number, most: number}} errors */
 function shareOf(size, { least, most }) {
   const share = Math.log(size / least) / Math.log(most / least);
   return Number.isFinite(share) ? 0.06 + 0.94 * Math.max(0, share) : 0.06;

@@ -54,10 +54,7 @@ export function makeImporter({ store, orders, toasts }) {
   </span>`;
 }
 
-/**
- * @param {string} text
- * @returns {object | null}
- */
+/** @param {string} text @returns {object | null} */
 function objectOf(text) {
   try {
     const document = /** @type {unknown} */ (JSON.parse(text));

@@ -23,10 +23,7 @@ export function inUse({ rig, health }) {
   ];
 }
 
-/**
- * @param {NonNullable<NonNullable<ConsoleState["rig"]>["calibration"]>} calibration
- * @returns {[string, string][]}
- */
+/** @param {NonNullable<NonNullable<ConsoleState["rig"]>["calibration"]>} calibration @returns {[string, string][]} */
 function rowsOf(calibration) {
   const { label, id, origin, age_s, mirror_sigma_deg, rectify_sigma_px } = calibration;
   return [

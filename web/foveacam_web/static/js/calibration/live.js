@@ -80,10 +80,7 @@ export class Live {
   }
 }
 
-/**
- * @param {Role} role
- * @returns {AnnotatedName}
- */
+/** @param {Role} role @returns {AnnotatedName} */
 function annotated(role) {
   return `calibration_${role}`;
 }

@@ -52,19 +52,12 @@ export class CalibrationOrders {
     return this.#showNew("/calibration_sessions", { label: label || usualLabel() });
   }
 
-  /**
-   * Create a session from the sweeps of several, to be fitted together.
-   * @param {string[]} sessions
-   */
+  /** Create a session from the sweeps of several, to be fitted together. @param {string[]} sessions */
   combine(sessions) {
     return this.#showNew("/calibration_sessions/combined", { sessions });
   }
 
-  /**
-   * Create a session and show it.
-   * @param {string} path
-   * @param {object} body
-   */
+  /** Create a session and show it. @param {string} path @param {object} body */
   async #showNew(path, body) {
     const session = /** @type {SessionDocument | null} */ (await this.#commands.send("POST", path, { body }));
     if (session) await this.#reader.showSession(session);
@@ -95,10 +88,7 @@ export class CalibrationOrders {
     if (job) this.#work.follow(job, { step, session_id: session.id, options: given });
   }
 
-  /**
-   * Continue a step that was cancelled or has failed; its measurements are used.
-   * @param {import("#page").Work} work
-   */
+  /** Continue a step that was cancelled or has failed; its measurements are used. @param {import("#page").Work} work */
   async goOn({ step, session_id, options }) {
     if (step === "drift") return;
     if (session_id && session_id !== this.#store.state.session?.id) await this.#reader.openSession(session_id);
@@ -132,10 +122,7 @@ export class CalibrationOrders {
     return this.#settleTime("DELETE");
   }
 
-  /**
-   * @param {"PUT" | "DELETE"} method
-   * @param {object} [body]
-   */
+  /** @param {"PUT" | "DELETE"} method @param {object} [body] */
   async #settleTime(method, body) {
     const answer = await this.#commands.send(method, "/settle_time", { body });
     if (!answer) return;
@@ -148,11 +135,7 @@ export class CalibrationOrders {
     if (await this.#commands.send("POST", `/calibrations/${id}/activate`)) await this.#reader.readAll();
   }
 
-  /**
-   * Move a record to the trash; it can be undone.
-   * @param {string} id
-   * @param {string} name
-   */
+  /** Move a record to the trash; it can be undone. @param {string} id @param {string} name */
   async discard(id, name) {
     if (await this.#commands.send("DELETE", `/calibrations/${id}`))
       this.#commands.say({
@@ -171,11 +154,7 @@ export class CalibrationOrders {
     await this.#reader.readRecords();
   }
 
-  /**
-   * @param {string} a
-   * @param {string} b
-   * @returns {Promise<ComparisonDocument | null>}
-   */
+  /** @param {string} a @param {string} b @returns {Promise<ComparisonDocument | null>} */
   compare(a, b) {
     const query = new URLSearchParams({ a, b });
     return this.#commands.attempt(() => request("GET", `/calibrations/compare?${query}`, { patience_ms: SLOW_MS }));
@@ -196,10 +175,7 @@ export class CalibrationOrders {
     return record;
   }
 
-  /**
-   * Save a file of the server; a refusal is shown and not saved.
-   * @param {string} path below /api/v1
-   */
+  /** Save a file of the server; a refusal is shown and not saved. @param {string} path below /api/v1 */
   async save(path) {
     const found = await this.#commands.attempt(() => file(path));
     if (!found) return;
@@ -208,10 +184,7 @@ export class CalibrationOrders {
     setTimeout(() => URL.revokeObjectURL(address), KEPT_MS);
   }
 
-  /**
-   * Run a drift check.
-   * @param {{distance_m: number | null, apply: boolean}} body
-   */
+  /** Run a drift check. @param {{distance_m: number | null, apply: boolean}} body */
   async checkDrift(body) {
     const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/drift_checks", { body }));
     if (job) this.#work.follow(job, { step: "drift", session_id: null });
@@ -235,10 +208,7 @@ export class CalibrationOrders {
     return this.#panTilt("/pan_tilt/zero_confirmations");
   }
 
-  /**
-   * @param {string} path
-   * @param {object} [body]
-   */
+  /** @param {string} path @param {object} [body] */
   async #panTilt(path, body) {
     const pan_tilt = /** @type {PanTiltDocument | null} */ (await this.#commands.send("POST", path, { body }));
     if (pan_tilt) this.#store.set({ pan_tilt });

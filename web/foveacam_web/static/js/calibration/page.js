@@ -40,11 +40,7 @@ const PROGRESS = Object.freeze({
   settle: settleProgress,
 });
 
-/**
- * @param {HTMLElement} place
- * @param {WizardContext} context
- * @returns {import("../pages.js").Slots}
- */
+/** @param {HTMLElement} place @param {WizardContext} context @returns {import("../pages.js").Slots} */
 export function mountWizard(place, context) {
   const { store } = context;
   const live = new Live(context);
@@ -76,10 +72,7 @@ export function mountWizard(place, context) {
   return live.slots;
 }
 
-/**
- * @param {WizardContext} context
- * @returns {Map<WizardPage, Step>}
- */
+/** @param {WizardContext} context @returns {Map<WizardPage, Step>} */
 function makeSteps(context) {
   return new Map(
     /** @type {[WizardPage, Step][]} */ ([
@@ -98,10 +91,7 @@ function makeSteps(context) {
   );
 }
 
-/**
- * @param {WizardContext} context
- * @returns {Step}
- */
+/** @param {WizardContext} context @returns {Step} */
 function makeOverview(context) {
   const [records, drift, used, sessions] = [stack(), stack(), stack(), stack()];
   mountRecords(records, context);
@@ -131,10 +121,7 @@ function head(context) {
   return pageHead("wizard-title", "Calibration", makeSessionChoice(context), all);
 }
 
-/**
- * Show which parts of the open session cannot be read.
- * @param {WizardContext["store"]} store
- */
+/** Show which parts of the open session cannot be read. @param {WizardContext["store"]} store */
 function makeDamage(store) {
   const place = h("div", { class: "strip warn damage", role: "status" });
   store.on(["session"], ({ session }) => {

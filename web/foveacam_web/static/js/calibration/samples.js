@@ -13,10 +13,7 @@ import { isRunning } from "./state.js";
 
 const MUCH = 1.8; // times the median: the error of an outlier
 
-/**
- * @param {HTMLElement} place
- * @param {WizardContext} context
- */
+/** @param {HTMLElement} place @param {WizardContext} context */
 export function mountSamples(place, { store, orders }) {
   const list = h("ul", { class: "samples", "aria-label": "Views taken" });
   const empty = h(

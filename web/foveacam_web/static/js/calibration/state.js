@@ -25,10 +25,7 @@ export function isRunning(work) {
   return work !== null && !hasEnded(work.state);
 }
 
-/**
- * Word which of the steps of a complete calibration runs ("step 2 of 5"); null otherwise.
- * @param {Work} work
- */
+/** Word which of the steps of a complete calibration runs ("step 2 of 5"); null otherwise. @param {Work} work */
 export function placeOf({ step, stage }) {
   const index = STAGES.indexOf(stage);
   return step === "all" && index >= 0 ? `step ${index + 1} of ${STAGES.length}` : null;

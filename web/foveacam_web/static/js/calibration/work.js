@@ -59,10 +59,7 @@ export class WorkFollower {
     this.follow(job, { step: stepOf(job.kind), session_id: null });
   }
 
-  /**
-   * Store the session of the procedure when it becomes known.
-   * @param {string} session_id
-   */
+  /** Store the session of the procedure when it becomes known. @param {string} session_id */
   place(session_id) {
     const { work } = this.#store.state;
     if (work && work.session_id === null) this.#set({ ...work, session_id });
@@ -130,18 +127,12 @@ export class WorkFollower {
   }
 }
 
-/**
- * Return whether a job is a calibration procedure that has not ended.
- * @param {JobDocument} job
- */
+/** Return whether a job is a calibration procedure that has not ended. @param {JobDocument} job */
 function isOurs({ kind, ended_utc }) {
   return /^(calibration\.|drift)/.test(String(kind)) && ended_utc === null;
 }
 
-/**
- * @param {string} kind of the job, such as "calibration.mirrors"
- * @returns {Work["step"]}
- */
+/** @param {string} kind of the job, such as "calibration.mirrors" @returns {Work["step"]} */
 function stepOf(kind) {
   const steps = /** @type {Work["step"][]} */ (["wide", "mirrors", "fit", "check", "settle", "drift"]);
   return steps.find((step) => kind.includes(step)) ?? "all";

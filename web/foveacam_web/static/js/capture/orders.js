@@ -22,10 +22,7 @@ export class CaptureOrders {
     this.#reader = reader;
   }
 
-  /**
-   * @param {CaptureRequest} wish
-   * @returns {Promise<Problem | null>} the refusal
-   */
+  /** @param {CaptureRequest} wish @returns {Promise<Problem | null>} the refusal */
   async start(wish) {
     try {
       const options = { body: wish, headers: this.#commands.leaseHeader() };
@@ -40,10 +37,7 @@ export class CaptureOrders {
     }
   }
 
-  /**
-   * Resume a partial capture.
-   * @param {CaptureDocument} capture
-   */
+  /** Resume a partial capture. @param {CaptureDocument} capture */
   async resume({ id, name }) {
     const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", `/captures/${id}/resume`));
     if (job) this.#reader.follow(job.id, { name, capture_id: id });

@@ -25,11 +25,7 @@ import { mountRuns } from "./runs.js";
 /** @type {Role[]} */
 const ROLES = ["wide", "left", "right"];
 
-/**
- * @param {HTMLElement} place
- * @param {CaptureContext} context
- * @returns {Slots}
- */
+/** @param {HTMLElement} place @param {CaptureContext} context @returns {Slots} */
 export function mountCapturePage(place, { store, views, commands, capture_orders: orders, capture_reader: reader }) {
   const bench = new Bench({ store, commands, orders });
   const [runs, figures, partials] = [h("div", {}), h("div", { class: "stack figures" }), h("div", { class: "stack" })];

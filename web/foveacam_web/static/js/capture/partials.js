@@ -15,10 +15,7 @@ import { sizeText } from "./words.js";
 
 const MOST = 8;
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store, orders: CaptureOrders}} context
- */
+/** @param {HTMLElement} place @param {{store: Store, orders: CaptureOrders}} context */
 export function mountPartials(place, { store, orders }) {
   const show = changing(place, (/** @type {CaptureDocument[] | null} */ partials) => partialsOf(partials, orders));
   store.on(["captures", "capturing"], ({ captures, capturing }) => {
@@ -27,10 +24,7 @@ export function mountPartials(place, { store, orders }) {
   });
 }
 
-/**
- * @param {CaptureDocument[] | null} partials
- * @param {CaptureOrders} orders
- */
+/** @param {CaptureDocument[] | null} partials @param {CaptureOrders} orders */
 function partialsOf(partials, orders) {
   if (partials === null) return [nothing("The captures have not been read yet.")];
   if (partials.length === 0)
@@ -46,10 +40,7 @@ function partialsOf(partials, orders) {
   ];
 }
 
-/**
- * @param {CaptureDocument} capture
- * @param {CaptureOrders} orders
- */
+/** @param {CaptureDocument} capture @param {CaptureOrders} orders */
 function partial(capture, orders) {
   const { id, name, label, points, size_bytes, why } = capture;
   const resume = async (/** @type {{currentTarget: HTMLButtonElement}} */ { currentTarget: button }) => {

@@ -138,11 +138,7 @@ function makeGrid(troubles) {
   };
 }
 
-/**
- * @param {Troubles} troubles
- * @param {() => string | null} asText
- * @param {() => void} changed
- */
+/** @param {Troubles} troubles @param {() => string | null} asText @param {() => void} changed */
 function makeText(troubles, asText, changed) {
   const input = h("textarea", {
     id: "set-points",

@@ -135,10 +135,7 @@ export class CaptureReader {
     }
   }
 
-  /**
-   * Return the capture's document; null while it does not exist.
-   * @param {Capturing} capturing
-   */
+  /** Return the capture's document; null while it does not exist. @param {Capturing} capturing */
   async #document({ capture_id, job_id }) {
     const captures = /** @type {CaptureDocument[]} */ (
       capture_id === null
@@ -148,10 +145,7 @@ export class CaptureReader {
     return captures.find((each) => each.id === capture_id || each.job_id === job_id) ?? null;
   }
 
-  /**
-   * @param {JobDocument} job that has ended
-   * @param {CaptureDocument | null} found
-   */
+  /** @param {JobDocument} job that has ended @param {CaptureDocument | null} found */
   #close(job, found) {
     const { capturing } = this.#store.state;
     if (!capturing || capturing.end) return;
@@ -190,10 +184,7 @@ export class CaptureReader {
   }
 }
 
-/**
- * @param {unknown} error
- * @returns {CaptureDocument[]}
- */
+/** @param {unknown} error @returns {CaptureDocument[]} */
 function nothingThere(error) {
   if (error instanceof RequestError && error.slug === "not-found") return [];
   throw error;

@@ -16,10 +16,7 @@ import { endWords, farWords, stateWords } from "./words.js";
  * @import { CaptureReader } from "./reader.js"
  */
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store, orders: CaptureOrders, reader: CaptureReader}} context
- */
+/** @param {HTMLElement} place @param {{store: Store, orders: CaptureOrders, reader: CaptureReader}} context */
 export function mountRuns(place, { store, orders, reader }) {
   const said = h("div", { class: "unseen", "aria-live": "polite" });
   const shown = h("div", { class: "run-now", role: "group", "aria-label": "The capture" });
@@ -76,10 +73,7 @@ function showButtons({ pause, onward, cancel, resume, look, dismiss }, capturing
   dismiss.hidden = runs;
 }
 
-/**
- * @param {Store} store
- * @param {CaptureOrders} orders
- */
+/** @param {Store} store @param {CaptureOrders} orders */
 function resumeLast(store, orders) {
   const { capturing, captures } = store.state;
   const capture = captures?.find(({ id }) => id === capturing?.capture_id);
@@ -116,10 +110,7 @@ function endedWords(capturing) {
   ];
 }
 
-/**
- * Return the text for screen readers: each state and each quarter, not every point.
- * @param {Capturing} capturing
- */
+/** Return the text for screen readers: each state and each quarter, not every point. @param {Capturing} capturing */
 function announcement(capturing) {
   if (capturing.end) return endWords({ ...capturing, end: capturing.end }).head;
   const share = shareOf(capturing);

@@ -61,10 +61,7 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
     changed();
   }
 
-  /**
-   * Show the faults that the editor and the server find in the plan.
-   * @param {Trouble[]} own
-   */
+  /** Show the faults that the editor and the server find in the plan. @param {Trouble[]} own */
   function tell(own) {
     const { problem, stale } = store.state.estimate;
     const of = (/** @type {Problem | null} */ document) => (document ? blamed(document, source()) : []);

@@ -15,10 +15,7 @@ export function isCapturing(capturing) {
   return capturing !== null && capturing.end === null;
 }
 
-/**
- * Return the finished share; null while it is unknown.
- * @param {Pick<Capturing, "progress">} capturing
- */
+/** Return the finished share; null while it is unknown. @param {Pick<Capturing, "progress">} capturing */
 export function shareOf({ progress }) {
   return progress && progress.total > 0 && progress.phase !== "survey" ? progress.done / progress.total : null;
 }

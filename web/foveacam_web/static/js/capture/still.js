@@ -16,9 +16,7 @@ import { makeStillShown } from "./still_shown.js";
  * @import { StillReader } from "./still_reader.js"
  */
 
-/**
- * @param {{store: Store, commands: Commands, reader: StillReader}} context
- */
+/** @param {{store: Store, commands: Commands, reader: StillReader}} context */
 export function stillPanel({ store, commands, reader }) {
   const orders = new StillOrders({ commands, changed: () => reader.readHeld() });
   const [form, shown, told] = [makeStillForm(), makeStillShown(orders), h("div", { class: "stack", role: "status" })];

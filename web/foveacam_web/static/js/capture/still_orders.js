@@ -16,10 +16,7 @@ export class StillOrders extends CollectionOrders {
     super({ commands, resource: "/stills", changed });
   }
 
-  /**
-   * @param {StillRequest} wish
-   * @returns {Promise<JobDocument | Problem>} a problem has a `status`
-   */
+  /** @param {StillRequest} wish @returns {Promise<JobDocument | Problem>} a problem has a `status` */
   async take(wish) {
     try {
       return await request("POST", this.resource, { body: wish, headers: this.commands.leaseHeader() });
@@ -31,10 +28,7 @@ export class StillOrders extends CollectionOrders {
     }
   }
 
-  /**
-   * @param {string} id
-   * @param {string} name
-   */
+  /** @param {string} id @param {string} name */
   async keep(id, name) {
     const body = name === "" ? {} : { name };
     const kept = /** @type {StillDocument | null} */ (

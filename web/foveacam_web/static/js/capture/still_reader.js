@@ -39,10 +39,7 @@ export class StillReader {
     });
   }
 
-  /**
-   * Follow the job of a still.
-   * @param {JobDocument} job
-   */
+  /** Follow the job of a still. @param {JobDocument} job */
   follow(job) {
     this.press = { job_id: job.id, over: false, done: 0, total: null, problem: null };
     this.#take(job);

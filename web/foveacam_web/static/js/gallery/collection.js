@@ -95,11 +95,7 @@ export function openList({ noun, hint, orders, reader, card, intro, above = () =
   return place;
 }
 
-/**
- * @param {number} length
- * @param {number} bytes
- * @param {Noun} noun
- */
+/** @param {number} length @param {number} bytes @param {Noun} noun */
 function summary(length, bytes, noun) {
   return [`${count(length)} ${length === 1 ? noun.one : noun.many}`, bytes > 0 && sizeWords(bytes)]
     .filter(Boolean)
@@ -160,10 +156,7 @@ export function openEntry({ noun, reader, page }, { follow }) {
   return place;
 }
 
-/**
- * @param {string} why
- * @param {Noun} noun
- */
+/** @param {string} why @param {Noun} noun */
 function missing(why, { many }) {
   const list = html`<a href=${galleryAddress(many)}>To the ${many}</a>`;
   return [nothing(sentence(why)), html`<p class="lead">It may be in the trash. ${list}.</p>`];

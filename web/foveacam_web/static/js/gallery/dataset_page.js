@@ -82,11 +82,7 @@ export function makeDatasetPage(id, { noun, orders, reader, context }) {
   };
 }
 
-/**
- * @param {CaptureDocument} dataset
- * @param {Noun} noun
- * @param {DatasetOrders} orders
- */
+/** @param {CaptureDocument} dataset @param {Noun} noun @param {DatasetOrders} orders */
 function headParts(dataset, noun, orders) {
   const { id, name, state, resumable, url, points, why } = dataset;
   const live = isLive(dataset);
@@ -129,10 +125,7 @@ function emptyWords({ state }) {
     : "Nothing was taken yet.";
 }
 
-/**
- * @param {CaptureDocument} dataset
- * @param {PointsDocument} points
- */
+/** @param {CaptureDocument} dataset @param {PointsDocument} points */
 function coverageOf({ url }, { points }) {
   return html`<figure class="cover-map">
     <drawn-picture
@@ -163,10 +156,7 @@ function conditionsOf(conditions) {
   ];
 }
 
-/**
- * @param {string} title
- * @param {Record<string, unknown> | null} document
- */
+/** @param {string} title @param {Record<string, unknown> | null} document */
 function asWritten(title, document) {
   if (!document || Object.keys(document).length === 0) return null;
   return html`<details>
@@ -175,10 +165,7 @@ function asWritten(title, document) {
   </details>`;
 }
 
-/**
- * @param {string | null} id
- * @param {string | null} in_use
- */
+/** @param {string | null} id @param {string | null} in_use */
 function calibrationOf(id, in_use) {
   if (id === null) return nothing("It was taken without a calibration: no rectified pairs, no anaglyphs.");
   const word =

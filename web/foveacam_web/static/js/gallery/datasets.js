@@ -22,11 +22,7 @@ import { capturePath, isLive, pointsWords, progressWords, sizeWords, stateWords 
 const NOUN = Object.freeze({ one: "dataset", many: "datasets" });
 const GROWING_MS = 10_000; // interval of redrawing the pictures of a running capture: drawing costs the server time
 
-/**
- * @param {GalleryPlace} at
- * @param {GalleryContext} context
- * @returns {HTMLElement}
- */
+/** @param {GalleryPlace} at @param {GalleryContext} context @returns {HTMLElement} */
 export function openDatasets(at, context) {
   const part = DATASET_PARTS.find(({ name }) => name === at.part);
   if (at.id !== null) return part ? part.open(at, context) : openDataset(at.id, context);
@@ -47,10 +43,7 @@ export function openDatasets(at, context) {
   );
 }
 
-/**
- * @param {string} id
- * @param {GalleryContext} context
- */
+/** @param {string} id @param {GalleryContext} context */
 function openDataset(id, context) {
   const reader = new DatasetReader(id);
   const orders = new DatasetOrders(context);
@@ -77,20 +70,13 @@ function cardOf(dataset) {
   };
 }
 
-/**
- * @param {CaptureDocument} dataset
- * @param {string} label
- */
+/** @param {CaptureDocument} dataset @param {string} label */
 export function progressOf(dataset, label) {
   const text = progressWords(dataset);
   return [bar(label, { share: shareOf(dataset), text }), html`<p class="note">${text}</p>`];
 }
 
-/**
- * Apply an event to the list.
- * @param {ListReader<CaptureDocument>} reader
- * @param {EventDocument} event
- */
+/** Apply an event to the list. @param {ListReader<CaptureDocument>} reader @param {EventDocument} event */
 function hear(reader, { kind, data }) {
   if (kind !== "capture.progress") return void (kind.startsWith("capture.") && reader.readAll());
   const news = /** @type {any} */ (data); // any: the data of this event kind, which OpenAPI leaves open
@@ -99,29 +85,19 @@ function hear(reader, { kind, data }) {
   reader.change(news.capture_id, (each) => withProgress(each, news));
 }
 
-/**
- * @param {CaptureDocument} dataset
- * @param {ProgressNews} news
- * @returns {CaptureDocument}
- */
+/** @param {CaptureDocument} dataset @param {ProgressNews} news @returns {CaptureDocument} */
 function withProgress(dataset, { capture_id: _, state, wish, ...progress }) {
   return { ...dataset, state, why: wish, progress };
 }
 
 /** The dataset commands of one page. @extends {CollectionOrders<CaptureDocument>} */
 export class DatasetOrders extends CollectionOrders {
-  /**
-   * @param {Pick<GalleryContext, "commands">} context
-   * @param {() => unknown} [changed]
-   */
+  /** @param {Pick<GalleryContext, "commands">} context @param {() => unknown} [changed] */
   constructor({ commands }, changed) {
     super({ commands, resource: "/captures", changed });
   }
 
-  /**
-   * Resume a partial dataset; return whether the server accepted it.
-   * @param {string} id
-   */
+  /** Resume a partial dataset; return whether the server accepted it. @param {string} id */
   async resume(id) {
     return (await this.commands.send("POST", this.path(id, "/resume"))) !== null;
   }
@@ -140,20 +116,14 @@ export class DatasetReader extends EntryReader {
     this.#id = id;
   }
 
-  /**
-   * @override
-   * @param {CaptureDocument} dataset
-   */
+  /** @override @param {CaptureDocument} dataset */
   async readMore({ state, points }) {
     this.#due_ms = performance.now() + GROWING_MS;
     const readable = state !== "damaged" && points.planned > 0;
     this.points = readable ? await request("GET", capturePath(this.#id, "/points")) : null;
   }
 
-  /**
-   * @override
-   * @param {EventDocument} event
-   */
+  /** @override @param {EventDocument} event */
   hear(event) {
     if (event.kind !== "capture.progress") return super.hear(event);
     const news = /** @type {any} */ (event.data); // any: the data of this event kind, which OpenAPI leaves open

@@ -25,11 +25,7 @@ export class Made extends EntryReader {
   /** The problem of the last attempt to make it. @type {Problem | null} */
   trouble = null;
 
-  /**
-   * @param {string} id of the dataset
-   * @param {"mosaic" | "reference"} kind
-   * @param {Commands} commands
-   */
+  /** @param {string} id of the dataset @param {"mosaic" | "reference"} kind @param {Commands} commands */
   constructor(id, kind, commands) {
     super(capturePath(id, `/${kind}`), (event) => {
       const [of, what] = event.kind.split(".");
@@ -40,10 +36,7 @@ export class Made extends EntryReader {
     this.commands = commands;
   }
 
-  /**
-   * @override
-   * @param {T} made
-   */
+  /** @override @param {T} made */
   async readMore({ job_id }) {
     const ended = job_id === null ? this.entry?.job_id : null;
     if (!ended) return;
@@ -57,10 +50,7 @@ export class Made extends EntryReader {
     this.changed();
   }
 
-  /**
-   * @override
-   * @param {EventDocument} event
-   */
+  /** @override @param {EventDocument} event */
   hear(event) {
     const { entry } = this;
     if (event.kind !== "job.updated" || !entry?.job_id || event.data?.["id"] !== entry.job_id) return super.hear(event);
@@ -85,11 +75,7 @@ export class Made extends EntryReader {
     return this.#send("DELETE", this.path);
   }
 
-  /**
-   * @param {"POST" | "DELETE"} method
-   * @param {string} path
-   * @param {W} [body]
-   */
+  /** @param {"POST" | "DELETE"} method @param {string} path @param {W} [body] */
   async #send(method, path, body) {
     await this.commands.send(method, path, { body });
     await this.readAll();

@@ -22,10 +22,7 @@ const MESH_MS = 60_000; // about ten megabytes are packed for every viewer
 
 /** The mosaic of one dataset. @extends {Made<MosaicDocument, MosaicRequest>} */
 class Mosaic extends Made {
-  /**
-   * Show the surface in 3D, or take it away.
-   * @param {boolean} shown
-   */
+  /** Show the surface in 3D, or take it away. @param {boolean} shown */
   async show(shown) {
     const path = `${this.path}/in_scene`;
     const mosaic = await this.commands.send(shown ? "PUT" : "DELETE", path, { patience_ms: MESH_MS });
@@ -41,10 +38,7 @@ class Mosaic extends Made {
   }
 }
 
-/**
- * @param {GalleryPlace} at
- * @param {GalleryContext} context
- */
+/** @param {GalleryPlace} at @param {GalleryContext} context */
 export function openMosaic(at, { commands, follow, signal }) {
   const id = at.id ?? "";
   const mosaic = new Mosaic(id, "mosaic", commands);
@@ -101,10 +95,7 @@ function pageOf(id, mosaic, document, { picture, offer }) {
   </article>`;
 }
 
-/**
- * @param {Pick<MosaicDocument, "state" | "outdated" | "made" | "refusal">} mosaic
- * @returns {[string, string]}
- */
+/** @param {Pick<MosaicDocument, "state" | "outdated" | "made" | "refusal">} mosaic @returns {[string, string]} */
 function wordOf({ state, outdated, made, refusal }) {
   if (state === "building") return ["plain", made ? "being made anew" : "being made"];
   if (made) return outdated ? ["warn", "older than its dataset"] : ["good", "complete"];
@@ -112,11 +103,7 @@ function wordOf({ state, outdated, made, refusal }) {
   return refusal ? ["warn", "not possible"] : ["plain", "not made yet"];
 }
 
-/**
- * @param {MadeMosaic} made
- * @param {MosaicDocument} document
- * @param {Mosaic} mosaic
- */
+/** @param {MadeMosaic} made @param {MosaicDocument} document @param {Mosaic} mosaic */
 function actionsOf({ glb_url, ply_url }, { in_scene, state }, mosaic) {
   const file = (/** @type {string | null} */ url, /** @type {string} */ text) =>
     url && html`<a class="plain" href=${url} download="">${icon("down")}${text}</a>`;
@@ -159,10 +146,7 @@ function factsOf({ eye, views, width, height, tiles, size_bytes, seams, depth, m
   ];
 }
 
-/**
- * @param {Offer} offer
- * @param {Mosaic} mosaic
- */
+/** @param {Offer} offer @param {Mosaic} mosaic */
 function offerOf({ anew, begun, needs, scans, brackets, eye }, mosaic) {
   const numbered = (/** @type {number[]} */ from) =>
     from.map((each) => /** @type {[string, string]} */ ([String(each), String(each + 1)]));
@@ -204,10 +188,7 @@ function offerOf({ anew, begun, needs, scans, brackets, eye }, mosaic) {
   </div>`;
 }
 
-/**
- * @param {MadeMosaic} made
- * @param {AbortSignal} signal
- */
+/** @param {MadeMosaic} made @param {AbortSignal} signal */
 function pictureOf(made, signal) {
   const readout = makeReadout();
   const scale = makeScale(made);

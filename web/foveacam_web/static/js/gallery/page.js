@@ -56,10 +56,7 @@ export class GalleryReader {
   }
 }
 
-/**
- * @param {HTMLElement} place
- * @param {GalleryTools} tools
- */
+/** @param {HTMLElement} place @param {GalleryTools} tools */
 export function mountGallery(place, tools) {
   const body = h("div", { class: "gallery-body", tabindex: "-1" });
   let leave = new AbortController();
@@ -84,11 +81,7 @@ function tabsOf(gallery) {
   </nav>`;
 }
 
-/**
- * @param {GalleryPlace} at
- * @param {GalleryTools} tools
- * @param {AbortSignal} signal
- */
+/** @param {GalleryPlace} at @param {GalleryTools} tools @param {AbortSignal} signal */
 function opened(at, tools, signal) {
   const tab = TABS.find(({ name }) => name === at.tab);
   if (tab) return tab.open(at, { ...tools, signal, follow: (reader) => tools.reader.follow(reader, signal) });

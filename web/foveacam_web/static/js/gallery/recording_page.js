@@ -159,10 +159,7 @@ function rowOf(stream) {
   </tr>`;
 }
 
-/**
- * @param {RecordingDocument} recording
- * @returns {[string, string | null][]}
- */
+/** @param {RecordingDocument} recording @returns {[string, string | null][]} */
 function factRows(recording) {
   return [
     ["Length", clockWords(recording.duration_s, 1)],

@@ -49,10 +49,7 @@ export function makeReference(id, { commands, follow }, changed) {
   };
 }
 
-/**
- * @param {MadeReference} made
- * @param {{outdated: boolean, idle: boolean, reference: Reference}} context
- */
+/** @param {MadeReference} made @param {{outdated: boolean, idle: boolean, reference: Reference}} context */
 function resultOf(made, { outdated, idle, reference }) {
   const { svg_url, png_url, samples_url, made_utc } = made;
   const file = (/** @type {string} */ url, /** @type {string} */ text) =>
@@ -73,10 +70,7 @@ function resultOf(made, { outdated, idle, reference }) {
     </p>`;
 }
 
-/**
- * @param {Offer} offer
- * @param {Reference} reference
- */
+/** @param {Offer} offer @param {Reference} reference */
 function offerOf({ anew, stops, brackets }, reference) {
   const scan = choiceField("Depth of", [
     ["", "the scan nearest to the middle"],

@@ -63,10 +63,7 @@ export class MeasureOrders {
     return made;
   }
 
-  /**
-   * @param {string} id
-   * @param {string} label
-   */
+  /** @param {string} id @param {string} label */
   rename(id, label) {
     return this.#commands.send("PATCH", `/measurements/${id}`, { body: { label } });
   }

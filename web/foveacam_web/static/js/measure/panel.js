@@ -16,10 +16,7 @@ import { factsOf, KINDS, valueText } from "./words.js";
  * @typedef {{store: Store, orders: MeasureOrders}} Context
  */
 
-/**
- * @param {HTMLElement} place
- * @param {Context & {exports: HTMLElement}} context
- */
+/** @param {HTMLElement} place @param {Context & {exports: HTMLElement}} context */
 export function mountMeasurements(place, { store, orders, exports }) {
   const choose = connectTabs(["targets", "measurements"], (index) => (exports.hidden = index !== 1));
   let chosen = "";
@@ -42,10 +39,7 @@ export function mountMeasurements(place, { store, orders, exports }) {
   });
 }
 
-/**
- * @param {string} kind
- * @param {boolean} hidden
- */
+/** @param {string} kind @param {boolean} hidden */
 function exportLink(kind, hidden) {
   const name = kind.toUpperCase();
   return html`<a
@@ -54,10 +48,7 @@ function exportLink(kind, hidden) {
   >${name}</a>`;
 }
 
-/**
- * @param {ConsoleState} state
- * @param {Context} context
- */
+/** @param {ConsoleState} state @param {Context} context */
 function listOf(state, context) {
   const shown = shownOf(state);
   const row = (/** @type {MeasurementDocument} */ measured) =>
@@ -70,11 +61,7 @@ function listOf(state, context) {
     <p class="empty" ?hidden=${shown.length > 0}>${empty}</p>`;
 }
 
-/**
- * @param {MeasurementDocument} measured
- * @param {boolean} selected
- * @param {Context} context
- */
+/** @param {MeasurementDocument} measured @param {boolean} selected @param {Context} context */
 function rowOf(measured, selected, { store, orders }) {
   const { id, kind, profile } = measured;
   const toggle = () => store.set({ selected_measurement: store.state.selected_measurement === id ? null : id });

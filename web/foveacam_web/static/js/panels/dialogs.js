@@ -154,10 +154,7 @@ export function makeSettings(store) {
   );
 }
 
-/**
- * @param {(typeof SETTINGS)[number]} entry
- * @param {Store} store
- */
+/** @param {(typeof SETTINGS)[number]} entry @param {Store} store */
 function settingRow({ key, label, options }, store) {
   const change = (/** @type {unknown} */ value) =>
     changeSettings(store, /** @type {Partial<Settings>} */ ({ [key]: value }));

@@ -13,10 +13,7 @@ import { namedRow } from "./named_row.js";
  * @typedef {{store: Store, commands: Commands, select: (target: TargetDocument) => void}} Context
  */
 
-/**
- * @param {HTMLElement} place
- * @param {Context} context
- */
+/** @param {HTMLElement} place @param {Context} context */
 export function mountTargets(place, context) {
   context.store.on(["targets", "hidden_targets", "selected_target"], ({ targets, hidden_targets, selected_target }) => {
     const shown = (targets ?? []).filter(({ id }) => !hidden_targets.includes(id));
@@ -30,11 +27,7 @@ export function mountTargets(place, context) {
   });
 }
 
-/**
- * @param {TargetDocument} target
- * @param {boolean} selected
- * @param {Context} context
- */
+/** @param {TargetDocument} target @param {boolean} selected @param {Context} context */
 function targetRow(target, selected, { commands, select }) {
   const { id, basis, bound } = target;
   const corrected = Boolean(target.corrections?.length);

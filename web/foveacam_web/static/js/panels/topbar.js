@@ -24,11 +24,7 @@ const STATES = Object.freeze(
   }),
 );
 
-/**
- * Fill the badges of the top bar.
- * @param {HTMLElement} place
- * @param {{store: Store, openLease: () => void}} context
- */
+/** Fill the badges of the top bar. @param {HTMLElement} place @param {{store: Store, openLease: () => void}} context */
 export function mountBadges(place, { store, openLease }) {
   const rig = h("span", { class: "rig-name" });
   const simulated = h("span", { class: "badge plain", hidden: true, text: "Simulated" });
@@ -53,10 +49,7 @@ export function mountBadges(place, { store, openLease }) {
   store.on(["lease", "lease_token"], (now) => showLease(lease, now));
 }
 
-/**
- * @param {HTMLElement} badge
- * @param {ConsoleState} now
- */
+/** @param {HTMLElement} badge @param {ConsoleState} now */
 function showState(badge, { rig, stream, stop }) {
   const word =
     stream === "down"
@@ -71,10 +64,7 @@ function showState(badge, { rig, stream, stop }) {
   badge.title = rig?.problems.map(({ device, detail }) => `${device}: ${detail}`).join("\n") ?? "";
 }
 
-/**
- * @param {HTMLElement} badge
- * @param {ConsoleState} now
- */
+/** @param {HTMLElement} badge @param {ConsoleState} now */
 function showCalibration(badge, now) {
   badge.hidden = !now.rig;
   const { tone, text, reason } = now.work && isRunning(now.work) ? runningWords(now.work) : verdictOf(now);
@@ -83,10 +73,7 @@ function showCalibration(badge, now) {
   badge.title = reason;
 }
 
-/**
- * @param {HTMLElement} badge
- * @param {ConsoleState} now
- */
+/** @param {HTMLElement} badge @param {ConsoleState} now */
 function showCapture(badge, { capturing }) {
   if (!capturing) return;
   const share = shareOf(capturing);
@@ -110,10 +97,7 @@ function runningWords(work) {
   };
 }
 
-/**
- * @param {HTMLElement} badge
- * @param {ConsoleState} now
- */
+/** @param {HTMLElement} badge @param {ConsoleState} now */
 function showLease(badge, { lease, lease_token }) {
   badge.classList.toggle("mine", Boolean(lease_token));
   fill(
@@ -147,11 +131,7 @@ export function mountStop(button, strip, { store, commands }) {
   });
 }
 
-/**
- * Show a strip while the server is away.
- * @param {HTMLElement} strip
- * @param {Store} store
- */
+/** Show a strip while the server is away. @param {HTMLElement} strip @param {Store} store */
 export function mountOffline(strip, store) {
   const text = html`<span>No connection to the server. The page shows what was last known and reconnects by itself.</span>`;
   fill(strip, html`<span class="spinner" aria-hidden="true"></span>`, text);

@@ -8,9 +8,7 @@ import { makeSlide } from "./slide.js";
 
 /** @import { PlanSettings, PlannerNumber, RingBound } from "#page" */
 
-/**
- * @param {{troubles: Troubles, changed: (part: Partial<PlanSettings>) => void}} options
- */
+/** @param {{troubles: Troubles, changed: (part: Partial<PlanSettings>) => void}} options */
 export function makeControls({ troubles, changed }) {
   const bound = choiceField(
     "D_min and its error (Eq. 9)",

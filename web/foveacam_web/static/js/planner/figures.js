@@ -41,10 +41,7 @@ export function makeChances() {
   };
 }
 
-/**
- * @param {RingDocument} ring
- * @returns {[string, string][]}
- */
+/** @param {RingDocument} ring @returns {[string, string][]} */
 function ringRows({ resolution_mrad, d_max_m, inner_m, area_m2 }) {
   return [
     ["D_max", length(d_max_m)],

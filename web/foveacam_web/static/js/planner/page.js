@@ -19,10 +19,7 @@ import { PlanView } from "./view.js";
  * @import { Store } from "../store.js"
  */
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store}} context
- */
+/** @param {HTMLElement} place @param {{store: Store}} context */
 export function mountPlannerPage(place, { store }) {
   const bench = new Bench(() => show());
   const troubles = new Troubles();
@@ -91,19 +88,13 @@ export function mountPlannerPage(place, { store }) {
   store.on(["planner_page"], ({ planner_page }) => planner_page && bench.open());
 }
 
-/**
- * Return the newest ring of the server's answers.
- * @param {Bench} bench
- */
+/** Return the newest ring of the server's answers. @param {Bench} bench */
 function ringOf({ standoff, regions }) {
   const [first, second] = standoff.problem === null ? [standoff, regions] : [regions, standoff];
   return first.document?.ring ?? second.document?.ring ?? null;
 }
 
-/**
- * Return the functions that add, move and remove targets.
- * @param {Bench} bench
- */
+/** Return the functions that add, move and remove targets. @param {Bench} bench */
 function targetOrders(bench) {
   const middle = () => {
     const [x0 = 0, y0 = 0, x1 = 0, y1 = 0] = bench.map?.bounds_m ?? [];
@@ -119,11 +110,7 @@ function targetOrders(bench) {
   };
 }
 
-/**
- * Build the drawing of the plan and its export buttons.
- * @param {Bench} bench
- * @param {PlanView} view
- */
+/** Build the drawing of the plan and its export buttons. @param {Bench} bench @param {PlanView} view */
 function toolbar(bench, view) {
   const seen = segments("What is seen", [
     ["map", "Map"],

@@ -109,11 +109,7 @@ export function makePictureSheet(take) {
   };
 }
 
-/**
- * Read a file as a picture; null when the browser cannot.
- * @param {File} file
- * @returns {Promise<Picture | null>}
- */
+/** Read a file as a picture; null when the browser cannot. @param {File} file @returns {Promise<Picture | null>} */
 export async function pictureOf(file) {
   const url = await new Promise((/** @type {(value: string) => void} */ resolve) => {
     const reader = new FileReader();

@@ -135,11 +135,7 @@ function makeFiles(give) {
   return { geojson, picture };
 }
 
-/**
- * @param {string} label
- * @param {string} accept
- * @param {(file: File) => Promise<void>} take
- */
+/** @param {string} label @param {string} accept @param {(file: File) => Promise<void>} take */
 function fileButton(label, accept, take) {
   const input = h("input", {
     type: "file",
@@ -157,10 +153,7 @@ function fileButton(label, accept, take) {
   return html`<label class="plain file">${icon("file")}${label}${input}</label>`;
 }
 
-/**
- * @param {string} text
- * @returns {object | null}
- */
+/** @param {string} text @returns {object | null} */
 function objectOf(text) {
   try {
     const document = /** @type {unknown} */ (JSON.parse(text));

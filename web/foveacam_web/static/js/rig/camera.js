@@ -68,11 +68,7 @@ function headOf(phase) {
   return phase ? [html`<span class="badge phase ${phase.tone || "plain"}" role="status">${phase.text}</span>`] : [];
 }
 
-/**
- * @param {ConsoleState} state
- * @param {Role} role
- * @param {CameraDocument | undefined} camera
- */
+/** @param {ConsoleState} state @param {Role} role @param {CameraDocument | undefined} camera */
 function linkNow({ rig, stream }, role, camera) {
   if (stream === "down")
     return { tone: "bad", reason: "No connection to the server: this is what was last known.", remedy: "" };
@@ -126,10 +122,7 @@ function factsOf(camera) {
   </div>`;
 }
 
-/**
- * @param {Role} role
- * @param {Context} context
- */
+/** @param {Role} role @param {Context} context */
 function makeControls(role, { store, orders }) {
   const linked = (/** @type {ConsoleState} */ { rig }) =>
     role !== "wide" &&

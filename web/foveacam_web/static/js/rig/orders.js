@@ -43,10 +43,7 @@ export class RigOrders {
     return this.#inTurn(() => this.#camera("PATCH", `/cameras/${role}`, { ...patch, linked }));
   }
 
-  /**
-   * Reset a camera to the settings of the rig file.
-   * @param {Role} role
-   */
+  /** Reset a camera to the settings of the rig file. @param {Role} role */
   async reset(role) {
     const { refusal } = await this.#inTurn(() => this.#camera("DELETE", `/cameras/${role}/settings`, undefined));
     if (refusal) this.#commands.say({ tone: "warn", title: "Not reset", detail: refusal });
@@ -172,10 +169,7 @@ export class RigOrders {
     return this.#rail("/rail/holds");
   }
 
-  /**
-   * Set these faults in the simulated rig, and clear all others.
-   * @param {SimulatedFaults} faults
-   */
+  /** Set these faults in the simulated rig, and clear all others. @param {SimulatedFaults} faults */
   breakIt(faults) {
     return this.#faults("PUT", faults);
   }
@@ -184,10 +178,7 @@ export class RigOrders {
     return this.#faults("DELETE");
   }
 
-  /**
-   * @param {"PUT" | "DELETE"} method
-   * @param {SimulatedFaults} [body]
-   */
+  /** @param {"PUT" | "DELETE"} method @param {SimulatedFaults} [body] */
   async #faults(method, body) {
     const faults = await this.#commands.send(method, "/simulation/faults", { body });
     if (faults) this.#store.set({ faults: /** @type {SimulatedFaults} */ (faults) });
@@ -202,10 +193,7 @@ export class RigOrders {
     return this.#rail("/rail/zero_confirmations");
   }
 
-  /**
-   * @param {string} path
-   * @param {object} [body]
-   */
+  /** @param {string} path @param {object} [body] */
   async #rail(path, body) {
     const rail = /** @type {RailDocument | null} */ (await this.#commands.send("POST", path, { body }));
     if (rail) this.#store.set({ rail });

@@ -23,11 +23,7 @@ import { mountTrigger } from "./trigger.js";
 /** @type {Role[]} */
 const ROLES = ["wide", "left", "right"];
 
-/**
- * @param {HTMLElement} place
- * @param {RigContext} context
- * @returns {Slots}
- */
+/** @param {HTMLElement} place @param {RigContext} context @returns {Slots} */
 export function mountRigPage(place, { store, rig_orders, orders }) {
   const context = { store, orders: rig_orders };
   const cameras = new Map(ROLES.map((role) => [role, makeCamera(role, context)]));

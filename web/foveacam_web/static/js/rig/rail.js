@@ -13,10 +13,7 @@ import { zeroOf } from "./zero.js";
  * @import { RigOrders } from "./orders.js"
  */
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store, orders: RigOrders}} context
- */
+/** @param {HTMLElement} place @param {{store: Store, orders: RigOrders}} context */
 export function mountRail(place, { store, orders }) {
   const [state, places] = [h("div", { class: "stack" }), h("div", { class: "stations" })];
   const drive = driveOf(orders);
@@ -130,10 +127,7 @@ function driveOf(orders) {
   };
 }
 
-/**
- * @param {{rail: RailDocument | null, busy: boolean}} now
- * @param {RigOrders} orders
- */
+/** @param {{rail: RailDocument | null, busy: boolean}} now @param {RigOrders} orders */
 function placesOf({ rail, busy }, orders) {
   if (!rail?.present || rail.places.length === 0) return [];
   const ready = rail.connected && (rail.homed || !rail.moves_itself) && !rail.fault && !busy;
