@@ -2,7 +2,6 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { facts, parts, sentenceNames, sentences } from "../foveacam_web/static/js/calibration/facts.js";
 import { knockWords } from "../foveacam_web/static/js/calibration/knocks.js";
-import { addressOf, pageAt } from "../foveacam_web/static/js/calibration/route.js";
 import { healthReason, healthWord, verdictOf } from "../foveacam_web/static/js/calibration/verdict.js";
 import { only } from "./documents.js";
 
@@ -89,12 +88,4 @@ test("a rig that was knocked amid the sweeps is said to have been", () => {
       "It was taken out; the check says whether that worked.",
   );
   assert.equal(knockWords(null), "");
-});
-
-test("every page of the wizard has an address, and an unknown one leads to the overview", () => {
-  for (const page of /** @type {const} */ (["overview", "wide", "mirrors", "fit", "check", "settle"]))
-    assert.equal(pageAt(addressOf(page)), page);
-  assert.equal(pageAt("#/calibration/nowhere"), "overview");
-  assert.equal(pageAt("#/rig"), null);
-  assert.equal(addressOf(null), "#/");
 });

@@ -6,7 +6,6 @@ import { leftOf, percent, size } from "../foveacam_web/static/js/gallery/mosaic_
 import { frameAt, PlayerClock } from "../foveacam_web/static/js/gallery/player_clock.js";
 import * as recordings from "../foveacam_web/static/js/gallery/recording_words.js";
 import { referenceWords } from "../foveacam_web/static/js/gallery/reference_words.js";
-import { galleryAddress, galleryAt } from "../foveacam_web/static/js/gallery/route.js";
 import { only } from "./documents.js";
 
 /**
@@ -255,15 +254,4 @@ test("a reference is told with its spread, its bias and what was left out", () =
   const words = referenceWords(made);
   assert.match(words, /^From −300 mm on the rail, 485 of 520 samples have a reference over 800 mm in the median/);
   assert.match(words, /off it by 0\.034\u00a0% rms, bias −0\.012\u00a0%, without the 1\.5\u00a0% of samples/);
-});
-
-test("addresses of the gallery lead back to their place, and those of other pages nowhere", () => {
-  assert.deepEqual(galleryAt(galleryAddress("datasets", "a/b ü", "mosaic")), {
-    tab: "datasets",
-    id: "a/b ü",
-    part: "mosaic",
-  });
-  assert.deepEqual(galleryAt("#/gallery"), { tab: "datasets", id: null, part: null });
-  assert.deepEqual(galleryAt("#/gallery/stills/%"), { tab: "stills", id: "%", part: null });
-  assert.equal(galleryAt("#/rig"), null);
 });

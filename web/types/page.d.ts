@@ -347,35 +347,36 @@ export type MeasureState = {
   measuring: Measuring | null;
 };
 
-// All of it.
+// What all pages share, and all of it.
 
-export type ConsoleState = CalibrationState &
+export type SharedState = {
+  stream: LinkState;
+  events_link: LinkState;
+  boot_id: string | null;
+  rig: RigDocument | null;
+  intrinsics: WideLensDocument | null;
+  reach: ReachDocument | null;
+  views: ViewInfo[];
+  shown: Partial<Record<ViewName, ShownView>>;
+  server_stats: ServerStats["views"];
+  overlay: Overlay | null;
+  current: CurrentFixation | null;
+  targets: TargetDocument[] | null;
+  hidden_targets: string[];
+  selected_target: string | null;
+  clouds: CloudDocument[];
+  log: EventDocument[];
+  stop: StopDocument | null;
+  lease: LeaseDocument | null;
+  lease_token: string | null;
+  steer_distance_m: number | null;
+  /** The recording that is being made, whoever began it. */
+  recording: RecordingDocument | null;
+  settings: Settings;
+};
+
+export type ConsoleState = SharedState &
+  CalibrationState &
   RigPageState &
   CapturePageState &
-  MeasureState & {
-    stream: LinkState;
-    events_link: LinkState;
-    boot_id: string | null;
-    rig: RigDocument | null;
-    intrinsics: WideLensDocument | null;
-    reach: ReachDocument | null;
-    views: ViewInfo[];
-    shown: Partial<Record<ViewName, ShownView>>;
-    server_stats: ServerStats["views"];
-    overlay: Overlay | null;
-    current: CurrentFixation | null;
-    targets: TargetDocument[] | null;
-    hidden_targets: string[];
-    selected_target: string | null;
-    clouds: CloudDocument[];
-    log: EventDocument[];
-    stop: StopDocument | null;
-    lease: LeaseDocument | null;
-    lease_token: string | null;
-    steer_distance_m: number | null;
-    settings: Settings;
-    gallery: GalleryPlace | null;
-    /** The recording that is being made, whoever began it. */
-    recording: RecordingDocument | null;
-    planner_page: boolean;
-  };
+  MeasureState & { gallery: GalleryPlace | null; planner_page: boolean };

@@ -89,36 +89,24 @@ export function heading(fixation) {
   return { title, tone: basis === "bound" || basis === "surroundings" ? "plain" : "good", hint: "" };
 }
 
-/**
- * Word the limits of a distance as a sentence without its full stop.
- * @param {BoundDocument} bound
- */
+/** Word the limits of a distance as a sentence without its full stop. @param {BoundDocument} bound */
 export function boundText({ nearest_m, farthest_m }) {
   const nearest = `farther than ${number(nearest_m, 1)} m`;
   return farthest_m === null ? nearest : `${nearest}, nearer than ${number(farthest_m, 1)} m`;
 }
 
-/**
- * Word the limits of a distance for a narrow place.
- * @param {BoundDocument} bound
- */
+/** Word the limits of a distance for a narrow place. @param {BoundDocument} bound */
 export function boundShort({ nearest_m, farthest_m }) {
   return farthest_m === null ? `> ${number(nearest_m, 1)} m` : `${number(nearest_m, 1)} … ${number(farthest_m, 1)} m`;
 }
 
-/**
- * Word the distance and its error, or the limits, in one short line.
- * @param {Answer} answer
- */
+/** Word the distance and its error, or the limits, in one short line. @param {Answer} answer */
 export function answerText(answer) {
   if (answer.distance_m !== null) return distanceText(answer.distance_m, answer.distance_sigma_m);
   return answer.bound ? boundShort(answer.bound) : MISSING;
 }
 
-/**
- * Word the result of a fixation for a screen reader.
- * @param {FixationDocument} fixation
- */
+/** Word the result of a fixation for a screen reader. @param {FixationDocument} fixation */
 export function spoken(fixation) {
   const answer = answerOf(fixation);
   const known = answer.distance_m === null && answer.bound ? boundText(answer.bound) : answerText(answer);

@@ -48,11 +48,7 @@ export async function file(path) {
   return { content: await response.blob(), name };
 }
 
-/**
- * @param {string} method
- * @param {string} path
- * @param {Options} options
- */
+/** @param {string} method @param {string} path @param {Options} options */
 async function answerTo(method, path, options) {
   const { body, headers = {}, patience_ms = PATIENCE_MS, keepalive = false } = options;
   let response;
@@ -74,12 +70,7 @@ async function answerTo(method, path, options) {
   return response;
 }
 
-/**
- * @param {string} method
- * @param {string} path
- * @param {unknown} error
- * @returns {Problem}
- */
+/** @param {string} method @param {string} path @param {unknown} error @returns {Problem} */
 function unreachable(method, path, error) {
   const late = error instanceof DOMException && error.name === "TimeoutError";
   return {
@@ -91,10 +82,7 @@ function unreachable(method, path, error) {
   };
 }
 
-/**
- * @param {Response} response
- * @returns {Promise<Problem>}
- */
+/** @param {Response} response @returns {Promise<Problem>} */
 async function problemOf(response) {
   const fallback = { type: "/problems/internal", title: response.statusText || "Error", status: response.status };
   try {

@@ -2,6 +2,7 @@
 // nothing.
 
 import { RequestError, request } from "./api.js";
+import { Deletions } from "./deletions.js";
 
 /**
  * @import { DepthDocument, Direction, FixationDocument, FixationRequest, JobDocument } from "#api"
@@ -13,7 +14,6 @@ import { RequestError, request } from "./api.js";
  */
 
 const STEER_INTERVAL_MS = 50; // 20 a second at most
-const UNDO_MS = 6000;
 
 /** The commands of one page. */
 export class Commands {
@@ -25,15 +25,19 @@ export class Commands {
   /** @type {Direction | null} */
   #steer_next = null;
   #steering = false;
-  /** @type {Map<string, ReturnType<typeof setTimeout>>} */
-  #deletions = new Map();
+  #deletions;
 
   /** @param {{store: Store, toasts: Toasts, fixations: Fixations}} context */
   constructor({ store, toasts, fixations }) {
     this.#store = store;
     this.#toasts = toasts;
     this.#fixations = fixations;
-    window.addEventListener("pagehide", () => this.#deletions.forEach((_, id) => void this.#deleteNow(id)));
+    this.#deletions = new Deletions({
+      commands: this,
+      resource: "/targets",
+      changed: (hidden_targets, gone) =>
+        store.set({ hidden_targets, targets: (store.state.targets ?? []).filter(({ id }) => id !== gone) }),
+    });
   }
 
   /**
@@ -52,15 +56,25 @@ export class Commands {
     }
   }
 
+  /**
+   * Send a command with the lease; show its problem and return null when it fails.
+   * @template T
+   * @param {"POST" | "PUT" | "PATCH" | "DELETE"} method
+   * @param {string} path
+   * @param {import("./api.js").Options} [options]
+   * @returns {Promise<T | null>} true where the response has no body
+   */
+  send(method, path, options = {}) {
+    const headers = this.leaseHeader();
+    return this.attempt(async () => (await request(method, path, { ...options, headers })) ?? /** @type {T} */ (true));
+  }
+
   /** @param {import("./toasts.js").Message} message */
   say(message) {
     this.#toasts.show(message);
   }
 
-  /**
-   * Return the button that resolves a refusal, or null when no single button does.
-   * @param {RequestError} error
-   */
+  /** Return the button that resolves a refusal, or null when no single button does. @param {RequestError} error */
   #wayOut(error) {
     const { lease, lease_token } = this.#store.state;
     if (error.slug === "stopped") return { label: "Release the stop", act: () => this.releaseStop() };
@@ -103,14 +117,12 @@ export class Commands {
    */
   async choose(fixation, alternative) {
     const path = `/fixations/${fixation.id}/choice`;
-    const answer = await this.attempt(
-      () => /** @type {Promise<FixationDocument>} */ (request("POST", path, { body: { alternative } })),
-    );
+    const answer = /** @type {FixationDocument | null} */ (await this.send("POST", path, { body: { alternative } }));
     if (!answer) return;
     this.#fixations.changed(answer);
     const { ax_deg, ay_deg } = answer.target;
     const body = { direction: { ax_deg, ay_deg }, distance_m: answer.alternatives[alternative]?.distance_m ?? null };
-    await this.attempt(() => request("POST", "/mirrors/steer", { body, headers: this.leaseHeader() }));
+    await this.send("POST", "/mirrors/steer", { body });
   }
 
   /** @param {string} target_id */
@@ -143,7 +155,7 @@ export class Commands {
   cancel() {
     const current = this.#store.state.current;
     if (!current?.job_id || !this.#fixations.running) return Promise.resolve(null);
-    return this.attempt(() => request("POST", `/jobs/${current.job_id}/cancel`));
+    return this.send("POST", `/jobs/${current.job_id}/cancel`);
   }
 
   /**
@@ -161,7 +173,7 @@ export class Commands {
       const body = { direction: this.#steer_next, distance_m: this.#store.state.steer_distance_m };
       this.#steer_next = null;
       const pause = new Promise((resolve) => setTimeout(resolve, STEER_INTERVAL_MS));
-      const answer = await this.attempt(() => request("POST", "/mirrors/steer", { body, headers: this.leaseHeader() }));
+      const answer = await this.send("POST", "/mirrors/steer", { body });
       if (answer === null) this.#steer_next = null; // a refused drag shows one message, not twenty a second
       await pause;
     }
@@ -171,12 +183,8 @@ export class Commands {
   /** Park the mirrors at once, without queue or lease. */
   async stop() {
     this.#steer_next = null;
-    const answer = await this.attempt(
-      () =>
-        /** @type {Promise<import("#api").StopAnswer>} */ (
-          request("POST", "/stop", { patience_ms: 5000, keepalive: true })
-        ),
-    );
+    const options = { patience_ms: 5000, keepalive: true };
+    const answer = /** @type {import("#api").StopAnswer | null} */ (await this.send("POST", "/stop", options));
     if (!answer) return;
     this.#store.set({ stop: { by: null, since_utc: null, ...this.#store.state.stop, ...answer } });
     if (answer.parked === false) {
@@ -189,7 +197,7 @@ export class Commands {
   }
 
   async releaseStop() {
-    const answer = await this.attempt(() => /** @type {Promise<StopDocument | null>} */ (request("DELETE", "/stop")));
+    const answer = /** @type {StopDocument | null} */ (await this.send("DELETE", "/stop"));
     const stop = answer ?? (await this.attempt(() => /** @type {Promise<StopDocument>} */ (request("GET", "/stop"))));
     if (stop) this.#store.set({ stop });
   }
@@ -208,69 +216,25 @@ export class Commands {
     }
   }
 
-  /**
-   * @param {string} id
-   * @param {string} label
-   */
+  /** @param {string} id @param {string} label */
   rename(id, label) {
-    return this.attempt(() => request("PATCH", `/targets/${id}`, { body: { label } }));
+    return this.send("PATCH", `/targets/${id}`, { body: { label } });
   }
 
-  /**
-   * Hide a target; it is deleted when the time to undo is over.
-   * @param {string} id
-   * @param {string} label
-   */
-  remove(id, label) {
-    const { hidden_targets } = this.#store.state;
-    this.#store.set({ hidden_targets: [...hidden_targets, id] });
-    this.#deletions.set(
-      id,
-      setTimeout(() => void this.#deleteNow(id), UNDO_MS),
-    );
-    this.#toasts.show({
-      tone: "info",
-      title: `Deleted “${label}”`,
-      detail: "",
-      stay_ms: UNDO_MS,
-      action: { label: "Undo", act: () => this.#restore(id) },
-    });
+  /** Hide a target; it is deleted when the time to undo is over. @param {{id: string, label: string}} target */
+  remove(target) {
+    this.#deletions.add(target);
   }
 
-  /** @param {string} id */
-  #restore(id) {
-    clearTimeout(this.#deletions.get(id));
-    this.#deletions.delete(id);
-    this.#store.set({ hidden_targets: this.#store.state.hidden_targets.filter((hidden) => hidden !== id) });
-  }
-
-  /** @param {string} id */
-  async #deleteNow(id) {
-    if (!this.#deletions.has(id)) return;
-    clearTimeout(this.#deletions.get(id));
-    this.#deletions.delete(id);
-    const gone = await this.attempt(() => request("DELETE", `/targets/${id}`, { keepalive: true }).then(() => true));
-    const { targets, hidden_targets } = this.#store.state;
-    this.#store.set({
-      targets: gone ? (targets ?? []).filter((target) => target.id !== id) : targets,
-      hidden_targets: hidden_targets.filter((hidden) => hidden !== id),
-    });
-  }
-
-  /**
-   * @param {string} holder
-   * @param {boolean} take_over
-   */
+  /** @param {string} holder @param {boolean} take_over */
   async takeLease(holder, take_over) {
-    const lease = await this.attempt(
-      () =>
-        /** @type {Promise<import("#api").LeaseGrant>} */ (request("POST", "/lease", { body: { holder, take_over } })),
-    );
+    const body = { holder, take_over };
+    const lease = /** @type {import("#api").LeaseGrant | null} */ (await this.send("POST", "/lease", { body }));
     if (lease?.token) this.#keepToken(lease.token, lease);
   }
 
   async giveLease() {
-    await this.attempt(() => request("DELETE", "/lease", { headers: this.leaseHeader() }));
+    await this.send("DELETE", "/lease");
     this.#keepToken(null, { holder: null, expires_in_s: null });
   }
 
@@ -286,10 +250,7 @@ export class Commands {
     }
   }
 
-  /**
-   * @param {string | null} token
-   * @param {LeaseDocument | null} lease
-   */
+  /** @param {string | null} token @param {LeaseDocument | null} lease */
   #keepToken(token, lease) {
     this.#store.set(lease ? { lease_token: token, lease } : { lease_token: token });
     if (token) sessionStorage.setItem("foveacam.lease", token);
@@ -304,10 +265,7 @@ export class Commands {
     });
   }
 
-  /**
-   * Return the header that a command needs to move anything.
-   * @returns {Record<string, string>}
-   */
+  /** Return the header that a command needs to move anything. @returns {Record<string, string>} */
   leaseHeader() {
     const token = this.#store.state.lease_token;
     return token ? { "X-Lease": token } : {};

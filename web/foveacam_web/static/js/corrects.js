@@ -24,11 +24,7 @@ export function withCorrected(request, { targets, hidden_targets }, near_px) {
   return target ? { ...request, corrects: target.fixation_id } : request;
 }
 
-/**
- * @param {TargetDocument[]} targets
- * @param {{x_px: number, y_px: number}} pixel
- * @param {number} near_px
- */
+/** @param {TargetDocument[]} targets @param {{x_px: number, y_px: number}} pixel @param {number} near_px */
 function nearest(targets, { x_px, y_px }, near_px) {
   const away = (/** @type {TargetDocument} */ target) =>
     Math.hypot((target.x_px ?? NaN) - x_px, (target.y_px ?? NaN) - y_px);

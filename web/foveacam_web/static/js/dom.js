@@ -46,11 +46,7 @@ function withoutBreaks(strings) {
   return result;
 }
 
-/**
- * Replace `false` by null, which shows nothing, also in lists.
- * @param {unknown} value
- * @returns {unknown}
- */
+/** Replace `false` by null, which shows nothing, also in lists. @param {unknown} value @returns {unknown} */
 function shown(value) {
   return Array.isArray(value) ? value.map(shown) : value === false ? null : value;
 }
@@ -64,11 +60,7 @@ export function html(strings, ...values) {
   return litHtml(withoutBreaks(strings), ...values.map(shown));
 }
 
-/**
- * Make a template of the inside of an SVG element.
- * @param {TemplateStringsArray} strings
- * @param {...unknown} values
- */
+/** Make a template of the inside of an SVG element. @param {TemplateStringsArray} strings @param {...unknown} values */
 export function svg(strings, ...values) {
   return litSvg(withoutBreaks(strings), ...values.map(shown));
 }
@@ -113,11 +105,7 @@ export function s(tag, props = {}, ...children) {
   return element;
 }
 
-/**
- * @param {Element} element
- * @param {Props} props
- * @param {(Child | Child[])[]} children
- */
+/** @param {Element} element @param {Props} props @param {(Child | Child[])[]} children */
 function dress(element, props, children) {
   for (const [name, value] of Object.entries(props)) {
     if (value === undefined || value === null || value === false) continue;
@@ -129,18 +117,12 @@ function dress(element, props, children) {
   element.append(...children.flat().filter(isShown).map(asNode));
 }
 
-/**
- * @param {Element} element
- * @param {Record<string, (event: any) => void>} listeners
- */
+/** @param {Element} element @param {Record<string, (event: any) => void>} listeners */
 function listen(element, listeners) {
   for (const [event, listener] of Object.entries(listeners)) element.addEventListener(event, listener);
 }
 
-/**
- * @param {Child} child
- * @returns {child is Node | TemplateResult | string | number}
- */
+/** @param {Child} child @returns {child is Node | TemplateResult | string | number} */
 function isShown(child) {
   return child !== null && child !== undefined && child !== false;
 }
@@ -154,11 +136,7 @@ function asNode(child) {
   return fragment;
 }
 
-/**
- * Replace the children of an element.
- * @param {Element} element
- * @param {...(Child | Child[])} children
- */
+/** Replace the children of an element. @param {Element} element @param {...(Child | Child[])} children */
 export function fill(element, ...children) {
   element.replaceChildren(...children.flat().filter(isShown).map(asNode));
 }
@@ -199,11 +177,7 @@ export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/**
- * Return the element of this id, which the page's HTML contains.
- * @param {string} id
- * @returns {HTMLElement}
- */
+/** Return the element of this id, which the page's HTML contains. @param {string} id @returns {HTMLElement} */
 export function need(id) {
   const element = document.getElementById(id);
   if (!element) throw new Error(`the page has no element #${id}`);

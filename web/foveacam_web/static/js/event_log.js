@@ -23,10 +23,7 @@ export function withEvent(log, event) {
   return [...log.slice(1 - MOST), event];
 }
 
-/**
- * Merge consecutive equal events into one line with a count.
- * @param {EventDocument[]} log
- */
+/** Merge consecutive equal events into one line with a count. @param {EventDocument[]} log */
 export function folded(log) {
   /** @type {{event: EventDocument, times: number}[]} */
   const lines = [];

@@ -5,10 +5,7 @@ import { keepEvents } from "./eventsource.js";
 
 /** @import { EventNews } from "./eventsource.js" */
 
-/**
- * Listen to the events for as long as the page lives.
- * @param {(news: EventNews) => void} tell
- */
+/** Listen to the events for as long as the page lives. @param {(news: EventNews) => void} tell */
 export function listenToEvents(tell) {
   if (typeof SharedWorker !== "function") {
     keepEvents(tell);

@@ -76,10 +76,7 @@ const KINDS = [
   "wide_depth.changed",
 ];
 
-/**
- * Listen to the events for as long as the page or worker lives.
- * @param {(news: EventNews) => void} tell
- */
+/** Listen to the events for as long as the page or worker lives. @param {(news: EventNews) => void} tell */
 export function keepEvents(tell) {
   let retry_ms = FIRST_RETRY_MS;
   const open = () => {

@@ -1,6 +1,7 @@
 // Follows the running fixation, whoever requested it: its steps by events, its result at the end.
 
 import { RequestError, request } from "./api.js";
+import { hasEnded, JobWatch } from "./jobs.js";
 
 /**
  * @import { EventDocument, FixationDocument, FixationRequest, JobDocument, Problem, StepDocument } from "#api"
@@ -9,13 +10,15 @@ import { RequestError, request } from "./api.js";
  */
 
 const LOOK_MS = 700; // interval of reading the job, in case its events do not arrive
-const OVER = new Set(["cancelled", "failed", "succeeded"]);
 
 /** The fixation tracker of one page. */
 export class Fixations {
   #store;
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #look;
+  #watch = new JobWatch({
+    every_ms: LOOK_MS,
+    found: (job) => this.#take(job),
+    lost: (problem) => this.running && this.#fail(problem),
+  });
   /** @type {CurrentFixation | null} what was shown before the request that is being sent */
   #before = null;
 
@@ -26,7 +29,7 @@ export class Fixations {
 
   get running() {
     const state = this.#store.state.current?.state;
-    return state !== undefined && !OVER.has(state);
+    return state !== undefined && !hasEnded(state);
   }
 
   /** @param {FixationRequest | null} request_body */
@@ -36,11 +39,7 @@ export class Fixations {
     this.#set({ ...fresh(null, request_body, true), state: "sending" });
   }
 
-  /**
-   * @param {JobDocument} job
-   * @param {FixationRequest | null} request_body
-   * @param {boolean} mine
-   */
+  /** @param {JobDocument} job @param {FixationRequest | null} request_body @param {boolean} mine */
   follow(job, request_body, mine) {
     const current = this.#store.state.current;
     // its events may have arrived before the response
@@ -71,7 +70,7 @@ export class Fixations {
   /** Read which fixation runs, after the page has opened or the server has come back. */
   async resume() {
     const current = this.#store.state.current;
-    if (current?.job_id && this.running) await this.#lookUp(current.job_id);
+    if (current?.job_id && this.running) await this.#watch.read(current.job_id);
     if (this.#store.state.current) return;
     const recent = /** @type {FixationDocument[]} */ (await request("GET", "/fixations?limit=1"));
     const last = recent[0];
@@ -79,10 +78,7 @@ export class Fixations {
       this.#set({ ...fresh(last.job_id, last.request, false), state: "succeeded", steps: last.steps, fixation: last });
   }
 
-  /**
-   * Show an earlier fixation, unless it was deleted meanwhile or another one runs.
-   * @param {string} fixation_id
-   */
+  /** Show an earlier fixation, unless it was deleted meanwhile or another one runs. @param {string} fixation_id */
   async recall(fixation_id) {
     if (this.running) return;
     try {
@@ -96,10 +92,7 @@ export class Fixations {
     }
   }
 
-  /**
-   * Show the new answer of a fixation after the operator has chosen one.
-   * @param {FixationDocument} fixation
-   */
+  /** Show the new answer of a fixation after the operator has chosen one. @param {FixationDocument} fixation */
   changed(fixation) {
     const current = this.#store.state.current;
     if (current?.fixation?.id === fixation.id) this.#set({ ...current, fixation });
@@ -118,13 +111,10 @@ export class Fixations {
       (a, b) => a.index - b.index,
     );
     this.#set({ ...current, state: current.state === "cancelling" ? "cancelling" : "running", steps });
-    this.#watch();
+    if (current.job_id) this.#watch.watch(current.job_id);
   }
 
-  /**
-   * Add the cloud to the shown fixation; it arrives a moment later.
-   * @param {Record<string, unknown>} data
-   */
+  /** Add the cloud to the shown fixation; it arrives a moment later. @param {Record<string, unknown>} data */
   #cloud(data) {
     const current = this.#store.state.current;
     const cloud_id = data["id"];
@@ -139,7 +129,7 @@ export class Fixations {
     const current = this.#store.state.current;
     if (typeof id !== "string" || current?.job_id !== id || current.fixation) return;
     if (job?.state && job.result_url !== undefined) this.#take(job);
-    else void this.#lookUp(id);
+    else void this.#watch.read(id);
   }
 
   /** @param {JobDocument} job */
@@ -151,26 +141,7 @@ export class Fixations {
       return;
     }
     this.#set({ ...current, state: job.state, problem: job.problem, note: job.progress?.note ?? null });
-    if (!OVER.has(job.state)) this.#watch();
-  }
-
-  #watch() {
-    clearTimeout(this.#look);
-    this.#look = setTimeout(() => {
-      const id = this.#store.state.current?.job_id;
-      if (id && this.running) void this.#lookUp(id);
-    }, LOOK_MS);
-  }
-
-  /** @param {string} job_id */
-  async #lookUp(job_id) {
-    try {
-      this.#take(await request("GET", `/jobs/${job_id}`));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.slug === "offline") return this.#watch(); // the server comes back, or the banner says that it is away
-      this.#fail(error.document);
-    }
+    if (!hasEnded(job.state)) this.#watch.watch(job.id);
   }
 
   /** @param {Problem} problem */
@@ -193,7 +164,7 @@ export class Fixations {
   #ended(fixation) {
     const current = this.#store.state.current ?? fresh(fixation.job_id, fixation.request, false);
     if (current.job_id !== fixation.job_id) return; // another fixation has begun meanwhile
-    clearTimeout(this.#look);
+    this.#watch.stop();
     this.#set({ ...current, state: "succeeded", steps: fixation.steps, fixation, problem: null });
   }
 

@@ -29,10 +29,7 @@ export function distance(value_m, sigma_m) {
   return { value: number(value_m, decimals), sigma: number(sigma_m, decimals), unit: "m" };
 }
 
-/**
- * @param {number | null | undefined} value_m
- * @param {number | null | undefined} sigma_m
- */
+/** @param {number | null | undefined} value_m @param {number | null | undefined} sigma_m */
 export function distanceText(value_m, sigma_m) {
   const { value, sigma, unit } = distance(value_m, sigma_m);
   return [value, sigma && `± ${sigma}`, unit].filter(Boolean).join(" ");
@@ -49,10 +46,7 @@ export function angle(value_deg, decimals = 2) {
   return `${digits.startsWith(MINUS) ? "" : "+"}${digits}°`;
 }
 
-/**
- * Format a duration in the largest suitable unit.
- * @param {number | null | undefined} seconds
- */
+/** Format a duration in the largest suitable unit. @param {number | null | undefined} seconds */
 export function span(seconds) {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return MISSING;
   if (seconds < 10) return `${Math.max(0, seconds).toFixed(1)} s`;
@@ -62,10 +56,7 @@ export function span(seconds) {
   return `${Math.round(seconds / 86400)} days`;
 }
 
-/**
- * Format milliseconds with about two significant digits.
- * @param {number | null | undefined} milliseconds
- */
+/** Format milliseconds with about two significant digits. @param {number | null | undefined} milliseconds */
 export function millis(milliseconds) {
   if (milliseconds === null || milliseconds === undefined || !Number.isFinite(milliseconds)) return MISSING;
   const size = Math.abs(milliseconds);
@@ -73,10 +64,7 @@ export function millis(milliseconds) {
   return `${number(milliseconds, size < 1 ? 2 : size < 10 ? 1 : 0)} ms`;
 }
 
-/**
- * Format an error in pixels with two significant digits.
- * @param {number | null | undefined} value_px
- */
+/** Format an error in pixels with two significant digits. @param {number | null | undefined} value_px */
 export function pixels(value_px) {
   if (value_px === null || value_px === undefined || !Number.isFinite(value_px)) return MISSING;
   const size = Math.abs(value_px);

@@ -46,10 +46,7 @@ const PATHS = Object.freeze({
 
 /** @typedef {keyof typeof PATHS} IconName */
 
-/**
- * Draw an icon. Screen readers skip it and read its button.
- * @param {IconName} name
- */
+/** Draw an icon. Screen readers skip it and read its button. @param {IconName} name */
 export function icon(name) {
   return html`<svg class="icon" viewBox="0 0 16 16" aria-hidden="true"><path d=${PATHS[name]}></path></svg>`;
 }

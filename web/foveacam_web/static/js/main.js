@@ -1,21 +1,19 @@
 // Starts the console: builds every part and connects them.
 
+import { CAPTURE_ADDRESS, GALLERY_ADDRESS, PLANNER_ADDRESS, RIG_ADDRESS, wizardAddress } from "./addresses.js";
 import { CalibrationOrders } from "./calibration/orders.js";
 import { mountWizard } from "./calibration/page.js";
 import { CalibrationReader } from "./calibration/reader.js";
-import { addressOf, followAddress } from "./calibration/route.js";
 import { WorkFollower } from "./calibration/work.js";
 import { CaptureOrders } from "./capture/orders.js";
 import { mountCapturePage } from "./capture/page.js";
 import { CaptureReader } from "./capture/reader.js";
-import { CAPTURE_ADDRESS, followCaptureAddress } from "./capture/route.js";
 import { stillPanel } from "./capture/still.js";
 import { StillReader } from "./capture/still_reader.js";
 import { Commands } from "./commands.js";
 import { fill, html, need } from "./dom.js";
 import { Fixations } from "./fixations.js";
 import { GalleryReader, mountGallery } from "./gallery/page.js";
-import { followGalleryAddress, GALLERY_ADDRESS } from "./gallery/route.js";
 import { icon } from "./icons.js";
 import { Keyboard } from "./keys.js";
 import { MeasureOrders } from "./measure/orders.js";
@@ -29,16 +27,18 @@ import { Scene } from "./panels/scene.js";
 import { mountTargets } from "./panels/targets.js";
 import { mountBadges, mountOffline, mountProblems, mountStop } from "./panels/topbar.js";
 import { WideDepth } from "./panels/wide_depth.js";
+import { followAddress, openPage, turnPages } from "./pages.js";
+import { toolButton } from "./parts.js";
 import { mountPlannerPage } from "./planner/page.js";
-import { followPlannerAddress, PLANNER_ADDRESS } from "./planner/route.js";
 import { makeRecordButton } from "./recording/button.js";
 import { LiveRecording } from "./recording/live.js";
 import { RigOrders } from "./rig/orders.js";
 import { mountRigPage } from "./rig/page.js";
 import { RigReader } from "./rig/reader.js";
-import { followRigAddress, RIG_ADDRESS } from "./rig/route.js";
-import { changeSettings, createStore } from "./store.js";
+import { changeSettings } from "./settings.js";
+import { createStore } from "./state.js";
 import { Sync } from "./sync.js";
+import { connectTabs } from "./tabs.js";
 import { exposeHooks } from "./testhooks.js";
 import { Toasts } from "./toasts.js";
 import { ReachReader } from "./video/reach_reader.js";
@@ -111,25 +111,27 @@ mountMeasurements(need("measurements"), { store, orders: measureOrders, exports:
 views.pane("wide").tools.prepend(makeSteerDistance(store));
 mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
-mountWizard(need("calibration"), { store, orders, reader, work, toasts, views });
-mountRigPage(need("rig-page"), { store, orders, views, rig_orders: rigOrders });
-mountCapturePage(need("capture-page"), {
-  store,
-  views,
-  commands,
-  capture_orders: captureOrders,
-  capture_reader: captureReader,
-});
+const slots = {
+  wizard: mountWizard(need("calibration"), { store, orders, reader, work, toasts, views }),
+  rig_page: mountRigPage(need("rig-page"), { store, orders, rig_orders: rigOrders }),
+  capture_page: mountCapturePage(need("capture-page"), {
+    store,
+    views,
+    commands,
+    capture_orders: captureOrders,
+    capture_reader: captureReader,
+  }),
+};
 fill(need("still-capture"), stillPanel({ store, commands, reader: stillReader }));
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
 mountPlannerPage(need("planner"), { store });
+turnPages({ store, views, slots });
 followAddress(store);
-followRigAddress(store);
-followCaptureAddress(store);
-followGalleryAddress(store);
-followPlannerAddress(store);
 mountTools();
-mountTabs();
+connectTabs(["rig", "events"], () => {
+  store.set({ rig: store.state.rig }); // makes the panel that appears draw itself
+  log.show();
+});
 store.on(["settings"], ({ settings: { theme } }) => {
   if (theme === "system") delete document.documentElement.dataset["theme"];
   else document.documentElement.dataset["theme"] = theme;
@@ -145,24 +147,15 @@ function choose(target) {
 }
 
 function escape() {
-  if (views.shrinkAll() || elsewhere() || measure.end()) return; // a key does not cancel a sweep
+  if (views.shrinkAll() || openPage(store.state) || measure.end()) return; // a key does not cancel a sweep
   views.wide.abandon();
   void commands.cancel();
 }
 
-/** Return whether another page covers the console. */
-function elsewhere() {
-  const { wizard, rig_page, capture_page, gallery, planner_page } = store.state;
-  return Boolean(wizard || rig_page || capture_page || gallery || planner_page);
-}
-
-/**
- * Limit a key's action to the time when no other page covers the console.
- * @param {() => void} act
- */
+/** Limit a key's action to the time when no other page covers the console. @param {() => void} act */
 function onWide(act) {
   return () => {
-    if (!elsewhere()) act();
+    if (!openPage(store.state)) act();
   };
 }
 
@@ -172,14 +165,6 @@ function flip(key) {
 }
 
 function mountTools() {
-  const tool = (
-    /** @type {string} */ label,
-    /** @type {import("./icons.js").IconName} */ name,
-    /** @type {() => void} */ act,
-  ) =>
-    html`<button class="tool" type="button" aria-label=${label} title=${label} @click=${act}>
-      ${icon(name)}
-    </button>`;
   const link = (
     /** @type {string} */ label,
     /** @type {import("./icons.js").IconName} */ name,
@@ -192,10 +177,10 @@ function mountTools() {
     link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
     link("Planner: where to stand", "map", PLANNER_ADDRESS),
     link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS),
-    link("Calibration", "scope", addressOf("overview")),
-    tool("Dark or light", "moon", flipTheme),
-    tool("Settings", "gear", () => settings.showModal()),
-    tool("Help (?)", "help", () => help.showModal()),
+    link("Calibration", "scope", wizardAddress("overview")),
+    toolButton("Dark or light", "moon", flipTheme),
+    toolButton("Settings", "gear", () => settings.showModal()),
+    toolButton("Help (?)", "help", () => help.showModal()),
   );
 }
 
@@ -203,28 +188,4 @@ function flipTheme() {
   const { theme } = store.state.settings;
   const dark = theme === "dark" || (theme === "system" && matchMedia("(prefers-color-scheme: dark)").matches);
   changeSettings(store, { theme: dark ? "light" : "dark" });
-}
-
-/** Build the tabs for the rig's status and the event log. */
-function mountTabs() {
-  const tabs = [need("tab-rig"), need("tab-events")];
-  const panels = [need("rig"), need("events")];
-  const choose = (/** @type {number} */ chosen) => {
-    tabs.forEach((tab, index) => {
-      tab.setAttribute("aria-selected", String(index === chosen));
-      tab.tabIndex = index === chosen ? 0 : -1;
-    });
-    panels.forEach((panel, index) => (panel.hidden = index !== chosen));
-    store.set({ rig: store.state.rig }); // makes the panel that appears draw itself
-    log.show();
-  };
-  tabs.forEach((tab, index) => {
-    tab.addEventListener("click", () => choose(index));
-    tab.addEventListener("keydown", (event) => {
-      if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
-      choose(1 - index);
-      tabs[1 - index]?.focus();
-    });
-  });
-  choose(0);
 }

@@ -25,10 +25,7 @@ export class Toasts {
     this.element = h("div", { class: "toasts", role: "region", "aria-label": "Messages" });
   }
 
-  /**
-   * @param {Problem} problem
-   * @param {Action | null} [action]
-   */
+  /** @param {Problem} problem @param {Action | null} [action] */
   problem(problem, action = null) {
     const tone = problem.status >= 500 || problem.status === 0 ? "bad" : "warn";
     this.show({
@@ -58,11 +55,7 @@ export class Toasts {
     if (this.#shown.size > MOST && oldest !== undefined) this.#close(oldest);
   }
 
-  /**
-   * @param {string} key
-   * @param {Message} message
-   * @param {number} stay_ms
-   */
+  /** @param {string} key @param {Message} message @param {number} stay_ms */
   #add(key, { tone, title, detail, remedy, action }, stay_ms) {
     const counter = h("span", { class: "times" });
     const element = h(
@@ -89,10 +82,7 @@ export class Toasts {
     this.element.append(element);
   }
 
-  /**
-   * @param {string} key
-   * @param {Action} action
-   */
+  /** @param {string} key @param {Action} action */
   #act(key, action) {
     this.#close(key);
     action.act();

@@ -3,7 +3,7 @@
 
 import { changing, h, html } from "../dom.js";
 import { pixels } from "../format.js";
-import { badge, nothing, panel, starter } from "./parts.js";
+import { badge, nothing, panel, starter } from "../parts.js";
 import { figure, picturesOf } from "./pictures.js";
 
 /**

@@ -1,6 +1,6 @@
 // Shows where in the picture the board was seen, and at which tilts.
 
-import { h, html, svg } from "../dom.js";
+import { html, svg } from "../dom.js";
 import { number, pixels } from "../format.js";
 
 /** @import { WideSampleDocument } from "#api" */
@@ -65,12 +65,10 @@ export function drawTilts(samples, covered) {
   const most = Math.max(1, ...counts);
   const rows = counts.flatMap((count, index) => {
     const until = TILTS_DEG[index + 1];
-    const part = h("span", { class: "part" });
-    part.style.inlineSize = `${(count / most) * 100}%`;
     return [
       html`<dt>${until === undefined ? `over ${TILTS_DEG[index]}°` : `${TILTS_DEG[index]}–${until}°`}</dt>`,
       html`<dd>
-        <span class="bar" aria-hidden="true">${part}</span>
+        <span class="bar" aria-hidden="true"><span class="part" .style=${`inline-size: ${(count / most) * 100}%`}></span></span>
         <span class="number">${String(count)}</span>
       </dd>`,
     ];

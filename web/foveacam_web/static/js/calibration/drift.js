@@ -2,7 +2,7 @@
 
 import { absent, changing, h, html } from "../dom.js";
 import { angle, MISSING, number, sentence } from "../format.js";
-import { badge, numberField, nothing, starter } from "./parts.js";
+import { badge, numberField, nothing, starter } from "../parts.js";
 import { fresh } from "./pictures.js";
 
 /**
@@ -13,10 +13,7 @@ import { fresh } from "./pictures.js";
 
 const SHOWN = 8;
 
-/**
- * @param {HTMLElement} place
- * @param {WizardContext} context
- */
+/** @param {HTMLElement} place @param {WizardContext} context */
 export function mountDrift(place, { store, orders }) {
   const distance = numberField("Distance of what both look at", {
     min: 0.2,

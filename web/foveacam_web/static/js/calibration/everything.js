@@ -2,17 +2,14 @@
 
 import { h, html, say } from "../dom.js";
 import { sheet } from "../panels/dialogs.js";
-import { starter, tickField } from "./parts.js";
+import { starter, tickField } from "../parts.js";
 
 /**
  * @import { SessionDocument } from "#api"
  * @import { WizardContext } from "./page.js"
  */
 
-/**
- * @param {WizardContext} context
- * @returns {() => void} opens the dialog
- */
+/** @param {WizardContext} context @returns {() => void} opens the dialog */
 export function makeEverything({ store, orders }) {
   const label = h("input", {
     type: "text",

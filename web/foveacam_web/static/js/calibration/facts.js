@@ -32,20 +32,14 @@ export function facts(document, without = []) {
     .map(([name, value]) => [title(name), valueText(value, name)]);
 }
 
-/**
- * Return the sentences among a document's values.
- * @param {Record<string, unknown>} document
- */
+/** Return the sentences among a document's values. @param {Record<string, unknown>} document */
 export function sentences(document) {
   return Object.values(document)
     .filter((value) => typeof value === "string" && value.includes(" "))
     .map(String);
 }
 
-/**
- * Return the names of those sentences, which need no row of their own.
- * @param {Record<string, unknown>} document
- */
+/** Return the names of those sentences, which need no row of their own. @param {Record<string, unknown>} document */
 export function sentenceNames(document) {
   return Object.keys(document).filter(
     (name) => typeof document[name] === "string" && String(document[name]).includes(" "),
@@ -82,11 +76,7 @@ function title(name) {
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
-/**
- * @param {unknown} value
- * @param {string} name
- * @returns {string}
- */
+/** @param {unknown} value @param {string} name @returns {string} */
 function valueText(value, name) {
   const [, unit, decimals] = UNITS.find(([each]) => name.endsWith(each)) ?? ["", "", 3];
   if (typeof value === "number" && unit === " m" && value !== 0 && Math.abs(value) < SMALL_M)

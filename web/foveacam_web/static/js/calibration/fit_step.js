@@ -5,7 +5,7 @@ import { number, pixels, sentence } from "../format.js";
 import { facts, parts, sentenceNames, sentences } from "./facts.js";
 import { fieldTable, mirrorTable, paperTable } from "./fit_tables.js";
 import { knockWords } from "./knocks.js";
-import { choiceField, figures, nothing, panel, starter, tickField } from "./parts.js";
+import { choiceField, figures, nothing, panel, starter, tickField } from "../parts.js";
 import { beforeAfter, figure, picturesOf } from "./pictures.js";
 
 /**

@@ -1,9 +1,9 @@
 // Tables of a fit: each model's error at left-out poses, ours and the paper's, and the effect of each addition.
 
-import { h, html } from "../dom.js";
+import { html } from "../dom.js";
 import { MISSING, number, pixels } from "../format.js";
 import { facts, sentenceNames, sentences } from "./facts.js";
-import { badge, figures, nothing } from "./parts.js";
+import { badge, figures, nothing } from "../parts.js";
 
 /**
  * @import { FitDocument } from "#api"
@@ -13,10 +13,7 @@ import { badge, figures, nothing } from "./parts.js";
 
 const EYES = /** @type {const} */ (["left", "right"]);
 
-/**
- * Build the table of the mirror models (volts to angle).
- * @param {FitDocument | null} fit
- */
+/** Build the table of the mirror models (volts to angle). @param {FitDocument | null} fit */
 export function mirrorTable(fit) {
   if (!fit?.models.length)
     return [
@@ -32,21 +29,14 @@ export function mirrorTable(fit) {
   return [table("Mirrors, volts to angle", scores, "eye: x, y")];
 }
 
-/**
- * Build the table of the rectification models over the field.
- * @param {FitDocument | null} fit
- */
+/** Build the table of the rectification models over the field. @param {FitDocument | null} fit */
 export function fieldTable(fit) {
   if (!fit?.fields?.length) return [];
   const scores = fit.fields.map(({ loo_px, ...model }) => ({ ...model, size: loo_px, text: pixels(loo_px) }));
   return [table("Rectification", scores, "eye")];
 }
 
-/**
- * @param {string} title
- * @param {Score[]} scores
- * @param {string} what title of the eyes' columns
- */
+/** @param {string} title @param {Score[]} scores @param {string} what title of the eyes' columns */
 function table(title, scores, what) {
   const most = Math.max(...scores.map(({ size }) => size));
   const least = Math.min(...scores.map(({ size }) => size).filter((size) => size > 0));
@@ -85,19 +75,15 @@ function kindOf({ name, order }) {
  */
 function cell(score, { least, most }) {
   if (!score) return html`<td>${MISSING}</td>`;
-  const part = h("span", { class: "part" });
-  part.style.inlineSize = `${100 * shareOf(score.size, { least, most })}%`;
+  const share = shareOf(score.size, { least, most });
   return html`<td class="score eye-${score.eye}">
-    <span class="bar" aria-hidden="true">${part}</span>
+    <span class="bar" aria-hidden="true"><span class="part" .style=${`inline-size: ${100 * share}%`}></span></span>
     <span>${score.text}</span>
     ${score.chosen && badge("good", "taken")}
   </td>`;
 }
 
-/**
- * @param {number} size
- * @param {{least: number, most: number}} errors
- */
+/** @param {number} size @param {{least: number, most: number}} errors */
 function shareOf(size, { least, most }) {
   const share = Math.log(size / least) / Math.log(most / least);
   return Number.isFinite(share) ? 0.06 + 0.94 * Math.max(0, share) : 0.06;

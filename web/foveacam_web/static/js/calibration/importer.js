@@ -3,7 +3,7 @@
 import { h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { sheet } from "../panels/dialogs.js";
-import { numberField } from "./parts.js";
+import { numberField } from "../parts.js";
 
 /** @import { WizardContext } from "./page.js" */
 
@@ -54,10 +54,7 @@ export function makeImporter({ store, orders, toasts }) {
   </span>`;
 }
 
-/**
- * @param {string} text
- * @returns {object | null}
- */
+/** @param {string} text @returns {object | null} */
 function objectOf(text) {
   try {
     const document = /** @type {unknown} */ (JSON.parse(text));

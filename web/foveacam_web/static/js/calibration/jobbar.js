@@ -4,8 +4,8 @@ import { fill, h, html, say } from "../dom.js";
 import { pixels, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { knockWords } from "./knocks.js";
-import { bar } from "./parts.js";
-import { isRunning, placeOf } from "./work.js";
+import { bar } from "../parts.js";
+import { isRunning, placeOf } from "./state.js";
 
 /**
  * @import { Work } from "#page"
@@ -86,10 +86,7 @@ function nameOf({ step, stage }) {
   return step === "all" && stage !== "all" ? `Everything: ${name.toLowerCase()}` : name;
 }
 
-/**
- * Return the finished share; null while it is unknown.
- * @param {Work} work
- */
+/** Return the finished share; null while it is unknown. @param {Work} work */
 function shareOf({ done, total }) {
   return total && done > 0 ? done / total : null;
 }
@@ -100,10 +97,7 @@ function far({ done, total, eta_s }) {
   return [`${done} of ${total}`, leftOf(eta_s)].filter(Boolean).join(", ");
 }
 
-/**
- * Word the time left of the step, rounded to what is known.
- * @param {number | null} eta_s
- */
+/** Word the time left of the step, rounded to what is known. @param {number | null} eta_s */
 function leftOf(eta_s) {
   if (eta_s === null || eta_s === undefined) return "";
   if (eta_s < 8) return "a few seconds left";
@@ -137,10 +131,7 @@ function runningWords(work) {
   ];
 }
 
-/**
- * @param {Work} work
- * @param {Pick<import("#page").ConsoleState, "session" | "rig">} found
- */
+/** @param {Work} work @param {Pick<import("#page").ConsoleState, "session" | "rig">} found */
 function endedWords(work, found) {
   const tone = toneOf(work);
   const end = work.state === "succeeded" ? "done" : work.state === "cancelled" ? "cancelled" : "failed";
@@ -185,10 +176,7 @@ function toneOf({ state }) {
   return state === "succeeded" ? "good" : state === "cancelled" ? "warn" : "bad";
 }
 
-/**
- * Return the text for screen readers: each step and each quarter of it, not every pose.
- * @param {Work} work
- */
+/** Return the text for screen readers: each step and each quarter of it, not every pose. @param {Work} work */
 function announcement(work) {
   if (!isRunning(work)) return `${nameOf(work)}: ${work.state}. ${sentence(work.problem?.detail)}`;
   const share = shareOf(work);

@@ -2,7 +2,7 @@
 
 import { html } from "../dom.js";
 import { MISSING, number, pixels, sentence } from "../format.js";
-import { nothing } from "./parts.js";
+import { nothing } from "../parts.js";
 
 /** @import { WideFitDocument, WideStageDocument } from "#api" */
 

@@ -1,8 +1,7 @@
-// Shows the wizard's live pictures: the procedure's annotated views while one runs, else the plain ones. The panes of
-// the console move here while the wizard is open, with clicks disabled, and move back afterwards.
+// Shows the wizard's live pictures: the procedure's annotated views while one runs, else the plain ones.
 
 import { h } from "../dom.js";
-import { isRunning } from "./work.js";
+import { isRunning } from "./state.js";
 
 /**
  * @import { AnnotatedName, ConsoleState, Role, WizardPage } from "#page"
@@ -24,49 +23,36 @@ const RECENT_MS = 20_000; // longest time between two pictures of a slow procedu
 /** The live pictures of the wizard. */
 export class Live {
   #views;
-  #homes;
-  /** @type {Map<Role, HTMLElement>} */
-  #places = new Map();
+  /** Where the console's panes are while the wizard is open. @type {Map<Role, HTMLElement>} */
+  slots = new Map();
   #part = "";
   #done = 0;
   #since_ms = 0;
 
-  /**
-   * @param {{store: Store, views: Views, homes: Record<Role, HTMLElement>}} context `homes`: where the panes are in the console
-   */
-  constructor({ store, views, homes }) {
+  /** @param {{store: Store, views: Views}} context */
+  constructor({ store, views }) {
     this.#views = views;
-    this.#homes = homes;
     this.element = h(
       "div",
       { class: "live" },
       ROLES.map((role) => this.#place(role)),
     );
-    store.on(["wizard"], ({ wizard }) => this.#move(wizard));
+    store.on(["wizard"], ({ wizard }) => this.#show(wizard));
     store.on(["wizard", "work", "server_stats", "views"], (state) => this.#choose(state));
   }
 
   /** @param {Role} role */
   #place(role) {
     const place = h("div", { class: `live-${role}` }, this.#views.pane(annotated(role)).element);
-    this.#places.set(role, place);
+    this.slots.set(role, place);
     return place;
   }
 
   /** @param {WizardPage | null} wizard */
-  #move(wizard) {
+  #show(wizard) {
     const shown = (wizard && SHOWN[wizard]) || [];
     this.element.dataset["shows"] = shown.join(" ");
-    for (const role of ROLES) {
-      const pane = this.#views.pane(role);
-      const place = wizard ? this.#places.get(role) : this.#homes[role];
-      if (place && pane.element.parentElement !== place) place.prepend(pane.element);
-      // left comes before right
-      if (place && !wizard && role === "right") place.prepend(this.#views.pane("left").element);
-      pane.surface.inert = wizard !== null;
-      const own = this.#places.get(role);
-      if (own) own.hidden = !shown.includes(role);
-    }
+    for (const [role, slot] of this.slots) slot.hidden = !shown.includes(role);
     this.element.hidden = shown.length === 0;
   }
 
@@ -94,10 +80,7 @@ export class Live {
   }
 }
 
-/**
- * @param {Role} role
- * @returns {AnnotatedName}
- */
+/** @param {Role} role @returns {AnnotatedName} */
 function annotated(role) {
   return `calibration_${role}`;
 }

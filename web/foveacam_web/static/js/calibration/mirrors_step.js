@@ -3,8 +3,8 @@
 import { changing, h, html } from "../dom.js";
 import { number } from "../format.js";
 import { NodeGrid } from "./nodegrid.js";
-import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "./parts.js";
-import { isRunning } from "./work.js";
+import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "../parts.js";
+import { isRunning } from "./state.js";
 
 /**
  * @import { SweepDocument } from "#api"
@@ -78,10 +78,7 @@ class ChosenStation {
     this.#picked_in = this.#job;
   }
 
-  /**
-   * @param {Place[]} places
-   * @param {ConsoleState} state
-   */
+  /** @param {Place[]} places @param {ConsoleState} state */
   follow(places, { work, session }) {
     this.#job = `${session?.id} ${work?.job_id}`;
     const known = this.#session === (session?.id ?? "");
@@ -120,10 +117,7 @@ function refusals(sweep) {
   return (sweep?.poses ?? []).filter(({ left, right }) => left === "refused" || right === "refused").length;
 }
 
-/**
- * @param {Place} place
- * @param {() => void} choose
- */
+/** @param {Place} place @param {() => void} choose */
 function stationButton({ name, distance_m, done, nodes, refused, chosen }, choose) {
   const far = distance_m === null ? "distance not measured" : `${number(distance_m, 2)} m`;
   const measured = nodes ? `${done} of ${nodes}${refused ? `, ${refused} with a refusal` : ""}` : "not measured";
@@ -134,10 +128,7 @@ function stationButton({ name, distance_m, done, nodes, refused, chosen }, choos
   </button>`;
 }
 
-/**
- * @param {WizardContext} context
- * @param {() => string} station the selected one
- */
+/** @param {WizardContext} context @param {() => string} station the selected one */
 function runForm({ store, orders }, station) {
   const where = choiceField("Measure at", [
     ["", "every station with markers"],

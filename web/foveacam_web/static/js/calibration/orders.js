@@ -48,35 +48,25 @@ export class CalibrationOrders {
   }
 
   /** @param {string} label */
-  async #begin(label) {
-    const session = await this.#attempt(
-      () =>
-        /** @type {Promise<SessionDocument>} */ (
-          request("POST", "/calibration_sessions", { body: { label: label || this.#usualLabel() } })
-        ),
-    );
-    if (session) await this.#reader.showSession(session);
-    return session;
+  #begin(label) {
+    return this.#showNew("/calibration_sessions", { label: label || usualLabel() });
   }
 
-  /**
-   * Create a session from the sweeps of several, to be fitted together.
-   * @param {string[]} sessions
-   */
-  async combine(sessions) {
-    const session = await this.#attempt(
-      () =>
-        /** @type {Promise<SessionDocument>} */ (
-          request("POST", "/calibration_sessions/combined", { body: { sessions } })
-        ),
-    );
+  /** Create a session from the sweeps of several, to be fitted together. @param {string[]} sessions */
+  combine(sessions) {
+    return this.#showNew("/calibration_sessions/combined", { sessions });
+  }
+
+  /** Create a session and show it. @param {string} path @param {object} body */
+  async #showNew(path, body) {
+    const session = /** @type {SessionDocument | null} */ (await this.#commands.send("POST", path, { body }));
     if (session) await this.#reader.showSession(session);
     return session;
   }
 
   /** @param {string} id */
   async deleteSession(id) {
-    await this.#attempt(() => request("DELETE", `/calibration_sessions/${id}`));
+    await this.#commands.send("DELETE", `/calibration_sessions/${id}`);
     await this.#reader.readSessions();
   }
 
@@ -92,19 +82,13 @@ export class CalibrationOrders {
     const given = Object.fromEntries(
       Object.entries(options).filter(([, value]) => value !== null && value !== undefined),
     );
-    const job = await this.#attempt(
-      () =>
-        /** @type {Promise<JobDocument>} */ (
-          this.#post(`/calibration_sessions/${session.id}/runs`, { step, options: given })
-        ),
-    );
+    const path = `/calibration_sessions/${session.id}/runs`;
+    const body = { step, options: given };
+    const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", path, { body }));
     if (job) this.#work.follow(job, { step, session_id: session.id, options: given });
   }
 
-  /**
-   * Continue a step that was cancelled or has failed; its measurements are used.
-   * @param {import("#page").Work} work
-   */
+  /** Continue a step that was cancelled or has failed; its measurements are used. @param {import("#page").Work} work */
   async goOn({ step, session_id, options }) {
     if (step === "drift") return;
     if (session_id && session_id !== this.#store.state.session?.id) await this.#reader.openSession(session_id);
@@ -114,19 +98,16 @@ export class CalibrationOrders {
   /** Cancel the running procedure; its measurements are kept. */
   cancel() {
     const id = this.#store.state.work?.job_id;
-    return id ? this.#attempt(() => request("POST", `/jobs/${id}/cancel`)) : Promise.resolve(null);
+    return id ? this.#commands.send("POST", `/jobs/${id}/cancel`) : Promise.resolve(null);
   }
 
   /** @param {string} sample_id */
   async removeSample(sample_id) {
     const id = this.#store.state.session?.id;
     if (!id) return;
-    const session = await this.#attempt(
-      () =>
-        /** @type {Promise<SessionDocument>} */ (
-          request("DELETE", `/calibration_sessions/${id}/wide_samples/${sample_id}`, { patience_ms: SLOW_MS })
-        ),
-    );
+    const path = `/calibration_sessions/${id}/wide_samples/${sample_id}`;
+    const patience_ms = SLOW_MS;
+    const session = /** @type {SessionDocument | null} */ (await this.#commands.send("DELETE", path, { patience_ms }));
     if (session) this.#store.set({ session });
   }
 
@@ -138,39 +119,25 @@ export class CalibrationOrders {
 
   /** Put the settle time of the rig file in use. */
   forgetSettleTime() {
-    return this.#settleTime("DELETE", undefined);
+    return this.#settleTime("DELETE");
   }
 
-  /**
-   * @param {"PUT" | "DELETE"} method
-   * @param {object | undefined} body
-   */
+  /** @param {"PUT" | "DELETE"} method @param {object} [body] */
   async #settleTime(method, body) {
-    const settle_time = await this.#attempt(
-      () =>
-        /** @type {Promise<SettleTimeDocument>} */ (
-          request(method, "/settle_time", { body, headers: this.#commands.leaseHeader() })
-        ),
-    );
-    if (!settle_time) return;
-    this.#store.set({ settle_time });
+    const answer = await this.#commands.send(method, "/settle_time", { body });
+    if (!answer) return;
+    this.#store.set({ settle_time: /** @type {SettleTimeDocument} */ (answer) });
     await this.#reader.readSettleTime(); // the response to an earlier read may still arrive
   }
 
   /** @param {string} id */
   async activate(id) {
-    const answer = await this.#attempt(() => this.#post(`/calibrations/${id}/activate`, undefined).then(() => true));
-    if (answer) await this.#reader.readAll();
+    if (await this.#commands.send("POST", `/calibrations/${id}/activate`)) await this.#reader.readAll();
   }
 
-  /**
-   * Move a record to the trash; it can be undone.
-   * @param {string} id
-   * @param {string} name
-   */
+  /** Move a record to the trash; it can be undone. @param {string} id @param {string} name */
   async discard(id, name) {
-    const gone = await this.#attempt(() => request("DELETE", `/calibrations/${id}`).then(() => true));
-    if (gone)
+    if (await this.#commands.send("DELETE", `/calibrations/${id}`))
       this.#commands.say({
         tone: "info",
         title: `“${name}” is in the trash`,
@@ -183,22 +150,14 @@ export class CalibrationOrders {
 
   /** @param {string} id */
   async #restore(id) {
-    await this.#attempt(() => request("POST", `/calibrations/${id}/restore`));
+    await this.#commands.send("POST", `/calibrations/${id}/restore`);
     await this.#reader.readRecords();
   }
 
-  /**
-   * @param {string} a
-   * @param {string} b
-   */
+  /** @param {string} a @param {string} b @returns {Promise<ComparisonDocument | null>} */
   compare(a, b) {
     const query = new URLSearchParams({ a, b });
-    return this.#attempt(
-      () =>
-        /** @type {Promise<ComparisonDocument>} */ (
-          request("GET", `/calibrations/compare?${query}`, { patience_ms: SLOW_MS })
-        ),
-    );
+    return this.#commands.attempt(() => request("GET", `/calibrations/compare?${query}`, { patience_ms: SLOW_MS }));
   }
 
   /**
@@ -208,34 +167,26 @@ export class CalibrationOrders {
    */
   async importRecord(document, distance_m) {
     const query = distance_m === null ? "" : `?distance_m=${distance_m}`;
-    const record = await this.#attempt(
-      () =>
-        /** @type {Promise<CalibrationDocument>} */ (
-          request("POST", `/calibrations/import${query}`, { body: document, patience_ms: SLOW_MS })
-        ),
+    const options = { body: document, patience_ms: SLOW_MS };
+    const record = /** @type {CalibrationDocument | null} */ (
+      await this.#commands.send("POST", `/calibrations/import${query}`, options)
     );
     if (record) await this.#reader.readRecords();
     return record;
   }
 
-  /**
-   * Save a file of the server; a refusal is shown and not saved.
-   * @param {string} path below /api/v1
-   */
+  /** Save a file of the server; a refusal is shown and not saved. @param {string} path below /api/v1 */
   async save(path) {
-    const found = await this.#attempt(() => file(path));
+    const found = await this.#commands.attempt(() => file(path));
     if (!found) return;
     const address = URL.createObjectURL(found.content);
     h("a", { href: address, download: found.name }).click();
     setTimeout(() => URL.revokeObjectURL(address), KEPT_MS);
   }
 
-  /**
-   * Run a drift check.
-   * @param {{distance_m: number | null, apply: boolean}} body
-   */
+  /** Run a drift check. @param {{distance_m: number | null, apply: boolean}} body */
   async checkDrift(body) {
-    const job = await this.#attempt(() => /** @type {Promise<JobDocument>} */ (this.#post("/drift_checks", body)));
+    const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/drift_checks", { body }));
     if (job) this.#work.follow(job, { step: "drift", session_id: null });
   }
 
@@ -246,45 +197,26 @@ export class CalibrationOrders {
 
   /** Stop the pan-tilt at once. */
   hold() {
-    return this.#panTilt("/pan_tilt/holds", undefined);
+    return this.#panTilt("/pan_tilt/holds");
   }
 
   home() {
-    return this.#panTilt("/pan_tilt/homings", undefined);
+    return this.#panTilt("/pan_tilt/homings");
   }
 
   confirmZero() {
-    return this.#panTilt("/pan_tilt/zero_confirmations", undefined);
+    return this.#panTilt("/pan_tilt/zero_confirmations");
   }
 
-  /**
-   * @param {string} path
-   * @param {object | undefined} body
-   */
+  /** @param {string} path @param {object} [body] */
   async #panTilt(path, body) {
-    const pan_tilt = await this.#attempt(() => /** @type {Promise<PanTiltDocument>} */ (this.#post(path, body)));
+    const pan_tilt = /** @type {PanTiltDocument | null} */ (await this.#commands.send("POST", path, { body }));
     if (pan_tilt) this.#store.set({ pan_tilt });
     await this.#reader.readPanTilt();
   }
+}
 
-  /**
-   * @param {string} path
-   * @param {object | undefined} body
-   */
-  #post(path, body) {
-    return request("POST", path, { body, headers: this.#commands.leaseHeader() });
-  }
-
-  /**
-   * @template T
-   * @param {() => Promise<T>} act
-   */
-  #attempt(act) {
-    return this.#commands.attempt(act);
-  }
-
-  /** Return a label of the current date and time to the second, so that two sessions of one minute differ. */
-  #usualLabel() {
-    return new Date().toLocaleString(undefined, { dateStyle: "medium", timeStyle: "medium" });
-  }
+/** Return a label of the current date and time to the second, so that two sessions of one minute differ. */
+function usualLabel() {
+  return new Date().toLocaleString(undefined, { dateStyle: "medium", timeStyle: "medium" });
 }

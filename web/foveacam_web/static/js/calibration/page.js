@@ -1,24 +1,25 @@
 // Builds the calibration page: the session, the steps, the running procedure, and the pan-tilt beside them.
 
-import { changing, fill, focusOn, h, html, need } from "../dom.js";
+import { WIZARD_PAGES, wizardAddress } from "../addresses.js";
+import { absent, fill, h, html, update } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { pageHead } from "../pages.js";
 import { makeCheckStep, checkProgress } from "./check_step.js";
 import { mountDrift } from "./drift.js";
 import { makeEverything } from "./everything.js";
 import { fitProgress, makeFitStep } from "./fit_step.js";
-import { mountInUse } from "./in_use.js";
+import { inUse } from "./in_use.js";
 import { mountJobBar } from "./jobbar.js";
 import { Live } from "./live.js";
 import { makeMirrorsStep, mirrorsProgress } from "./mirrors_step.js";
 import { mountPanTilt } from "./pantilt.js";
-import { badge, panel } from "./parts.js";
+import { badge, panel } from "../parts.js";
 import { mountRecords } from "./records.js";
-import { addressOf, go, PAGES } from "./route.js";
 import { makeSessionChoice, mountSessions } from "./sessions.js";
 import { makeSettleStep, settleProgress } from "./settle_step.js";
 import { makeWideStep, wideProgress } from "./wide_step.js";
-import { isRunning } from "./work.js";
+import { isRunning } from "./state.js";
 
 /**
  * @import { ConsoleState, WizardPage } from "#page"
@@ -39,13 +40,10 @@ const PROGRESS = Object.freeze({
   settle: settleProgress,
 });
 
-/**
- * @param {HTMLElement} place
- * @param {WizardContext} context
- */
+/** @param {HTMLElement} place @param {WizardContext} context @returns {import("../pages.js").Slots} */
 export function mountWizard(place, context) {
   const { store } = context;
-  const live = new Live({ ...context, homes: { wide: need("wide"), left: need("eyes"), right: need("eyes") } });
+  const live = new Live(context);
   const steps = makeSteps(context);
   const bar = h("div", { class: "jobbar" });
   const turner = h("div", { class: "inside" });
@@ -70,14 +68,11 @@ export function mountWizard(place, context) {
       element.hidden = page !== wizard;
       if (page === wizard && slot) slot.append(live.element);
     }
-    turnPage(place, wizard);
   });
+  return live.slots;
 }
 
-/**
- * @param {WizardContext} context
- * @returns {Map<WizardPage, Step>}
- */
+/** @param {WizardContext} context @returns {Map<WizardPage, Step>} */
 function makeSteps(context) {
   return new Map(
     /** @type {[WizardPage, Step][]} */ ([
@@ -96,20 +91,17 @@ function makeSteps(context) {
   );
 }
 
-/**
- * @param {WizardContext} context
- * @returns {Step}
- */
+/** @param {WizardContext} context @returns {Step} */
 function makeOverview(context) {
-  const [records, drift, inUse, sessions] = [stack(), stack(), stack(), stack()];
+  const [records, drift, used, sessions] = [stack(), stack(), stack(), stack()];
   mountRecords(records, context);
   mountDrift(drift, context);
-  mountInUse(inUse, context.store);
+  context.store.on(["rig", "health"], (state) => update(used, inUse(state)));
   mountSessions(sessions, context);
   const element = h(
     "div",
     { class: "step step-overview" },
-    html`<div class="column">${panel("In use", inUse)}${panel("Measurements", sessions)}</div>`,
+    html`<div class="column">${panel("In use", used)}${panel("Measurements", sessions)}</div>`,
     html`<div class="column">${panel("Records", records)}${panel("Drift", drift)}</div>`,
   );
   return { element, live: null };
@@ -122,72 +114,47 @@ function stack() {
 /** @param {WizardContext} context */
 function head(context) {
   const calibrateEverything = makeEverything(context);
-  return html`<div class="wizard-head">
-    <h2 id="wizard-title" tabindex="-1">Calibration</h2>
-    ${makeSessionChoice(context)}
-    <button type="button" class="plain primary" @click=${() => calibrateEverything()}>
-      ${icon("scope")}
-      Calibrate everything
-    </button>
-    <a class="plain back" href=${addressOf(null)} aria-label="Back to the console">
-      ${icon("back")}
-      <span>Console</span>
-    </a>
-  </div>`;
+  const all = html`<button type="button" class="plain primary" @click=${() => calibrateEverything()}>
+    ${icon("scope")}
+    Calibrate everything
+  </button>`;
+  return pageHead("wizard-title", "Calibration", makeSessionChoice(context), all);
 }
 
-/**
- * Show which parts of the open session cannot be read.
- * @param {WizardContext["store"]} store
- */
+/** Show which parts of the open session cannot be read. @param {WizardContext["store"]} store */
 function makeDamage(store) {
   const place = h("div", { class: "strip warn damage", role: "status" });
-  const show = changing(place, (/** @type {string[]} */ problems) => [
-    icon("warn"),
-    html`<ul>${problems.map((problem) => html`<li>${sentence(problem)}</li>`)}</ul>`,
-  ]);
   store.on(["session"], ({ session }) => {
     const problems = session?.problems ?? [];
     place.hidden = problems.length === 0;
-    show(problems);
+    update(place, html`${icon("warn")}<ul>${problems.map((problem) => html`<li>${sentence(problem)}</li>`)}</ul>`);
   });
   return place;
 }
 
 /** @param {WizardContext} context */
 function makeTabs({ store }) {
-  const links = PAGES.map(({ page, title }) => ({
-    page,
-    link: h("a", { href: addressOf(page), id: `to-${page}` }, html`<span>${title}</span>`),
-    mark: h("span", { class: "mark" }),
-  }));
-  const shows = links.map(({ page, mark }) => ({
-    page,
-    show: changing(mark, (/** @type {{tone: string, text: string} | null} */ now) =>
-      now ? [badge(now.tone, now.text)] : [],
-    ),
-  }));
-  for (const { link, mark } of links) link.append(mark);
-  const uncover = () =>
-    requestAnimationFrame(() =>
-      links
-        .find(({ page }) => page === store.state.wizard)
-        ?.link.scrollIntoView({ block: "nearest", inline: "center" }),
-    );
-  let known = "";
-  store.on(["wizard"], ({ wizard }) => {
-    for (const { page, link } of links) {
-      if (page === wizard) link.setAttribute("aria-current", "step");
-      else link.removeAttribute("aria-current");
-    }
-    uncover();
+  const nav = h("nav", { class: "wizard-tabs", "aria-label": "Steps of calibrating" });
+  let uncovered = "";
+  store.on(["wizard", "session"], (state) => {
+    const { wizard, session } = state;
+    const tab = (/** @type {(typeof WIZARD_PAGES)[number]} */ { page, title }) => {
+      const mark = PROGRESS[page]?.(state);
+      return html`<a href=${wizardAddress(page)} id="to-${page}" aria-current=${page === wizard ? "step" : absent}>
+        <span>${title}</span><span class="mark">${mark && badge(mark.tone, mark.text)}</span>
+      </a>`;
+    };
+    update(nav, WIZARD_PAGES.map(tab));
+    const now = `${wizard} ${session?.id}`; // new marks move the tabs
+    if (now !== uncovered) requestAnimationFrame(() => showCurrent(nav));
+    uncovered = now;
   });
-  store.on(["session"], (state) => {
-    for (const { page, show } of shows) show(PROGRESS[page]?.(state) ?? null);
-    if (state.session && state.session.id !== known) uncover(); // new marks have moved the tabs
-    known = state.session?.id ?? "";
-  });
-  return html`<nav class="wizard-tabs" aria-label="Steps of calibrating">${links.map(({ link }) => link)}</nav>`;
+  return nav;
+}
+
+/** @param {HTMLElement} nav */
+function showCurrent(nav) {
+  nav.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" });
 }
 
 /**
@@ -201,21 +168,7 @@ function advance(store) {
     if (stage === before) return;
     const following = wizard === before || (wizard === "overview" && before === "all");
     before = stage;
-    const next = PAGES.find(({ page }) => page === stage);
-    if (following && next) go(next.page);
+    const next = WIZARD_PAGES.find(({ page }) => page === stage);
+    if (following && next) location.hash = wizardAddress(next.page);
   });
-}
-
-/**
- * Show or hide the wizard, and move the focus to what is then visible.
- * @param {HTMLElement} place
- * @param {WizardPage | null} wizard
- */
-function turnPage(place, wizard) {
-  const open = wizard !== null;
-  if (open === !place.hidden) return;
-  place.hidden = !open;
-  need("console").hidden = open;
-  window.scrollTo(0, 0);
-  focusOn(need(open ? "wizard-title" : "console"));
 }

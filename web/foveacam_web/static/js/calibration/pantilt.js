@@ -5,8 +5,8 @@ import { changing, fill, h, html, say } from "../dom.js";
 import { angle, MISSING, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { zeroOf } from "../rig/zero.js";
-import { choiceField, nothing } from "./parts.js";
-import { isRunning } from "./work.js";
+import { choiceField, nothing } from "../parts.js";
+import { isRunning } from "./state.js";
 
 /**
  * @import { PanTiltDocument, StationDocument } from "#api"
@@ -23,10 +23,7 @@ const STEPS = [
   ["10", "10°"],
 ];
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store, orders: CalibrationOrders}} context
- */
+/** @param {HTMLElement} place @param {{store: Store, orders: CalibrationOrders}} context */
 export function mountPanTilt(place, context) {
   const { store } = context;
   const state = h("div", {});
@@ -164,10 +161,7 @@ function driveOf({ store, orders }) {
   };
 }
 
-/**
- * @param {{pan_tilt: PanTiltDocument | null, busy: boolean}} now
- * @param {{orders: CalibrationOrders}} context
- */
+/** @param {{pan_tilt: PanTiltDocument | null, busy: boolean}} now @param {{orders: CalibrationOrders}} context */
 function stationsOf({ pan_tilt, busy }, { orders }) {
   if (!pan_tilt?.present) return [];
   if (pan_tilt.stations.length === 0)

@@ -29,10 +29,7 @@ export function fresh(url, stamp) {
   return `${url}${url.includes("?") ? "&" : "?"}of=${encodeURIComponent(stamp)}`;
 }
 
-/**
- * Build a diagram with its title; a click opens it at full size.
- * @param {PictureDocument} picture
- */
+/** Build a diagram with its title; a click opens it at full size. @param {PictureDocument} picture */
 export function figure({ title, url }) {
   const failed = (/** @type {{target: Element}} */ { target }) =>
     target.closest("a")?.replaceWith(h("p", { class: "empty", text: "This picture could not be loaded." }));

@@ -3,7 +3,7 @@
 
 import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
-import { isRunning } from "./work.js";
+import { isRunning } from "./state.js";
 
 /**
  * @import { CalibrationDocument, DriftCheckDocument, EventDocument, HealthDocument } from "#api"
@@ -112,10 +112,7 @@ export class CalibrationReader {
     });
   }
 
-  /**
-   * Show a new session.
-   * @param {SessionDocument} session
-   */
+  /** Show a new session. @param {SessionDocument} session */
   showSession(session) {
     this.#wanted = session.id;
     this.#store.set({ session });
@@ -199,11 +196,7 @@ export class CalibrationReader {
   }
 }
 
-/**
- * @param {unknown} word
- * @param {NodeState} before
- * @returns {NodeState}
- */
+/** @param {unknown} word @param {NodeState} before @returns {NodeState} */
 function state(word, before) {
   return word === "centred" || word === "rim" || word === "refused" || word === "waiting" ? word : before;
 }

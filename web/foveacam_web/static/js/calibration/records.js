@@ -5,7 +5,7 @@ import { MISSING, number, span } from "../format.js";
 import { icon } from "../icons.js";
 import { facts } from "./facts.js";
 import { makeImporter } from "./importer.js";
-import { badge, figures, nothing } from "./parts.js";
+import { badge, figures, nothing } from "../parts.js";
 
 /**
  * @import { CalibrationDocument, ComparisonDocument } from "#api"
@@ -21,10 +21,7 @@ const ORIGINS = Object.freeze(
   }),
 );
 
-/**
- * @param {HTMLElement} place
- * @param {WizardContext} context
- */
+/** @param {HTMLElement} place @param {WizardContext} context */
 export function mountRecords(place, context) {
   const { store } = context;
   /** @type {Set<string>} */
@@ -167,10 +164,7 @@ function row(record, { orders, ticked, pick }) {
   </li>`;
 }
 
-/**
- * @param {ComparisonDocument} found
- * @param {CalibrationDocument[]} records
- */
+/** @param {ComparisonDocument} found @param {CalibrationDocument[]} records */
 function comparisonOf(found, records) {
   const name = (/** @type {string} */ id) => records.find((record) => record.id === id)?.label || id.slice(0, 10);
   return [

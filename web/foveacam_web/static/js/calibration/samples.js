@@ -3,8 +3,8 @@
 import { changing, fill, h, html } from "../dom.js";
 import { MISSING, number, pixels } from "../format.js";
 import { icon } from "../icons.js";
-import { nothing } from "./parts.js";
-import { isRunning } from "./work.js";
+import { nothing } from "../parts.js";
+import { isRunning } from "./state.js";
 
 /**
  * @import { WideSampleDocument } from "#api"
@@ -13,10 +13,7 @@ import { isRunning } from "./work.js";
 
 const MUCH = 1.8; // times the median: the error of an outlier
 
-/**
- * @param {HTMLElement} place
- * @param {WizardContext} context
- */
+/** @param {HTMLElement} place @param {WizardContext} context */
 export function mountSamples(place, { store, orders }) {
   const list = h("ul", { class: "samples", "aria-label": "Views taken" });
   const empty = h(

@@ -3,7 +3,7 @@
 import { changing, fill, h, html, repeat, say } from "../dom.js";
 import { MISSING, number } from "../format.js";
 import { icon } from "../icons.js";
-import { badge, nothing } from "./parts.js";
+import { badge, nothing } from "../parts.js";
 
 /**
  * @import { SessionSummary } from "#page"
@@ -11,10 +11,7 @@ import { badge, nothing } from "./parts.js";
  * @typedef {{list: SessionSummary[], open: string | undefined}} Shown
  */
 
-/**
- * Build the choice of the session that the wizard shows.
- * @param {WizardContext} context
- */
+/** Build the choice of the session that the wizard shows. @param {WizardContext} context */
 export function makeSessionChoice({ store, orders, reader }) {
   const select = h("select", { id: "session", on: { change: () => void reader.openSession(select.value) } });
   const add = html`<button
@@ -38,10 +35,7 @@ export function makeSessionChoice({ store, orders, reader }) {
   return html`<div class="session-choice"><label for="session">Measurement</label>${select}${empty}${add}</div>`;
 }
 
-/**
- * @param {HTMLElement} place
- * @param {WizardContext} context
- */
+/** @param {HTMLElement} place @param {WizardContext} context */
 export function mountSessions(place, { store, orders, reader }) {
   const list = h("ul", { class: "records sessions" });
   const empty = h("div", {});
@@ -150,11 +144,7 @@ export function mountSessions(place, { store, orders, reader }) {
   store.on(["sessions", "session"], update);
 }
 
-/**
- * @param {SessionSummary} session
- * @param {boolean} ticked
- * @param {(id: string, on: boolean) => void} pick
- */
+/** @param {SessionSummary} session @param {boolean} ticked @param {(id: string, on: boolean) => void} pick */
 function tickOf({ id, label }, ticked, pick) {
   return html`<input
     type="checkbox" aria-label="Combine ${label}" .checked=${ticked}

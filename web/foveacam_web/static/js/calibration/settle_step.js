@@ -3,7 +3,7 @@
 
 import { changing, h, html } from "../dom.js";
 import { MISSING, number } from "../format.js";
-import { figures, nothing, panel, starter } from "./parts.js";
+import { figures, nothing, panel, starter } from "../parts.js";
 import { figure, picturesOf } from "./pictures.js";
 
 /**

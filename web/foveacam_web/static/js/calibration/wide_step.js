@@ -4,7 +4,7 @@ import { changing, h, html } from "../dom.js";
 import { number, pixels } from "../format.js";
 import { drawCoverage, drawTilts } from "./coverage.js";
 import { lensTable } from "./lens.js";
-import { allHold, choiceField, numberField, panel, starter } from "./parts.js";
+import { allHold, choiceField, numberField, panel, starter } from "../parts.js";
 import { figure, picturesOf } from "./pictures.js";
 import { mountSamples } from "./samples.js";
 
@@ -137,8 +137,8 @@ function boardOf(kind, columns, rows, square_mm, marker_mm) {
 /**
  * Fill the fields with the session's board whenever it changes.
  * @param {import("../store.js").Store} store
- * @param {{kind: {input: HTMLSelectElement}, columns: import("./parts.js").NumberField, rows: import("./parts.js").NumberField,
- *   square: import("./parts.js").NumberField, marker: import("./parts.js").NumberField, offer: () => unknown}} fields
+ * @param {{kind: {input: HTMLSelectElement}, columns: import("../parts.js").NumberField, rows: import("../parts.js").NumberField,
+ *   square: import("../parts.js").NumberField, marker: import("../parts.js").NumberField, offer: () => unknown}} fields
  */
 function fillBoard(store, { kind, columns, rows, square, marker, offer }) {
   let known = "";

@@ -1,38 +1,25 @@
 // Follows the running calibration procedure, whoever started it: its progress, time left and result.
 
-import { RequestError, request } from "../api.js";
+import { request } from "../api.js";
+import { hasEnded, JobWatch } from "../jobs.js";
+import { isRunning } from "./state.js";
 
 /**
- * @import { EventDocument, JobDocument } from "#api"
+ * @import { EventDocument, JobDocument, Problem } from "#api"
  * @import { Work } from "#page"
  * @import { Store } from "../store.js"
  */
 
 const LOOK_MS = 1000; // interval of reading the job: for the time left, and in case its events do not arrive
-const OVER = new Set(["cancelled", "failed", "succeeded"]);
-
-/** @param {Work | null} work */
-export function isRunning(work) {
-  return work !== null && !OVER.has(work.state);
-}
-
-/** The steps of a complete calibration, in their order. */
-export const STAGES = Object.freeze(["wide", "mirrors", "fit", "check", "settle"]);
-
-/**
- * Word which of the steps of a complete calibration runs ("step 2 of 5"); null otherwise.
- * @param {Work} work
- */
-export function placeOf({ step, stage }) {
-  const index = STAGES.indexOf(stage);
-  return step === "all" && index >= 0 ? `step ${index + 1} of ${STAGES.length}` : null;
-}
 
 /** Follows the procedure for one page. */
 export class WorkFollower {
   #store;
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #look;
+  #watch = new JobWatch({
+    every_ms: LOOK_MS,
+    found: (job) => this.#take(job),
+    lost: (problem) => this.#lost(problem),
+  });
   /** Called when the procedure has ended. @type {() => void} */
   ended = () => {};
 
@@ -64,17 +51,15 @@ export class WorkFollower {
 
   /** Read which procedure runs, after the page has opened or the server has come back. */
   async resume() {
-    if (isRunning(this.#store.state.work)) return this.#lookUp();
+    const { work } = this.#store.state;
+    if (work && isRunning(work)) return this.#watch.read(work.job_id);
     const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs?limit=20"));
     const job = jobs.find(isOurs);
     if (!job || job.id === this.#store.state.work?.job_id) return; // an event or a command of this page came first
     this.follow(job, { step: stepOf(job.kind), session_id: null });
   }
 
-  /**
-   * Store the session of the procedure when it becomes known.
-   * @param {string} session_id
-   */
+  /** Store the session of the procedure when it becomes known. @param {string} session_id */
   place(session_id) {
     const { work } = this.#store.state;
     if (work && work.session_id === null) this.#set({ ...work, session_id });
@@ -126,25 +111,14 @@ export class WorkFollower {
       total: progress?.total ?? work.total,
       note: progress?.note ?? work.note,
     });
-    if (OVER.has(job.state)) this.ended();
-    else this.#watch();
+    if (hasEnded(job.state)) this.ended();
+    else this.#watch.watch(job.id);
   }
 
-  #watch() {
-    clearTimeout(this.#look);
-    this.#look = setTimeout(() => void this.#lookUp(), LOOK_MS);
-  }
-
-  async #lookUp() {
+  /** @param {Problem} problem */
+  #lost(problem) {
     const { work } = this.#store.state;
-    if (!work || !isRunning(work)) return;
-    try {
-      this.#take(await request("GET", `/jobs/${work.job_id}`));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.slug === "offline") this.#watch();
-      else this.#set({ ...work, state: "failed", problem: error.document });
-    }
+    if (work && isRunning(work)) this.#set({ ...work, state: "failed", problem });
   }
 
   /** @param {Work} work */
@@ -153,18 +127,12 @@ export class WorkFollower {
   }
 }
 
-/**
- * Return whether a job is a calibration procedure that has not ended.
- * @param {JobDocument} job
- */
+/** Return whether a job is a calibration procedure that has not ended. @param {JobDocument} job */
 function isOurs({ kind, ended_utc }) {
   return /^(calibration\.|drift)/.test(String(kind)) && ended_utc === null;
 }
 
-/**
- * @param {string} kind of the job, such as "calibration.mirrors"
- * @returns {Work["step"]}
- */
+/** @param {string} kind of the job, such as "calibration.mirrors" @returns {Work["step"]} */
 function stepOf(kind) {
   const steps = /** @type {Work["step"][]} */ (["wide", "mirrors", "fit", "check", "settle", "drift"]);
   return steps.find((step) => kind.includes(step)) ?? "all";

@@ -154,10 +154,7 @@ function makeKept({ commands, editor, starter, changed }) {
   };
 }
 
-/**
- * @param {Store} store
- * @param {Estimator} estimator
- */
+/** @param {Store} store @param {Estimator} estimator */
 function againWhenTheRigIsAnother(store, estimator) {
   let before = "";
   store.on(["rig", "stream", "capture_page"], ({ rig, stream, capture_page }) => {

@@ -38,10 +38,7 @@ export function blamed({ detail }, source) {
   });
 }
 
-/**
- * Drop the names that only programs use from a reason.
- * @param {string} words
- */
+/** Drop the names that only programs use from a reason. @param {string} words */
 function plainly(words) {
   const [, given, needed] = ASKED.exec(words) ?? [];
   const said = !given || !needed ? words : OF_A_KIND.test(needed) ? `${given} was given; needed is ${needed}` : needed;

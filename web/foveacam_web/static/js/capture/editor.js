@@ -1,6 +1,6 @@
 // Builds the plan's editor: points, distance, exposures and stacks at each point, rail positions. Reports each change.
 
-import { choiceField, numberField, tickField } from "../calibration/parts.js";
+import { choiceField, numberField, tickField } from "../parts.js";
 import { h, html } from "../dom.js";
 import { asked, named, numberChips, segments } from "./parts.js";
 import { asSetPoints, PAPER_RAIL_MM, planOf } from "./plan.js";
@@ -13,9 +13,7 @@ import { makePoints } from "./points.js";
  * @import { Troubles } from "./parts.js"
  */
 
-/**
- * @param {{store: Store, troubles: Troubles, changed: () => void}} context
- */
+/** @param {{store: Store, troubles: Troubles, changed: () => void}} context */
 export function makeEditor({ store, troubles, changed }) {
   /** @type {() => PlanDraft} */
   const read = () => Object.assign({}, ...parts.map((part) => part.read()));
@@ -97,10 +95,7 @@ function makeDistance(troubles) {
   return { element, show, ...named({ mode, distance_m: given, assumed_m: assumed, each_point: each }) };
 }
 
-/**
- * @param {Troubles} troubles
- * @param {() => void} changed
- */
+/** @param {Troubles} troubles @param {() => void} changed */
 function makeExposures(troubles, changed) {
   const bracket = numberChips({
     label: "Exposures",
@@ -135,10 +130,7 @@ function makeExposures(troubles, changed) {
   return { element, show, ...named({ exposures_ms: bracket, stack_frames: frames, stack_keep: keep, wide }) };
 }
 
-/**
- * @param {Troubles} troubles
- * @param {() => void} changed
- */
+/** @param {Troubles} troubles @param {() => void} changed */
 function makeRail(troubles, changed) {
   const places = numberChips({
     label: "Places",

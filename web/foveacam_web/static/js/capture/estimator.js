@@ -29,10 +29,7 @@ export class Estimator {
     this.#store = store;
   }
 
-  /**
-   * Set the plan to estimate; null while it is incomplete.
-   * @param {EstimateRequest | null} wish
-   */
+  /** Set the plan to estimate; null while it is incomplete. @param {EstimateRequest | null} wish */
   want(wish) {
     if (JSON.stringify(wish) === JSON.stringify(this.#wanted)) return;
     this.#wanted = wish;
@@ -73,10 +70,7 @@ export class Estimator {
   }
 }
 
-/**
- * @param {EstimateRequest} body
- * @returns {Promise<Omit<Answered, "stale">>}
- */
+/** @param {EstimateRequest} body @returns {Promise<Omit<Answered, "stale">>} */
 async function answerTo(body) {
   try {
     const document = /** @type {Estimate} */ (

@@ -1,6 +1,6 @@
 // Shows the estimate of a plan: time and its parts, files, disk space, the share of the field that is seen, warnings.
 
-import { figures, nothing } from "../calibration/parts.js";
+import { figures, nothing } from "../parts.js";
 import { changing, html } from "../dom.js";
 import { count, number, sentence, span } from "../format.js";
 import { icon } from "../icons.js";
@@ -15,10 +15,7 @@ import { percent, sizeText } from "./words.js";
 
 const RESERVE_BYTES = 64 * 2 ** 20; // the server's reserve
 
-/**
- * @param {HTMLElement} place
- * @param {Store} store
- */
+/** @param {HTMLElement} place @param {Store} store */
 export function mountFigures(place, store) {
   const show = changing(place, (/** @type {Estimate | null} */ document) =>
     document
@@ -47,10 +44,7 @@ function shortened(plan) {
   return plan.points.kind === "grid" ? plan : { ...plan, points: { ...plan.points, points: [] } };
 }
 
-/**
- * @param {Estimate} estimate
- * @returns {Child[]}
- */
+/** @param {Estimate} estimate @returns {Child[]} */
 function figuresOf(estimate) {
   return [
     html`<p class="budget">
@@ -77,10 +71,7 @@ function timeWords({ limit_s, reverge_s, rail_s, hand_moves }) {
   return parts.join(", ");
 }
 
-/**
- * @param {Estimate} estimate
- * @returns {[string, Child][]}
- */
+/** @param {Estimate} estimate @returns {[string, Child][]} */
 function pointRows({ points, shots, plan, distance_assumed }) {
   const scans = Math.max(1, plan.rail_positions_mm.length);
   const far =
@@ -96,10 +87,7 @@ function pointRows({ points, shots, plan, distance_assumed }) {
   ];
 }
 
-/**
- * @param {Estimate} estimate
- * @returns {[string, Child][]}
- */
+/** @param {Estimate} estimate @returns {[string, Child][]} */
 function roomRows({ files, kinds, stored_bytes, raw_bytes, free_bytes }) {
   const tight = stored_bytes + RESERVE_BYTES > free_bytes;
   const smaller = stored_bytes < raw_bytes ? ` of ${sizeText(raw_bytes)} raw` : "";
@@ -115,10 +103,7 @@ function roomRows({ files, kinds, stored_bytes, raw_bytes, free_bytes }) {
   ];
 }
 
-/**
- * @param {Estimate} estimate
- * @returns {[string, Child][]}
- */
+/** @param {Estimate} estimate @returns {[string, Child][]} */
 function fieldRows({ plan: { points }, coverage }) {
   const grid = points.kind === "grid" ? points : null;
   const overlap = grid

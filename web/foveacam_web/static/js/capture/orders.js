@@ -22,13 +22,11 @@ export class CaptureOrders {
     this.#reader = reader;
   }
 
-  /**
-   * @param {CaptureRequest} wish
-   * @returns {Promise<Problem | null>} the refusal
-   */
+  /** @param {CaptureRequest} wish @returns {Promise<Problem | null>} the refusal */
   async start(wish) {
     try {
-      const job = /** @type {JobDocument} */ (await this.#post("/captures", wish));
+      const options = { body: wish, headers: this.#commands.leaseHeader() };
+      const job = /** @type {JobDocument} */ (await request("POST", "/captures", options));
       this.#reader.follow(job.id, { name: wish.name });
       return null;
     } catch (error) {
@@ -39,14 +37,9 @@ export class CaptureOrders {
     }
   }
 
-  /**
-   * Resume a partial capture.
-   * @param {CaptureDocument} capture
-   */
+  /** Resume a partial capture. @param {CaptureDocument} capture */
   async resume({ id, name }) {
-    const job = await this.#commands.attempt(
-      () => /** @type {Promise<JobDocument>} */ (this.#post(`/captures/${id}/resume`)),
-    );
+    const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", `/captures/${id}/resume`));
     if (job) this.#reader.follow(job.id, { name, capture_id: id });
     else await this.#reader.readList();
   }
@@ -64,7 +57,7 @@ export class CaptureOrders {
     const { capturing } = this.#store.state;
     if (!capturing) return;
     this.#reader.mark("cancel");
-    const answer = await this.#commands.attempt(() => request("POST", `/jobs/${capturing.job_id}/cancel`));
+    const answer = await this.#commands.send("POST", `/jobs/${capturing.job_id}/cancel`);
     if (answer === null) this.#reader.mark(null);
   }
 
@@ -73,7 +66,7 @@ export class CaptureOrders {
     const id = this.#store.state.capturing?.capture_id;
     if (!id) return;
     this.#reader.mark(how);
-    const answer = await this.#commands.attempt(() => this.#post(`/captures/${id}/${how}`));
+    const answer = await this.#commands.send("POST", `/captures/${id}/${how}`);
     if (answer === null) this.#reader.mark(null);
     else await this.#reader.readAll();
   }
@@ -84,13 +77,5 @@ export class CaptureOrders {
     return (
       slug === "stopped" || Boolean(slug === "busy" && lease?.holder && !lease_token && message.includes(lease.holder))
     );
-  }
-
-  /**
-   * @param {string} path
-   * @param {object} [body]
-   */
-  #post(path, body) {
-    return request("POST", path, { body, headers: this.#commands.leaseHeader() });
   }
 }

@@ -1,10 +1,10 @@
 // Builds the capture page: the editor, the estimate, the wide view with footprints, running and unfinished captures.
-// The console's live panes move here while it is open, with clicks disabled, and move back afterwards.
 
-import { addressOf } from "../calibration/route.js";
-import { panel } from "../calibration/parts.js";
-import { fill, focusOn, h, html, need } from "../dom.js";
+import { GALLERY_ADDRESS } from "../addresses.js";
+import { panel } from "../parts.js";
+import { fill, h, html } from "../dom.js";
 import { icon } from "../icons.js";
+import { pageHead } from "../pages.js";
 import { Bench } from "./bench.js";
 import { mountFigures } from "./figures.js";
 import { mountPartials } from "./partials.js";
@@ -13,6 +13,7 @@ import { mountRuns } from "./runs.js";
 
 /**
  * @import { Role } from "#page"
+ * @import { Slots } from "../pages.js"
  * @import { Store } from "../store.js"
  * @import { Views } from "../video/views.js"
  * @typedef {{
@@ -24,10 +25,7 @@ import { mountRuns } from "./runs.js";
 /** @type {Role[]} */
 const ROLES = ["wide", "left", "right"];
 
-/**
- * @param {HTMLElement} place
- * @param {CaptureContext} context
- */
+/** @param {HTMLElement} place @param {CaptureContext} context @returns {Slots} */
 export function mountCapturePage(place, { store, views, commands, capture_orders: orders, capture_reader: reader }) {
   const bench = new Bench({ store, commands, orders });
   const [runs, figures, partials] = [h("div", {}), h("div", { class: "stack figures" }), h("div", { class: "stack" })];
@@ -39,7 +37,11 @@ export function mountCapturePage(place, { store, views, commands, capture_orders
   reader.ended = () => bench.again();
   fill(
     place,
-    head(),
+    pageHead(
+      "capture-title",
+      "Capture",
+      html`<a class="plain to-gallery" href=${GALLERY_ADDRESS}>${icon("pictures")}Gallery</a>`,
+    ),
     runs,
     html`<div class="capture-body">
       <div class="column capture-plan">${panel("Plan", bench.editor)}</div>
@@ -56,23 +58,8 @@ export function mountCapturePage(place, { store, views, commands, capture_orders
       <div id="still-capture" class="column capture-still"></div>
     </div>`,
   );
-  store.on(["capture_page"], ({ capture_page, wizard, rig_page }) => {
-    if (capture_page) lend(views, places);
-    else if (wizard === null && !rig_page) takeHome(views);
-    turnPage(place, capture_page);
-    if (capture_page) bench.ask();
-  });
-}
-
-function head() {
-  return html`<div class="wizard-head">
-    <h2 id="capture-title" tabindex="-1">Capture</h2>
-    <a class="plain to-gallery" href="#/gallery">${icon("pictures")}Gallery</a>
-    <a class="plain back" href=${addressOf(null)} aria-label="Back to the console">
-      ${icon("back")}
-      <span>Console</span>
-    </a>
-  </div>`;
+  store.on(["capture_page"], ({ capture_page }) => capture_page && bench.ask());
+  return places;
 }
 
 function legend() {
@@ -82,37 +69,4 @@ function legend() {
     <span class="key both">both</span>
     <span class="key way">way of the mirrors</span>
   </p>`;
-}
-
-/**
- * @param {Views} views
- * @param {Map<Role, HTMLElement>} places
- */
-function lend(views, places) {
-  for (const [role, place] of places) {
-    const pane = views.pane(role);
-    place.prepend(pane.element);
-    pane.surface.inert = true; // a click here must not start a fixation
-  }
-}
-
-/** @param {Views} views */
-function takeHome(views) {
-  need("wide").prepend(views.pane("wide").element);
-  need("eyes").prepend(views.pane("left").element, views.pane("right").element);
-  for (const role of ROLES) views.pane(role).surface.inert = false;
-}
-
-/**
- * Show or hide the page, and move the focus to what is then visible.
- * @param {HTMLElement} place
- * @param {boolean} open
- */
-function turnPage(place, open) {
-  if (open === !place.hidden) return;
-  place.hidden = !open;
-  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page is open already
-  need("console").hidden = open || other;
-  if (open) window.scrollTo(0, 0);
-  if (open || !other) focusOn(need(open ? "capture-title" : "console"));
 }

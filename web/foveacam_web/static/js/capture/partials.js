@@ -1,10 +1,10 @@
 // Lists the captures that ended before their last point, newest first: their points, the reason, and the resume button.
 
-import { nothing } from "../calibration/parts.js";
+import { nothing } from "../parts.js";
 import { changing, html, repeat } from "../dom.js";
 import { count, sentence } from "../format.js";
-import { isCapturing } from "./reader.js";
-import { datasetAddress } from "./route.js";
+import { isCapturing } from "./state.js";
+import { galleryAddress } from "../addresses.js";
 import { sizeText } from "./words.js";
 
 /**
@@ -15,10 +15,7 @@ import { sizeText } from "./words.js";
 
 const MOST = 8;
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store, orders: CaptureOrders}} context
- */
+/** @param {HTMLElement} place @param {{store: Store, orders: CaptureOrders}} context */
 export function mountPartials(place, { store, orders }) {
   const show = changing(place, (/** @type {CaptureDocument[] | null} */ partials) => partialsOf(partials, orders));
   store.on(["captures", "capturing"], ({ captures, capturing }) => {
@@ -27,10 +24,7 @@ export function mountPartials(place, { store, orders }) {
   });
 }
 
-/**
- * @param {CaptureDocument[] | null} partials
- * @param {CaptureOrders} orders
- */
+/** @param {CaptureDocument[] | null} partials @param {CaptureOrders} orders */
 function partialsOf(partials, orders) {
   if (partials === null) return [nothing("The captures have not been read yet.")];
   if (partials.length === 0)
@@ -46,10 +40,7 @@ function partialsOf(partials, orders) {
   ];
 }
 
-/**
- * @param {CaptureDocument} capture
- * @param {CaptureOrders} orders
- */
+/** @param {CaptureDocument} capture @param {CaptureOrders} orders */
 function partial(capture, orders) {
   const { id, name, label, points, size_bytes, why } = capture;
   const resume = async (/** @type {{currentTarget: HTMLButtonElement}} */ { currentTarget: button }) => {
@@ -59,7 +50,7 @@ function partial(capture, orders) {
   };
   return html`<li>
     <div class="what">
-      <a class="name" href=${datasetAddress(id)}>${name}</a>
+      <a class="name" href=${galleryAddress("datasets", id)}>${name}</a>
       ${label && html`<span class="lead">${label}</span>`}
       <span class="number">${count(points.taken)} of ${count(points.planned)} points, ${sizeText(size_bytes)}</span>
       ${why && html`<span class="lead">${sentence(why)}</span>`}

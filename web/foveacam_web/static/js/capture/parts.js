@@ -11,10 +11,7 @@ export class Troubles {
   /** @type {Map<string, HTMLElement>} */
   #places = new Map();
 
-  /**
-   * Return the message element of a field.
-   * @param {string} name
-   */
+  /** Return the message element of a field. @param {string} name */
   place(name) {
     const place = h("p", { class: "refused", role: "alert", data: { about: name } });
     this.#places.set(name, place);
@@ -42,11 +39,7 @@ export class Troubles {
   }
 }
 
-/**
- * Group fields with their message.
- * @param {(Node | null)[]} fields
- * @param {...(Node | null)} below
- */
+/** Group fields with their message. @param {(Node | null)[]} fields @param {...(Node | null)} below */
 export function asked(fields, ...below) {
   return html`<div class="asked-for"><div class="fields">${fields}</div>${below}</div>`;
 }
@@ -85,10 +78,7 @@ export function segments(label, options) {
   };
 }
 
-/**
- * @param {string} label
- * @param {{value?: string, placeholder?: string}} [options]
- */
+/** @param {string} label @param {{value?: string, placeholder?: string}} [options] */
 export function textField(label, { value = "", placeholder } = {}) {
   choices += 1;
   const id = `text-${choices}`;

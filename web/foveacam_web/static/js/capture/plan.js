@@ -43,12 +43,7 @@ export function planOf(draft, view) {
   };
 }
 
-/**
- * @param {PlanDraft} draft
- * @param {ViewSize | null} view
- * @param {Trouble[]} troubles
- * @returns {GridPoints}
- */
+/** @param {PlanDraft} draft @param {ViewSize | null} view @param {Trouble[]} troubles @returns {GridPoints} */
 function gridOf(draft, view, troubles) {
   const { columns, rows, centre_ax_deg, centre_ay_deg, order } = draft;
   if (columns === null || rows === null) troubles.push({ place: "size", words: "Give how many columns and rows." });

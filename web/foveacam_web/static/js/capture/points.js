@@ -1,6 +1,6 @@
 // Fields for the source of the points: a grid of angles over a field, or a text in the set-point language.
 
-import { choiceField, numberField } from "../calibration/parts.js";
+import { choiceField, numberField } from "../parts.js";
 import { h, html, say } from "../dom.js";
 import { asked, named, segments } from "./parts.js";
 
@@ -138,11 +138,7 @@ function makeGrid(troubles) {
   };
 }
 
-/**
- * @param {Troubles} troubles
- * @param {() => string | null} asText
- * @param {() => void} changed
- */
+/** @param {Troubles} troubles @param {() => string | null} asText @param {() => void} changed */
 function makeText(troubles, asText, changed) {
   const input = h("textarea", {
     id: "set-points",

@@ -28,10 +28,7 @@ export class PlanPrints {
   /** @type {number | null} */
   #chosen = null;
 
-  /**
-   * @param {Pane} pane
-   * @param {Store} store
-   */
+  /** @param {Pane} pane @param {Store} store */
   constructor(pane, store) {
     this.#pane = pane;
     pane.element.append(this.#canvas, this.#tip);
@@ -144,10 +141,7 @@ function paint(context, corners, { line_px, dashed }) {
   context.stroke();
 }
 
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {Point[]} stops CSS px
- */
+/** @param {CanvasRenderingContext2D} context @param {Point[]} stops CSS px */
 function drawWay(context, stops) {
   if (stops.length > MANY) return;
   context.setLineDash([]);
@@ -161,11 +155,7 @@ function drawWay(context, stops) {
   for (const { x, y } of stops) context.fillRect(x - 1.5, y - 1.5, 3, 3);
 }
 
-/**
- * Return whether a convex polygon contains a point.
- * @param {Corners} corners
- * @param {Point} point
- */
+/** Return whether a convex polygon contains a point. @param {Corners} corners @param {Point} point */
 function holds(corners, { x, y }) {
   const sides = corners.map(([ax, ay], index) => {
     const [bx, by] = corners[(index + 1) % corners.length] ?? [ax, ay];
@@ -174,10 +164,7 @@ function holds(corners, { x, y }) {
   return sides.every((side) => side >= 0) || sides.every((side) => side <= 0);
 }
 
-/**
- * @param {Corners} one
- * @param {Corners} other
- */
+/** @param {Corners} one @param {Corners} other */
 function middleOf(one, other) {
   const all = [...one, ...other];
   return {
@@ -186,10 +173,7 @@ function middleOf(one, other) {
   };
 }
 
-/**
- * @param {Point} a
- * @param {Point} b
- */
+/** @param {Point} a @param {Point} b */
 function distance(a, b) {
   return Math.hypot(a.x - b.x, a.y - b.y);
 }
@@ -199,10 +183,7 @@ function summary({ coverage }) {
   return `Footprints of ${count(coverage.footprints.length)} points: ${percent(coverage.seen_either)} of the field is seen, ${percent(coverage.seen_both)} by both eyes. Arrow keys go from point to point.`;
 }
 
-/**
- * @param {Estimate} estimate
- * @param {number} index
- */
+/** @param {Estimate} estimate @param {number} index */
 function wordsOf({ plan: { points, verging } }, index) {
   const name = `Point ${index}`; // counted from 0, as in datasets and refusals
   if (points.kind === "set_points") {

@@ -3,6 +3,7 @@
 
 import { RequestError, request } from "../api.js";
 import { QuietReads } from "../quiet.js";
+import { isCapturing } from "./state.js";
 
 /**
  * @import { CaptureDocument, CaptureProgress, EventDocument, JobDocument } from "#api"
@@ -11,11 +12,6 @@ import { QuietReads } from "../quiet.js";
  */
 
 const LOOK_MS = 1000; // interval of reading the job, in case its events do not arrive
-
-/** @param {Capturing | null} capturing */
-export function isCapturing(capturing) {
-  return capturing !== null && capturing.end === null;
-}
 
 /** The capture reads of one page. */
 export class CaptureReader {
@@ -139,10 +135,7 @@ export class CaptureReader {
     }
   }
 
-  /**
-   * Return the capture's document; null while it does not exist.
-   * @param {Capturing} capturing
-   */
+  /** Return the capture's document; null while it does not exist. @param {Capturing} capturing */
   async #document({ capture_id, job_id }) {
     const captures = /** @type {CaptureDocument[]} */ (
       capture_id === null
@@ -152,10 +145,7 @@ export class CaptureReader {
     return captures.find((each) => each.id === capture_id || each.job_id === job_id) ?? null;
   }
 
-  /**
-   * @param {JobDocument} job that has ended
-   * @param {CaptureDocument | null} found
-   */
+  /** @param {JobDocument} job that has ended @param {CaptureDocument | null} found */
   #close(job, found) {
     const { capturing } = this.#store.state;
     if (!capturing || capturing.end) return;
@@ -194,10 +184,7 @@ export class CaptureReader {
   }
 }
 
-/**
- * @param {unknown} error
- * @returns {CaptureDocument[]}
- */
+/** @param {unknown} error @returns {CaptureDocument[]} */
 function nothingThere(error) {
   if (error instanceof RequestError && error.slug === "not-found") return [];
   throw error;

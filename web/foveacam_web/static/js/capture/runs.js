@@ -1,12 +1,12 @@
 // Shows the running capture: progress, time left, pause, cancel; after its end the result, the reason, and a link to
 // it.
 
-import { bar } from "../calibration/parts.js";
+import { bar } from "../parts.js";
 import { fill, h, html, say } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
-import { isCapturing } from "./reader.js";
-import { datasetAddress } from "./route.js";
+import { isCapturing, shareOf } from "./state.js";
+import { galleryAddress } from "../addresses.js";
 import { endWords, farWords, stateWords } from "./words.js";
 
 /**
@@ -16,10 +16,7 @@ import { endWords, farWords, stateWords } from "./words.js";
  * @import { CaptureReader } from "./reader.js"
  */
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store, orders: CaptureOrders, reader: CaptureReader}} context
- */
+/** @param {HTMLElement} place @param {{store: Store, orders: CaptureOrders, reader: CaptureReader}} context */
 export function mountRuns(place, { store, orders, reader }) {
   const said = h("div", { class: "unseen", "aria-live": "polite" });
   const shown = h("div", { class: "run-now", role: "group", "aria-label": "The capture" });
@@ -72,14 +69,11 @@ function showButtons({ pause, onward, cancel, resume, look, dismiss }, capturing
   cancel.disabled = asked === "cancel";
   resume.hidden = !end?.resumable;
   look.hidden = end === null || end.state === null || capture_id === null;
-  if (capture_id !== null) look.href = datasetAddress(capture_id);
+  if (capture_id !== null) look.href = galleryAddress("datasets", capture_id);
   dismiss.hidden = runs;
 }
 
-/**
- * @param {Store} store
- * @param {CaptureOrders} orders
- */
+/** @param {Store} store @param {CaptureOrders} orders */
 function resumeLast(store, orders) {
   const { capturing, captures } = store.state;
   const capture = captures?.find(({ id }) => id === capturing?.capture_id);
@@ -116,18 +110,7 @@ function endedWords(capturing) {
   ];
 }
 
-/**
- * Return the finished share; null while it is unknown.
- * @param {Capturing} capturing
- */
-export function shareOf({ progress }) {
-  return progress && progress.total > 0 && progress.phase !== "survey" ? progress.done / progress.total : null;
-}
-
-/**
- * Return the text for screen readers: each state and each quarter, not every point.
- * @param {Capturing} capturing
- */
+/** Return the text for screen readers: each state and each quarter, not every point. @param {Capturing} capturing */
 function announcement(capturing) {
   if (capturing.end) return endWords({ ...capturing, end: capturing.end }).head;
   const share = shareOf(capturing);

@@ -1,7 +1,7 @@
 // Fields for a capture's name, label, licence and format, and the start button. Above the button: refusals that
 // belong to no field.
 
-import { choiceField } from "../calibration/parts.js";
+import { choiceField } from "../parts.js";
 import { changing, h, html } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -61,10 +61,7 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
     changed();
   }
 
-  /**
-   * Show the faults that the editor and the server find in the plan.
-   * @param {Trouble[]} own
-   */
+  /** Show the faults that the editor and the server find in the plan. @param {Trouble[]} own */
   function tell(own) {
     const { problem, stale } = store.state.estimate;
     const of = (/** @type {Problem | null} */ document) => (document ? blamed(document, source()) : []);

@@ -1,6 +1,6 @@
 // The panel of stills: the options of the next still, the button, and the last still.
 
-import { bar, panel } from "../calibration/parts.js";
+import { bar, panel } from "../parts.js";
 import { changing, h, html } from "../dom.js";
 import { count, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -16,9 +16,7 @@ import { makeStillShown } from "./still_shown.js";
  * @import { StillReader } from "./still_reader.js"
  */
 
-/**
- * @param {{store: Store, commands: Commands, reader: StillReader}} context
- */
+/** @param {{store: Store, commands: Commands, reader: StillReader}} context */
 export function stillPanel({ store, commands, reader }) {
   const orders = new StillOrders({ commands, changed: () => reader.readHeld() });
   const [form, shown, told] = [makeStillForm(), makeStillShown(orders), h("div", { class: "stack", role: "status" })];

@@ -2,7 +2,7 @@
 
 import { RequestError, request } from "../api.js";
 import { CollectionOrders } from "../gallery/collection_orders.js";
-import { galleryAddress } from "../gallery/route.js";
+import { galleryAddress } from "../addresses.js";
 
 /**
  * @import { JobDocument, Problem, StillDocument, StillRequest } from "#api"
@@ -16,10 +16,7 @@ export class StillOrders extends CollectionOrders {
     super({ commands, resource: "/stills", changed });
   }
 
-  /**
-   * @param {StillRequest} wish
-   * @returns {Promise<JobDocument | Problem>} a problem has a `status`
-   */
+  /** @param {StillRequest} wish @returns {Promise<JobDocument | Problem>} a problem has a `status` */
   async take(wish) {
     try {
       return await request("POST", this.resource, { body: wish, headers: this.commands.leaseHeader() });
@@ -31,14 +28,11 @@ export class StillOrders extends CollectionOrders {
     }
   }
 
-  /**
-   * @param {string} id
-   * @param {string} name
-   */
+  /** @param {string} id @param {string} name */
   async keep(id, name) {
     const body = name === "" ? {} : { name };
-    const kept = await this.commands.attempt(
-      () => /** @type {Promise<StillDocument>} */ (request("POST", this.path(id, "/keep"), { body })),
+    const kept = /** @type {StillDocument | null} */ (
+      await this.commands.send("POST", this.path(id, "/keep"), { body })
     );
     if (kept) this.sayKept(kept);
     this.changed();

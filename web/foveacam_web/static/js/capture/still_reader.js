@@ -1,6 +1,7 @@
 // Follows the still that is being taken, and reads the stills that wait to be kept or discarded.
 
-import { RequestError, request } from "../api.js";
+import { request } from "../api.js";
+import { JobWatch } from "../jobs.js";
 import { QuietReads } from "../quiet.js";
 
 /**
@@ -13,8 +14,11 @@ const LOOK_MS = 500; // interval of reading the job, in case its events do not a
 /** The still reads of one page. */
 export class StillReader {
   #reads = new QuietReads();
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #look;
+  #watch = new JobWatch({
+    every_ms: LOOK_MS,
+    found: (job) => this.#take(job),
+    lost: ({ status }) => this.#lost(status),
+  });
   /** @type {StillPress | null} */
   press = null;
   /** The stills neither kept nor discarded, newest first; null before the first read. @type {StillDocument[] | null} */
@@ -35,10 +39,7 @@ export class StillReader {
     });
   }
 
-  /**
-   * Follow the job of a still.
-   * @param {JobDocument} job
-   */
+  /** Follow the job of a still. @param {JobDocument} job */
   follow(job) {
     this.press = { job_id: job.id, over: false, done: 0, total: null, problem: null };
     this.#take(job);
@@ -63,29 +64,17 @@ export class StillReader {
 
   /** Read which still is being taken, after the page has opened or the server has come back. */
   async #find() {
-    if (this.press && !this.press.over) return this.#lookUp();
+    if (this.press && !this.press.over) return this.#watch.read(this.press.job_id);
     const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs?limit=20"));
     const job = jobs.find(({ kind, ended_utc }) => kind === "still" && ended_utc === null);
     if (job) this.follow(job);
   }
 
-  async #lookUp() {
-    const { press } = this;
-    if (!press || press.over) return;
-    try {
-      this.#take(/** @type {JobDocument} */ (await request("GET", `/jobs/${press.job_id}`)));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.slug === "not-found")
-        this.press = null; // the server has another data directory, without this job
-      else this.#watch();
-      this.changed();
-    }
-  }
-
-  #watch() {
-    clearTimeout(this.#look);
-    this.#look = setTimeout(() => void this.#lookUp(), LOOK_MS);
+  /** @param {number} status of the refusal; 404: the server has another data directory, without this job */
+  #lost(status) {
+    if (status === 404) this.press = null;
+    else if (this.press) this.#watch.watch(this.press.job_id);
+    this.changed();
   }
 
   /** @param {JobDocument} job */
@@ -95,8 +84,8 @@ export class StillReader {
     const over = job.ended_utc !== null;
     this.press = { job_id: job.id, over, done, total, problem: job.problem };
     this.changed();
-    if (!over) return this.#watch();
-    clearTimeout(this.#look);
+    if (!over) return this.#watch.watch(job.id);
+    this.#watch.stop();
     void this.readHeld();
     if (job.state === "succeeded" && job.result_url)
       void this.#reads.read("taken", () => this.#tellTaken(job.result_url ?? ""));

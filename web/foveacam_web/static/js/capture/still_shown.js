@@ -36,10 +36,7 @@ function nothingYet() {
   return html`<p class="lead">What is taken shows up here before it is kept. The mirrors stay where they stand.</p>`;
 }
 
-/**
- * Show the picture of each camera; a click opens it at full size.
- * @param {StillDocument} still
- */
+/** Show the picture of each camera; a click opens it at full size. @param {StillDocument} still */
 export function picturesOf(still) {
   return still.cameras.map((shown) => {
     const { camera, came } = shown;
@@ -56,10 +53,7 @@ export function picturesOf(still) {
   });
 }
 
-/**
- * @param {NonNullable<Shown>} shown
- * @param {StillOrders} orders
- */
+/** @param {NonNullable<Shown>} shown @param {StillOrders} orders */
 function aboutOf({ still, waiting }, orders) {
   const name = textField("Keep it as", { value: still.name });
   const keep = () => orders.keep(still.id, name.value().trim() === still.name ? "" : name.value().trim());

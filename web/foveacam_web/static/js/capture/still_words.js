@@ -6,10 +6,7 @@ import { angle, count, millis, number, sentence } from "../format.js";
 
 export const CAMERAS = Object.freeze(/** @type {const} */ ({ wide: "Wide", left: "Left eye", right: "Right eye" }));
 
-/**
- * Word the frames of one camera: their number, bit depth, exposure and gaze.
- * @param {StillCamera} camera
- */
+/** Word the frames of one camera: their number, bit depth, exposure and gaze. @param {StillCamera} camera */
 export function cameraWords({ asked, came, bits, exposure_ms, gain_db, ax_deg, ay_deg }) {
   if (came === 0) return `none of ${count(asked)} frames`;
   const frames =
@@ -26,10 +23,7 @@ export function cameraWords({ asked, came, bits, exposure_ms, gain_db, ax_deg, a
     .join(" · ");
 }
 
-/**
- * Word why fewer frames arrived than were requested, one sentence a camera.
- * @param {StillDocument} still
- */
+/** Word why fewer frames arrived than were requested, one sentence a camera. @param {StillDocument} still */
 export function missingWords({ cameras }) {
   return cameras
     .filter(({ came, asked }) => came < asked)
@@ -39,10 +33,7 @@ export function missingWords({ cameras }) {
     );
 }
 
-/**
- * Summarise a still in a few words.
- * @param {StillDocument} still
- */
+/** Summarise a still in a few words. @param {StillDocument} still */
 export function stillWords({ cameras, stack_frames, stack_keep }) {
   const names = cameras.filter(({ came }) => came > 0).map(({ camera }) => CAMERAS[camera].toLowerCase());
   const stack =

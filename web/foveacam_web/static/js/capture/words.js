@@ -4,10 +4,7 @@ import { count, MISSING, number, remedyOf, sentence, span } from "../format.js";
 
 /** @import { CaptureEnd, Capturing } from "#page" */
 
-/**
- * Format a number of bytes with three significant digits.
- * @param {number | null | undefined} bytes
- */
+/** Format a number of bytes with three significant digits. @param {number | null | undefined} bytes */
 export function sizeText(bytes) {
   if (bytes === null || bytes === undefined || !Number.isFinite(bytes)) return MISSING;
   const units = ["B", "kB", "MB", "GB", "TB"];
@@ -43,10 +40,7 @@ export function stateWords({ state, asked, progress, why }) {
   return PHASES[progress.phase];
 }
 
-/**
- * Word a capture's progress: points done, time left, rate.
- * @param {Capturing} capturing
- */
+/** Word a capture's progress: points done, time left, rate. @param {Capturing} capturing */
 export function farWords({ progress, state }) {
   if (!progress || progress.total === 0) return "";
   const { done, total, left_s, bytes_per_s, written_bytes } = progress;
@@ -55,10 +49,7 @@ export function farWords({ progress, state }) {
   return [`${count(done)} of ${count(total)}`, left, written].filter(Boolean).join(", ");
 }
 
-/**
- * Word a capture's end: tone, headline, reason, remedy.
- * @param {Capturing & {end: CaptureEnd}} capturing
- */
+/** Word a capture's end: tone, headline, reason, remedy. @param {Capturing & {end: CaptureEnd}} capturing */
 export function endWords({ name, end }) {
   const { job, state, why, problem, taken, planned } = end;
   const title = name ? `“${name}”` : "The capture";

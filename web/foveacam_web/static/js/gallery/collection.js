@@ -1,13 +1,13 @@
 // The page of a collection: its list of cards with search and trash, or one entry. datasets.js, recordings.js and
 // stills.js say what differs.
 
-import { nothing } from "../calibration/parts.js";
+import { nothing } from "../parts.js";
 import { h, html, repeat, update } from "../dom.js";
 import { count, sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { sizeWords, whenWords } from "./dataset_words.js";
 import "./drawn.js";
-import { galleryAddress } from "./route.js";
+import { galleryAddress } from "../addresses.js";
 
 /**
  * @import { GalleryContext } from "./page.js"
@@ -95,11 +95,7 @@ export function openList({ noun, hint, orders, reader, card, intro, above = () =
   return place;
 }
 
-/**
- * @param {number} length
- * @param {number} bytes
- * @param {Noun} noun
- */
+/** @param {number} length @param {number} bytes @param {Noun} noun */
 function summary(length, bytes, noun) {
   return [`${count(length)} ${length === 1 ? noun.one : noun.many}`, bytes > 0 && sizeWords(bytes)]
     .filter(Boolean)
@@ -160,10 +156,7 @@ export function openEntry({ noun, reader, page }, { follow }) {
   return place;
 }
 
-/**
- * @param {string} why
- * @param {Noun} noun
- */
+/** @param {string} why @param {Noun} noun */
 function missing(why, { many }) {
   const list = html`<a href=${galleryAddress(many)}>To the ${many}</a>`;
   return [nothing(sentence(why)), html`<p class="lead">It may be in the trash. ${list}.</p>`];

@@ -1,7 +1,5 @@
 // Sends the commands of one collection: trash, restore, empty, describe, check.
 
-import { request } from "../api.js";
-
 /** @import { Commands } from "../commands.js" */
 
 const UNDO_MS = 15_000;
@@ -33,7 +31,7 @@ export class CollectionOrders {
    * @param {string} [became] the text of the message, after the name
    */
   async remove(entry, became = "is in the trash") {
-    const gone = await this.commands.attempt(() => request("DELETE", this.path(entry.id)).then(() => true));
+    const gone = await this.commands.send("DELETE", this.path(entry.id));
     if (gone)
       this.commands.say({
         tone: "info",
@@ -43,14 +41,12 @@ export class CollectionOrders {
         action: { label: "Undo", act: () => this.restore(entry) },
       });
     this.changed();
-    return gone === true;
+    return gone !== null;
   }
 
   /** @param {Pick<T, "id" | "name">} entry */
   async restore({ id, name }) {
-    const back = await this.commands.attempt(
-      () => /** @type {Promise<T>} */ (request("POST", this.path(id, "/restore"))),
-    );
+    const back = /** @type {T | null} */ (await this.commands.send("POST", this.path(id, "/restore")));
     if (back && back.name !== name)
       this.commands.say({
         tone: "info",
@@ -62,7 +58,7 @@ export class CollectionOrders {
 
   /** Delete everything in the trash for good. */
   async empty() {
-    await this.commands.attempt(() => request("DELETE", `${this.resource}/trash`));
+    await this.commands.send("DELETE", `${this.resource}/trash`);
     this.changed();
   }
 
@@ -73,7 +69,7 @@ export class CollectionOrders {
    * @returns {Promise<T | null>}
    */
   describe(id, change) {
-    return this.commands.attempt(() => request("PATCH", this.path(id), { body: change }));
+    return this.commands.send("PATCH", this.path(id), { body: change });
   }
 
   /**
@@ -82,6 +78,6 @@ export class CollectionOrders {
    * @returns {Promise<{sound: boolean, faults: string[]} | null>}
    */
   check(id) {
-    return this.commands.attempt(() => request("POST", this.path(id, "/check"), { patience_ms: CHECK_MS }));
+    return this.commands.send("POST", this.path(id, "/check"), { patience_ms: CHECK_MS });
   }
 }

@@ -49,20 +49,13 @@ export class ListReader {
     ]);
   }
 
-  /**
-   * Search for the entries that contain every word.
-   * @param {string} text
-   */
+  /** Search for the entries that contain every word. @param {string} text */
   search(text) {
     this.#text = text;
     return this.readList();
   }
 
-  /**
-   * Change one entry without reading the list.
-   * @param {string} id
-   * @param {(known: T) => T} change
-   */
+  /** Change one entry without reading the list. @param {string} id @param {(known: T) => T} change */
   change(id, change) {
     this.#meanwhile.set(id, change);
     if (!this.list?.some((each) => each.id === id)) return;
@@ -81,11 +74,7 @@ export class ListReader {
     });
   }
 
-  /**
-   * @param {string} what
-   * @param {string} query
-   * @param {(entries: T[]) => void} take
-   */
+  /** @param {string} what @param {string} query @param {(entries: T[]) => void} take */
   #read(what, query, take) {
     return this.#reads.read(what, async () => {
       take(await request("GET", `${this.#resource}?${query}`));
@@ -137,10 +126,7 @@ export class EntryReader {
     });
   }
 
-  /**
-   * Read what is shown beside the entry, before it is shown.
-   * @param {T} _entry
-   */
+  /** Read what is shown beside the entry, before it is shown. @param {T} _entry */
   async readMore(_entry) {}
 
   /** @param {T} entry the response to a command */

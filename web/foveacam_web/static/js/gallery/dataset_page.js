@@ -1,8 +1,8 @@
 // The page of one dataset: contact sheet, coverage, details, checks and files.
 
-import { badge, figures, nothing, panel } from "../calibration/parts.js";
+import { badge, figures, nothing, panel } from "../parts.js";
 import { fresh } from "../calibration/pictures.js";
-import { addressOf } from "../calibration/route.js";
+import { galleryAddress, wizardAddress } from "../addresses.js";
 import { html, say } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -13,7 +13,6 @@ import { progressOf } from "./datasets.js";
 import { makeEditable } from "./editable.js";
 import { openMosaic } from "./mosaic.js";
 import { makeReference } from "./reference.js";
-import { galleryAddress } from "./route.js";
 
 /**
  * @import { CaptureDocument, PointsDocument } from "#api"
@@ -83,11 +82,7 @@ export function makeDatasetPage(id, { noun, orders, reader, context }) {
   };
 }
 
-/**
- * @param {CaptureDocument} dataset
- * @param {Noun} noun
- * @param {DatasetOrders} orders
- */
+/** @param {CaptureDocument} dataset @param {Noun} noun @param {DatasetOrders} orders */
 function headParts(dataset, noun, orders) {
   const { id, name, state, resumable, url, points, why } = dataset;
   const live = isLive(dataset);
@@ -130,10 +125,7 @@ function emptyWords({ state }) {
     : "Nothing was taken yet.";
 }
 
-/**
- * @param {CaptureDocument} dataset
- * @param {PointsDocument} points
- */
+/** @param {CaptureDocument} dataset @param {PointsDocument} points */
 function coverageOf({ url }, { points }) {
   return html`<figure class="cover-map">
     <drawn-picture
@@ -164,10 +156,7 @@ function conditionsOf(conditions) {
   ];
 }
 
-/**
- * @param {string} title
- * @param {Record<string, unknown> | null} document
- */
+/** @param {string} title @param {Record<string, unknown> | null} document */
 function asWritten(title, document) {
   if (!document || Object.keys(document).length === 0) return null;
   return html`<details>
@@ -176,10 +165,7 @@ function asWritten(title, document) {
   </details>`;
 }
 
-/**
- * @param {string | null} id
- * @param {string | null} in_use
- */
+/** @param {string | null} id @param {string | null} in_use */
 function calibrationOf(id, in_use) {
   if (id === null) return nothing("It was taken without a calibration: no rectified pairs, no anaglyphs.");
   const word =
@@ -188,7 +174,7 @@ function calibrationOf(id, in_use) {
     <p class="facts"><span class="number" title=${id}>${id.slice(0, 10)}</span>${word}</p>
     <p class="lead">
       Embedded in the dataset, whole: it is rectified by this one, whatever the rig uses.
-      ${" "}<a href=${addressOf("overview")}>Calibrations</a>.
+      ${" "}<a href=${wizardAddress("overview")}>Calibrations</a>.
     </p>
   </div>`;
 }

@@ -11,10 +11,7 @@ import { makePointView } from "./point_view.js";
 /** @type {Readonly<Record<string, [number, number]>>} rows and columns that a key moves */
 const WAYS = Object.freeze({ ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [-1, 0], ArrowDown: [1, 0] });
 
-/**
- * Return a function that shows the sheet of a dataset.
- * @param {AbortSignal} signal
- */
+/** Return a function that shows the sheet of a dataset. @param {AbortSignal} signal */
 export function makeSheet(signal) {
   const frame = h("div", { class: "contact" });
   const view = makePointView((index) => choose(index));
@@ -58,10 +55,7 @@ export function makeSheet(signal) {
   };
 }
 
-/**
- * @param {PointDocument} point
- * @param {{scans: number, first: boolean, open: (index: number) => void}} context
- */
+/** @param {PointDocument} point @param {{scans: number, first: boolean, open: (index: number) => void}} context */
 function cellOf(point, { scans, first, open }) {
   const { index, sheet_row, sheet_column } = point;
   const words = pointWords(point, scans);

@@ -33,11 +33,7 @@ const CAMERAS = Object.freeze(
   ]),
 );
 
-/**
- * Return the path of a capture below /api/v1.
- * @param {string} id
- * @param {string} [rest]
- */
+/** Return the path of a capture below /api/v1. @param {string} id @param {string} [rest] */
 export function capturePath(id, rest = "") {
   return `/captures/${encodeURIComponent(id)}${rest}`;
 }
@@ -62,10 +58,7 @@ export function pointsWords({ points, state }) {
   return [taken, points.skipped > 0 && `${count(points.skipped)} passed over`].filter(Boolean).join(", ");
 }
 
-/**
- * Word the progress of a running capture.
- * @param {CaptureDocument} dataset
- */
+/** Word the progress of a running capture. @param {CaptureDocument} dataset */
 export function progressWords({ progress, why }) {
   if (why) return sentence(why);
   if (!progress) return "Waiting for the rig.";
@@ -98,10 +91,7 @@ export function pointWords({ aim_ax_deg, aim_ay_deg, distance_m, rail_mm, scan }
     .join(" · ");
 }
 
-/**
- * @param {CaptureDocument} dataset
- * @returns {[string, string][]} names and values
- */
+/** @param {CaptureDocument} dataset @returns {[string, string][]} names and values */
 export function factRows(dataset) {
   const { scans, frames } = dataset.points;
   return filled([
@@ -116,18 +106,12 @@ export function factRows(dataset) {
   ]);
 }
 
-/**
- * Return the rows that have a value.
- * @param {[string, string][]} rows
- */
+/** Return the rows that have a value. @param {[string, string][]} rows */
 export function filled(rows) {
   return rows.filter(([, value]) => value !== "");
 }
 
-/**
- * Return the lines of Python that load a dataset, with its real path.
- * @param {CaptureDocument} dataset
- */
+/** Return the lines of Python that load a dataset, with its real path. @param {CaptureDocument} dataset */
 export function snippet({ folder, points, calibration_id }) {
   const calibrated = calibration_id !== null;
   return [
@@ -139,10 +123,7 @@ export function snippet({ folder, points, calibration_id }) {
   ].join("\n");
 }
 
-/**
- * @param {Json | null} plan
- * @returns {string[]} a sentence each
- */
+/** @param {Json | null} plan @returns {string[]} a sentence each */
 export function planWords(plan) {
   if (!plan) return [];
   return [
@@ -210,10 +191,7 @@ function railWords(positions_mm) {
   return `${places.length} ${places.length === 1 ? "scan" : "scans"}, from ${places.map((each) => number(Number(each), 0)).join(", ")} mm on the rail.`;
 }
 
-/**
- * @param {Json | null} conditions
- * @returns {[string, string][]} names and values
- */
+/** @param {Json | null} conditions @returns {[string, string][]} names and values */
 export function conditionRows(conditions) {
   if (!conditions) return [];
   const { scene, settle_us, low_pass_hz, rail_m, pan_rad, tilt_rad, survey_distances_m } = conditions;
@@ -259,19 +237,12 @@ function plain(value) {
   return String(Number(value.toPrecision(4)));
 }
 
-/**
- * @param {unknown} value
- * @returns {Json} empty for what is no object
- */
+/** @param {unknown} value @returns {Json} empty for what is no object */
 function part(value) {
   return value !== null && typeof value === "object" ? /** @type {Json} */ (value) : {};
 }
 
-/**
- * @param {unknown} value
- * @param {(each: unknown) => boolean} fits
- * @returns {unknown[]} empty for what is no list
- */
+/** @param {unknown} value @param {(each: unknown) => boolean} fits @returns {unknown[]} empty for what is no list */
 function listOf(value, fits) {
   return Array.isArray(value) ? value.filter(fits) : [];
 }

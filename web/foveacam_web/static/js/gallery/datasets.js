@@ -1,7 +1,8 @@
 // The datasets of the gallery: their list, one dataset, or a further page about one.
 
-import { badge, bar } from "../calibration/parts.js";
+import { badge, bar } from "../parts.js";
 import { fresh } from "../calibration/pictures.js";
+import { shareOf } from "../capture/state.js";
 import { html } from "../dom.js";
 import { sentence } from "../format.js";
 import { request } from "../api.js";
@@ -21,11 +22,7 @@ import { capturePath, isLive, pointsWords, progressWords, sizeWords, stateWords 
 const NOUN = Object.freeze({ one: "dataset", many: "datasets" });
 const GROWING_MS = 10_000; // interval of redrawing the pictures of a running capture: drawing costs the server time
 
-/**
- * @param {GalleryPlace} at
- * @param {GalleryContext} context
- * @returns {HTMLElement}
- */
+/** @param {GalleryPlace} at @param {GalleryContext} context @returns {HTMLElement} */
 export function openDatasets(at, context) {
   const part = DATASET_PARTS.find(({ name }) => name === at.part);
   if (at.id !== null) return part ? part.open(at, context) : openDataset(at.id, context);
@@ -46,10 +43,7 @@ export function openDatasets(at, context) {
   );
 }
 
-/**
- * @param {string} id
- * @param {GalleryContext} context
- */
+/** @param {string} id @param {GalleryContext} context */
 function openDataset(id, context) {
   const reader = new DatasetReader(id);
   const orders = new DatasetOrders(context);
@@ -76,22 +70,13 @@ function cardOf(dataset) {
   };
 }
 
-/**
- * @param {CaptureDocument} dataset
- * @param {string} label
- */
+/** @param {CaptureDocument} dataset @param {string} label */
 export function progressOf(dataset, label) {
-  const { progress } = dataset;
   const text = progressWords(dataset);
-  const share = progress && progress.total > 0 && progress.phase !== "survey" ? progress.done / progress.total : null;
-  return [bar(label, { share, text }), html`<p class="note">${text}</p>`];
+  return [bar(label, { share: shareOf(dataset), text }), html`<p class="note">${text}</p>`];
 }
 
-/**
- * Apply an event to the list.
- * @param {ListReader<CaptureDocument>} reader
- * @param {EventDocument} event
- */
+/** Apply an event to the list. @param {ListReader<CaptureDocument>} reader @param {EventDocument} event */
 function hear(reader, { kind, data }) {
   if (kind !== "capture.progress") return void (kind.startsWith("capture.") && reader.readAll());
   const news = /** @type {any} */ (data); // any: the data of this event kind, which OpenAPI leaves open
@@ -100,32 +85,21 @@ function hear(reader, { kind, data }) {
   reader.change(news.capture_id, (each) => withProgress(each, news));
 }
 
-/**
- * @param {CaptureDocument} dataset
- * @param {ProgressNews} news
- * @returns {CaptureDocument}
- */
+/** @param {CaptureDocument} dataset @param {ProgressNews} news @returns {CaptureDocument} */
 function withProgress(dataset, { capture_id: _, state, wish, ...progress }) {
   return { ...dataset, state, why: wish, progress };
 }
 
 /** The dataset commands of one page. @extends {CollectionOrders<CaptureDocument>} */
 export class DatasetOrders extends CollectionOrders {
-  /**
-   * @param {Pick<GalleryContext, "commands">} context
-   * @param {() => unknown} [changed]
-   */
+  /** @param {Pick<GalleryContext, "commands">} context @param {() => unknown} [changed] */
   constructor({ commands }, changed) {
     super({ commands, resource: "/captures", changed });
   }
 
-  /**
-   * Resume a partial dataset; return whether the server accepted it.
-   * @param {string} id
-   */
+  /** Resume a partial dataset; return whether the server accepted it. @param {string} id */
   async resume(id) {
-    const headers = this.commands.leaseHeader();
-    return (await this.commands.attempt(() => request("POST", this.path(id, "/resume"), { headers }))) !== null;
+    return (await this.commands.send("POST", this.path(id, "/resume"))) !== null;
   }
 }
 
@@ -142,20 +116,14 @@ export class DatasetReader extends EntryReader {
     this.#id = id;
   }
 
-  /**
-   * @override
-   * @param {CaptureDocument} dataset
-   */
+  /** @override @param {CaptureDocument} dataset */
   async readMore({ state, points }) {
     this.#due_ms = performance.now() + GROWING_MS;
     const readable = state !== "damaged" && points.planned > 0;
     this.points = readable ? await request("GET", capturePath(this.#id, "/points")) : null;
   }
 
-  /**
-   * @override
-   * @param {EventDocument} event
-   */
+  /** @override @param {EventDocument} event */
   hear(event) {
     if (event.kind !== "capture.progress") return super.hear(event);
     const news = /** @type {any} */ (event.data); // any: the data of this event kind, which OpenAPI leaves open

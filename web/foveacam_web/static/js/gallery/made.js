@@ -1,7 +1,7 @@
 // What the server makes of a dataset, a mosaic or a reference: its reads, its commands, and the making as it is shown.
 
 import { request } from "../api.js";
-import { bar } from "../calibration/parts.js";
+import { bar } from "../parts.js";
 import { html } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -25,11 +25,7 @@ export class Made extends EntryReader {
   /** The problem of the last attempt to make it. @type {Problem | null} */
   trouble = null;
 
-  /**
-   * @param {string} id of the dataset
-   * @param {"mosaic" | "reference"} kind
-   * @param {Commands} commands
-   */
+  /** @param {string} id of the dataset @param {"mosaic" | "reference"} kind @param {Commands} commands */
   constructor(id, kind, commands) {
     super(capturePath(id, `/${kind}`), (event) => {
       const [of, what] = event.kind.split(".");
@@ -40,10 +36,7 @@ export class Made extends EntryReader {
     this.commands = commands;
   }
 
-  /**
-   * @override
-   * @param {T} made
-   */
+  /** @override @param {T} made */
   async readMore({ job_id }) {
     const ended = job_id === null ? this.entry?.job_id : null;
     if (!ended) return;
@@ -57,10 +50,7 @@ export class Made extends EntryReader {
     this.changed();
   }
 
-  /**
-   * @override
-   * @param {EventDocument} event
-   */
+  /** @override @param {EventDocument} event */
   hear(event) {
     const { entry } = this;
     if (event.kind !== "job.updated" || !entry?.job_id || event.data?.["id"] !== entry.job_id) return super.hear(event);
@@ -85,13 +75,9 @@ export class Made extends EntryReader {
     return this.#send("DELETE", this.path);
   }
 
-  /**
-   * @param {"POST" | "DELETE"} method
-   * @param {string} path
-   * @param {W} [body]
-   */
+  /** @param {"POST" | "DELETE"} method @param {string} path @param {W} [body] */
   async #send(method, path, body) {
-    await this.commands.attempt(() => request(method, path, { body }));
+    await this.commands.send(method, path, { body });
     await this.readAll();
   }
 

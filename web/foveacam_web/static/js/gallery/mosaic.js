@@ -1,8 +1,7 @@
 // The page of a dataset's mosaic: viewer of picture and depth, making it, its figures and files, its surface in 3D.
 
-import { request } from "../api.js";
-import { badge, choiceField, figures, nothing } from "../calibration/parts.js";
-import { addressOf } from "../calibration/route.js";
+import { badge, choiceField, figures, nothing } from "../parts.js";
+import { CONSOLE_ADDRESS, galleryAddress } from "../addresses.js";
 import { changing, h, html, update } from "../dom.js";
 import { count, pixels, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -11,7 +10,6 @@ import { Made } from "./made.js";
 import { makeMix, makeReadout, makeScale, makeZoom } from "./mosaic_tools.js";
 import { MosaicViewer } from "./mosaic_viewer.js";
 import { percent, size } from "./mosaic_words.js";
-import { galleryAddress } from "./route.js";
 
 /**
  * @import { MadeMosaic, MosaicDocument, MosaicNeedsDocument, MosaicRequest } from "#api"
@@ -24,31 +22,23 @@ const MESH_MS = 60_000; // about ten megabytes are packed for every viewer
 
 /** The mosaic of one dataset. @extends {Made<MosaicDocument, MosaicRequest>} */
 class Mosaic extends Made {
-  /**
-   * Show the surface in 3D, or take it away.
-   * @param {boolean} shown
-   */
+  /** Show the surface in 3D, or take it away. @param {boolean} shown */
   async show(shown) {
     const path = `${this.path}/in_scene`;
-    const mosaic = await this.commands.attempt(
-      () => /** @type {Promise<MosaicDocument>} */ (request(shown ? "PUT" : "DELETE", path, { patience_ms: MESH_MS })),
-    );
+    const mosaic = await this.commands.send(shown ? "PUT" : "DELETE", path, { patience_ms: MESH_MS });
     if (!mosaic) return;
-    this.adopt(mosaic);
+    this.adopt(/** @type {MosaicDocument} */ (mosaic));
     if (shown)
       this.commands.say({
         tone: "good",
         title: "The surface is in the 3D view",
         detail: "It stays there until it is taken away.",
-        action: { label: "Go there", act: () => (location.hash = addressOf(null)) },
+        action: { label: "Go there", act: () => (location.hash = CONSOLE_ADDRESS) },
       });
   }
 }
 
-/**
- * @param {GalleryPlace} at
- * @param {GalleryContext} context
- */
+/** @param {GalleryPlace} at @param {GalleryContext} context */
 export function openMosaic(at, { commands, follow, signal }) {
   const id = at.id ?? "";
   const mosaic = new Mosaic(id, "mosaic", commands);
@@ -105,10 +95,7 @@ function pageOf(id, mosaic, document, { picture, offer }) {
   </article>`;
 }
 
-/**
- * @param {Pick<MosaicDocument, "state" | "outdated" | "made" | "refusal">} mosaic
- * @returns {[string, string]}
- */
+/** @param {Pick<MosaicDocument, "state" | "outdated" | "made" | "refusal">} mosaic @returns {[string, string]} */
 function wordOf({ state, outdated, made, refusal }) {
   if (state === "building") return ["plain", made ? "being made anew" : "being made"];
   if (made) return outdated ? ["warn", "older than its dataset"] : ["good", "complete"];
@@ -116,11 +103,7 @@ function wordOf({ state, outdated, made, refusal }) {
   return refusal ? ["warn", "not possible"] : ["plain", "not made yet"];
 }
 
-/**
- * @param {MadeMosaic} made
- * @param {MosaicDocument} document
- * @param {Mosaic} mosaic
- */
+/** @param {MadeMosaic} made @param {MosaicDocument} document @param {Mosaic} mosaic */
 function actionsOf({ glb_url, ply_url }, { in_scene, state }, mosaic) {
   const file = (/** @type {string | null} */ url, /** @type {string} */ text) =>
     url && html`<a class="plain" href=${url} download="">${icon("down")}${text}</a>`;
@@ -163,10 +146,7 @@ function factsOf({ eye, views, width, height, tiles, size_bytes, seams, depth, m
   ];
 }
 
-/**
- * @param {Offer} offer
- * @param {Mosaic} mosaic
- */
+/** @param {Offer} offer @param {Mosaic} mosaic */
 function offerOf({ anew, begun, needs, scans, brackets, eye }, mosaic) {
   const numbered = (/** @type {number[]} */ from) =>
     from.map((each) => /** @type {[string, string]} */ ([String(each), String(each + 1)]));
@@ -208,10 +188,7 @@ function offerOf({ anew, begun, needs, scans, brackets, eye }, mosaic) {
   </div>`;
 }
 
-/**
- * @param {MadeMosaic} made
- * @param {AbortSignal} signal
- */
+/** @param {MadeMosaic} made @param {AbortSignal} signal */
 function pictureOf(made, signal) {
   const readout = makeReadout();
   const scale = makeScale(made);

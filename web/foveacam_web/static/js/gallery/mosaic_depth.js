@@ -23,10 +23,7 @@ export class DepthTile {
   #pixels;
   #step_m;
 
-  /**
-   * @param {ImageData} data
-   * @param {number} step_m
-   */
+  /** @param {ImageData} data @param {number} step_m */
   constructor(data, step_m) {
     this.width = data.width;
     this.height = data.height;
@@ -34,21 +31,13 @@ export class DepthTile {
     this.#step_m = step_m;
   }
 
-  /**
-   * Return the depth along z in metres at a cell; null where unknown.
-   * @param {number} column
-   * @param {number} row
-   */
+  /** Return the depth along z in metres at a cell; null where unknown. @param {number} column @param {number} row */
   at(column, row) {
     if (column < 0 || row < 0 || column >= this.width || row >= this.height) return null;
     return this.#metres(4 * (row * this.width + column));
   }
 
-  /**
-   * Return the tile in colours, transparent where depth is unknown.
-   * @param {Span} span
-   * @returns {ImageData}
-   */
+  /** Return the tile in colours, transparent where depth is unknown. @param {Span} span @returns {ImageData} */
   painted({ near_m, far_m }) {
     const out = new ImageData(this.width, this.height);
     for (let at = 0; at < out.data.length; at += 4) {
@@ -70,11 +59,7 @@ export class DepthTile {
   }
 }
 
-/**
- * Decode the file of a depth tile.
- * @param {Blob} content
- * @param {number} step_m
- */
+/** Decode the file of a depth tile. @param {Blob} content @param {number} step_m */
 export async function depthTileOf(content, step_m) {
   // the colours are numbers: the browser must not convert them
   const image = await createImageBitmap(content, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
@@ -94,10 +79,7 @@ export function gradient() {
     .join(", ")})`;
 }
 
-/**
- * Return about four round depths within a span.
- * @param {Span} span
- */
+/** Return about four round depths within a span. @param {Span} span */
 export function ticksOf({ near_m, far_m }) {
   const rough = (far_m - near_m) / 4;
   const decade = 10 ** Math.floor(Math.log10(rough));

@@ -12,10 +12,7 @@ const WHEEL_STEP = 0.0015;
 const KEY_SHARE = 0.15;
 const KEY_ZOOM = 1.5;
 
-/**
- * @param {HTMLElement} element
- * @param {Meaning} mean
- */
+/** @param {HTMLElement} element @param {Meaning} mean */
 export function listenToHands(element, mean) {
   /** @type {Map<number, Point>} */
   const pointers = new Map();
@@ -77,11 +74,7 @@ function drag(pointers, id, to, mean) {
   if (before && after) mean.zoom({ x: (to.x + other.x) / 2, y: (to.y + other.y) / 2 }, after / before);
 }
 
-/**
- * Handle a key; return whether it has a function here.
- * @param {KeyboardEvent} event
- * @param {Meaning} mean
- */
+/** Handle a key; return whether it has a function here. @param {KeyboardEvent} event @param {Meaning} mean */
 function pressed({ key, shiftKey }, mean) {
   const { width, height } = mean.box();
   const share = shiftKey ? 5 * KEY_SHARE : KEY_SHARE;

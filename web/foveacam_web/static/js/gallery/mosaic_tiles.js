@@ -84,10 +84,7 @@ export class TileLayer {
     return tile ? { tile, column: column - address.x * tile_px, row: row - address.y * tile_px } : null;
   }
 
-  /**
-   * Return the coarsest level whose px are not larger than the screen's.
-   * @param {number} scale
-   */
+  /** Return the coarsest level whose px are not larger than the screen's. @param {number} scale */
   #levelFor(scale) {
     const finer = Math.log2(scale * this.#cell);
     return Math.min(this.top, Math.max(0, this.top + Math.ceil(finer - 0.25)));
@@ -98,19 +95,12 @@ export class TileLayer {
     return Math.max(0, this.top - Math.max(0, Math.ceil(Math.log2(Math.max(width, height) / tile_px))));
   }
 
-  /**
-   * Return how many picture px one px of a level covers.
-   * @param {number} level
-   */
+  /** Return how many picture px one px of a level covers. @param {number} level */
   #unit(level) {
     return this.#cell * 2 ** (this.top - level);
   }
 
-  /**
-   * @param {Box} seen
-   * @param {number} level
-   * @returns {Address[]}
-   */
+  /** @param {Box} seen @param {number} level @returns {Address[]} */
   #within(seen, level) {
     const side = this.#unit(level) * this.#layer.tile_px;
     const { width, height } = this.#layer;
@@ -158,10 +148,7 @@ export class TileLayer {
     }
   }
 
-  /**
-   * @param {Address} address
-   * @param {{x: number, y: number}} middle picture px
-   */
+  /** @param {Address} address @param {{x: number, y: number}} middle picture px */
   #apart({ level, x, y }, middle) {
     const side = this.#unit(level) * this.#layer.tile_px;
     return Math.hypot((x + 0.5) * side - middle.x, (y + 0.5) * side - middle.y);
@@ -184,11 +171,7 @@ export class TileLayer {
     return coming;
   }
 
-  /**
-   * @param {Address} address
-   * @param {string} key
-   * @returns {Promise<T | null>}
-   */
+  /** @param {Address} address @param {string} key @returns {Promise<T | null>} */
   async #fetch(address, key) {
     try {
       const answer = await fetch(urlOf(this.#layer, address), { signal: this.#signal });
@@ -228,10 +211,7 @@ function keyOf({ level, x, y }) {
   return `${level}/${x}_${y}`;
 }
 
-/**
- * @param {MosaicLayer} layer
- * @param {Address} address
- */
+/** @param {MosaicLayer} layer @param {Address} address */
 function urlOf({ tiles_url }, { level, x, y }) {
   return tiles_url.replace("{level}", String(level)).replace("{x}", String(x)).replace("{y}", String(y));
 }

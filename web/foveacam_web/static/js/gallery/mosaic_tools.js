@@ -94,10 +94,7 @@ export function makeZoom(viewer) {
   };
 }
 
-/**
- * Build the scale of depth in metres, near at the left.
- * @param {MadeMosaic} made
- */
+/** Build the scale of depth in metres, near at the left. @param {MadeMosaic} made */
 export function makeScale({ near_m, far_m }) {
   if (near_m === null || far_m === null) return { element: h("div", { hidden: true }), show: () => {} };
   const colours = h("div", { class: "colours" });

@@ -197,10 +197,7 @@ export class MosaicViewer {
   }
 }
 
-/**
- * @param {MadeMosaic} made
- * @param {MosaicLayer["name"]} name
- */
+/** @param {MadeMosaic} made @param {MosaicLayer["name"]} name */
 function layerOf({ layers }, name) {
   const layer = layers.find((each) => each.name === name);
   if (!layer) throw new Error(`the mosaic has no layer ${name}`);
@@ -213,10 +210,7 @@ async function pictureTile(content) {
   return { image, width: image.width, height: image.height };
 }
 
-/**
- * @param {Blob} content
- * @param {MadeMosaic} made
- */
+/** @param {Blob} content @param {MadeMosaic} made */
 async function depthTile(content, { step_m, near_m, far_m }) {
   const depth = await depthTileOf(content, step_m);
   const image = await createImageBitmap(depth.painted({ near_m: near_m ?? 0, far_m: far_m ?? 1 }));

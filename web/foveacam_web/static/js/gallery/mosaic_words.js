@@ -2,10 +2,7 @@
 
 import { count, MISSING, number } from "../format.js";
 
-/**
- * @param {number} width
- * @param {number} height
- */
+/** @param {number} width @param {number} height */
 export function size(width, height) {
   return `${count(width)} × ${count(height)} px`;
 }
@@ -16,10 +13,7 @@ export function percent(share) {
   return `${number(100 * share, share < 0.01 ? 2 : share < 0.1 ? 1 : 0)} %`;
 }
 
-/**
- * Word the time left, rounded to what is known.
- * @param {number | null} left_s
- */
+/** Word the time left, rounded to what is known. @param {number | null} left_s */
 export function leftOf(left_s) {
   if (left_s === null) return "";
   if (left_s < 8) return "a few seconds left";

@@ -4,12 +4,11 @@
 // `store.on(keys, listener, signal)`, `addEventListener(…, { signal })`, and `context.follow(reader)`, which reads at
 // once and after each reconnection, and receives the server's events.
 
-import { addressOf } from "../calibration/route.js";
-import { absent, focusOn, h, html, need, update } from "../dom.js";
-import { icon } from "../icons.js";
+import { GALLERY_ADDRESS, galleryAddress } from "../addresses.js";
+import { absent, focusOn, h, html, update } from "../dom.js";
+import { pageHead } from "../pages.js";
 import { openDatasets } from "./datasets.js";
 import { openRecordings } from "./recordings.js";
-import { GALLERY_ADDRESS, galleryAddress } from "./route.js";
 import { openStills } from "./stills.js";
 
 /**
@@ -57,19 +56,18 @@ export class GalleryReader {
   }
 }
 
-/**
- * @param {HTMLElement} place
- * @param {GalleryTools} tools
- */
+/** @param {HTMLElement} place @param {GalleryTools} tools */
 export function mountGallery(place, tools) {
   const body = h("div", { class: "gallery-body", tabindex: "-1" });
   let leave = new AbortController();
   tools.store.on(["gallery"], ({ gallery }) => {
     leave.abort();
     leave = new AbortController();
-    update(place, [head(), tabsOf(gallery), body]);
+    update(place, [pageHead("gallery-title", "Gallery"), tabsOf(gallery), body]);
     body.replaceChildren(...(gallery ? [opened(gallery, tools, leave.signal)] : []));
-    turnPage(place, gallery !== null, body);
+    if (!gallery || place.hidden) return;
+    window.scrollTo(0, 0);
+    if (document.activeElement === document.body) focusOn(body);
   });
 }
 
@@ -83,41 +81,10 @@ function tabsOf(gallery) {
   </nav>`;
 }
 
-/**
- * @param {GalleryPlace} at
- * @param {GalleryTools} tools
- * @param {AbortSignal} signal
- */
+/** @param {GalleryPlace} at @param {GalleryTools} tools @param {AbortSignal} signal */
 function opened(at, tools, signal) {
   const tab = TABS.find(({ name }) => name === at.tab);
   if (tab) return tab.open(at, { ...tools, signal, follow: (reader) => tools.reader.follow(reader, signal) });
   const list = html`<a href=${GALLERY_ADDRESS}>To the datasets</a>`;
   return h("p", { class: "empty" }, html`There is no such page. ${list}.`);
-}
-
-function head() {
-  return html`<div class="wizard-head">
-    <h2 id="gallery-title" tabindex="-1">Gallery</h2>
-    <a class="plain back" href=${addressOf(null)} aria-label="Back to the console">
-      ${icon("back")}<span>Console</span>
-    </a>
-  </div>`;
-}
-
-/**
- * Show or hide the gallery, and move the focus to what is then visible.
- * @param {HTMLElement} place
- * @param {boolean} open
- * @param {HTMLElement} body
- */
-function turnPage(place, open, body) {
-  if (open) window.scrollTo(0, 0);
-  if (open === !place.hidden) {
-    if (open && document.activeElement === document.body) focusOn(body);
-    return;
-  }
-  place.hidden = !open;
-  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page is open already
-  need("console").hidden = open || other;
-  if (open || !other) focusOn(need(open ? "gallery-title" : "console"));
 }

@@ -60,10 +60,7 @@ function run(clock, signal) {
   requestAnimationFrame(tick);
 }
 
-/**
- * @param {PlayerClock} clock
- * @param {{anaglyphs: boolean, turn: (on: boolean) => void}} options
- */
+/** @param {PlayerClock} clock @param {{anaglyphs: boolean, turn: (on: boolean) => void}} options */
 function makeControls(clock, { anaglyphs, turn }) {
   const tool = (
     /** @type {string} */ label,

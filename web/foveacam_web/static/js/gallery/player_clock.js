@@ -14,10 +14,7 @@ export class PlayerClock {
   speed = 1;
   playing = false;
 
-  /**
-   * @param {TimelineDocument} timeline
-   * @param {() => void} changed
-   */
+  /** @param {TimelineDocument} timeline @param {() => void} changed */
   constructor(timeline, changed) {
     this.#steps_s = stepsOf(timeline.streams);
     this.#duration_s = timeline.duration_s;
@@ -67,10 +64,7 @@ export class PlayerClock {
     this.setSpeed(SPEEDS[Math.min(Math.max(index, 0), SPEEDS.length - 1)] ?? 1);
   }
 
-  /**
-   * Advance by a span of real time.
-   * @param {number} real_s
-   */
+  /** Advance by a span of real time. @param {number} real_s */
   pass(real_s) {
     if (!this.playing) return;
     const to_s = this.at_s + this.speed * real_s;
@@ -79,11 +73,7 @@ export class PlayerClock {
   }
 }
 
-/**
- * Return the index of the newest frame of a camera at a moment.
- * @param {TimelineStream} stream
- * @param {number} at_s
- */
+/** Return the index of the newest frame of a camera at a moment. @param {TimelineStream} stream @param {number} at_s */
 export function frameAt({ t_s }, at_s) {
   return Math.max(0, upTo(t_s, at_s + SAME_S / 2) - 1);
 }

@@ -1,6 +1,6 @@
 // Options of a film of the recording, which the server makes and the browser downloads.
 
-import { bar } from "../calibration/parts.js";
+import { bar } from "../parts.js";
 import { fill, h, html } from "../dom.js";
 import { count } from "../format.js";
 import { icon } from "../icons.js";

@@ -41,11 +41,7 @@ class Newest {
   }
 }
 
-/**
- * @param {string} name
- * @param {string} label
- * @param {{width: number, height: number}} size
- */
+/** @param {string} name @param {string} label @param {{width: number, height: number}} size */
 function makePane(name, label, { width, height }) {
   const readout = h("span", { class: "number" });
   const reason = h("p", { class: "no-picture", hidden: true, text: "This frame could not be shown." });
@@ -79,10 +75,7 @@ function makePane(name, label, { width, height }) {
   return { element, surface, readout, newest: new Newest(load) };
 }
 
-/**
- * @param {string} id
- * @param {TimelineDocument} timeline
- */
+/** @param {string} id @param {TimelineDocument} timeline */
 export function makePanes(id, timeline) {
   const streams = new Map(timeline.streams.map((stream) => [stream.role, stream]));
   const root = `/api/v1${recordingPath(id)}`;
@@ -144,10 +137,7 @@ export function makePanes(id, timeline) {
   };
 }
 
-/**
- * @param {readonly number[]} t_s
- * @param {number} index
- */
+/** @param {readonly number[]} t_s @param {number} index */
 function momentOf(t_s, index) {
   return (t_s[index] ?? 0).toFixed(6);
 }
@@ -164,10 +154,7 @@ function momentOfAll(indexes, streams, at_s) {
   return stream ? momentOf(stream.t_s, Number(eye[1])) : at_s.toFixed(6);
 }
 
-/**
- * @param {"left" | "right"} role
- * @param {MomentDocument} moment
- */
+/** @param {"left" | "right"} role @param {MomentDocument} moment */
 function printOf(role, moment) {
   const corners = moment.frames[role]?.footprint_px;
   if (!corners) return null;
@@ -176,10 +163,7 @@ function printOf(role, moment) {
   ></polygon>`;
 }
 
-/**
- * @param {Role} role
- * @param {MomentDocument} moment
- */
+/** @param {Role} role @param {MomentDocument} moment */
 function gazeWords(role, { frames }) {
   const frame = frames[role];
   if (!frame) return "";

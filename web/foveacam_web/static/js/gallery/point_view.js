@@ -21,9 +21,7 @@ const PICTURES = Object.freeze([
   { name: "wide", title: "Wide camera" },
 ]);
 
-/**
- * @param {(index: number) => void} left called with the shown point when the view closes
- */
+/** @param {(index: number) => void} left called with the shown point when the view closes */
 export function makePointView(left) {
   /** @type {Shown} */
   let shown = { url: "", stamp: "", points: [], planned: 0, scans: 1 };

@@ -1,7 +1,7 @@
 // The page of one recording: state, player, depth, film, contents, and buttons.
 
 import { RequestError, request } from "../api.js";
-import { badge, figures, nothing, panel } from "../calibration/parts.js";
+import { badge, figures, nothing, panel } from "../parts.js";
 import { h, html, update } from "../dom.js";
 import { count, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -159,10 +159,7 @@ function rowOf(stream) {
   </tr>`;
 }
 
-/**
- * @param {RecordingDocument} recording
- * @returns {[string, string | null][]}
- */
+/** @param {RecordingDocument} recording @returns {[string, string | null][]} */
 function factRows(recording) {
   return [
     ["Length", clockWords(recording.duration_s, 1)],

@@ -31,11 +31,7 @@ const LOSSES = Object.freeze({
   deadline: "they still waited when it had to end",
 });
 
-/**
- * Return the path of a recording below /api/v1.
- * @param {string} id
- * @param {string} [rest]
- */
+/** Return the path of a recording below /api/v1. @param {string} id @param {string} [rest] */
 export function recordingPath(id, rest = "") {
   return `/recordings/${encodeURIComponent(id)}${rest}`;
 }
@@ -57,7 +53,7 @@ export function droppedOf({ streams }) {
 }
 
 /** @param {RecordingDocument} recording */
-export function framesOf({ streams }) {
+function framesOf({ streams }) {
   return streams.reduce((sum, { frames }) => sum + frames, 0);
 }
 
@@ -83,10 +79,7 @@ export function boundWords({ left_s, room_s, room_bytes }) {
   return [left_s != null && `ends by itself in ${clockWords(left_s, 0)}`, room].filter(Boolean).join("; ");
 }
 
-/**
- * Word why frames of a camera are missing in the file; empty when none is.
- * @param {RecordedStreamDocument} stream
- */
+/** Word why frames of a camera are missing in the file; empty when none is. @param {RecordedStreamDocument} stream */
 export function lossWords({ losses }) {
   return sentence(
     Object.entries(losses)
@@ -96,11 +89,7 @@ export function lossWords({ losses }) {
   );
 }
 
-/**
- * Format seconds as minutes and seconds.
- * @param {number} seconds
- * @param {number} [decimals]
- */
+/** Format seconds as minutes and seconds. @param {number} seconds @param {number} [decimals] */
 export function clockWords(seconds, decimals = 2) {
   const scale = 10 ** decimals;
   const whole = Math.floor(Math.max(0, seconds) * scale + 1e-6) / scale;
@@ -110,10 +99,7 @@ export function clockWords(seconds, decimals = 2) {
   return `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, "0")}:${rest}`;
 }
 
-/**
- * Return the default name of a recording: date and time.
- * @param {Date} when
- */
+/** Return the default name of a recording: date and time. @param {Date} when */
 export function momentName(when) {
   const two = (/** @type {number} */ value) => String(value).padStart(2, "0");
   const day = [when.getFullYear(), two(when.getMonth() + 1), two(when.getDate())].join("-");

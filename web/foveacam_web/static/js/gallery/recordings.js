@@ -1,7 +1,7 @@
 // The recordings of the gallery: their list, or one recording. Orders: computes depth and makes films.
 
 import { RequestError, request } from "../api.js";
-import { badge } from "../calibration/parts.js";
+import { badge } from "../parts.js";
 import { h, html } from "../dom.js";
 import { sentence } from "../format.js";
 import { openEntry, openList } from "./collection.js";
@@ -20,11 +20,7 @@ const NOUN = Object.freeze({ one: "recording", many: "recordings" });
 const LOOK_MS = 400;
 const DEPTH_MS = 60_000; // the matcher takes a second, and other requests may be queued before this one
 
-/**
- * @param {GalleryPlace} at
- * @param {GalleryContext} context
- * @returns {HTMLElement}
- */
+/** @param {GalleryPlace} at @param {GalleryContext} context @returns {HTMLElement} */
 export function openRecordings({ id, part }, context) {
   if (id !== null) return openRecording(id, part, context);
   /** @type {ListReader<RecordingDocument>} */
@@ -49,11 +45,7 @@ export function openRecordings({ id, part }, context) {
   return list;
 }
 
-/**
- * @param {string} id
- * @param {string | null} part
- * @param {GalleryContext} context
- */
+/** @param {string} id @param {string | null} part @param {GalleryContext} context */
 function openRecording(id, part, context) {
   if (part !== null) return h("p", { class: "empty", text: "There is no such page." });
   const orders = new RecordingOrders(context);
@@ -102,10 +94,7 @@ function coverUrl({ url, streams }) {
 
 /** The recording commands of one page. @extends {CollectionOrders<RecordingDocument>} */
 export class RecordingOrders extends CollectionOrders {
-  /**
-   * @param {Pick<GalleryContext, "commands">} context
-   * @param {() => unknown} [changed]
-   */
+  /** @param {Pick<GalleryContext, "commands">} context @param {() => unknown} [changed] */
   constructor({ commands }, changed) {
     super({ commands, resource: "/recordings", changed });
   }

@@ -1,6 +1,6 @@
 // The section for a dataset's reference over the rail's long baselines: making it, its picture, figures and files.
 
-import { allHold, choiceField, numberField, panel } from "../calibration/parts.js";
+import { allHold, choiceField, numberField, panel } from "../parts.js";
 import { figure } from "../calibration/pictures.js";
 import { changing, h, html } from "../dom.js";
 import { icon } from "../icons.js";
@@ -49,10 +49,7 @@ export function makeReference(id, { commands, follow }, changed) {
   };
 }
 
-/**
- * @param {MadeReference} made
- * @param {{outdated: boolean, idle: boolean, reference: Reference}} context
- */
+/** @param {MadeReference} made @param {{outdated: boolean, idle: boolean, reference: Reference}} context */
 function resultOf(made, { outdated, idle, reference }) {
   const { svg_url, png_url, samples_url, made_utc } = made;
   const file = (/** @type {string} */ url, /** @type {string} */ text) =>
@@ -73,10 +70,7 @@ function resultOf(made, { outdated, idle, reference }) {
     </p>`;
 }
 
-/**
- * @param {Offer} offer
- * @param {Reference} reference
- */
+/** @param {Offer} offer @param {Reference} reference */
 function offerOf({ anew, stops, brackets }, reference) {
   const scan = choiceField("Depth of", [
     ["", "the scan nearest to the middle"],

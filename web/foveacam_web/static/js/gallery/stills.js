@@ -1,6 +1,6 @@
 // The stills of the gallery: their list, or one still with the pictures of all cameras.
 
-import { figures, panel } from "../calibration/parts.js";
+import { figures, panel } from "../parts.js";
 import { StillOrders } from "../capture/still_orders.js";
 import { picturesOf } from "../capture/still_shown.js";
 import { CAMERAS, crossingWords, missingWords, stillWords } from "../capture/still_words.js";
@@ -20,11 +20,7 @@ import { makeEditable } from "./editable.js";
 
 const NOUN = Object.freeze({ one: "still", many: "stills" });
 
-/**
- * @param {GalleryPlace} at
- * @param {GalleryContext} context
- * @returns {HTMLElement}
- */
+/** @param {GalleryPlace} at @param {GalleryContext} context @returns {HTMLElement} */
 export function openStills({ id }, context) {
   if (id !== null) return openStill(id, context);
   /** @type {ListReader<StillDocument>} */
@@ -74,10 +70,7 @@ function cardOf(still) {
   };
 }
 
-/**
- * @param {string} id
- * @param {GalleryContext} context
- */
+/** @param {string} id @param {GalleryContext} context */
 function openStill(id, context) {
   const orders = new StillOrders(context);
   /** @type {EntryReader<StillDocument>} */
@@ -112,10 +105,7 @@ function openStill(id, context) {
   return openEntry({ noun: NOUN, reader, page }, context);
 }
 
-/**
- * @param {StillDocument} still
- * @param {StillOrders} orders
- */
+/** @param {StillDocument} still @param {StillOrders} orders */
 function headParts(still, orders) {
   const { id, name, state, trouble, url, warnings } = still;
   const readable = trouble === "";
@@ -167,10 +157,7 @@ function factRows(still) {
   ]);
 }
 
-/**
- * @param {StillCamera} shown
- * @param {StillDocument} still
- */
+/** @param {StillCamera} shown @param {StillDocument} still */
 function cameraOf(shown, { url, name }) {
   const { camera, asked, came, width, height, bits, exposure_ms, gain_db, x_v, y_v, ax_deg, ay_deg } = shown;
   const rows = filled([

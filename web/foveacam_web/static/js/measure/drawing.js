@@ -1,7 +1,7 @@
 // Draws measurements over a view in CSS px: points, lines, outlines, and the value of the selected one.
 
 import { svg } from "../dom.js";
-import { shownOf } from "./orders.js";
+import { shownOf } from "./state.js";
 import { valueText } from "./words.js";
 
 /**
@@ -14,11 +14,7 @@ const SAME_GAZE_V = 0.1;
 const LABEL_HEIGHT_PX = 18;
 const LETTER_PX = 7;
 
-/**
- * Return the measurements that a view can show now.
- * @param {ConsoleState} state
- * @param {MeasuredView} view
- */
+/** Return the measurements that a view can show now. @param {ConsoleState} state @param {MeasuredView} view */
 export function visibleIn(state, view) {
   if (!state.settings.marks) return [];
   const look = state.clouds[0]?.fixation_id;
@@ -30,10 +26,7 @@ export function visibleIn(state, view) {
   });
 }
 
-/**
- * @param {import("#api").MirrorsDocument | null | undefined} mirrors
- * @param {MeasurementDocument["gaze"]} gaze
- */
+/** @param {import("#api").MirrorsDocument | null | undefined} mirrors @param {MeasurementDocument["gaze"]} gaze */
 function standsAt(mirrors, gaze) {
   if (!gaze || !mirrors?.left || !mirrors.right) return false;
   const off_v = [
@@ -61,10 +54,7 @@ export function drawMeasurement(measured, view, viewport, { selected, box }) {
   </g>`;
 }
 
-/**
- * @param {MeasureDraft} draft
- * @param {Viewport} viewport
- */
+/** @param {MeasureDraft} draft @param {Viewport} viewport */
 export function drawDraft({ kind, from, to }, viewport) {
   const a = viewport.toCss(from);
   const b = viewport.toCss(to);
@@ -77,18 +67,12 @@ export function drawDraft({ kind, from, to }, viewport) {
   </g>`;
 }
 
-/**
- * @param {Point[]} places
- * @param {boolean} closed
- */
+/** @param {Point[]} places @param {boolean} closed */
 function pathOf(places, closed) {
   return `M${places.map(({ x, y }) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}${closed ? "Z" : ""}`;
 }
 
-/**
- * @param {number} x
- * @param {number} y
- */
+/** @param {number} x @param {number} y */
 function cross(x, y) {
   const arms = `M${x - 6} ${y}H${x - 2}M${x + 2} ${y}H${x + 6}M${x} ${y - 6}V${y - 2}M${x} ${y + 2}V${y + 6}`;
   return svg`<g><path class="under" d=${arms}></path><path class="line" d=${arms}></path></g>`;

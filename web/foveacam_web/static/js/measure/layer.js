@@ -23,11 +23,7 @@ export class MeasureLayer {
   /** @type {Point | null} where the press began, CSS px */
   #from = null;
 
-  /**
-   * @param {Pane} pane
-   * @param {MeasuredView} view
-   * @param {Meaning} mean
-   */
+  /** @param {Pane} pane @param {MeasuredView} view @param {Meaning} mean */
   constructor(pane, view, mean) {
     this.#pane = pane;
     this.#view = view;
@@ -78,10 +74,7 @@ export class MeasureLayer {
     else this.#abandon(event.pointerId);
   }
 
-  /**
-   * @param {PointerEvent} event
-   * @param {Point} at
-   */
+  /** @param {PointerEvent} event @param {Point} at */
   #down(event, at) {
     if (event.button !== 0) return;
     this.#pointers.set(event.pointerId, at);
@@ -90,20 +83,14 @@ export class MeasureLayer {
     this.#drawDraft(null);
   }
 
-  /**
-   * @param {PointerEvent} event
-   * @param {Point} at
-   */
+  /** @param {PointerEvent} event @param {Point} at */
   #move(event, at) {
     const pressed = this.#pointers.has(event.pointerId);
     if (pressed && this.#from) this.#drawDraft(at);
     else if (!pressed && this.#mean.start()) this.#drawDraft(at);
   }
 
-  /**
-   * @param {PointerEvent} event
-   * @param {Point} at
-   */
+  /** @param {PointerEvent} event @param {Point} at */
   #up(event, at) {
     const from = this.#from;
     this.#abandon(event.pointerId);

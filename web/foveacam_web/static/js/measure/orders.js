@@ -1,6 +1,7 @@
 // Makes, reads, renames and deletes measurements; a deletion can be undone.
 
-import { RequestError, request } from "../api.js";
+import { request } from "../api.js";
+import { Deletions } from "../deletions.js";
 import { QuietReads } from "../quiet.js";
 
 /**
@@ -10,7 +11,6 @@ import { QuietReads } from "../quiet.js";
  * @import { Store } from "../store.js"
  */
 
-const UNDO_MS = 6000;
 const PATIENCE_MS = 30_000;
 
 /** The measurement commands of one page. */
@@ -18,14 +18,21 @@ export class MeasureOrders {
   #store;
   #commands;
   #reads = new QuietReads();
-  /** @type {Map<string, ReturnType<typeof setTimeout>>} */
-  #deletions = new Map();
+  #deletions;
 
   /** @param {{store: Store, commands: Commands}} context */
   constructor({ store, commands }) {
     this.#store = store;
     this.#commands = commands;
-    window.addEventListener("pagehide", () => this.#deletions.forEach((_, id) => void this.#deleteNow(id)));
+    this.#deletions = new Deletions({
+      commands,
+      resource: "/measurements",
+      changed: (hidden_measurements, gone) =>
+        store.set({
+          hidden_measurements,
+          measurements: (store.state.measurements ?? []).filter(({ id }) => id !== gone),
+        }),
+    });
   }
 
   readAll() {
@@ -46,11 +53,9 @@ export class MeasureOrders {
    * @returns {Promise<MeasurementDocument | null>}
    */
   async measure(kind, points) {
-    const made = await this.#commands.attempt(
-      () =>
-        /** @type {Promise<MeasurementDocument>} */ (
-          request("POST", "/measurements", { body: { kind, points }, patience_ms: PATIENCE_MS })
-        ),
+    const options = { body: { kind, points }, patience_ms: PATIENCE_MS };
+    const made = /** @type {MeasurementDocument | null} */ (
+      await this.#commands.send("POST", "/measurements", options)
     );
     if (!made) return null;
     const others = (this.#store.state.measurements ?? []).filter(({ id }) => id !== made.id);
@@ -58,61 +63,13 @@ export class MeasureOrders {
     return made;
   }
 
-  /**
-   * @param {string} id
-   * @param {string} label
-   */
+  /** @param {string} id @param {string} label */
   rename(id, label) {
-    return this.#commands.attempt(() => request("PATCH", `/measurements/${id}`, { body: { label } }));
+    return this.#commands.send("PATCH", `/measurements/${id}`, { body: { label } });
   }
 
   /** @param {MeasurementDocument} measured hidden now, deleted when the time to undo is over */
-  remove({ id, label }) {
-    this.#store.set({ hidden_measurements: [...this.#store.state.hidden_measurements, id] });
-    this.#deletions.set(
-      id,
-      setTimeout(() => void this.#deleteNow(id), UNDO_MS),
-    );
-    this.#commands.say({
-      tone: "info",
-      title: `Deleted “${label}”`,
-      detail: "",
-      stay_ms: UNDO_MS,
-      action: { label: "Undo", act: () => this.#restore(id) },
-    });
+  remove(measured) {
+    this.#deletions.add(measured);
   }
-
-  /** @param {string} id */
-  #restore(id) {
-    clearTimeout(this.#deletions.get(id));
-    this.#deletions.delete(id);
-    this.#unhide(id);
-  }
-
-  /** @param {string} id */
-  async #deleteNow(id) {
-    if (!this.#deletions.delete(id)) return;
-    try {
-      await request("DELETE", `/measurements/${id}`, { keepalive: true });
-      this.#store.set({ measurements: (this.#store.state.measurements ?? []).filter((kept) => kept.id !== id) });
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      // another page may have deleted it
-      if (error.slug !== "not-found") await this.#commands.attempt(() => Promise.reject(error));
-    }
-    this.#unhide(id);
-  }
-
-  /** @param {string} id */
-  #unhide(id) {
-    this.#store.set({ hidden_measurements: this.#store.state.hidden_measurements.filter((hidden) => hidden !== id) });
-  }
-}
-
-/**
- * Return the visible measurements, newest first.
- * @param {import("#page").ConsoleState} state
- */
-export function shownOf({ measurements, hidden_measurements }) {
-  return (measurements ?? []).filter(({ id }) => !hidden_measurements.includes(id));
 }

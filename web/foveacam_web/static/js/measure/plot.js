@@ -50,10 +50,7 @@ export function profilePlot(profile) {
   </svg>`;
 }
 
-/**
- * Split the samples into runs without a gap.
- * @param {ProfileDocument} profile
- */
+/** Split the samples into runs without a gap. @param {ProfileDocument} profile */
 function runsOf({ samples }) {
   /** @type {Known[][]} */
   const runs = [[]];
@@ -64,22 +61,14 @@ function runsOf({ samples }) {
   return runs.filter((run) => run.length > 0);
 }
 
-/**
- * @param {Known[]} run
- * @param {(along_m: number) => number} x
- * @param {(z_m: number) => number} y
- */
+/** @param {Known[]} run @param {(along_m: number) => number} x @param {(z_m: number) => number} y */
 function bandOf(run, x, y) {
   const side = (/** @type {number} */ sign) =>
     run.map(({ along_m, z_m, z_sigma_m }) => `${x(along_m).toFixed(1)} ${y(z_m + sign * z_sigma_m).toFixed(1)}`);
   return `M${[...side(1), ...side(-1).reverse()].join("L")}Z`;
 }
 
-/**
- * Return about four round values between two ends, as texts.
- * @param {number} low
- * @param {number} high
- */
+/** Return about four round values between two ends, as texts. @param {number} low @param {number} high */
 function ticksOf(low, high) {
   const rough = (high - low) / TICKS;
   const decade = 10 ** Math.floor(Math.log10(rough));

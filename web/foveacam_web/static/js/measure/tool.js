@@ -143,10 +143,7 @@ export class MeasureTool {
     };
   }
 
-  /**
-   * @param {MeasuredView} view
-   * @param {Point} at
-   */
+  /** @param {MeasuredView} view @param {Point} at */
   #click(view, at) {
     const { measuring } = this.#store.state;
     if (!measuring) return;
@@ -157,20 +154,13 @@ export class MeasureTool {
     else this.#set({ ...measuring, start: place });
   }
 
-  /**
-   * @param {MeasuredView} view
-   * @param {Point} from
-   * @param {Point} to
-   */
+  /** @param {MeasuredView} view @param {Point} from @param {Point} to */
   #drag(view, from, to) {
     const kind = this.#store.state.measuring?.kind;
     if (kind) void this.#measure(kind, [placeOf(view, from), placeOf(view, to)]);
   }
 
-  /**
-   * @param {MeasureKind} kind
-   * @param {PlaceRequest[]} points
-   */
+  /** @param {MeasureKind} kind @param {PlaceRequest[]} points */
   async #measure(kind, points) {
     const { measuring } = this.#store.state;
     if (!measuring || measuring.busy) return;
@@ -204,20 +194,13 @@ export class MeasureTool {
   }
 }
 
-/**
- * @param {import("#page").Measuring | null} measuring
- * @param {MeasuredView} view
- */
+/** @param {import("#page").Measuring | null} measuring @param {MeasuredView} view */
 function startIn(measuring, view) {
   const start = measuring?.start;
   return start && start.view === view && !start.fixation_id ? { x: start.x_px, y: start.y_px } : null;
 }
 
-/**
- * @param {MeasuredView} view
- * @param {Point} at
- * @returns {PlaceRequest}
- */
+/** @param {MeasuredView} view @param {Point} at @returns {PlaceRequest} */
 function placeOf(view, { x, y }) {
   return { view, x_px: Math.round(x * 1000) / 1000, y_px: Math.round(y * 1000) / 1000 };
 }

@@ -15,10 +15,7 @@ export const KINDS = Object.freeze({
   profile: { title: "Profile", hint: "Drag a line" },
 });
 
-/**
- * Format the main value of a measurement.
- * @param {MeasurementDocument} measured
- */
+/** Format the main value of a measurement. @param {MeasurementDocument} measured */
 export function valueText({ length, plane, profile, points: [point] }) {
   if (length) return distanceText(length.length_m, length.length_sigma_m);
   if (plane)
@@ -56,10 +53,7 @@ export function factsOf(measured) {
   return facts;
 }
 
-/**
- * @param {import("#api").PlaneDocument} plane
- * @returns {[string, string][]}
- */
+/** @param {import("#api").PlaneDocument} plane @returns {[string, string][]} */
 function ofPlane(plane) {
   return [
     ["Pan", `${angle(plane.pan_deg)} ± ${number(plane.pan_sigma_deg, 2)}°`],
@@ -72,12 +66,7 @@ function ofPlane(plane) {
   ];
 }
 
-/**
- * @param {string} name
- * @param {number[]} values_m
- * @param {number[]} sigmas_m
- * @returns {[string, string][]}
- */
+/** @param {string} name @param {number[]} values_m @param {number[]} sigmas_m @returns {[string, string][]} */
 function axes(name, values_m, sigmas_m) {
   return values_m.map((value_m, index) => [`${name}${"XYZ"[index]}`, distanceText(value_m, sigmas_m[index])]);
 }

@@ -36,10 +36,7 @@ export function alternatives(fixation, commands) {
   </div>`;
 }
 
-/**
- * @param {FixationDocument} fixation
- * @param {Commands} commands
- */
+/** @param {FixationDocument} fixation @param {Commands} commands */
 export function nearerOrFarther(fixation, commands) {
   if (!basisOf(fixation)) return null;
   const button = (

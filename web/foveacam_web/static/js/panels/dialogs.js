@@ -2,7 +2,7 @@
 
 import { fill, h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
-import { changeSettings } from "../store.js";
+import { changeSettings } from "../settings.js";
 
 /**
  * @import { Settings } from "#page"
@@ -154,10 +154,7 @@ export function makeSettings(store) {
   );
 }
 
-/**
- * @param {(typeof SETTINGS)[number]} entry
- * @param {Store} store
- */
+/** @param {(typeof SETTINGS)[number]} entry @param {Store} store */
 function settingRow({ key, label, options }, store) {
   const change = (/** @type {unknown} */ value) =>
     changeSettings(store, /** @type {Partial<Settings>} */ ({ [key]: value }));

@@ -10,10 +10,7 @@ import { icon } from "../icons.js";
  * @import { Store } from "../store.js"
  */
 
-/**
- * @param {HTMLElement} place
- * @param {Store} store
- */
+/** @param {HTMLElement} place @param {Store} store */
 export function mountEventLog(place, store) {
   const list = h("ol", { class: "events", role: "log", "aria-label": "Events", tabindex: "0" });
   const only = h("input", { type: "checkbox", on: { change: () => show() } });

@@ -23,11 +23,7 @@ const RUNNING = Object.freeze(
   }),
 );
 
-/**
- * @param {HTMLElement} place
- * @param {HTMLElement} announcer
- * @param {{store: Store, commands: Commands}} context
- */
+/** @param {HTMLElement} place @param {HTMLElement} announcer @param {{store: Store, commands: Commands}} context */
 export function mountFixation(place, announcer, { store, commands }) {
   const head = h("div", { class: "outcome" });
   const plot = h("div", { class: "plot" });
@@ -43,10 +39,7 @@ export function mountFixation(place, announcer, { store, commands }) {
   });
 }
 
-/**
- * @param {HTMLElement} plot
- * @param {CurrentFixation | null} current
- */
+/** @param {HTMLElement} plot @param {CurrentFixation | null} current */
 function redrawSteps(plot, current) {
   const open = plot.querySelector("details")?.open ?? false;
   drawSteps(plot, current?.steps ?? []);
@@ -134,10 +127,7 @@ function failed({ problem }) {
   ];
 }
 
-/**
- * @param {FixationDocument} fixation
- * @param {Commands} commands
- */
+/** @param {FixationDocument} fixation @param {Commands} commands */
 function ended(fixation, commands) {
   const end = heading(fixation);
   const answer = answerOf(fixation);
@@ -159,10 +149,7 @@ function ended(fixation, commands) {
   ];
 }
 
-/**
- * Return the reason without the limits that are shown above it already.
- * @param {FixationDocument} fixation
- */
+/** Return the reason without the limits that are shown above it already. @param {FixationDocument} fixation */
 function reasonBeside({ reason, bound }) {
   const limits = bound ? `${sentence(boundText(bound))}` : "";
   const whole = sentence(reason);
@@ -208,11 +195,7 @@ function downloads(cloud_id) {
   </p>`;
 }
 
-/**
- * @param {string} tone
- * @param {string} text
- * @param {string} [meaning]
- */
+/** @param {string} tone @param {string} text @param {string} [meaning] */
 function title(tone, text, meaning = "") {
   return html`<p class="state ${tone}" title=${meaning}>
     ${icon(tone === "good" ? "check" : tone === "plain" ? "info" : "warn")}

@@ -1,9 +1,8 @@
 // Shows the state of every device in tables: cameras, views, mirrors and controller, calibration, clock.
 
-import { addressOf } from "../calibration/route.js";
+import { RIG_ADDRESS, wizardAddress } from "../addresses.js";
 import { healthReason, healthWord } from "../calibration/verdict.js";
 import { fill, h, html } from "../dom.js";
-import { RIG_ADDRESS } from "../rig/route.js";
 import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../format.js";
 
 /**
@@ -13,10 +12,7 @@ import { angle, baseline, clockTime, count, millis, MISSING, number, span } from
  * @import { Store } from "../store.js"
  */
 
-/**
- * @param {HTMLElement} place
- * @param {Store} store
- */
+/** @param {HTMLElement} place @param {Store} store */
 export function mountRigStatus(place, store) {
   store.on(["rig", "server_stats", "overlay", "health"], (state) => {
     if (place.hidden) return;
@@ -25,10 +21,7 @@ export function mountRigStatus(place, store) {
   });
 }
 
-/**
- * @param {ConsoleState} state
- * @param {RigDocument} rig
- */
+/** @param {ConsoleState} state @param {RigDocument} rig */
 function tables(state, rig) {
   return [
     html`<table class="status">
@@ -98,11 +91,7 @@ function viewRows({ views, server_stats, shown }) {
     });
 }
 
-/**
- * @param {MirrorsDocument | null} mirrors
- * @param {ConsoleState} state
- * @returns {[string, Child][]}
- */
+/** @param {MirrorsDocument | null} mirrors @param {ConsoleState} state @returns {[string, Child][]} */
 function mirrorRows(mirrors, { overlay }) {
   if (!mirrors) return [["Controller", "not there"]];
   const lamp = mirrors.fault ? "bad" : mirrors.connected ? "good" : "bad";
@@ -124,13 +113,9 @@ function mirrorRows(mirrors, { overlay }) {
   ];
 }
 
-/**
- * @param {RigDocument} rig
- * @param {ConsoleState["health"]} health
- * @returns {[string, Child][]}
- */
+/** @param {RigDocument} rig @param {ConsoleState["health"]} health @returns {[string, Child][]} */
 function calibrationRows({ calibration, calibration_problem, steering }, health) {
-  const calibrate = h("a", { href: addressOf("overview"), text: "Calibrate, check, records" });
+  const calibrate = h("a", { href: wizardAddress("overview"), text: "Calibrate, check, records" });
   if (!calibration)
     return [
       ["State", calibration_problem ?? "none"],
@@ -162,10 +147,7 @@ function healthOf(health) {
   return html`<span><span class="lamp ${tone}"></span>${health ? `${word}: ${healthReason(health)}` : word}</span>`;
 }
 
-/**
- * @param {string} caption
- * @param {[string, Child][]} rows
- */
+/** @param {string} caption @param {[string, Child][]} rows */
 function pairs(caption, rows) {
   return html`<table class="status pairs">
     <caption>${caption}</caption>

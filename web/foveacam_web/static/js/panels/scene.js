@@ -29,10 +29,7 @@ export class Scene {
   /** @type {Element | null} */
   #focused = null;
 
-  /**
-   * @param {HTMLElement} place
-   * @param {{store: Store, keyboard: Keyboard}} context
-   */
+  /** @param {HTMLElement} place @param {{store: Store, keyboard: Keyboard}} context */
   constructor(place, { store, keyboard }) {
     this.#place = place;
     this.#store = store;
@@ -41,10 +38,7 @@ export class Scene {
     store.on(["settings", "boot_id", "clouds"], (state) => void this.#update(state));
   }
 
-  /**
-   * Point the 3D view at a target's cloud.
-   * @param {TargetDocument} target
-   */
+  /** Point the 3D view at a target's cloud. @param {TargetDocument} target */
   select(target) {
     this.#store.set({ selected_target: target.id });
     if (!this.#frame || !target.point_rig_m) return;

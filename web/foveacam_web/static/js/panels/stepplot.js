@@ -12,11 +12,7 @@ const FLOOR_PX = 0.01;
 const GOAL_PX = 0.5;
 const FEWEST_STEPS = 6;
 
-/**
- * Draw the steps.
- * @param {HTMLElement} place
- * @param {StepDocument[]} steps
- */
+/** Draw the steps. @param {HTMLElement} place @param {StepDocument[]} steps */
 export function drawSteps(place, steps) {
   if (steps.length === 0) {
     fill(
@@ -58,10 +54,7 @@ export function drawSteps(place, steps) {
   );
 }
 
-/**
- * @param {{low: number, high: number}} decades
- * @param {(px: number) => number} y
- */
+/** @param {{low: number, high: number}} decades @param {(px: number) => number} y */
 function grid({ low, high }, y) {
   const exponents = Array.from({ length: high - low + 1 }, (_, step) => low + step);
   return exponents.flatMap((exponent) => {
@@ -74,11 +67,7 @@ function grid({ low, high }, y) {
   });
 }
 
-/**
- * @param {StepDocument[]} steps
- * @param {(index: number) => number} x
- * @param {number} last
- */
+/** @param {StepDocument[]} steps @param {(index: number) => number} x @param {number} last */
 function ticks(steps, x, last) {
   const every = Math.ceil((last + 1) / 12);
   return steps

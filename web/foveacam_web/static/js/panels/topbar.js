@@ -1,11 +1,9 @@
 // The top bar: rig, state, health of the calibration, holder of the lease, and the stop button.
 
-import { addressOf } from "../calibration/route.js";
+import { CAPTURE_ADDRESS, wizardAddress } from "../addresses.js";
 import { healthReason, verdictOf } from "../calibration/verdict.js";
-import { isRunning, placeOf } from "../calibration/work.js";
-import { isCapturing } from "../capture/reader.js";
-import { CAPTURE_ADDRESS } from "../capture/route.js";
-import { shareOf } from "../capture/runs.js";
+import { isRunning, placeOf } from "../calibration/state.js";
+import { isCapturing, shareOf } from "../capture/state.js";
 import { farWords, stateWords } from "../capture/words.js";
 import { fill, h, html, say } from "../dom.js";
 import { baseline, clockTime, remedyOf, sentence } from "../format.js";
@@ -26,16 +24,12 @@ const STATES = Object.freeze(
   }),
 );
 
-/**
- * Fill the badges of the top bar.
- * @param {HTMLElement} place
- * @param {{store: Store, openLease: () => void}} context
- */
+/** Fill the badges of the top bar. @param {HTMLElement} place @param {{store: Store, openLease: () => void}} context */
 export function mountBadges(place, { store, openLease }) {
   const rig = h("span", { class: "rig-name" });
   const simulated = h("span", { class: "badge plain", hidden: true, text: "Simulated" });
   const state = h("span", { class: "badge", role: "status" });
-  const calibration = h("a", { class: "badge plain link", href: addressOf("overview") });
+  const calibration = h("a", { class: "badge plain link", href: wizardAddress("overview") });
   const lease = h("button", { type: "button", class: "badge plain button", on: { click: openLease } });
   const capture = h("a", { class: "badge link plain mine", href: CAPTURE_ADDRESS });
   fill(place, rig, simulated, state, calibration, lease);
@@ -55,10 +49,7 @@ export function mountBadges(place, { store, openLease }) {
   store.on(["lease", "lease_token"], (now) => showLease(lease, now));
 }
 
-/**
- * @param {HTMLElement} badge
- * @param {ConsoleState} now
- */
+/** @param {HTMLElement} badge @param {ConsoleState} now */
 function showState(badge, { rig, stream, stop }) {
   const word =
     stream === "down"
@@ -73,10 +64,7 @@ function showState(badge, { rig, stream, stop }) {
   badge.title = rig?.problems.map(({ device, detail }) => `${device}: ${detail}`).join("\n") ?? "";
 }
 
-/**
- * @param {HTMLElement} badge
- * @param {ConsoleState} now
- */
+/** @param {HTMLElement} badge @param {ConsoleState} now */
 function showCalibration(badge, now) {
   badge.hidden = !now.rig;
   const { tone, text, reason } = now.work && isRunning(now.work) ? runningWords(now.work) : verdictOf(now);
@@ -85,10 +73,7 @@ function showCalibration(badge, now) {
   badge.title = reason;
 }
 
-/**
- * @param {HTMLElement} badge
- * @param {ConsoleState} now
- */
+/** @param {HTMLElement} badge @param {ConsoleState} now */
 function showCapture(badge, { capturing }) {
   if (!capturing) return;
   const share = shareOf(capturing);
@@ -112,10 +97,7 @@ function runningWords(work) {
   };
 }
 
-/**
- * @param {HTMLElement} badge
- * @param {ConsoleState} now
- */
+/** @param {HTMLElement} badge @param {ConsoleState} now */
 function showLease(badge, { lease, lease_token }) {
   badge.classList.toggle("mine", Boolean(lease_token));
   fill(
@@ -149,11 +131,7 @@ export function mountStop(button, strip, { store, commands }) {
   });
 }
 
-/**
- * Show a strip while the server is away.
- * @param {HTMLElement} strip
- * @param {Store} store
- */
+/** Show a strip while the server is away. @param {HTMLElement} strip @param {Store} store */
 export function mountOffline(strip, store) {
   const text = html`<span>No connection to the server. The page shows what was last known and reconnects by itself.</span>`;
   fill(strip, html`<span class="spinner" aria-hidden="true"></span>`, text);
@@ -191,7 +169,7 @@ export function mountProblems(strip, store) {
           stale &&
           html`<li>
             <b>calibration </b>
-            ${healthReason(stale)} <a href=${addressOf("overview")}>Check its drift, or calibrate again.</a>
+            ${healthReason(stale)} <a href=${wizardAddress("overview")}>Check its drift, or calibrate again.</a>
           </li>`
         }
       </ul>`,

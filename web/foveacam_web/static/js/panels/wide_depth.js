@@ -2,6 +2,7 @@
 
 import { RequestError, request } from "../api.js";
 import { fill, h } from "../dom.js";
+import { hasEnded } from "../jobs.js";
 import { QuietReads } from "../quiet.js";
 
 /**
@@ -63,7 +64,7 @@ export class WideDepth {
 
   /** @param {JobDocument} job */
   #follow(job) {
-    const ended = ["cancelled", "failed", "succeeded"].includes(job.state);
+    const ended = hasEnded(job.state);
     this.#job = ended ? null : job;
     if (!ended) return;
     if (job.state === "failed")
@@ -76,13 +77,7 @@ export class WideDepth {
     if (this.#asked) return;
     this.#asked = true;
     const job = this.#job;
-    const answer = await this.#commands.attempt(() =>
-      job
-        ? request("POST", `/jobs/${job.id}/cancel`)
-        : /** @type {Promise<JobDocument>} */ (
-            request("POST", "/wide_depth/surveys", { headers: this.#commands.leaseHeader() })
-          ),
-    );
+    const answer = await this.#commands.send("POST", job ? `/jobs/${job.id}/cancel` : "/wide_depth/surveys");
     this.#asked = false;
     if (answer && !job) this.#job = this.#job ?? /** @type {JobDocument} */ (answer);
     this.#draw();

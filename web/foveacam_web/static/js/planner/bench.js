@@ -1,10 +1,10 @@
 // Holds the plan: settings, map, targets, and the server's newest answers about them.
 
+import { PLANNER_ADDRESS, planAt } from "../addresses.js";
 import { RequestError, request } from "../api.js";
 import { blamed, unfilled } from "./blame.js";
 import { keepMap, keepPlan, keptMap, keptPlan } from "./kept.js";
 import { Newest } from "./newest.js";
-import { tellPlan, toldPlan } from "./route.js";
 import { NAMES, readPlan, written } from "./settings.js";
 
 /**
@@ -101,7 +101,7 @@ export class Bench {
 
   /** Read the plan from the address when the page opens or its address changes. */
   open() {
-    const told = toldPlan();
+    const told = planAt(location.hash);
     if (told === null) return;
     if (!this.#open) this.#given = keptMap();
     if (told !== "") this.plan = readPlan(told);
@@ -174,7 +174,9 @@ export class Bench {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => {
       const words = written(this.plan);
-      tellPlan(words);
+      const address = words ? `${PLANNER_ADDRESS}?${words}` : PLANNER_ADDRESS;
+      // without a new entry in the history
+      if (planAt(location.hash) !== null && location.hash !== address) history.replaceState(null, "", address);
       keepPlan(words);
     }, REST_MS);
   }

@@ -41,11 +41,7 @@ export function blamed(problem) {
   });
 }
 
-/**
- * Return the fields that hold no number, as faults.
- * @param {PlanSettings} settings
- * @returns {Trouble[]}
- */
+/** Return the fields that hold no number, as faults. @param {PlanSettings} settings @returns {Trouble[]} */
 export function unfilled(settings) {
   return NAMES.filter((name) => !Number.isFinite(settings[name]) && (name !== "domain_m2" || settings.own_domain)).map(
     (name) => ({ place: name, words: `${NUMBERS[name].label} is empty: type in a number` }),

@@ -1,6 +1,6 @@
 // Builds the planner's sliders: feature and resolution, distance of being noticed, obstacles.
 
-import { choiceField, panel, tickField } from "../calibration/parts.js";
+import { choiceField, panel, tickField } from "../parts.js";
 import { h } from "../dom.js";
 import { Troubles } from "../capture/parts.js";
 import { BOUNDS, NAMES, NUMBERS } from "./settings.js";
@@ -8,9 +8,7 @@ import { makeSlide } from "./slide.js";
 
 /** @import { PlanSettings, PlannerNumber, RingBound } from "#page" */
 
-/**
- * @param {{troubles: Troubles, changed: (part: Partial<PlanSettings>) => void}} options
- */
+/** @param {{troubles: Troubles, changed: (part: Partial<PlanSettings>) => void}} options */
 export function makeControls({ troubles, changed }) {
   const bound = choiceField(
     "D_min and its error (Eq. 9)",

@@ -11,9 +11,7 @@ const WIDTH = 420;
 const HEIGHT = 240;
 const BOX = Object.freeze({ left: 50, top: 14, right: WIDTH - 12, bottom: HEIGHT - 38 });
 
-/**
- * @returns {{element: HTMLElement, show: (document: StandoffDocument, stale: boolean) => void}}
- */
+/** @returns {{element: HTMLElement, show: (document: StandoffDocument, stale: boolean) => void}} */
 export function makeCurve() {
   const svg = s("svg", { class: "success-curve", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img" });
   const element = h(
@@ -126,10 +124,7 @@ function tangent({ at_m, success, slope, reach_m }, x, y) {
   return { x1: from.x, y1: from.y, x2: to.x, y2: to.y };
 }
 
-/**
- * Return the end of the axis: a little above the highest value, 1 at most.
- * @param {number} highest
- */
+/** Return the end of the axis: a little above the highest value, 1 at most. @param {number} highest */
 function topOf(highest) {
   return highest <= 0 ? 1 : Math.min(1, 1.15 * highest);
 }

@@ -40,10 +40,7 @@ export function layOut(scene, { width, tallest }) {
   return { width, plan, height: plan + ROW * rows + 30, sheet: inner };
 }
 
-/**
- * @param {Scene} scene
- * @returns {Box}
- */
+/** @param {Scene} scene @returns {Box} */
 function boxOf({ map, targets_m, ring, whole }) {
   const [x0 = 0, y0 = 0, x1 = 1, y1 = 1] = map.bounds_m;
   const box = { x0, y0, x1, y1 };
@@ -56,11 +53,7 @@ function boxOf({ map, targets_m, ring, whole }) {
   return box;
 }
 
-/**
- * @param {Scene} scene
- * @param {Layout} layout
- * @returns {SVGElement[]}
- */
+/** @param {Scene} scene @param {Layout} layout @returns {SVGElement[]} */
 export function drawScene(scene, layout) {
   const { sheet, width, plan } = layout;
   const clip = s("clipPath", { id: "plan-frame" }, s("rect", { x: 0, y: 0, width, height: plan }));
@@ -78,10 +71,7 @@ export function drawScene(scene, layout) {
   ];
 }
 
-/**
- * @param {Scene} scene
- * @param {Sheet} sheet
- */
+/** @param {Scene} scene @param {Sheet} sheet */
 function ground({ map, picture }, sheet) {
   const [x0 = 0, y0 = 0, x1 = 1, y1 = 1] = map.bounds_m;
   const corner = sheet.toDrawing([x0, y1]);
@@ -90,10 +80,7 @@ function ground({ map, picture }, sheet) {
   return [s("rect", { class: "ground", ...box }), ...(photo ? [photo] : [])];
 }
 
-/**
- * @param {Scene} scene
- * @param {Sheet} sheet
- */
+/** @param {Scene} scene @param {Sheet} sheet */
 function surfaces({ map, regions }, sheet) {
   const surface = (/** @type {Outlines} */ outlines, /** @type {string} */ name) =>
     s("path", { class: name, "fill-rule": "evenodd", d: sheet.path(outlines) });
@@ -105,10 +92,7 @@ function surfaces({ map, regions }, sheet) {
   return [...own, ...union, ...obstacles];
 }
 
-/**
- * @param {Scene} scene
- * @param {Sheet} sheet
- */
+/** @param {Scene} scene @param {Sheet} sheet */
 function rings({ targets_m, ring }, sheet) {
   if (!ring) return [];
   return targets_m.flatMap((place, index) => {
@@ -119,11 +103,7 @@ function rings({ targets_m, ring }, sheet) {
   });
 }
 
-/**
- * @param {Sheet} sheet
- * @param {MapPoint} place
- * @param {number} index
- */
+/** @param {Sheet} sheet @param {MapPoint} place @param {number} index */
 function marker(sheet, place, index) {
   const { x, y } = sheet.toDrawing(place);
   return s(
@@ -150,11 +130,7 @@ export function sightLines(sheet, from, seen) {
   return [...lines, s("circle", { class: "probe", cx: x, cy: y, r: 4 })];
 }
 
-/**
- * Draw the scale bar and the legend.
- * @param {Scene} scene
- * @param {Layout} layout
- */
+/** Draw the scale bar and the legend. @param {Scene} scene @param {Layout} layout */
 function foot(scene, { width, plan, sheet }) {
   const length_m = niceLength((0.3 * width) / sheet.scale);
   const length = length_m * sheet.scale;
@@ -174,11 +150,7 @@ function foot(scene, { width, plan, sheet }) {
   return [bar, ...rows];
 }
 
-/**
- * @param {string} name
- * @param {number} x
- * @param {number} y
- */
+/** @param {string} name @param {number} x @param {number} y */
 function sample(name, x, y) {
   if (!name) return null;
   if (name.startsWith("bound") || name === "union")
@@ -188,11 +160,7 @@ function sample(name, x, y) {
   return s("rect", { class: name, x, y: y - 10, width: 16, height: 11 });
 }
 
-/**
- * Arrange the legend's entries in rows.
- * @param {Scene} scene
- * @param {number} width
- */
+/** Arrange the legend's entries in rows. @param {Scene} scene @param {number} width */
 function legendRows({ map, ring, regions, targets_m }, width) {
   const entries = [{ name: "target hue-0", text: "target" }];
   if (regions && !regions.empty_because) {

@@ -18,10 +18,7 @@ const STYLES = [
 ];
 const PNG_WIDTH = 1600;
 
-/**
- * Return the drawing as an SVG document with the page's styles embedded.
- * @param {SVGSVGElement} drawing
- */
+/** Return the drawing as an SVG document with the page's styles embedded. @param {SVGSVGElement} drawing */
 export function svgText(drawing) {
   const copy = /** @type {SVGSVGElement} */ (drawing.cloneNode(true));
   const [from, to] = [[...drawing.querySelectorAll("*")], [...copy.querySelectorAll("*")]];
@@ -58,11 +55,7 @@ export async function pngOf(drawing) {
   );
 }
 
-/**
- * Download a file in the browser.
- * @param {Blob} content
- * @param {string} name
- */
+/** Download a file in the browser. @param {Blob} content @param {string} name */
 export function hand(content, name) {
   const address = URL.createObjectURL(content);
   const link = document.createElement("a");

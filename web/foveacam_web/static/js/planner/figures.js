@@ -1,6 +1,6 @@
 // Shows the figures of a plan: ring, probabilities, free area on the map; says in words when the set is empty.
 
-import { figures, show } from "../calibration/parts.js";
+import { figures, show } from "../parts.js";
 import { h, html } from "../dom.js";
 import { number } from "../format.js";
 import { plainly } from "../rig/scale.js";
@@ -41,10 +41,7 @@ export function makeChances() {
   };
 }
 
-/**
- * @param {RingDocument} ring
- * @returns {[string, string][]}
- */
+/** @param {RingDocument} ring @returns {[string, string][]} */
 function ringRows({ resolution_mrad, d_max_m, inner_m, area_m2 }) {
   return [
     ["D_max", length(d_max_m)],

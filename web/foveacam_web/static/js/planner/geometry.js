@@ -9,10 +9,7 @@ const NICE = [1, 2, 5, 10];
 
 /** The transform between metres of the map and units of a drawing. */
 export class Sheet {
-  /**
-   * @param {Box} box the shown part of the map, m
-   * @param {{width: number, height: number}} size of the drawing
-   */
+  /** @param {Box} box the shown part of the map, m @param {{width: number, height: number}} size of the drawing */
   constructor(box, { width, height }) {
     const [across, up] = [Math.max(1e-9, box.x1 - box.x0), Math.max(1e-9, box.y1 - box.y0)];
     this.scale = Math.min(width / across, height / up);
@@ -25,10 +22,7 @@ export class Sheet {
     return { x: this.left + x * this.scale, y: this.top - y * this.scale };
   }
 
-  /**
-   * @param {{x: number, y: number}} at
-   * @returns {MapPoint}
-   */
+  /** @param {{x: number, y: number}} at @returns {MapPoint} */
   toGround({ x, y }) {
     return [(x - this.left) / this.scale, (this.top - y) / this.scale];
   }
@@ -47,11 +41,7 @@ export class Sheet {
   }
 }
 
-/**
- * Return all outlines of a GeoJSON surface.
- * @param {Geometry | null | undefined} geometry
- * @returns {Outlines}
- */
+/** Return all outlines of a GeoJSON surface. @param {Geometry | null | undefined} geometry @returns {Outlines} */
 export function outlinesOf(geometry) {
   if (!geometry) return [];
   if (geometry.type === "Polygon") return /** @type {Outlines} */ (geometry.coordinates);
@@ -88,20 +78,14 @@ export function holds(outlines, [x, y]) {
   return inside;
 }
 
-/**
- * Return the largest length of 1, 2 or 5 times a power of ten that is not greater than this.
- * @param {number} length
- */
+/** Return the largest length of 1, 2 or 5 times a power of ten that is not greater than this. @param {number} length */
 export function niceLength(length) {
   const power = 10 ** Math.floor(Math.log10(length));
   const best = NICE.filter((each) => each * power <= length * (1 + 1e-9)).pop() ?? 1;
   return Number((best * power).toPrecision(3));
 }
 
-/**
- * Return about four round ticks from 0 to a value.
- * @param {number} last
- */
+/** Return about four round ticks from 0 to a value. @param {number} last */
 export function ticksTo(last) {
   if (!(last > 0)) return [0];
   const step = niceLength(last / 3);

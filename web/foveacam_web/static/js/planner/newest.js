@@ -24,10 +24,7 @@ export class Newest {
   /** @type {Answered<T>} */
   #answer = { stale: false, document: null, problem: null };
 
-  /**
-   * @param {string} path below /api/v1
-   * @param {() => void} told called at each new answer
-   */
+  /** @param {string} path below /api/v1 @param {() => void} told called at each new answer */
   constructor(path, told) {
     this.#path = path;
     this.#told = told;

@@ -1,11 +1,11 @@
 // Builds the planner: finds on a map where the rig resolves a feature and stays unnoticed. Needs no rig.
 
-import { addressOf } from "../calibration/route.js";
-import { panel } from "../calibration/parts.js";
+import { panel } from "../parts.js";
 import { segments, Troubles } from "../capture/parts.js";
-import { fill, focusOn, h, html, need, say } from "../dom.js";
+import { fill, h, html, say } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { pageHead } from "../pages.js";
 import { Bench } from "./bench.js";
 import { makeControls } from "./controls.js";
 import { hand, pngOf, svgText } from "./exports.js";
@@ -19,10 +19,7 @@ import { PlanView } from "./view.js";
  * @import { Store } from "../store.js"
  */
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store}} context
- */
+/** @param {HTMLElement} place @param {{store: Store}} context */
 export function mountPlannerPage(place, { store }) {
   const bench = new Bench(() => show());
   const troubles = new Troubles();
@@ -70,7 +67,11 @@ export function mountPlannerPage(place, { store }) {
   );
   fill(
     place,
-    head(),
+    pageHead(
+      "planner-title",
+      "Where to stand",
+      html`<p class="lead">Near enough to resolve a feature, too far to be noticed. Needs no rig.</p>`,
+    ),
     above,
     html`<div class="planner-body">
       ${controls.element}
@@ -84,25 +85,16 @@ export function mountPlannerPage(place, { store }) {
   );
   window.addEventListener("hashchange", () => bench.open());
   store.on(["stream"], ({ stream }) => stream === "open" && bench.reconnected());
-  store.on(["planner_page"], ({ planner_page }) => {
-    if (planner_page) bench.open();
-    turnPage(place, planner_page);
-  });
+  store.on(["planner_page"], ({ planner_page }) => planner_page && bench.open());
 }
 
-/**
- * Return the newest ring of the server's answers.
- * @param {Bench} bench
- */
+/** Return the newest ring of the server's answers. @param {Bench} bench */
 function ringOf({ standoff, regions }) {
   const [first, second] = standoff.problem === null ? [standoff, regions] : [regions, standoff];
   return first.document?.ring ?? second.document?.ring ?? null;
 }
 
-/**
- * Return the functions that add, move and remove targets.
- * @param {Bench} bench
- */
+/** Return the functions that add, move and remove targets. @param {Bench} bench */
 function targetOrders(bench) {
   const middle = () => {
     const [x0 = 0, y0 = 0, x1 = 0, y1 = 0] = bench.map?.bounds_m ?? [];
@@ -118,11 +110,7 @@ function targetOrders(bench) {
   };
 }
 
-/**
- * Build the drawing of the plan and its export buttons.
- * @param {Bench} bench
- * @param {PlanView} view
- */
+/** Build the drawing of the plan and its export buttons. @param {Bench} bench @param {PlanView} view */
 function toolbar(bench, view) {
   const seen = segments("What is seen", [
     ["map", "Map"],
@@ -145,29 +133,4 @@ function toolbar(bench, view) {
       )}
     </span>
   </div>`;
-}
-
-function head() {
-  return html`<div class="wizard-head">
-    <h2 id="planner-title" tabindex="-1">Where to stand</h2>
-    <p class="lead">Near enough to resolve a feature, too far to be noticed. Needs no rig.</p>
-    <a class="plain back" href=${addressOf(null)} aria-label="Back to the console">
-      ${icon("back")}
-      <span>Console</span>
-    </a>
-  </div>`;
-}
-
-/**
- * Show or hide the page, and move the focus to what is then visible.
- * @param {HTMLElement} place
- * @param {boolean} open
- */
-function turnPage(place, open) {
-  if (open === !place.hidden) return;
-  place.hidden = !open;
-  const other = document.querySelector(".wizard:not([hidden])") !== null; // another page is open already
-  need("console").hidden = open || other;
-  if (open) window.scrollTo(0, 0);
-  if (open || !other) focusOn(need(open ? "planner-title" : "console"));
 }

@@ -1,6 +1,6 @@
 // Asks for the scale of a picture that is used as a map: a number, or a line along something of known length.
 
-import { numberField } from "../calibration/parts.js";
+import { numberField } from "../parts.js";
 import { fill, h, html, s, say, svg } from "../dom.js";
 import { sentence } from "../format.js";
 import { sheet } from "../panels/dialogs.js";
@@ -109,11 +109,7 @@ export function makePictureSheet(take) {
   };
 }
 
-/**
- * Read a file as a picture; null when the browser cannot.
- * @param {File} file
- * @returns {Promise<Picture | null>}
- */
+/** Read a file as a picture; null when the browser cannot. @param {File} file @returns {Promise<Picture | null>} */
 export async function pictureOf(file) {
   const url = await new Promise((/** @type {(value: string) => void} */ resolve) => {
     const reader = new FileReader();

@@ -60,10 +60,7 @@ function firstPlan() {
   return { settings: { ...numbers, bound: "inflated", own_domain: true }, map: { ...FIRST_MAP }, targets_m: null };
 }
 
-/**
- * Write what differs from the default plan as an address query.
- * @param {Plan} plan
- */
+/** Write what differs from the default plan as an address query. @param {Plan} plan */
 export function written({ settings, map, targets_m }) {
   const first = firstPlan();
   const words = new URLSearchParams();
@@ -103,10 +100,7 @@ export function readPlan(text) {
   return plan;
 }
 
-/**
- * @param {string | null} text
- * @returns {MapPoint[] | null}
- */
+/** @param {string | null} text @returns {MapPoint[] | null} */
 function placesOf(text) {
   if (text === null) return null;
   const places = text

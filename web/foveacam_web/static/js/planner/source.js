@@ -1,6 +1,6 @@
 // Chooses the map: random, open ground, the user's GeoJSON, the user's picture.
 
-import { numberField } from "../calibration/parts.js";
+import { numberField } from "../parts.js";
 import { segments } from "../capture/parts.js";
 import { h, html, say } from "../dom.js";
 import { sentence } from "../format.js";
@@ -31,7 +31,7 @@ export function makeSource({ place, changed, give }) {
   const size = numberField("Side", { min: 1, step: "any", unit: "m" });
   const obstacles = numberField("Obstacles", { min: 0, step: 1 });
   const targets = numberField("Targets", { min: 1, step: 1 });
-  /** @type {[keyof MapSettings, import("../calibration/parts.js").NumberField][]} */
+  /** @type {[keyof MapSettings, import("../parts.js").NumberField][]} */
   const numbers = [
     ["seed", seed],
     ["size_m", size],
@@ -135,11 +135,7 @@ function makeFiles(give) {
   return { geojson, picture };
 }
 
-/**
- * @param {string} label
- * @param {string} accept
- * @param {(file: File) => Promise<void>} take
- */
+/** @param {string} label @param {string} accept @param {(file: File) => Promise<void>} take */
 function fileButton(label, accept, take) {
   const input = h("input", {
     type: "file",
@@ -157,10 +153,7 @@ function fileButton(label, accept, take) {
   return html`<label class="plain file">${icon("file")}${label}${input}</label>`;
 }
 
-/**
- * @param {string} text
- * @returns {object | null}
- */
+/** @param {string} text @returns {object | null} */
 function objectOf(text) {
   try {
     const document = /** @type {unknown} */ (JSON.parse(text));

@@ -96,18 +96,13 @@ export class PlanView {
     this.#ask(this.#probe);
   }
 
-  /**
-   * @param {MouseEvent} event
-   */
+  /** @param {MouseEvent} event */
   #at(event) {
     const box = this.#svg.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   }
 
-  /**
-   * Return the index of the target near a point, or null.
-   * @param {{x: number, y: number}} at
-   */
+  /** Return the index of the target near a point, or null. @param {{x: number, y: number}} at */
   #gripped(at) {
     const [scene, layout] = [this.#scene, this.#layout];
     if (!scene || !layout) return null;
@@ -194,10 +189,7 @@ export class PlanView {
     event.stopPropagation(); // the console uses some of these keys otherwise
   }
 
-  /**
-   * Show which targets are in sight from a point.
-   * @param {{x: number, y: number} | null} at
-   */
+  /** Show which targets are in sight from a point. @param {{x: number, y: number} | null} at */
   #ask(at) {
     this.#probe = at;
     const group = this.#svg.querySelector(".sights");

@@ -5,9 +5,7 @@ import { count } from "../format.js";
 import { icon } from "../icons.js";
 import { boundWords, clockWords, droppedOf, momentName, tallyWords } from "../gallery/recording_words.js";
 
-/**
- * @param {{store: import("../store.js").Store, live: import("./live.js").LiveRecording}} context
- */
+/** @param {{store: import("../store.js").Store, live: import("./live.js").LiveRecording}} context */
 export function makeRecordButton({ store, live }) {
   const words = h("span", { class: "words" });
   const button = h("button", { type: "button", class: "tool record" });

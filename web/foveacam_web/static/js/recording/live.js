@@ -50,7 +50,7 @@ export class LiveRecording {
 
   /** @param {RecordingRequest} wish */
   async begin(wish) {
-    const begun = await this.#commands.attempt(() => request("POST", "/recordings", { body: wish }));
+    const begun = await this.#commands.send("POST", "/recordings", { body: wish });
     if (begun) await this.readAll();
     return begun !== null;
   }
@@ -60,12 +60,9 @@ export class LiveRecording {
     const { recording } = this.#store.state;
     if (!recording) return;
     this.#store.set({ recording: { ...recording, state: "ending" } });
-    const ended = await this.#commands.attempt(
-      () =>
-        /** @type {Promise<RecordingDocument>} */ (
-          request("POST", recordingPath(recording.id, "/stop"), { patience_ms: 60_000 })
-        ),
-    );
+    const path = recordingPath(recording.id, "/stop");
+    const options = { patience_ms: 60_000 };
+    const ended = /** @type {RecordingDocument | null} */ (await this.#commands.send("POST", path, options));
     if (ended && ended.why === "") {
       this.#commands.say({
         tone: "good",

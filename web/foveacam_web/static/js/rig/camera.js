@@ -1,7 +1,7 @@
 // Builds a camera's column: its identity, its link and the reason of a fault, its live picture, its settings as read
 // back.
 
-import { choiceField } from "../calibration/parts.js";
+import { choiceField } from "../parts.js";
 import { changing, h, html, say } from "../dom.js";
 import { count, millis, MISSING, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -68,11 +68,7 @@ function headOf(phase) {
   return phase ? [html`<span class="badge phase ${phase.tone || "plain"}" role="status">${phase.text}</span>`] : [];
 }
 
-/**
- * @param {ConsoleState} state
- * @param {Role} role
- * @param {CameraDocument | undefined} camera
- */
+/** @param {ConsoleState} state @param {Role} role @param {CameraDocument | undefined} camera */
 function linkNow({ rig, stream }, role, camera) {
   if (stream === "down")
     return { tone: "bad", reason: "No connection to the server: this is what was last known.", remedy: "" };
@@ -126,10 +122,7 @@ function factsOf(camera) {
   </div>`;
 }
 
-/**
- * @param {Role} role
- * @param {Context} context
- */
+/** @param {Role} role @param {Context} context */
 function makeControls(role, { store, orders }) {
   const linked = (/** @type {ConsoleState} */ { rig }) =>
     role !== "wide" &&

@@ -1,7 +1,7 @@
 // Shows the mirrors' controller: its identity, whether it is enabled and guarded, its link, its clock; restarts
 // mirrors that do not move.
 
-import { figures, nothing, starter } from "../calibration/parts.js";
+import { figures, nothing, starter } from "../parts.js";
 import { changing, fill, h, html } from "../dom.js";
 import { count, MISSING, millis, number, sentence, span } from "../format.js";
 import { icon } from "../icons.js";
@@ -13,10 +13,7 @@ import { icon } from "../icons.js";
  * @import { RigOrders } from "./orders.js"
  */
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store, orders: RigOrders}} context
- */
+/** @param {HTMLElement} place @param {{store: Store, orders: RigOrders}} context */
 export function mountController(place, { store, orders }) {
   const [state, line] = [h("div", { class: "stack" }), h("div", { class: "stack" })];
   fill(place, state, switches(store, orders), line);
@@ -73,10 +70,7 @@ function nameOf({ vendor, model }) {
   return model.startsWith(vendor) ? model : `${vendor} ${model}`;
 }
 
-/**
- * @param {Store} store
- * @param {RigOrders} orders
- */
+/** @param {Store} store @param {RigOrders} orders */
 function switches(store, orders) {
   const away = (/** @type {ConsoleState} */ { rig }) =>
     rig?.mirrors?.connected ? null : "The controller is not connected.";
@@ -149,11 +143,7 @@ function lineOf(link) {
   ];
 }
 
-/**
- * @param {string} name
- * @param {string} sent
- * @param {string} received
- */
+/** @param {string} name @param {string} sent @param {string} received */
 function pair(name, sent, received) {
   return html`<tr><th scope="row">${name}</th><td>${sent}</td><td>${received}</td></tr>`;
 }

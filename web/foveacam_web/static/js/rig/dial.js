@@ -187,10 +187,7 @@ export class Dial {
     this.#leave();
   }
 
-  /**
-   * Send a value; of those that follow while one is being sent, send only the newest.
-   * @param {number} value
-   */
+  /** Send a value; of those that follow while one is being sent, send only the newest. @param {number} value */
   async #send(value) {
     this.#editing = false;
     this.#next = value;
@@ -210,10 +207,7 @@ export class Dial {
     }
   }
 
-  /**
-   * @param {number} asked
-   * @param {Outcome} outcome
-   */
+  /** @param {number} asked @param {Outcome} outcome */
   #tell(asked, { taken, refusal }) {
     const { unit } = this.#options;
     if (taken !== null) this.#value = taken;

@@ -79,10 +79,7 @@ function carried() {
   };
 }
 
-/**
- * @param {SimulatedFaults} faults
- * @param {(part: Partial<SimulatedFaults>) => unknown} put
- */
+/** @param {SimulatedFaults} faults @param {(part: Partial<SimulatedFaults>) => unknown} put */
 function tableOf(faults, put) {
   return html`<table class="compare faults">
     <thead><tr>${["", "Wide", "Left", "Right"].map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>
@@ -93,11 +90,7 @@ function tableOf(faults, put) {
   </table>`;
 }
 
-/**
- * @param {Row} row
- * @param {SimulatedFaults} faults
- * @param {(part: Partial<SimulatedFaults>) => unknown} put
- */
+/** @param {Row} row @param {SimulatedFaults} faults @param {(part: Partial<SimulatedFaults>) => unknown} put */
 function tickRow({ name, list, axis, roles }, faults, put) {
   const broken = /** @type {string[]} */ (faults[list]);
   const cell = (/** @type {Role} */ role) => {

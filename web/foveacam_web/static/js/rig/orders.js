@@ -2,6 +2,7 @@
 // control.
 
 import { RequestError, request } from "../api.js";
+import { hasEnded } from "../jobs.js";
 
 /**
  * @import { CameraPatch, CamerasChangedDocument, JobDocument, MirrorsDocument, RailDocument } from "#api"
@@ -15,7 +16,6 @@ import { RequestError, request } from "../api.js";
 
 const CAMERA_MS = 30_000; // the camera is stopped, set and started again
 const LOOK_MS = 300;
-const OVER = new Set(["cancelled", "failed", "succeeded"]);
 
 /** The device commands of one page. */
 export class RigOrders {
@@ -43,10 +43,7 @@ export class RigOrders {
     return this.#inTurn(() => this.#camera("PATCH", `/cameras/${role}`, { ...patch, linked }));
   }
 
-  /**
-   * Reset a camera to the settings of the rig file.
-   * @param {Role} role
-   */
+  /** Reset a camera to the settings of the rig file. @param {Role} role */
   async reset(role) {
     const { refusal } = await this.#inTurn(() => this.#camera("DELETE", `/cameras/${role}/settings`, undefined));
     if (refusal) this.#commands.say({ tone: "warn", title: "Not reset", detail: refusal });
@@ -95,15 +92,10 @@ export class RigOrders {
 
   /** Test both triggers and follow the test until it ends. */
   async testTriggers() {
-    const begun = await this.#commands.attempt(
-      () =>
-        /** @type {Promise<JobDocument>} */ (
-          request("POST", "/cameras/self_tests", { headers: this.#commands.leaseHeader() })
-        ),
-    );
+    const begun = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/cameras/self_tests"));
     if (!begun) return;
     let job = begun;
-    while (!OVER.has(job.state)) {
+    while (!hasEnded(job.state)) {
       this.#store.set({
         running_test: {
           job_id: job.id,
@@ -140,7 +132,7 @@ export class RigOrders {
 
   cancelTest() {
     const id = this.#store.state.running_test?.job_id;
-    return id ? this.#commands.attempt(() => request("POST", `/jobs/${id}/cancel`)) : Promise.resolve(null);
+    return id ? this.#commands.send("POST", `/jobs/${id}/cancel`) : Promise.resolve(null);
   }
 
   /** Restart both DACs. */
@@ -161,9 +153,7 @@ export class RigOrders {
 
   /** @param {string} path */
   async #mirrors(path) {
-    const mirrors = await this.#commands.attempt(
-      () => /** @type {Promise<MirrorsDocument>} */ (this.#post(path, undefined)),
-    );
+    const mirrors = /** @type {MirrorsDocument | null} */ (await this.#commands.send("POST", path));
     const { rig } = this.#store.state;
     if (mirrors && rig) this.#store.set({ rig: { ...rig, mirrors } });
     return mirrors;
@@ -176,59 +166,37 @@ export class RigOrders {
 
   /** Stop the rail at once. */
   holdRail() {
-    return this.#rail("/rail/holds", undefined);
+    return this.#rail("/rail/holds");
   }
 
-  /**
-   * Set these faults in the simulated rig, and clear all others.
-   * @param {SimulatedFaults} faults
-   */
+  /** Set these faults in the simulated rig, and clear all others. @param {SimulatedFaults} faults */
   breakIt(faults) {
     return this.#faults("PUT", faults);
   }
 
   mend() {
-    return this.#faults("DELETE", undefined);
+    return this.#faults("DELETE");
   }
 
-  /**
-   * @param {"PUT" | "DELETE"} method
-   * @param {SimulatedFaults | undefined} body
-   */
+  /** @param {"PUT" | "DELETE"} method @param {SimulatedFaults} [body] */
   async #faults(method, body) {
-    const faults = await this.#commands.attempt(
-      () =>
-        /** @type {Promise<SimulatedFaults>} */ (
-          request(method, "/simulation/faults", { body, headers: this.#commands.leaseHeader() })
-        ),
-    );
-    if (faults) this.#store.set({ faults });
+    const faults = await this.#commands.send(method, "/simulation/faults", { body });
+    if (faults) this.#store.set({ faults: /** @type {SimulatedFaults} */ (faults) });
     else await this.#reader.readFaults(); // a checkbox whose change was refused goes back
   }
 
   homeRail() {
-    return this.#rail("/rail/homings", undefined);
+    return this.#rail("/rail/homings");
   }
 
   confirmRailZero() {
-    return this.#rail("/rail/zero_confirmations", undefined);
+    return this.#rail("/rail/zero_confirmations");
   }
 
-  /**
-   * @param {string} path
-   * @param {object | undefined} body
-   */
+  /** @param {string} path @param {object} [body] */
   async #rail(path, body) {
-    const rail = await this.#commands.attempt(() => /** @type {Promise<RailDocument>} */ (this.#post(path, body)));
+    const rail = /** @type {RailDocument | null} */ (await this.#commands.send("POST", path, { body }));
     if (rail) this.#store.set({ rail });
     await this.#reader.readRail();
-  }
-
-  /**
-   * @param {string} path
-   * @param {object | undefined} body
-   */
-  #post(path, body) {
-    return request("POST", path, { body, headers: this.#commands.leaseHeader() });
   }
 }

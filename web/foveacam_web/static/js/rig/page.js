@@ -1,11 +1,9 @@
-// Builds the rig page: cameras, trigger, controller, rail and pan-tilt. The console's live panes move here while it is
-// open, with clicks disabled, and move back afterwards.
+// Builds the rig page: cameras, trigger, controller, rail and pan-tilt.
 
-import { addressOf } from "../calibration/route.js";
 import { mountPanTilt } from "../calibration/pantilt.js";
-import { panel } from "../calibration/parts.js";
-import { fill, focusOn, h, html, need, say } from "../dom.js";
-import { icon } from "../icons.js";
+import { panel } from "../parts.js";
+import { fill, h, html, say } from "../dom.js";
+import { pageHead } from "../pages.js";
 import { makeCamera } from "./camera.js";
 import { mountController } from "./controller.js";
 import { mountFaults } from "./faults.js";
@@ -16,20 +14,17 @@ import { mountTrigger } from "./trigger.js";
 /**
  * @import { Role } from "#page"
  * @import { Store } from "../store.js"
- * @import { Views } from "../video/views.js"
+ * @import { Slots } from "../pages.js"
  * @typedef {{
- *   store: Store, views: Views, rig_orders: import("./orders.js").RigOrders, orders: import("../calibration/orders.js").CalibrationOrders
+ *   store: Store, rig_orders: import("./orders.js").RigOrders, orders: import("../calibration/orders.js").CalibrationOrders
  * }} RigContext
  */
 
 /** @type {Role[]} */
 const ROLES = ["wide", "left", "right"];
 
-/**
- * @param {HTMLElement} place
- * @param {RigContext} context
- */
-export function mountRigPage(place, { store, views, rig_orders, orders }) {
+/** @param {HTMLElement} place @param {RigContext} context @returns {Slots} */
+export function mountRigPage(place, { store, rig_orders, orders }) {
   const context = { store, orders: rig_orders };
   const cameras = new Map(ROLES.map((role) => [role, makeCamera(role, context)]));
   const [apart, trigger, controller, turner, rail, faults] = [
@@ -56,11 +51,7 @@ export function mountRigPage(place, { store, views, rig_orders, orders }) {
     </div>`,
   );
   mountFaults(faults, context);
-  store.on(["rig_page"], ({ rig_page, wizard }) => {
-    if (rig_page) lend(views, cameras);
-    else if (wizard === null) takeHome(views);
-    turnPage(place, { open: rig_page, other: wizard !== null });
-  });
+  return new Map([...cameras].map(([role, { place: slot }]) => [role, slot]));
 }
 
 function inside() {
@@ -71,44 +62,5 @@ function inside() {
 function head(store) {
   const name = h("span", { class: "lead" });
   store.on(["rig"], ({ rig }) => say(name, rig ? [rig.name, rig.rig_id].filter(Boolean).join(" · ") : ""));
-  return html`<div class="wizard-head">
-    <h2 id="rig-page-title" tabindex="-1">Rig</h2>
-    ${name}
-    <a class="plain back" href=${addressOf(null)} aria-label="Back to the console">
-      ${icon("back")}
-      <span>Console</span>
-    </a>
-  </div>`;
-}
-
-/**
- * @param {Views} views
- * @param {Map<Role, {place: HTMLElement}>} cameras
- */
-function lend(views, cameras) {
-  for (const [role, { place }] of cameras) {
-    const pane = views.pane(role);
-    place.prepend(pane.element);
-    pane.surface.inert = true; // a click here must not start a fixation
-  }
-}
-
-/** @param {Views} views */
-function takeHome(views) {
-  need("wide").prepend(views.pane("wide").element);
-  need("eyes").prepend(views.pane("left").element, views.pane("right").element);
-  for (const role of ROLES) views.pane(role).surface.inert = false;
-}
-
-/**
- * Show or hide the page, and move the focus to what is then visible.
- * @param {HTMLElement} place
- * @param {{open: boolean, other: boolean}} now `other`: whether another page is over the console
- */
-function turnPage(place, { open, other }) {
-  if (open === !place.hidden) return;
-  place.hidden = !open;
-  need("console").hidden = open || other;
-  window.scrollTo(0, 0);
-  if (open || !other) focusOn(need(open ? "rig-page-title" : "console"));
+  return pageHead("rig-page-title", "Rig", name);
 }

@@ -14,10 +14,7 @@ import { settable, SETTINGS, settingText } from "./words.js";
 /** @type {Readonly<Record<"left" | "right", "left" | "right">>} */
 const OTHER = Object.freeze({ left: "right", right: "left" });
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store, orders: RigOrders}} context
- */
+/** @param {HTMLElement} place @param {{store: Store, orders: RigOrders}} context */
 export function mountPair(place, { store, orders }) {
   let refusal = "";
   const use = async (/** @type {"left" | "right"} */ eye) => {

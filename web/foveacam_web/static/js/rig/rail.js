@@ -1,7 +1,7 @@
 // Controls the rail: its position, moving to a named place or a position, homing, stopping.
 
-import { nothing, numberField } from "../calibration/parts.js";
-import { isRunning } from "../calibration/work.js";
+import { nothing, numberField } from "../parts.js";
+import { isRunning } from "../calibration/state.js";
 import { changing, fill, h, html, say } from "../dom.js";
 import { number, sentence } from "../format.js";
 import { icon } from "../icons.js";
@@ -13,10 +13,7 @@ import { zeroOf } from "./zero.js";
  * @import { RigOrders } from "./orders.js"
  */
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store, orders: RigOrders}} context
- */
+/** @param {HTMLElement} place @param {{store: Store, orders: RigOrders}} context */
 export function mountRail(place, { store, orders }) {
   const [state, places] = [h("div", { class: "stack" }), h("div", { class: "stations" })];
   const drive = driveOf(orders);
@@ -130,10 +127,7 @@ function driveOf(orders) {
   };
 }
 
-/**
- * @param {{rail: RailDocument | null, busy: boolean}} now
- * @param {RigOrders} orders
- */
+/** @param {{rail: RailDocument | null, busy: boolean}} now @param {RigOrders} orders */
 function placesOf({ rail, busy }, orders) {
   if (!rail?.present || rail.places.length === 0) return [];
   const ready = rail.connected && (rail.homed || !rail.moves_itself) && !rail.fault && !busy;

@@ -11,12 +11,7 @@ import { number } from "../format.js";
 export const WAY = 1000;
 const DECADES = [1e-3, 1e-2, 0.1, 1, 10, 100, 1000, 10_000, 100_000];
 
-/**
- * @param {SpanDocument} span
- * @param {ScaleKind} kind
- * @param {number} value
- * @returns {number} its position, 0 … 1
- */
+/** @param {SpanDocument} span @param {ScaleKind} kind @param {number} value @returns {number} its position, 0 … 1 */
 export function shareOf({ low, high }, kind, value) {
   if (high <= low) return 0;
   const share =
@@ -39,27 +34,17 @@ export function valueAt({ low, high }, kind, share) {
   return Number(value.toPrecision(3));
 }
 
-/**
- * Return the powers of ten inside a span.
- * @param {SpanDocument} span
- */
+/** Return the powers of ten inside a span. @param {SpanDocument} span */
 export function decades({ low, high }) {
   return DECADES.filter((decade) => decade >= low && decade <= high);
 }
 
-/**
- * Format a value with four significant digits and no trailing zeros.
- * @param {number} value
- */
+/** Format a value with four significant digits and no trailing zeros. @param {number} value */
 export function plainly(value) {
   return String(Number(value.toPrecision(4)));
 }
 
-/**
- * Format a span with its unit.
- * @param {SpanDocument} span
- * @param {string} unit
- */
+/** Format a span with its unit. @param {SpanDocument} span @param {string} unit */
 export function spanText({ low, high }, unit) {
   const text = (/** @type {number} */ value) => (Number.isInteger(value) ? number(value, 0) : plainly(value));
   return `${text(low)} … ${text(high)}${unit && ` ${unit}`}`;

@@ -1,6 +1,6 @@
 // Shows the trigger: its rate, the source of its settle time, and the self-test of each eye's line.
 
-import { badge, figures, nothing, starter } from "../calibration/parts.js";
+import { badge, figures, nothing, starter } from "../parts.js";
 import { changing, fill, h, html } from "../dom.js";
 import { clockTime, millis, MISSING, number, sentence } from "../format.js";
 import { takesOrders, VERDICTS } from "./words.js";
@@ -12,10 +12,7 @@ import { takesOrders, VERDICTS } from "./words.js";
  * @import { RigOrders } from "./orders.js"
  */
 
-/**
- * @param {HTMLElement} place
- * @param {{store: Store, orders: RigOrders}} context
- */
+/** @param {HTMLElement} place @param {{store: Store, orders: RigOrders}} context */
 export function mountTrigger(place, { store, orders }) {
   const [budget, verdicts, running] = [h("div", {}), h("div", { class: "stack" }), h("div", {})];
   const start = starter({
@@ -80,10 +77,7 @@ function budgetOf(trigger) {
   ];
 }
 
-/**
- * @param {RunningTest} now
- * @param {RigOrders} orders
- */
+/** @param {RunningTest} now @param {RigOrders} orders */
 function progress({ note, done, total }, orders) {
   return [
     html`<p class="state running" role="status">

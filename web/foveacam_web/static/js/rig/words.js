@@ -92,28 +92,17 @@ export function linkWords(link) {
   return { since, reason: sentence(link.reason) || phaseWords(link).usual };
 }
 
-/**
- * Return whether a camera accepts settings now.
- * @param {CameraDocument | undefined} camera
- */
+/** Return whether a camera accepts settings now. @param {CameraDocument | undefined} camera */
 export function takesOrders(camera) {
   return Boolean(camera?.connected && camera.settings && camera.ranges?.pixel_formats.length);
 }
 
-/**
- * Return the rig's problem that concerns a camera, if any.
- * @param {RigDocument | null} rig
- * @param {Role} role
- */
+/** Return the rig's problem that concerns a camera, if any. @param {RigDocument | null} rig @param {Role} role */
 export function problemOf(rig, role) {
   return rig?.problems.find(({ device }) => device.includes(role)) ?? null;
 }
 
-/**
- * Format a setting's value with its unit.
- * @param {SettingName} setting
- * @param {number | string} value
- */
+/** Format a setting's value with its unit. @param {SettingName} setting @param {number | string} value */
 export function settingText(setting, value) {
   if (typeof value === "string") return value === "none" ? "free running" : value;
   return [plainly(value), SETTINGS[setting].unit].filter(Boolean).join(" ");

@@ -33,10 +33,7 @@ export class Gestures {
   /** @type {{at: Point, t_ms: number} | null} */
   #last_click = null;
 
-  /**
-   * @param {HTMLElement} surface
-   * @param {Meanings} mean
-   */
+  /** @param {HTMLElement} surface @param {Meanings} mean */
   constructor(surface, mean) {
     this.#surface = surface;
     this.#mean = mean;
@@ -113,10 +110,7 @@ export class Gestures {
     if (event.pointerType !== "touch") this.#mean.hover(at);
   }
 
-  /**
-   * @param {PointerEvent} event
-   * @param {Point} at
-   */
+  /** @param {PointerEvent} event @param {Point} at */
   #decide(event, at) {
     const touch = event.pointerType === "touch";
     if (apart(this.#from, at) <= (touch ? TOUCH_SLACK_PX : SLACK_PX)) return;
@@ -124,11 +118,7 @@ export class Gestures {
     this.#gesture = touch ? "ignored" : "rectangle";
   }
 
-  /**
-   * @param {number} moved
-   * @param {Point} before
-   * @param {Point} at
-   */
+  /** @param {number} moved @param {Point} before @param {Point} at */
   #pinch(moved, before, at) {
     const other = [...this.#pointers].find(([id]) => id !== moved)?.[1];
     if (!other) return;
@@ -183,20 +173,14 @@ export class Gestures {
   }
 }
 
-/**
- * @param {PointerEvent} event
- * @returns {Gesture}
- */
+/** @param {PointerEvent} event @returns {Gesture} */
 function firstGuess(event) {
   if (event.button === 1 || (event.button === 0 && event.shiftKey)) return "pan";
   if (event.button !== 0) return "ignored";
   return event.altKey ? "steer" : "undecided";
 }
 
-/**
- * @param {Point} a
- * @param {Point} b
- */
+/** @param {Point} a @param {Point} b */
 function apart(a, b) {
   return Math.hypot(a.x - b.x, a.y - b.y);
 }

@@ -3,7 +3,7 @@
 import { RequestError, request } from "../api.js";
 import { fill, h, html, s, svg } from "../dom.js";
 import { icon } from "../icons.js";
-import { changeSettings } from "../store.js";
+import { changeSettings } from "../settings.js";
 
 /**
  * @import { SuggestionDocument } from "#api"

@@ -11,11 +11,7 @@ import { ViewStream } from "./stream.js";
  * }} StreamLink
  */
 
-/**
- * Open the view stream.
- * @param {(report: StreamReport) => void} hear
- * @returns {StreamLink}
- */
+/** Open the view stream. @param {(report: StreamReport) => void} hear @returns {StreamLink} */
 export function openStream(hear) {
   const url = socketUrl(location.href);
   const offscreen =
@@ -27,19 +23,13 @@ export function openStream(hear) {
 class WorkerLink {
   #worker = new Worker(new URL("./stream-worker.js", import.meta.url), { type: "module", name: "views" });
 
-  /**
-   * @param {string} url
-   * @param {(report: StreamReport) => void} hear
-   */
+  /** @param {string} url @param {(report: StreamReport) => void} hear */
   constructor(url, hear) {
     this.#worker.onmessage = ({ data }) => hear(data);
     this.#order({ type: "start", url });
   }
 
-  /**
-   * @param {ViewName} view
-   * @param {HTMLCanvasElement} element
-   */
+  /** @param {ViewName} view @param {HTMLCanvasElement} element */
   addCanvas(view, element) {
     const canvas = element.transferControlToOffscreen();
     this.#order({ type: "canvas", view, canvas }, [canvas]);
@@ -51,10 +41,7 @@ class WorkerLink {
     this.#order({ type: "loupe-canvas", canvas }, [canvas]);
   }
 
-  /**
-   * @param {Point | null} at
-   * @param {number} zoom
-   */
+  /** @param {Point | null} at @param {number} zoom */
   aimLoupe(at, zoom) {
     this.#order({ type: "loupe", at, zoom });
   }
@@ -64,10 +51,7 @@ class WorkerLink {
     this.#order({ type: "subscribe", views });
   }
 
-  /**
-   * @param {StreamOrder} order
-   * @param {Transferable[]} [handed]
-   */
+  /** @param {StreamOrder} order @param {Transferable[]} [handed] */
   #order(order, handed = []) {
     this.#worker.postMessage(order, handed);
   }

@@ -51,9 +51,7 @@ export class Loupe {
     this.element.classList.toggle("both", verdict === SEEING.both);
   }
 
-  /**
-   * @param {import("#api").DepthDocument | string | null} found a sentence when there is no depth
-   */
+  /** @param {import("#api").DepthDocument | string | null} found a sentence when there is no depth */
   showDepth(found) {
     if (found === null) fill(this.depth);
     else if (typeof found === "string") fill(this.depth, found);
@@ -66,10 +64,7 @@ export class Loupe {
   }
 }
 
-/**
- * @param {Point} pixel
- * @param {ConsoleState} state
- */
+/** @param {Point} pixel @param {ConsoleState} state */
 function judge(pixel, { intrinsics, reach, rig }) {
   if (!intrinsics) return { text: "", verdict: "", beyond: false };
   const direction = directionOf(intrinsics, pixel);

@@ -37,10 +37,7 @@ export class Overlay {
     );
   }
 
-  /**
-   * @param {Viewport} viewport
-   * @param {ConsoleState} state
-   */
+  /** @param {Viewport} viewport @param {ConsoleState} state */
   draw(viewport, state) {
     this.drawField(viewport, state);
     this.drawFootprints(viewport, state);
@@ -48,10 +45,7 @@ export class Overlay {
     this.#drawAim(viewport);
   }
 
-  /**
-   * @param {Viewport} viewport
-   * @param {ConsoleState} state
-   */
+  /** @param {Viewport} viewport @param {ConsoleState} state */
   drawField(viewport, { rig, intrinsics, reach, settings }) {
     if (settings.field && reach) {
       const picture = corners({ x: -0.5, y: -0.5, width: viewport.width, height: viewport.height });
@@ -67,10 +61,7 @@ export class Overlay {
     );
   }
 
-  /**
-   * @param {Viewport} viewport
-   * @param {ConsoleState} state
-   */
+  /** @param {Viewport} viewport @param {ConsoleState} state */
   drawFootprints(viewport, { overlay, settings }) {
     if (!settings.footprints || !overlay) return fill(this.#prints);
     const eyes = /** @type {const} */ (["left", "right"]);
@@ -83,10 +74,7 @@ export class Overlay {
     );
   }
 
-  /**
-   * @param {Viewport} viewport
-   * @param {ConsoleState} state
-   */
+  /** @param {Viewport} viewport @param {ConsoleState} state */
   drawMarks(viewport, { targets, hidden_targets, selected_target, current, settings }) {
     const kept = settings.marks ? (targets ?? []).filter(({ id }) => !hidden_targets.includes(id)) : [];
     const chosen_first = [...kept].sort((a, b) => Number(b.id === selected_target) - Number(a.id === selected_target));
@@ -106,19 +94,13 @@ export class Overlay {
     fill(this.#marks, ...marks.reverse(), ...asked(current?.request ?? null, viewport));
   }
 
-  /**
-   * @param {Viewport} viewport
-   * @param {Box | null} box sensor px
-   */
+  /** @param {Viewport} viewport @param {Box | null} box sensor px */
   showRectangle(viewport, box) {
     this.#rectangle = box;
     this.#drawAim(viewport);
   }
 
-  /**
-   * @param {Viewport} viewport
-   * @param {Point | null} at sensor px
-   */
+  /** @param {Viewport} viewport @param {Point | null} at sensor px */
   showCross(viewport, at) {
     this.#cross = at;
     this.#drawAim(viewport);
@@ -131,11 +113,7 @@ export class Overlay {
   }
 }
 
-/**
- * @param {"left" | "right"} eye
- * @param {Point[]} points
- * @param {Viewport} viewport
- */
+/** @param {"left" | "right"} eye @param {Point[]} points @param {Viewport} viewport */
 function footprint(eye, points, viewport) {
   const places = points.map((point) => viewport.toCss(point));
   const lowest = Math.max(...places.map(({ y }) => y));
@@ -165,22 +143,14 @@ function asked(request, viewport) {
   return [svg`<path class="asked-box" d=${path(corners(box), viewport)}></path>`];
 }
 
-/**
- * @param {Point} at
- * @param {string} kind
- * @param {number} reach
- */
+/** @param {Point} at @param {string} kind @param {number} reach */
 function cross({ x, y }, kind, reach) {
   const gap = reach / 3;
   const arms = `M${x - reach} ${y}H${x - gap}M${x + gap} ${y}H${x + reach}M${x} ${y - reach}V${y - gap}M${x} ${y + gap}V${y + reach}`;
   return svg`<g class=${kind}><path class="under" d=${arms}></path><path d=${arms}></path></g>`;
 }
 
-/**
- * @param {Point} at CSS px
- * @param {string} kind
- * @param {string} label
- */
+/** @param {Point} at CSS px @param {string} kind @param {string} label */
 function mark({ x, y }, kind, label) {
   return svg`<g class=${kind}>
     <path d="M${x} ${y - 5}l5 5l-5 5l-5 -5z"></path>
@@ -193,10 +163,7 @@ function cut(label) {
   return label.length > 28 ? `${label.slice(0, 27)}…` : label;
 }
 
-/**
- * @param {Box} box
- * @returns {Point[]}
- */
+/** @param {Box} box @returns {Point[]} */
 function corners({ x, y, width, height }) {
   return [
     { x, y },
@@ -206,10 +173,7 @@ function corners({ x, y, width, height }) {
   ];
 }
 
-/**
- * @param {Point[]} points sensor px
- * @param {Viewport} viewport
- */
+/** @param {Point[]} points sensor px @param {Viewport} viewport */
 function path(points, viewport) {
   const places = points.map((point) => viewport.toCss(point));
   return `M${places.map(({ x, y }) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}Z`;

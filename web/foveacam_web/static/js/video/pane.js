@@ -2,8 +2,8 @@
 
 import { fill, h, html, say } from "../dom.js";
 import { clockTime, millis, remedyOf, sentence, span } from "../format.js";
-import { isRunning } from "../calibration/work.js";
-import { isCapturing } from "../capture/reader.js";
+import { isRunning } from "../calibration/state.js";
+import { isCapturing } from "../capture/state.js";
 import { icon } from "../icons.js";
 import { Viewport } from "./viewport.js";
 
@@ -160,10 +160,7 @@ export class Pane {
     this.note.title = reason;
   }
 
-  /**
-   * @param {ConsoleState} state
-   * @param {ShownView | undefined} shown
-   */
+  /** @param {ConsoleState} state @param {ShownView | undefined} shown */
   #showRate(state, shown) {
     this.readout.hidden = !state.settings.readout;
     const what = VIEWS[this.name].title.endsWith(ADDED) ? "annotated · " : "";
@@ -174,11 +171,7 @@ export class Pane {
     this.readout.title = shown ? `frame ${shown.seq}, ${shown.width} × ${shown.height} px` : "";
   }
 
-  /**
-   * @param {ConsoleState} state
-   * @param {ShownView | undefined} shown
-   * @param {boolean} noticed
-   */
+  /** @param {ConsoleState} state @param {ShownView | undefined} shown @param {boolean} noticed */
   #showFrozen(state, shown, noticed) {
     const server_ms = state.server_stats[this.name]?.frozen_since_ms ?? null;
     const silent_ms = shown && shown.count > 0 && !STILL.has(this.name) ? shown.silent_ms : 0;
@@ -238,10 +231,7 @@ export class Pane {
   }
 }
 
-/**
- * @param {ConsoleState} state
- * @param {string[]} roles
- */
+/** @param {ConsoleState} state @param {string[]} roles */
 function missingCamera(state, roles) {
   const problem = state.rig?.problems.find(({ device }) => roles.some((role) => device.includes(role)));
   const reason = sentence(reasonOf(state, roles)) || "See the rig's status.";

@@ -32,10 +32,7 @@ export function jpegOf(message) {
   return new Blob([new Uint8Array(message, HEADER_BYTES)], { type: "image/jpeg" });
 }
 
-/**
- * Return the address of the view socket of a page.
- * @param {string} page_url
- */
+/** Return the address of the view socket of a page. @param {string} page_url */
 export function socketUrl(page_url) {
   const url = new URL("/api/v1/views/ws", page_url);
   url.protocol = url.protocol === "https:" ? "wss:" : "ws:";

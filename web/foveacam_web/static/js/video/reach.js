@@ -14,12 +14,7 @@ export const SEEING = Object.freeze({
   none: "beyond the mirrors' reach",
 });
 
-/**
- * Return which eyes can look at a wide pixel.
- * @param {ReachDocument} reach
- * @param {Point} pixel
- * @returns {Seeing}
- */
+/** Return which eyes can look at a wide pixel. @param {ReachDocument} reach @param {Point} pixel @returns {Seeing} */
 export function seeing(reach, pixel) {
   const left = holds(/** @type {Corners} */ (reach.left_px), pixel);
   const right = holds(/** @type {Corners} */ (reach.right_px), pixel);

@@ -40,10 +40,7 @@ export class ViewStream {
   /** @type {{canvas: Canvas, at: Point | null, zoom: number} | null} */
   #loupe = null;
 
-  /**
-   * @param {string} url
-   * @param {(report: StreamReport) => void} post receives every report to the page
-   */
+  /** @param {string} url @param {(report: StreamReport) => void} post receives every report to the page */
   constructor(url, post) {
     this.#url = url;
     this.#post = post;
@@ -51,11 +48,7 @@ export class ViewStream {
     setInterval(() => this.#report(), REPORT_MS);
   }
 
-  /**
-   * Give a view the canvas that it is drawn on.
-   * @param {ViewName} view
-   * @param {Canvas} canvas
-   */
+  /** Give a view the canvas that it is drawn on. @param {ViewName} view @param {Canvas} canvas */
   addCanvas(view, canvas) {
     this.#slots.set(view, {
       canvas,
@@ -75,11 +68,7 @@ export class ViewStream {
     this.#loupe = { canvas, at: null, zoom: 8 };
   }
 
-  /**
-   * Magnify the surroundings of a sensor pixel of the wide view.
-   * @param {Point | null} at
-   * @param {number} zoom
-   */
+  /** Magnify the surroundings of a sensor pixel of the wide view. @param {Point | null} at @param {number} zoom */
   aimLoupe(at, zoom) {
     if (!this.#loupe) return;
     this.#loupe.at = at;
@@ -145,10 +134,7 @@ export class ViewStream {
     if (!slot.busy) void this.#show(name, slot);
   }
 
-  /**
-   * @param {ViewName} name
-   * @param {Slot} slot
-   */
+  /** @param {ViewName} name @param {Slot} slot */
   async #show(name, slot) {
     slot.busy = true;
     while (slot.latest) {
@@ -167,12 +153,7 @@ export class ViewStream {
     slot.busy = false;
   }
 
-  /**
-   * @param {ViewName} name
-   * @param {Slot} slot
-   * @param {FrameHeader} header
-   * @param {number} received_ms
-   */
+  /** @param {ViewName} name @param {Slot} slot @param {FrameHeader} header @param {number} received_ms */
   #note(name, slot, header, received_ms) {
     slot.count += 1;
     slot.header = header;
@@ -227,18 +208,12 @@ export class ViewStream {
   }
 }
 
-/**
- * @param {Canvas} canvas
- * @returns {Context | null}
- */
+/** @param {Canvas} canvas @returns {Context | null} */
 function contextOf(canvas) {
   return /** @type {Context | null} */ (canvas.getContext("2d", { alpha: false }));
 }
 
-/**
- * @param {Slot} slot
- * @param {ImageBitmap} picture
- */
+/** @param {Slot} slot @param {ImageBitmap} picture */
 function draw(slot, picture) {
   const { canvas, context } = slot;
   if (canvas.width !== picture.width || canvas.height !== picture.height) {
@@ -249,11 +224,7 @@ function draw(slot, picture) {
   picture.close();
 }
 
-/**
- * @param {Slot} slot
- * @param {number} now_ms
- * @returns {ShownView}
- */
+/** @param {Slot} slot @param {number} now_ms @returns {ShownView} */
 function shown(slot, now_ms) {
   slot.times_ms = slot.times_ms.filter((time_ms) => now_ms - time_ms < RATE_WINDOW_MS);
   const header = slot.header;

@@ -14,10 +14,7 @@ export class Viewport {
   /** The position on the picture, from its corner, that is in the middle of the box. */
   #middle;
 
-  /**
-   * @param {number} width of the picture, sensor px
-   * @param {number} height of the picture, sensor px
-   */
+  /** @param {number} width of the picture, sensor px @param {number} height of the picture, sensor px */
   constructor(width, height) {
     this.width = width;
     this.height = height;
@@ -56,30 +53,19 @@ export class Viewport {
     this.#keepInside();
   }
 
-  /**
-   * Return the sensor pixel at a position in the box.
-   * @param {Point} css
-   * @returns {Point}
-   */
+  /** Return the sensor pixel at a position in the box. @param {Point} css @returns {Point} */
   toSensor(css) {
     const { x, y } = this.origin;
     return { x: (css.x - x) / this.scale - 0.5, y: (css.y - y) / this.scale - 0.5 };
   }
 
-  /**
-   * Return the position of a sensor pixel in the box.
-   * @param {Point} pixel
-   * @returns {Point}
-   */
+  /** Return the position of a sensor pixel in the box. @param {Point} pixel @returns {Point} */
   toCss(pixel) {
     const { x, y } = this.origin;
     return { x: x + (pixel.x + 0.5) * this.scale, y: y + (pixel.y + 0.5) * this.scale };
   }
 
-  /**
-   * Return whether the picture contains a sensor pixel.
-   * @param {Point} pixel
-   */
+  /** Return whether the picture contains a sensor pixel. @param {Point} pixel */
   holds(pixel) {
     return pixel.x >= -0.5 && pixel.y >= -0.5 && pixel.x <= this.width - 0.5 && pixel.y <= this.height - 0.5;
   }
@@ -98,11 +84,7 @@ export class Viewport {
     this.#keepInside();
   }
 
-  /**
-   * Move the picture by this many CSS pixels.
-   * @param {number} dx
-   * @param {number} dy
-   */
+  /** Move the picture by this many CSS pixels. @param {number} dx @param {number} dy */
   pan(dx, dy) {
     this.#middle = { x: this.#middle.x - dx / this.scale, y: this.#middle.y - dy / this.scale };
     this.#keepInside();

@@ -26,9 +26,7 @@ export class Views {
   /** @type {ViewName} */
   #tab = "anaglyph";
 
-  /**
-   * @param {{store: Store, commands: Commands, onBoot: (boot_id: string) => void}} context
-   */
+  /** @param {{store: Store, commands: Commands, onBoot: (boot_id: string) => void}} context */
   constructor({ store, commands, onBoot }) {
     this.#store = store;
     this.#stream = openStream((report) => this.#hear(report, onBoot));
@@ -109,10 +107,7 @@ export class Views {
     this.#stream.addCanvas(name, pane.canvas);
   }
 
-  /**
-   * @param {StreamReport} report
-   * @param {(boot_id: string) => void} onBoot
-   */
+  /** @param {StreamReport} report @param {(boot_id: string) => void} onBoot */
   #hear(report, onBoot) {
     const store = this.#store;
     if (report.type === "hello") {
@@ -141,18 +136,12 @@ export class Views {
     this.#stream.subscribe(views);
   }
 
-  /**
-   * Return whether a view can be subscribed: the server refuses views that it does not have.
-   * @param {ViewName} name
-   */
+  /** Return whether a view can be subscribed: the server refuses views that it does not have. @param {ViewName} name */
   #served(name) {
     return !LATER.has(name) || this.#store.state.views.some((view) => view.name === name);
   }
 
-  /**
-   * @param {Pane} pane
-   * @returns {1 | 2}
-   */
+  /** @param {Pane} pane @returns {1 | 2} */
   #scale(pane) {
     const { wide_size, fovea_size } = this.#store.state.settings;
     const wish = pane.name === "wide" ? wide_size : fovea_size;

@@ -40,10 +40,7 @@ export class WideView {
   /** @type {Point | null} the last click, sensor px: read by tests */
   last_click = null;
 
-  /**
-   * @param {Pane} pane
-   * @param {{store: Store, commands: Commands, stream: StreamLink}} context
-   */
+  /** @param {Pane} pane @param {{store: Store, commands: Commands, stream: StreamLink}} context */
   constructor(pane, { store, commands, stream }) {
     this.#pane = pane;
     this.#store = store;
@@ -147,11 +144,7 @@ export class WideView {
     this.#fixate({ pixel: { x_px: pixel.x, y_px: pixel.y } });
   }
 
-  /**
-   * @param {Point} from
-   * @param {Point} to
-   * @param {boolean} done
-   */
+  /** @param {Point} from @param {Point} to @param {boolean} done */
   #rectangle(from, to, done) {
     const { viewport } = this.#pane;
     const box = between(hold(viewport.toSensor(from), viewport), hold(viewport.toSensor(to), viewport));
@@ -167,10 +160,7 @@ export class WideView {
     void this.#commands.fixate(withCorrected(named, state, NEAR_CSS_PX / this.#pane.viewport.scale));
   }
 
-  /**
-   * @param {Point} at
-   * @param {boolean} done
-   */
+  /** @param {Point} at @param {boolean} done */
   #steer(at, done) {
     const { intrinsics } = this.#store.state;
     this.#pane.surface.classList.toggle("steering", !done);
@@ -218,10 +208,7 @@ export class WideView {
     return this.#pane.viewport.holds(pixel) ? pixel : null;
   }
 
-  /**
-   * @param {Point} at
-   * @param {number} factor
-   */
+  /** @param {Point} at @param {number} factor */
   #zoomAt(at, factor) {
     this.#pane.viewport.zoomAt(at, factor);
     this.#pane.place();
@@ -268,19 +255,12 @@ export class WideView {
   }
 }
 
-/**
- * Return the nearest point of the picture.
- * @param {Point} pixel
- * @param {{width: number, height: number}} picture
- */
+/** Return the nearest point of the picture. @param {Point} pixel @param {{width: number, height: number}} picture */
 function hold({ x, y }, { width, height }) {
   return { x: Math.min(width - 1, Math.max(0, x)), y: Math.min(height - 1, Math.max(0, y)) };
 }
 
-/**
- * @param {Point} a
- * @param {Point} b
- */
+/** @param {Point} a @param {Point} b */
 function between(a, b) {
   return { x: Math.min(a.x, b.x), y: Math.min(a.y, b.y), width: Math.abs(a.x - b.x), height: Math.abs(a.y - b.y) };
 }

@@ -1,23 +1,19 @@
 // Small parts of the pages: panels, fields, figures, and buttons that show why they are disabled.
 
-import { absent, fill, h, html, say } from "../dom.js";
-import { MISSING } from "../format.js";
-import { icon } from "../icons.js";
-import { isRunning } from "./work.js";
+import { absent, fill, h, html, say } from "./dom.js";
+import { MISSING } from "./format.js";
+import { icon } from "./icons.js";
+import { isRunning } from "./calibration/state.js";
 
 /**
  * @import { ConsoleState } from "#page"
- * @import { Child } from "../dom.js"
- * @import { IconName } from "../icons.js"
- * @import { Store } from "../store.js"
+ * @import { Child } from "./dom.js"
+ * @import { IconName } from "./icons.js"
+ * @import { Store } from "./store.js"
  * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField
  */
 
-/**
- * Build a panel with its title.
- * @param {string} title
- * @param {...(Child | Child[])} children
- */
+/** Build a panel with its title. @param {string} title @param {...(Child | Child[])} children */
 export function panel(title, ...children) {
   return html`<section class="panel" aria-label=${title}>
     <header><h3>${title}</h3></header>
@@ -61,6 +57,22 @@ export function starter({
     if (named) say(words, named(state));
   });
   return html`<span class="starter">${button}${reason}</span>`;
+}
+
+/**
+ * Build a button that shows only a picture.
+ * @param {string} label
+ * @param {IconName} picture
+ * @param {() => unknown} act
+ * @param {boolean} [pressed] for a button that switches something
+ */
+export function toolButton(label, picture, act, pressed) {
+  return html`<button
+    type="button" class="tool" aria-label=${label} title=${label}
+    aria-pressed=${pressed === undefined ? absent : String(pressed)} @click=${() => void act()}
+  >
+    ${icon(picture)}
+  </button>`;
 }
 
 let fields = 0;
@@ -120,10 +132,7 @@ export function choiceField(label, choices, changed = () => {}) {
   };
 }
 
-/**
- * @param {string} label
- * @param {boolean} checked
- */
+/** @param {string} label @param {boolean} checked */
 export function tickField(label, checked) {
   const input = h("input", { type: "checkbox", checked });
   const put = (/** @type {boolean} */ on) => {
@@ -137,18 +146,12 @@ export function tickField(label, checked) {
   };
 }
 
-/**
- * Return whether all fields are valid; the browser shows the first that is not.
- * @param {...NumberField} entries
- */
+/** Return whether all fields are valid; the browser shows the first that is not. @param {...NumberField} entries */
 export function allHold(...entries) {
   return entries.every(({ input }) => input.closest("[hidden]") !== null || input.reportValidity());
 }
 
-/**
- * Build a list of names and values in two columns.
- * @param {[string, Child][]} rows
- */
+/** Build a list of names and values in two columns. @param {[string, Child][]} rows */
 export function figures(rows) {
   return html`<dl class="numbers">
     ${rows.flatMap(([name, value]) => [
@@ -158,10 +161,7 @@ export function figures(rows) {
   </dl>`;
 }
 
-/**
- * Build the text of an empty list.
- * @param {string} text
- */
+/** Build the text of an empty list. @param {string} text */
 export function nothing(text) {
   return html`<p class="empty">${text}</p>`;
 }
@@ -183,13 +183,11 @@ export function badge(tone, text, title) {
  */
 export function bar(label, { share, text }) {
   const value = share === null ? undefined : Math.round(Math.min(1, Math.max(0, share)) * 100);
-  const part = h("span", { class: "part" });
-  part.style.inlineSize = `${value ?? 0}%`;
   return html`<div
     class=${share === null ? "bar endless" : "bar"} role="progressbar" aria-label=${label} aria-valuemin="0"
     aria-valuemax="100" aria-valuenow=${value ?? absent} aria-valuetext=${text}
   >
-    ${part}
+    <span class="part" .style=${`inline-size: ${value ?? 0}%`}></span>
   </div>`;
 }
 

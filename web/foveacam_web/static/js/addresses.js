@@ -1,0 +1,78 @@
+// Maps the pages over the console to addresses, so that Back, reload and links work. Pure functions.
+
+/** @import { ConsoleState, GalleryPlace, WizardPage } from "#page" */
+
+export const CONSOLE_ADDRESS = "#/";
+export const RIG_ADDRESS = "#/rig";
+export const CAPTURE_ADDRESS = "#/capture";
+export const GALLERY_ADDRESS = "#/gallery";
+export const PLANNER_ADDRESS = "#/planner";
+
+/** @type {{page: WizardPage, title: string}[]} */
+export const WIZARD_PAGES = [
+  { page: "overview", title: "Overview" },
+  { page: "wide", title: "1 Wide camera" },
+  { page: "mirrors", title: "2 Mirrors" },
+  { page: "fit", title: "3 Rectify" },
+  { page: "check", title: "4 Check" },
+  { page: "settle", title: "Settle" },
+];
+
+/**
+ * Return which page an address opens; null and false for all others.
+ * @param {string} hash
+ * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "capture_page" | "gallery" | "planner_page">}
+ */
+export function pagesAt(hash) {
+  return {
+    wizard: wizardAt(hash),
+    rig_page: hash === RIG_ADDRESS,
+    capture_page: hash === CAPTURE_ADDRESS,
+    gallery: galleryAt(hash),
+    planner_page: planAt(hash) !== null,
+  };
+}
+
+/** @param {WizardPage} page */
+export function wizardAddress(page) {
+  return page === "overview" ? "#/calibration" : `#/calibration/${page}`;
+}
+
+/** @param {string} hash @returns {WizardPage | null} */
+export function wizardAt(hash) {
+  const found = /^#\/calibration(?:\/(\w+))?$/.exec(hash);
+  return found && (WIZARD_PAGES.find(({ page }) => page === found[1])?.page ?? "overview");
+}
+
+/**
+ * Return the address of a page of the gallery: #/gallery/TAB[/ID[/PART]].
+ * @param {string} tab
+ * @param {string | null} [id]
+ * @param {string | null} [part]
+ */
+export function galleryAddress(tab, id = null, part = null) {
+  return [GALLERY_ADDRESS, tab, ...[id, part].filter((step) => step !== null).map(encodeURIComponent)].join("/");
+}
+
+/** @param {string} hash @returns {GalleryPlace | null} */
+export function galleryAt(hash) {
+  const [root, page, tab, id, part] = hash.split("/");
+  if (`${root}/${page}` !== GALLERY_ADDRESS) return null;
+  return { tab: tab || "datasets", id: decoded(id), part: decoded(part) };
+}
+
+/** @param {string | undefined} step */
+function decoded(step) {
+  if (!step) return null;
+  try {
+    return decodeURIComponent(step);
+  } catch {
+    return step; // typed by hand: used as it is
+  }
+}
+
+/** Return the plan that the planner's address contains as text. @param {string} hash @returns {string | null} */
+export function planAt(hash) {
+  const [page, words = ""] = hash.split("?");
+  return page === PLANNER_ADDRESS ? words : null;
+}

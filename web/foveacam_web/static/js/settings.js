@@ -1,0 +1,43 @@
+// The settings of this browser: loads them, and changes and saves them.
+
+/**
+ * @import { Settings } from "#page"
+ * @import { Store } from "./store.js"
+ */
+
+const SETTINGS_KEY = "foveacam.settings";
+
+/** @type {Readonly<Settings>} */
+const DEFAULT_SETTINGS = Object.freeze({
+  theme: "system",
+  wide_size: "auto",
+  fovea_size: "auto",
+  footprints: true,
+  field: true,
+  marks: true,
+  readout: true,
+  scene: true,
+  single_keys: true,
+  hints: true,
+});
+
+/** @returns {Settings} */
+export function loadSettings() {
+  try {
+    const kept = JSON.parse(localStorage.getItem(SETTINGS_KEY) ?? "{}");
+    return { ...DEFAULT_SETTINGS, ...kept };
+  } catch {
+    return { ...DEFAULT_SETTINGS }; // private mode or a damaged entry: use the defaults
+  }
+}
+
+/** Change settings and remember them in this browser. @param {Store} store @param {Partial<Settings>} part */
+export function changeSettings(store, part) {
+  const settings = { ...store.state.settings, ...part };
+  store.set({ settings });
+  try {
+    localStorage.setItem(SETTINGS_KEY, JSON.stringify(settings));
+  } catch {
+    // private mode: the change lasts until the page closes
+  }
+}

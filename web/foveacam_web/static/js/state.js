@@ -1,0 +1,51 @@
+// Composes the state of the console: what all pages share, and what each page holds of its own.
+
+import { CALIBRATION_STATE } from "./calibration/state.js";
+import { CAPTURE_STATE } from "./capture/state.js";
+import { MEASURE_STATE } from "./measure/state.js";
+import { RIG_STATE } from "./rig/state.js";
+import { loadSettings } from "./settings.js";
+import { Store } from "./store.js";
+
+/** @import { SharedState } from "#page" */
+
+/** Return a store with the state before the first answer of the server. */
+export function createStore() {
+  return new Store({
+    ...sharedState(),
+    ...CALIBRATION_STATE,
+    ...RIG_STATE,
+    ...CAPTURE_STATE,
+    ...MEASURE_STATE,
+    gallery: null,
+    planner_page: false,
+  });
+}
+
+/** @returns {SharedState} */
+function sharedState() {
+  return {
+    stream: "connecting",
+    events_link: "connecting",
+    boot_id: null,
+    rig: null,
+    intrinsics: null,
+    reach: null,
+    views: [],
+    shown: {},
+    server_stats: {},
+    overlay: null,
+    current: null,
+    targets: null,
+    hidden_targets: [],
+    selected_target: null,
+    clouds: [],
+    log: [],
+    stop: null,
+    lease: null,
+    lease_token: sessionStorage.getItem("foveacam.lease"),
+    steer_distance_m: null,
+    recording: null,
+    settings: loadSettings(),
+  };
+}

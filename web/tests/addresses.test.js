@@ -1,0 +1,43 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import {
+  galleryAddress,
+  galleryAt,
+  pagesAt,
+  planAt,
+  wizardAddress,
+  wizardAt,
+} from "../foveacam_web/static/js/addresses.js";
+
+test("an address opens one page at most", () => {
+  const none = { wizard: null, rig_page: false, capture_page: false, gallery: null, planner_page: false };
+  for (const hash of ["", "#/", "#/rigs", "#/capture/1"]) assert.deepEqual(pagesAt(hash), none);
+  assert.deepEqual(pagesAt("#/rig"), { ...none, rig_page: true });
+  assert.deepEqual(pagesAt("#/capture"), { ...none, capture_page: true });
+  assert.deepEqual(pagesAt("#/planner?seed=3"), { ...none, planner_page: true });
+  assert.deepEqual(pagesAt("#/calibration/fit"), { ...none, wizard: "fit" });
+});
+
+test("the planner's address contains the plan", () => {
+  assert.equal(planAt("#/planner?seed=3&size_m=4"), "seed=3&size_m=4");
+  assert.equal(planAt("#/planner"), "");
+  assert.equal(planAt("#/gallery"), null);
+});
+
+test("every page of the wizard has an address, and an unknown one leads to the overview", () => {
+  for (const page of /** @type {const} */ (["overview", "wide", "mirrors", "fit", "check", "settle"]))
+    assert.equal(wizardAt(wizardAddress(page)), page);
+  assert.equal(wizardAt("#/calibration/nowhere"), "overview");
+  assert.equal(wizardAt("#/rig"), null);
+});
+
+test("addresses of the gallery lead back to their place, and those of other pages nowhere", () => {
+  assert.deepEqual(galleryAt(galleryAddress("datasets", "a/b ü", "mosaic")), {
+    tab: "datasets",
+    id: "a/b ü",
+    part: "mosaic",
+  });
+  assert.deepEqual(galleryAt("#/gallery"), { tab: "datasets", id: null, part: null });
+  assert.deepEqual(galleryAt("#/gallery/stills/%"), { tab: "stills", id: "%", part: null });
+  assert.equal(galleryAt("#/rig"), null);
+});
