@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from typing import Annotated, Any, Protocol
 
-from fastapi import Header, Path, Query
+from fastapi import Header, Query
 from fastapi.responses import JSONResponse
 from starlette.requests import HTTPConnection
 
@@ -39,7 +39,6 @@ IdempotencyHeader = Annotated[
     ),
 ]
 Limit = Annotated[int, Query(ge=1, le=500)]
-CaptureId = Annotated[str, Path(max_length=255)]
 
 _WAIT = re.compile(r"(?:^|[,;\s])wait=(\d{1,6}(?:\.\d{1,3})?)(?:$|[,;\s])")
 

@@ -111,7 +111,7 @@ class EventLog:
         message: str,
         *,
         level: EventLevel = EventLevel.INFO,
-        data: ResponseModel | RequestModel | Document | None = None,
+        data: ResponseModel | RequestModel | Document | None = None,  # JSON: of callers without a schema
     ) -> Event:
         """Add an event and pass it to all listeners, from any thread, without waiting for them."""
         content = data.as_json() if isinstance(data, ResponseModel | RequestModel) else data or {}

@@ -117,7 +117,7 @@ class JobRunner:
     def submit(
         self,
         kind: str,
-        request: RequestModel | Document | None = None,
+        request: RequestModel | Document | None = None,  # JSON: of callers without a schema
         *,
         idempotency_key: str | None = None,
         total: int = 0,

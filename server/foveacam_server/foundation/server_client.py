@@ -46,7 +46,7 @@ class ServerClient:
         """Return the document at `path`, which begins with a slash."""
         return self._content("GET", path, params=query)
 
-    def post(self, path: str, body: Document | None = None, *, wait_s: int = 0) -> Any:  # noqa: ANN401 - as above
+    def post(self, path: str, body: Document | None = None, *, wait_s: int = 0) -> Any:  # noqa: ANN401 - JSON, as above
         """Send an order; `wait_s`: how long the server may keep the answer back until the work is done."""
         headers = {"Prefer": f"wait={wait_s}"} if wait_s else {}
         return self._content("POST", path, json=body, headers=headers)

@@ -3,9 +3,13 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
+
+from pydantic import BaseModel
 
 from foveacam_pipeline.storage.disk import disk_errors, write_file
+
+SchemaT = TypeVar("SchemaT", bound=BaseModel)
 
 
 def write_whole(path: Path, text: str, *, what: str) -> None:
@@ -28,8 +32,8 @@ def document_text(document: Mapping[str, object]) -> str:
     return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
 
-def read_document(path: Path, *, form: str, version: int) -> dict[str, Any]:
-    """Return a JSON document of that format and version, without both.
+def read_document(path: Path, schema: type[SchemaT], *, form: str, version: int) -> SchemaT:
+    """Return a JSON document of that format and version as its schema.
 
     Raise `OSError` (`FileNotFoundError` where there is none), or `ValueError` for any other content.
     """
@@ -39,4 +43,4 @@ def read_document(path: Path, *, form: str, version: int) -> dict[str, Any]:
         version,
     ):
         raise ValueError(f"{form} version {version} is needed")
-    return found
+    return schema.model_validate(found)

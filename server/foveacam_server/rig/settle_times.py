@@ -64,7 +64,7 @@ class SettleTimes:
         """Return the settle time in use for a rig; None without one, or when its file is damaged."""
         path = self._path(rig_id)
         try:
-            found = SettleTime.model_validate(read_document(path, form=FORMAT, version=VERSION))
+            found = read_document(path, SettleTime, form=FORMAT, version=VERSION)
         except FileNotFoundError:
             return None
         except (OSError, ValueError) as error:

@@ -55,7 +55,7 @@ class CameraRecords:
     def _read(self, serial: str) -> CameraRecord | None:
         path = self._path(serial)
         try:
-            found = CameraRecord.model_validate(read_document(path, form=FORMAT, version=VERSION))
+            found = read_document(path, CameraRecord, form=FORMAT, version=VERSION)
         except FileNotFoundError:
             return None
         except (OSError, ValueError) as error:

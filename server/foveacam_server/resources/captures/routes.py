@@ -8,11 +8,11 @@ from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
+from foveacam_server.datasets.capture_id import CaptureId
 from foveacam_server.datasets.collection import point_of, readable_dataset
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture, frame_picture
 from foveacam_server.foundation.answers import (
-    CaptureId,
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,

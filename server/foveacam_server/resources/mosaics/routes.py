@@ -8,8 +8,8 @@ from fastapi import APIRouter, Depends, Header, Query
 from fastapi import Path as InPath
 from fastapi.responses import FileResponse, JSONResponse, Response
 
+from foveacam_server.datasets.capture_id import CaptureId
 from foveacam_server.foundation.answers import (
-    CaptureId,
     IdempotencyHeader,
     PreferHeader,
     file_responses,

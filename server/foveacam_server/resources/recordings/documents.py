@@ -43,9 +43,7 @@ def recording_document(stored: StoredRecording) -> RecordingDocument:
         calibration_id=None if rig is None else rig.calibration_id,
         calibration_problem=None if rig is None else rig.calibration_problem,
         truncated=None if held is None else held.truncated,
-        streams=[
-            _recorded_stream(name, facts, counts.get(name, StreamCounts())) for name, facts in streams.items()
-        ],
+        streams=[_stored_stream(name, facts, counts.get(name)) for name, facts in streams.items()],
         playable=any(facts.frames > 0 for facts in streams.values()),
         job_id=None,
         url=f"{URL}/{notes.id}",
@@ -84,24 +82,14 @@ def live_document(live: LiveRecording, *, elapsed_s: float) -> RecordingDocument
     )
 
 
-def _recorded_stream(name: str, facts: StreamFacts, counts: StreamCounts) -> RecordedStreamDocument:
-    role = role_of(name)
-    return RecordedStreamDocument(
-        name=name,
-        role=None if role is None else role.value,
-        frames=facts.frames,
-        fps=facts.fps,
-        width=facts.width,
-        height=facts.height,
-        pixel_format=facts.pixel_format,
-        bits=facts.bits,
-        waiting=0,
-        **counts.model_dump(exclude={"fps"}),
-    )
+def _stored_stream(name: str, facts: StreamFacts, counts: StreamCounts | None) -> RecordedStreamDocument:
+    counted = (counts or StreamCounts()).model_dump(exclude={"fps"})
+    form = facts.model_dump(exclude={"packed", "compressed"})
+    return RecordedStreamDocument(name=name, waiting=0, **form, **counted)
 
 
 def _live_stream(name: str, found: StreamStatistics) -> RecordedStreamDocument:
-    role, counts = role_of(name), counts_of(found)
+    role = role_of(name)
     return RecordedStreamDocument(
         name=name,
         role=None if role is None else role.value,
@@ -111,7 +99,7 @@ def _live_stream(name: str, found: StreamStatistics) -> RecordedStreamDocument:
         pixel_format=None,
         bits=None,
         waiting=found.waiting,
-        **counts.model_dump(),
+        **counts_of(found).model_dump(),
     )
 
 

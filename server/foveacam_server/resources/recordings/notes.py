@@ -45,7 +45,7 @@ def write_notes(recording: Path, notes: RecordingNotes) -> None:
 def read_notes(recording: Path) -> RecordingNotes | None:
     """Return the notes of a recording; None without readable ones."""
     try:
-        return RecordingNotes.model_validate(read_document(notes_path(recording), form=FORM, version=VERSION))
+        return read_document(notes_path(recording), RecordingNotes, form=FORM, version=VERSION)
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:

@@ -7,9 +7,9 @@ from fastapi import APIRouter, Depends
 from fastapi.responses import JSONResponse, Response
 
 from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE_PICTURE, REFERENCE_SAMPLES
+from foveacam_server.datasets.capture_id import CaptureId
 from foveacam_server.datasets.collection import StoredCapture
 from foveacam_server.foundation.answers import (
-    CaptureId,
     IdempotencyHeader,
     PreferHeader,
     file_responses,
