@@ -138,7 +138,7 @@ def one(capture_id: CaptureId, services: ServicesDep) -> CaptureDocument:
 )
 def patch(capture_id: CaptureId, change: CapturePatch, services: ServicesDep) -> CaptureDocument:
     """Change its label or its licence."""
-    return services.captures.edit(capture_id, label=change.label, licence=change.licence)
+    return services.captures.edit(capture_id, change)
 
 
 @router.delete(

@@ -26,6 +26,7 @@ from foveacam_server.resources.captures.job_watcher import CaptureJobWatcher, Li
 from foveacam_server.resources.captures.schema import (
     CaptureDocument,
     CaptureEvent,
+    CapturePatch,
     CaptureProgress,
     CaptureRequest,
     CaptureResumption,
@@ -148,9 +149,9 @@ class CaptureService:
         """Return the capture that a job's result URL names."""
         return self.get(url.rsplit("/", 1)[1])
 
-    def edit(self, capture_id: str, *, label: str | None, licence: str | None) -> CaptureDocument:
+    def edit(self, capture_id: str, change: CapturePatch) -> CaptureDocument:
         """Change label or licence; raise while the capture is being written."""
-        change_labels(self.collection.get(capture_id).folder, label=label, licence=licence)
+        change_labels(self.collection.get(capture_id).folder, label=change.label, licence=change.licence)
         event = CaptureEvent(capture_id=capture_id)
         self._tools.events.emit("capture.updated", "a capture was described anew", data=event.as_json())
         return self.get(capture_id)

@@ -102,7 +102,7 @@ def one(still_id: StillId, services: ServicesDep) -> StillDocument:
 @router.patch("/{still_id}", summary="Describe a still", responses=problems(404, 409))
 def patch(still_id: StillId, change: StillPatch, services: ServicesDep) -> StillDocument:
     """Change its label or its licence."""
-    return services.stills.edit(still_id, label=change.label, licence=change.licence)
+    return services.stills.edit(still_id, change)
 
 
 @router.post(
@@ -112,8 +112,7 @@ def patch(still_id: StillId, change: StillPatch, services: ServicesDep) -> Still
 )
 def keep(still_id: StillId, services: ServicesDep, change: StillKeepRequest | None = None) -> StillDocument:
     """Keep it, under another name if one is given."""
-    wanted = change or StillKeepRequest()
-    return services.stills.keep(still_id, name=wanted.name, label=wanted.label)
+    return services.stills.keep(still_id, change or StillKeepRequest())
 
 
 @router.delete(

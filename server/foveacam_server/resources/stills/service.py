@@ -19,7 +19,13 @@ from foveacam_server.datasets.capture_tools import CaptureTools, rig_facts
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext
 from foveacam_server.resources.stills.collection import URL, StillCollection, StillState, StoredStill
-from foveacam_server.resources.stills.schema import StillDocument, StillEvent, StillRequest
+from foveacam_server.resources.stills.schema import (
+    StillDocument,
+    StillEvent,
+    StillKeepRequest,
+    StillPatch,
+    StillRequest,
+)
 from foveacam_server.rig import refusals
 from foveacam_server.rig.access import StillRigAccess, check_may_expose
 from foveacam_server.rig.hardware_commands import answer_of
@@ -89,18 +95,19 @@ class StillService:
         """Return the still that a job's result URL names."""
         return self.get(url.rsplit("/", 1)[1])
 
-    def keep(self, still_id: str, *, name: str | None, label: str | None) -> StillDocument:
+    def keep(self, still_id: str, request: StillKeepRequest) -> StillDocument:
         """Keep a held still, under another name or label if given."""
         found = self.collection.get(still_id)
-        if label is not None and found.state is StillState.HELD:
-            change_labels(found.stored.folder, label=label)
-        found = self.collection.keep(still_id, name=name)
+        if request.label is not None and found.state is StillState.HELD:
+            change_labels(found.stored.folder, label=request.label)
+        found = self.collection.keep(still_id, name=request.name)
         self._emit("still.stored", f"still {found.stored.name} is kept", found)
         return StillDocument.of(found)
 
-    def edit(self, still_id: str, *, label: str | None, licence: str | None) -> StillDocument:
+    def edit(self, still_id: str, change: StillPatch) -> StillDocument:
         """Change label or licence."""
-        change_labels(self.collection.get(still_id).stored.folder, label=label, licence=licence)
+        folder = self.collection.get(still_id).stored.folder
+        change_labels(folder, label=change.label, licence=change.licence)
         found = self.collection.get(still_id)
         self._emit("still.updated", f"still {found.stored.name} was described anew", found)
         return StillDocument.of(found)
