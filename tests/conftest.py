@@ -1,6 +1,7 @@
 """Runs before any test: options of the test run, and what a library reads when it is imported."""
 
 import os
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -11,6 +12,8 @@ CONTROLLER_PORT = "FOVEACAM_CONTROLLER_PORT"
 """Names the port of a mirror controller that is none of ours."""
 SHARING = ("tests/system/console", "tests/system/api")
 """Folders whose files share a server or a browser: what a whole folder opens, one worker opens."""
+LASTING = ("shared_rig", "shared_server")
+"""Fixtures whose servers run until their folder ends: the files that need none of them come first."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -34,7 +37,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         absent = [item for item in items if item.get_closest_marker("external_controller")]
         items[:] = [item for item in items if item not in absent]
         config.hook.pytest_deselected(items=absent)
-    items.sort(key=_turn)
+    lasting: dict[Path, int] = {}
+    for item in items:
+        needs = [LASTING.index(name) + 1 for name in getattr(item, "fixturenames", ()) if name in LASTING]
+        lasting[item.path] = max([lasting.get(item.path, 0), *needs])
+    items.sort(key=lambda item: (_turn(item), lasting[item.path]))
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -43,9 +50,9 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadFil
     return _FolderScheduling(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
-class _FolderScheduling(LoadFileScheduling):
+class _FolderScheduling(LoadFileScheduling):  # type: ignore[misc]  # xdist ships no types
     def _split_scope(self, nodeid: str) -> str:
-        file = super()._split_scope(nodeid)
+        file: str = super()._split_scope(nodeid)
         folder = file.rpartition("/")[0]
         return folder if folder in SHARING else file
 

@@ -1,6 +1,7 @@
 """Pictures of calibration boards through a lens, drawn by the tests themselves."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -73,6 +74,16 @@ def board_points_m(board: Board, places_m: NDArray[np.float64], pose: Pose) -> N
     return np.asarray(flat @ pose.rotation.T + np.array(pose.place_m))
 
 
+@lru_cache(maxsize=2)
+def _fine_tangents(lens: DivisionLens) -> NDArray[np.float64]:
+    """Return the tangents that the parts of all pixels of a lens see, (h, w, 2)."""
+    step = 1.0 / OVERSAMPLING
+    x = np.arange(lens.width * OVERSAMPLING) * step + (step - 1.0) / 2.0
+    y = np.arange(lens.height * OVERSAMPLING) * step + (step - 1.0) / 2.0
+    return lens.straight(np.stack(np.meshgrid(x, y), axis=-1))
+
+
+@lru_cache(maxsize=4)
 def board_picture(
     board: Board,
     pose: Pose,
@@ -84,10 +95,7 @@ def board_picture(
 ) -> NDArray[np.uint8]:
     """Return (h, w) uint8: the board before a grey wall, blurred, with noise."""
     lens = lens or DivisionLens()
-    step = 1.0 / OVERSAMPLING
-    x = np.arange(lens.width * OVERSAMPLING) * step + (step - 1.0) / 2.0
-    y = np.arange(lens.height * OVERSAMPLING) * step + (step - 1.0) / 2.0
-    tangents = lens.straight(np.stack(np.meshgrid(x, y), axis=-1))
+    tangents = _fine_tangents(lens)
     rotation, place = pose.rotation, np.array(pose.place_m)
     plane_from_ray = np.linalg.inv(np.column_stack([rotation[:, 0], rotation[:, 1], place]))
     plane = tangents @ plane_from_ray[:, :2].T + plane_from_ray[:, 2]

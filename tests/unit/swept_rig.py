@@ -94,9 +94,11 @@ class SweptRig:
             return np.asarray(view.pixels(point_rig_m[None])[0] - target_px, dtype=np.float64)
 
         for _ in range(8):
-            now = miss(volts)
+            now, before = miss(volts), volts
             slope = np.column_stack([miss(volts + step) - now for step in (np.array([1.0, 0]), [0, 1.0])])
             volts = np.clip(volts - np.linalg.solve(slope, now), -MAX_V, MAX_V)
+            if np.abs(volts - before).max() < 1e-3 * DAC_STEP_V:  # the next step is its square
+                break
         return np.asarray(np.round(volts / DAC_STEP_V) * DAC_STEP_V)
 
 

@@ -1,6 +1,7 @@
 """The depth of a place on the border of a blank region, and whether what lies beyond it moves along."""
 
 from collections.abc import Callable
+from functools import cache
 
 import cv2
 import numpy as np
@@ -69,12 +70,18 @@ def _book_before_fence(tx: NDArray[np.float64], ty: NDArray[np.float64], shift: 
 Scene = Callable[[NDArray[np.float64], NDArray[np.float64], float], NDArray[np.float64]]
 
 
-def _place(scene: Scene, *, rim_px: int = RIM_PX) -> BorderPlace:
+@cache
+def _wide_tangents() -> NDArray[np.float64]:
+    """Return the tangents of all wide pixels, (2, h, w)."""
     rows, columns = np.mgrid[0 : WIDE.height, 0 : WIDE.width].astype(np.float64)
     pixels = np.column_stack([columns.ravel(), rows.ravel()])
-    tangents = np.tan(WIDE.angles_rad(pixels))
-    gray = scene(tangents[:, 0], tangents[:, 1], 0.0).reshape(rows.shape).astype(np.uint8)
-    flat = (tangents[:, 0] < EDGE_TX - 4.0 / WIDE.fx_px).reshape(rows.shape)
+    return np.tan(WIDE.angles_rad(pixels)).T.reshape(2, WIDE.height, WIDE.width)
+
+
+def _place(scene: Scene, *, rim_px: int = RIM_PX) -> BorderPlace:
+    tx, ty = _wide_tangents()
+    gray = scene(tx, ty, 0.0).astype(np.uint8)
+    flat = tx < EDGE_TX - 4.0 / WIDE.fx_px
     patch = border_patch(gray, 255 * flat.astype(np.uint8), WIDE, PLACE, f_px=F_PX, rim_px=rim_px, noise=1.0)
     return BorderPlace(patch, inverse_z_per_m=GRID_PER_M, baseline_m=BASELINE_M, f_px=F_PX)
 

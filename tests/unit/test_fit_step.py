@@ -2,17 +2,17 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from foveacam_hardware.contract import Cancelled, NotCalibrated
 from foveacam_pipeline.calibrate.fit.fit import FULL_FIT_PARTS
-from foveacam_pipeline.calibrate.fit.variants import FOLDS, MOST_VARIANTS
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
-from foveacam_pipeline.models import Calibration
+from foveacam_pipeline.models import Calibration, Intrinsics
 from foveacam_server.resources.calibration_sessions.descriptions import describe_session
 from foveacam_server.resources.calibration_sessions.fit_step import earlier_fit, fit_session
 from foveacam_server.resources.calibration_sessions.options import FitOptions
@@ -78,10 +78,25 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CalibrationSes
     yield made
 
 
-def test_fit_is_kept_told_and_drawn(session: CalibrationSession) -> None:
-    kept, heard = Kept(), Heard()
-    lens = wide_lens(SweptRig(SEED))
-    calibration = fit_session(session, FitOptions(compare=False), lens, registry=kept, watch=heard)
+@dataclass
+class Asked(Heard):
+    """Notes how far the fit was whenever it asked whether to go on."""
+
+    asked: list[tuple[int, int]] = field(default_factory=list)
+
+    def cancelled(self) -> bool:
+        self.asked.append(self.last)
+        return False
+
+
+@cache
+def lens() -> Intrinsics:
+    return wide_lens(SweptRig(SEED))
+
+
+def test_fit_is_kept_told_and_drawn_and_asks_often_whether_to_go_on(session: CalibrationSession) -> None:
+    kept, heard = Kept(), Asked()
+    calibration = fit_session(session, FitOptions(compare=False), lens(), registry=kept, watch=heard)
     assert kept.known == {calibration.id: calibration}
     assert (calibration.origin, calibration.label, calibration.session_id) == (
         "measured",
@@ -91,15 +106,18 @@ def test_fit_is_kept_told_and_drawn(session: CalibrationSession) -> None:
     assert heard.stages == ["fit"]
     assert heard.fits == [calibration.id]
     assert heard.last[0] == heard.last[1] > 0
+    assert len(heard.asked) >= 10
+    assert len(set(heard.asked)) >= len(heard.asked) // 2  # between pieces of work
     found = describe_session(session, url="/s", running=None)
     assert found.fit is not None
     assert found.calibrations[-1] == found.fit.calibration_id == calibration.id
     assert {model.eye for model in found.fit.models if model.chosen} == {"left", "right"}
     assert set(found.fit.parallax or {}) == {f"markers at {distance_m:g} m" for distance_m in DISTANCES_M}
     assert found.fit.volts_roundtrip_max_lsb <= 1.0
-    assert earlier_fit(session, FitOptions(compare=False), lens, registry=kept) == calibration
-    assert earlier_fit(session, FitOptions(compare=False, order=3), lens, registry=kept) is None
-    assert earlier_fit(session, FitOptions(compare=False), replace(lens, fx_px=3000.0), registry=kept) is None
+    assert earlier_fit(session, FitOptions(compare=False), lens(), registry=kept) == calibration
+    assert earlier_fit(session, FitOptions(compare=False, order=3), lens(), registry=kept) is None
+    other = replace(lens(), fx_px=3000.0)
+    assert earlier_fit(session, FitOptions(compare=False), other, registry=kept) is None
     drawn = {picture.name for picture in found.pictures}
     assert {"quiver_left", "quiver_right", "loo", "warp_left", "warp_right"} <= drawn
 
@@ -107,7 +125,7 @@ def test_fit_is_kept_told_and_drawn(session: CalibrationSession) -> None:
 def test_fit_of_one_distance_and_one_order_does_what_it_was_told(session: CalibrationSession) -> None:
     kept, heard = Kept(), Heard()
     options = FitOptions(compare=False, order=3, use_all_distances=False, label="plain")
-    calibration = fit_session(session, options, wide_lens(SweptRig(SEED)), registry=kept, watch=heard)
+    calibration = fit_session(session, options, lens(), registry=kept, watch=heard)
     assert calibration.label == "plain"
     fit = describe_session(session, url="/s", running=None).fit
     assert fit is not None
@@ -119,7 +137,7 @@ def test_fit_of_one_distance_and_one_order_does_what_it_was_told(session: Calibr
 def test_session_without_a_sweep_says_which_step_comes_first(tmp_path: Path) -> None:
     empty = SessionCollection(tmp_path).create(label="empty", rig_id="rig-1", baseline_m=0.2)
     with pytest.raises(NotCalibrated, match="run the step mirrors first"):
-        fit_session(empty, FitOptions(), wide_lens(SweptRig(SEED)), registry=Kept(), watch=Heard())
+        fit_session(empty, FitOptions(), lens(), registry=Kept(), watch=Heard())
     assert empty.empty
 
 
@@ -133,27 +151,18 @@ class Impatient(Heard):
         return self.last[0] >= self.patience
 
 
-@pytest.mark.parametrize("patience", [0, FULL_FIT_PARTS, FULL_FIT_PARTS + FOLDS * MOST_VARIANTS + 3])
+@pytest.mark.parametrize(
+    ("compare", "patience"),
+    [(True, 0), (True, FULL_FIT_PARTS), (False, FULL_FIT_PARTS + 3)],
+    ids=["before it begins", "while models are compared", "while pictures are drawn"],
+)
 def test_cancelled_fit_leaves_nothing_behind(
-    session: CalibrationSession, patience: int
-) -> None:  # before it begins, while models are compared, and while pictures are drawn
+    session: CalibrationSession, compare: bool, patience: int
+) -> None:
     kept, impatient = Kept(), Impatient(patience=patience)
     before = {path: path.read_bytes() for path in session.folder.rglob("*") if path.is_file()}
     with pytest.raises(Cancelled, match="the fit was cancelled"):
-        fit_session(session, FitOptions(), wide_lens(SweptRig(SEED)), registry=kept, watch=impatient)
+        fit_session(session, FitOptions(compare=compare), lens(), registry=kept, watch=impatient)
     assert kept.known == {}
     assert impatient.fits == []
     assert {path: path.read_bytes() for path in session.folder.rglob("*") if path.is_file()} == before
-
-
-def test_fit_is_asked_often_whether_it_shall_go_on(session: CalibrationSession) -> None:
-    asked: list[tuple[int, int]] = []
-
-    class Asked(Heard):
-        def cancelled(self) -> bool:
-            asked.append(self.last)
-            return False
-
-    fit_session(session, FitOptions(compare=False), wide_lens(SweptRig(SEED)), registry=Kept(), watch=Asked())
-    assert len(asked) >= 10
-    assert len(set(asked)) >= len(asked) // 2  # between pieces of work, not again and again at one place

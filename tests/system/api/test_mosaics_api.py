@@ -81,9 +81,8 @@ def test_a_mosaic_is_cancelled_beside_a_free_rig_gone_on_with_and_walked_about_i
     assert told(server, plane)["state"] in ("none", "unfinished")
     assert server.get(url(plane, "/tiles/picture.dzi")).status_code == 404
 
-    made = server.post(url(plane), Prefer="wait=60")
-    assert made.status_code == 200, made.text
-    document = made.json()
+    made = server.ended(server.post(url(plane)).json())
+    document = server.http.get(made["result_url"]).json()
     assert (document["state"], document["outdated"], document["job_id"]) == ("complete", False, None)
     mosaic = document["made"]
     assert mosaic["views"] == 4
