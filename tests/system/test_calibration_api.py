@@ -35,7 +35,7 @@ def new_session(room: Running, label: str = "a test") -> dict[str, Any]:
 
 
 def come_to_rest(room: Running) -> Document:
-    return room.poll("/pan_tilt", lambda seen: not seen["moving"])
+    return room.poll("/pan_tilt", lambda seen: not seen["moving"], every_s=0.1)
 
 
 def test_pan_tilt_tells_its_limits_and_the_stations(room: Running) -> None:

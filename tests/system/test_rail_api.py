@@ -22,7 +22,7 @@ SLOW = {112: 600.0}
 
 
 def come_to_rest(server: Running) -> Document:
-    return server.poll("/rail", lambda seen: not seen["moving"])
+    return server.poll("/rail", lambda seen: not seen["moving"], every_s=0.1)
 
 
 @pytest.fixture(scope="module")
