@@ -7,6 +7,7 @@ import pytest
 
 from foveacam_server.foundation import events as events_module
 from foveacam_server.foundation.events import Event, EventLevel, EventLog
+from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.foundation.store import Store
 from foveacam_server.rig.schema import StopChange, StopDocument
 
@@ -34,8 +35,14 @@ async def take(log: EventLog, count: int, last_id: int | None = None) -> list[Ev
     return found
 
 
+class DeviceFaultEvent(ResponseModel):
+    device: str
+
+
 def test_event_carries_kind_level_and_data(log: EventLog) -> None:
-    event = log.emit("device.fault", "wide: gone", level=EventLevel.ERROR, data={"device": "wide"})
+    event = log.emit(
+        "device.fault", "wide: gone", level=EventLevel.ERROR, data=DeviceFaultEvent(device="wide")
+    )
     document = event.describe().as_json()
     assert (document["kind"], document["level"], document["data"]) == (
         "device.fault",

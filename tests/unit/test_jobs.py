@@ -58,7 +58,7 @@ def bench(store: Store) -> Iterator[Bench]:
 
 
 def test_job_runs_to_its_result(bench: Bench) -> None:
-    job = bench.end(bench.jobs.submit("quick", {"n": 1}))
+    job = bench.end(bench.jobs.submit("quick", Order(n=1)))
     assert (job.state, job.result_url) == (JobState.SUCCEEDED, f"/results/{job.id}")
     assert job.started_utc is not None
     assert job.ended_utc is not None
@@ -77,7 +77,7 @@ def test_request_is_stored_and_parsed_by_its_schema(bench: Bench) -> None:
 
 
 def test_jobs_run_one_after_the_other(bench: Bench) -> None:
-    first, second = bench.jobs.submit("wait", {}), bench.jobs.submit("quick", {})
+    first, second = bench.jobs.submit("wait"), bench.jobs.submit("quick")
     assert bench.running.wait(PATIENCE_S)
     assert bench.jobs.get(second.id).state is JobState.QUEUED
     bench.go.set()
@@ -88,7 +88,7 @@ def test_jobs_run_one_after_the_other(bench: Bench) -> None:
 def test_failed_job_tells_its_cause_as_a_problem(bench: Bench) -> None:
     bench.failure = DeviceFault("controller: it broke", found="smoke", remedy="buy another")
     bench.go.set()
-    job = bench.end(bench.jobs.submit("wait", {}))
+    job = bench.end(bench.jobs.submit("wait"))
     assert job.state is JobState.FAILED
     assert job.problem is not None
     assert job.problem.type == "/problems/device-fault"
@@ -100,16 +100,16 @@ def test_error_that_nobody_foresaw_fails_one_job_and_not_the_next(
 ) -> None:
     bench.failure = ZeroDivisionError("secret")
     bench.go.set()
-    failed = bench.end(bench.jobs.submit("wait", {}))
+    failed = bench.end(bench.jobs.submit("wait"))
     assert failed.problem is not None
     assert failed.problem.type == "/problems/internal"
     assert "secret" not in str(failed.problem)
     assert "secret" in caplog.text
-    assert bench.end(bench.jobs.submit("quick", {})).state is JobState.SUCCEEDED
+    assert bench.end(bench.jobs.submit("quick")).state is JobState.SUCCEEDED
 
 
 def test_cancelled_while_queued_it_never_starts(bench: Bench) -> None:
-    first, second = bench.jobs.submit("wait", {}), bench.jobs.submit("quick", {})
+    first, second = bench.jobs.submit("wait"), bench.jobs.submit("quick")
     assert bench.running.wait(PATIENCE_S)
     bench.jobs.cancel(second.id)
     bench.go.set()
@@ -119,7 +119,7 @@ def test_cancelled_while_queued_it_never_starts(bench: Bench) -> None:
 
 
 def test_cancelled_while_running_it_ends_at_its_next_step(bench: Bench) -> None:
-    job = bench.jobs.submit("wait", {})
+    job = bench.jobs.submit("wait")
     assert bench.running.wait(PATIENCE_S)
     assert bench.jobs.cancel(job.id).state is JobState.CANCELLING
     bench.go.set()
@@ -130,12 +130,12 @@ def test_cancelled_while_running_it_ends_at_its_next_step(bench: Bench) -> None:
 
 
 def test_cancelling_an_ended_job_changes_nothing(bench: Bench) -> None:
-    job = bench.end(bench.jobs.submit("quick", {}))
+    job = bench.end(bench.jobs.submit("quick"))
     assert bench.jobs.cancel(job.id).state is JobState.SUCCEEDED
 
 
 def test_cancel_all_names_its_reason(bench: Bench) -> None:
-    job = bench.jobs.submit("wait", {})
+    job = bench.jobs.submit("wait")
     assert bench.running.wait(PATIENCE_S)
     bench.jobs.cancel_all("the stop was engaged")
     bench.go.set()
@@ -147,19 +147,19 @@ def test_cancel_all_names_its_reason(bench: Bench) -> None:
 def test_refused_by_the_stop_before_it_has_cancelled_the_job_it_counts_as_cancelled(bench: Bench) -> None:
     bench.failure = Stopped("asked to move: no", found="the stop is engaged")
     bench.go.set()
-    ended = bench.end(bench.jobs.submit("wait", {}))
+    ended = bench.end(bench.jobs.submit("wait"))
     assert ended.state is JobState.CANCELLED
     assert ended.problem is not None
     assert "the stop is engaged" in ended.problem.detail
 
 
 def test_too_many_waiting_jobs_are_refused(bench: Bench) -> None:
-    bench.jobs.submit("wait", {})
+    bench.jobs.submit("wait")
     assert bench.running.wait(PATIENCE_S)
     for _ in range(WAITING):
-        bench.jobs.submit("quick", {})
+        bench.jobs.submit("quick")
     with pytest.raises(Busy, match=f"{WAITING} jobs are waiting"):
-        bench.jobs.submit("quick", {})
+        bench.jobs.submit("quick")
 
 
 def test_progress_tells_the_time_left_from_the_time_so_far(bench: Bench) -> None:
@@ -172,7 +172,7 @@ def test_progress_tells_the_time_left_from_the_time_so_far(bench: Bench) -> None
         return ""
 
     bench.jobs.handle("count", count)
-    job = bench.end(bench.jobs.submit("count", {}))
+    job = bench.end(bench.jobs.submit("count"))
     assert seen == [4.0]
     assert (job.done, job.total, job.note) == (3, 5, "half way")
 
@@ -192,29 +192,29 @@ def test_what_was_done_before_another_thing_is_counted_does_not_shorten_the_time
         return ""
 
     bench.jobs.handle("count", count)
-    bench.end(bench.jobs.submit("count", {}))
+    bench.end(bench.jobs.submit("count"))
     assert seen == [None, None, 6.0]
 
 
 def test_same_key_and_request_give_the_same_job(bench: Bench) -> None:
-    first = bench.jobs.submit("quick", {"n": 1}, idempotency_key="k")
-    assert bench.jobs.submit("quick", {"n": 1}, idempotency_key="k").id == first.id
+    first = bench.jobs.submit("quick", Order(n=1), idempotency_key="k")
+    assert bench.jobs.submit("quick", Order(n=1), idempotency_key="k").id == first.id
 
 
 def test_same_key_with_another_request_is_refused(bench: Bench) -> None:
-    bench.jobs.submit("quick", {"n": 1}, idempotency_key="k")
+    bench.jobs.submit("quick", Order(n=1), idempotency_key="k")
     with pytest.raises(InvalidInput, match="was used for another request"):
-        bench.jobs.submit("quick", {"n": 2}, idempotency_key="k")
+        bench.jobs.submit("quick", Order(n=2), idempotency_key="k")
 
 
 def test_waiting_for_a_job_gives_up_after_its_time(bench: Bench) -> None:
-    job = bench.jobs.submit("wait", {})
+    job = bench.jobs.submit("wait")
     assert bench.running.wait(PATIENCE_S)
     assert asyncio.run(bench.jobs.ended(job.id, timeout_s=0.01)).state is JobState.RUNNING
 
 
 def test_every_change_of_a_job_is_told(bench: Bench) -> None:
-    job = bench.end(bench.jobs.submit("quick", {}))
+    job = bench.end(bench.jobs.submit("quick"))
     told = [event.data["state"] for event in bench.events.recent(10) if event.data.get("id") == job.id]
     assert told == ["queued", "running", "succeeded"]
 
@@ -259,9 +259,9 @@ def test_a_job_beside_waits_for_no_other_and_the_stop_lets_it_go_on(bench: Bench
         return "/results/seen"
 
     bench.jobs.handle("observe", observe, parallel=True)
-    first = bench.jobs.submit("wait", {})
+    first = bench.jobs.submit("wait")
     assert bench.running.wait(PATIENCE_S)
-    beside = bench.jobs.submit("observe", {})
+    beside = bench.jobs.submit("observe")
     bench.jobs.cancel_all("the stop was engaged")
     go.set()
 
@@ -284,7 +284,7 @@ def test_the_end_of_the_server_cancels_a_job_beside_and_waits_for_it(store: Stor
 
     jobs.handle("observe", observe, parallel=True)
     jobs.start()
-    job = jobs.submit("observe", {})
+    job = jobs.submit("observe")
     assert began.wait(PATIENCE_S)
     jobs.close()
     events.close()

@@ -116,7 +116,7 @@ def some(document: Document) -> bool:
 
 
 def test_it_records_while_another_job_has_the_worker_and_after_the_stop(bench: Bench) -> None:
-    other = bench.jobs.submit("other", {})
+    other = bench.jobs.submit("other")
     assert bench.began.wait(PATIENCE_S)
     job, recording_id = bench.begin()
     bench.until(recording_id, some)

@@ -66,12 +66,12 @@ def test_a_job_that_ends_on_a_bad_disk_has_ended_and_is_written_down_later(
         jobs.handle(kind, handler)
     jobs.start()
 
-    failed = ended(jobs, jobs.submit("fail", {}))
+    failed = ended(jobs, jobs.submit("fail"))
 
     assert (failed.state, jobs.get(failed.id).state) == (JobState.FAILED, JobState.FAILED)
     assert [job.state for job in jobs.newest(5)] == [JobState.FAILED]
     assert JobTable(store).get(failed.id).state is JobState.RUNNING
     monkeypatch.undo()
-    ended(jobs, jobs.submit("quick", {}))
+    ended(jobs, jobs.submit("quick"))
     kept = JobTable(store).get(failed.id)
     assert (kept.state, kept.problem) == (JobState.FAILED, failed.problem)

@@ -15,6 +15,7 @@ from foveacam_server.resources.calibrations.health import CalibrationHealth
 from foveacam_server.resources.calibrations.service import CalibrationService
 from foveacam_server.resources.cameras.records import CameraRecords
 from foveacam_server.resources.cameras.service import CameraSettingsService
+from foveacam_server.resources.fixations.schema import FixationSelectedEvent
 from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.resources.views.overlay import GazeOverlay
 from foveacam_server.rig.frame_hub import FrameHub
@@ -124,7 +125,11 @@ def _open_viewer(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoo
     foundation.stack.callback(scene.stop)
 
     async def on_select(fixation_id: str) -> None:
-        events.emit("fixation.selected", f"{fixation_id} was clicked", data={"fixation_id": fixation_id})
+        events.emit(
+            "fixation.selected",
+            f"{fixation_id} was clicked",
+            data=FixationSelectedEvent(fixation_id=fixation_id),
+        )
 
     scene.on_select(on_select, loop)
     return scene

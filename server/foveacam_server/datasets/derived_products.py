@@ -1,6 +1,5 @@
 """Computes products of captures (mosaic, reference) as jobs in child processes, one of a kind at a time."""
 
-import json
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,6 +18,13 @@ from foveacam_server.foundation.store import Document
 Run = Callable[[Sequence[str]], None]
 """Runs the child process with these arguments to its end and reports its progress."""
 WAIT = "wait for it, or cancel its job"
+
+
+class ProductRequest(RequestModel):
+    """The stored request of a job: the capture, and the JSON of the request for the child process."""
+
+    capture_id: str
+    arguments: str
 
 
 class Captures(Protocol):
@@ -82,7 +88,8 @@ class DerivedProductJobs:
         idempotency_key: str | None,
     ) -> Job:
         """Queue a job; `check` raises when the product cannot be computed."""
-        jobs, stored_request = self._tools.jobs, {"capture_id": capture_id, **request.model_dump(mode="json")}
+        jobs = self._tools.jobs
+        stored_request = ProductRequest(capture_id=capture_id, arguments=request.model_dump_json())
         if jobs.has_key(idempotency_key):
             return jobs.submit(self._kind.noun, stored_request, idempotency_key=idempotency_key)
         stored = self._tools.captures.collection.get(capture_id)
@@ -125,16 +132,14 @@ class DerivedProductJobs:
 
     def emit(self, what: str, message: str, capture_id: str) -> None:
         """Emit the event `<noun>.<what>`."""
-        data = DerivedProductEvent(capture_id=capture_id).as_json()
+        data = DerivedProductEvent(capture_id=capture_id)
         self._tools.events.emit(f"{self._kind.noun}.{what}", message, data=data)
 
     def _work(self, context: JobContext) -> str:
-        request = dict(context.job.request)
-        stored = self._tools.captures.collection.get(request.pop("capture_id"))
+        request = context.job.parse_request(ProductRequest)
+        stored = self._tools.captures.collection.get(request.capture_id)
         try:
-            return self._kind.make(
-                stored, json.dumps(request), lambda arguments: self._run(context, arguments)
-            )
+            return self._kind.make(stored, request.arguments, lambda arguments: self._run(context, arguments))
         finally:
             with self._lock:
                 self._live = None

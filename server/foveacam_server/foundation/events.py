@@ -14,12 +14,13 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from pydantic import BaseModel
 from sqlalchemy import delete, func, insert, select
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from foveacam_hardware.contract import DeviceFault, StorageFull
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.schema import EventDocument, RequestModel, ResponseModel, StorageFault
+from foveacam_server.foundation.schema import EventDocument, ResponseModel, StorageFault
 from foveacam_server.foundation.store import Document, EventRow, Store
 
 _log = logging.getLogger(__name__)
@@ -84,6 +85,11 @@ class _Listener:
         self.waiting.put_nowait(None)
 
 
+def _json_of(data: BaseModel) -> Document:
+    """Return a schema as a JSON object; of an answer, only the fields that were set."""
+    return data.as_json() if isinstance(data, ResponseModel) else data.model_dump(mode="json")
+
+
 class EventLog:
     """Holds the newest events in memory, passes events to listeners and writes them to the database."""
 
@@ -111,10 +117,10 @@ class EventLog:
         message: str,
         *,
         level: EventLevel = EventLevel.INFO,
-        data: ResponseModel | RequestModel | Document | None = None,  # JSON: of callers without a schema
+        data: BaseModel | None = None,
     ) -> Event:
         """Add an event and pass it to all listeners, from any thread, without waiting for them."""
-        content = data.as_json() if isinstance(data, ResponseModel | RequestModel) else data or {}
+        content = {} if data is None else _json_of(data)
         with self._lock:
             event = Event(
                 id=self._next_id, kind=kind, level=level, t_utc=utc_now(), message=message, data=content

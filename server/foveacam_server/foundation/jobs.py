@@ -16,7 +16,7 @@ from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job, JobState, JobTable
 from foveacam_server.foundation.names import new_id, utc_now
 from foveacam_server.foundation.schema import RequestModel
-from foveacam_server.foundation.store import Document, Store
+from foveacam_server.foundation.store import Store
 
 _log = logging.getLogger(__name__)
 
@@ -117,7 +117,7 @@ class JobRunner:
     def submit(
         self,
         kind: str,
-        request: RequestModel | Document | None = None,  # JSON: of callers without a schema
+        request: RequestModel | None = None,
         *,
         idempotency_key: str | None = None,
         total: int = 0,
@@ -140,7 +140,7 @@ class JobRunner:
         job = Job(
             id=new_id("job"),
             kind=kind,
-            request=request.as_json() if isinstance(request, RequestModel) else request or {},
+            request={} if request is None else request.as_json(),
             idempotency_key=idempotency_key,
             total=total,
             note=note,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Role
+from foveacam_server.foundation.schema import ResponseModel
 from tests.system.conftest import CENTRE, Running
 
 pytestmark = pytest.mark.timeout(300)
@@ -202,10 +203,14 @@ def test_lease_can_be_taken_over_and_that_is_written_down(server: Running) -> No
     assert server.http.delete("/api/v1/lease", headers={"X-Lease": token}).status_code == 204
 
 
+class SecondOf(ResponseModel):
+    n: int
+
+
 def test_events_continue_where_a_client_left_off(server: Running) -> None:
     before = server.last_event
     server.services.events.emit("rig.state", "first")
-    server.services.events.emit("rig.state", "second", data={"n": 2})
+    server.services.events.emit("rig.state", "second", data=SecondOf(n=2))
     assert server.wait_for_event("rig.state", after=before + 1) == {"n": 2}
 
 

@@ -62,7 +62,7 @@ def test_cancelled_fixation_ends_as_cancelled(server: Running) -> None:
 def _wait_until_idle(server: Running) -> list[dict[str, str]]:
     done = threading.Event()
     server.services.jobs.handle("probe", lambda context: done.set() or "")  # type: ignore[func-returns-value]
-    server.services.jobs.submit("probe", {})
+    server.services.jobs.submit("probe")
     assert done.wait(60.0)
     jobs = server.get("/jobs", limit=20).json()
     return [job for job in jobs if job["kind"] != "probe"]

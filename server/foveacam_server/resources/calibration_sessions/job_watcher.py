@@ -95,4 +95,4 @@ class CalibrationJobWatcher:
         )
 
     def _emit(self, kind: str, message: str, data: ResponseModel) -> None:
-        self._events.emit(kind, message, data=data.as_json())
+        self._events.emit(kind, message, data=data)

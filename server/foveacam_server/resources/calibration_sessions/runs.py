@@ -96,9 +96,7 @@ class CalibrationRuns:
         session = self._sessions.get(session_id)
         self._check(session, run)
         request = StepJobRequest(session_id=session_id, run=run)
-        job = self._tools.jobs.submit(
-            f"calibration.{run.step}", request.model_dump(mode="json"), idempotency_key=idempotency_key
-        )
+        job = self._tools.jobs.submit(f"calibration.{run.step}", request, idempotency_key=idempotency_key)
         self._jobs.setdefault(session_id, []).append(job.id)
         return job
 
@@ -152,7 +150,7 @@ class CalibrationRuns:
             run_step,  # fits and pictures load for seconds
         )
 
-        request = StepJobRequest.model_validate(context.job.request, strict=False)
+        request = context.job.parse_request(StepJobRequest)
         session = self._sessions.get(request.session_id)
         watch = CalibrationJobWatcher(
             context,

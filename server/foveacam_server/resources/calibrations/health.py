@@ -42,8 +42,7 @@ class CalibrationHealth:
 
     def _emit(self, health: HealthReport) -> None:
         level = EventLevel.WARNING if health.verdict is HealthVerdict.RECALIBRATE else EventLevel.INFO
-        data = _describe(health).as_json()
-        self._events.emit("calibration.health", health.detail, level=level, data=data)
+        self._events.emit("calibration.health", health.detail, level=level, data=_describe(health))
 
 
 def _describe(health: HealthReport) -> HealthDocument:

@@ -182,7 +182,7 @@ class CalibrationService:
 
     def _emit(self, message: str, data: ResponseModel, *, level: EventLevel = EventLevel.INFO) -> None:
         if self._events is not None:  # None in a command that runs beside a server
-            self._events.emit("rig.calibration", message, level=level, data=data.as_json())
+            self._events.emit("rig.calibration", message, level=level, data=data)
 
     def _choose(self, rig_id: str) -> Calibration:
         if self._chosen is not None:

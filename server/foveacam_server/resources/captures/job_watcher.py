@@ -79,7 +79,7 @@ class CaptureJobWatcher:
                 job_id=self._live.job_id,
                 state=self._live.state,
                 wish=self._live.manual_action,
-            ).as_json(),
+            ),
         )
 
     def cancelled(self) -> bool:

@@ -58,9 +58,8 @@ class CaptureService:
 
     def start(self, request: CaptureRequest, *, idempotency_key: str | None = None) -> Job:
         """Queue a capture; raise at once what it could not do now."""
-        stored = request.model_dump(mode="json")
         if self._tools.jobs.has_key(idempotency_key):
-            return self._tools.jobs.submit(KIND, stored, idempotency_key=idempotency_key)
+            return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
         with self._lock:
             self._check_free("begin a capture")
             folder = self.collection.new_folder(request.name)
@@ -69,26 +68,24 @@ class CaptureService:
             self._tools.hardware.check_may_move()
             check_possible(plan, calibration, facts)
             check_room(plan, facts, calibration, codec=ImageCodec(request.codec), folder=folder.parent)
-            job = self._tools.jobs.submit(KIND, stored, idempotency_key=idempotency_key)
+            job = self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
             self._live = LiveCapture(id=_capture_id(job), name=folder.name, job_id=job.id)
         event = CaptureEvent(capture_id=self._live.id)
-        self._tools.events.emit(
-            "capture.created", f"capture {folder.name} was asked for", data=event.as_json()
-        )
+        self._tools.events.emit("capture.created", f"capture {folder.name} was asked for", data=event)
         return job
 
     def resume(self, capture_id: str, *, idempotency_key: str | None = None) -> Job:
         """Queue the rest of a capture that was interrupted or cancelled."""
-        stored = CaptureResumption(capture_id=capture_id).model_dump(mode="json")
+        request = CaptureResumption(capture_id=capture_id)
         if self._tools.jobs.has_key(idempotency_key):
-            return self._tools.jobs.submit(KIND, stored, idempotency_key=idempotency_key)
+            return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
         with self._lock:
             self._check_free("resume a capture")
             kept = self.collection.get(capture_id)
             check_resumable(kept)
             self._tools.hardware.check_may_move()
             check_remaining_room(kept.folder, self._facts())
-            job = self._tools.jobs.submit(KIND, stored, idempotency_key=idempotency_key)
+            job = self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
             self._live = LiveCapture(id=capture_id, name=kept.name, job_id=job.id)
         return job
 
@@ -153,7 +150,7 @@ class CaptureService:
         """Change label or licence; raise while the capture is being written."""
         change_labels(self.collection.get(capture_id).folder, label=change.label, licence=change.licence)
         event = CaptureEvent(capture_id=capture_id)
-        self._tools.events.emit("capture.updated", "a capture was described anew", data=event.as_json())
+        self._tools.events.emit("capture.updated", "a capture was described anew", data=event)
         return self.get(capture_id)
 
     def remove(self, capture_id: str) -> None:
@@ -163,17 +160,13 @@ class CaptureService:
             raise refusals.in_use(f"remove capture {live.name}", f"capture {live.name}")
         kept = self.collection.remove(capture_id)
         event = CaptureEvent(capture_id=capture_id, name=kept.name)
-        self._tools.events.emit(
-            "capture.removed", f"capture {kept.name} is in the trash", data=event.as_json()
-        )
+        self._tools.events.emit("capture.removed", f"capture {kept.name} is in the trash", data=event)
 
     def restore(self, capture_id: str) -> CaptureDocument:
         """Take a capture out of the trash."""
         kept = self.collection.restore(capture_id)
         event = CaptureEvent(capture_id=kept.id)
-        self._tools.events.emit(
-            "capture.updated", f"capture {kept.name} is out of the trash", data=event.as_json()
-        )
+        self._tools.events.emit("capture.updated", f"capture {kept.name} is out of the trash", data=event)
         return self.get(kept.id)
 
     # The job -----------------------------------------------------------------------------------------------
@@ -248,13 +241,13 @@ class CaptureService:
         if found is None:
             event = CaptureEvent(capture_id=live.id)
             self._tools.events.emit(
-                "capture.ended", f"capture {live.name} ended before its first point", data=event.as_json()
+                "capture.ended", f"capture {live.name} ended before its first point", data=event
             )
             return
         ended = CaptureDocument.of(found)
         message = f"capture {live.name} is {ended.state}" + (f": {ended.why}" if ended.why else "")
         event = CaptureEvent(capture_id=live.id, state=ended.state, why=ended.why)
-        self._tools.events.emit("capture.ended", message, data=event.as_json())
+        self._tools.events.emit("capture.ended", message, data=event)
 
 
 def _spec_of(request: CaptureRequest, capture_id: str) -> CaptureSpec:

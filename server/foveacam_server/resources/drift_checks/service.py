@@ -27,7 +27,7 @@ class DriftChecks:
         """Queue a check; raise at once when it could not run now."""
         self._tools.calibration.require()
         self._tools.hardware.check_may_move()
-        return self._tools.jobs.submit(KIND, request.model_dump(), idempotency_key=idempotency_key)
+        return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
 
     def get_by_url(self, url: str) -> DriftCheckDocument:
         """Return the check that a job's result URL names."""
@@ -36,7 +36,7 @@ class DriftChecks:
     def _work(self, context: JobContext) -> str:
         from foveacam_server.resources.drift_checks.step import check_drift, store_check  # loads for a while
 
-        request = DriftRequest.model_validate(context.job.request, strict=False)
+        request = context.job.parse_request(DriftRequest)
         watch = CalibrationJobWatcher(
             context,
             session_id=None,
@@ -63,5 +63,5 @@ class DriftChecks:
                 registry=self._tools.calibration,
                 watch=watch,
             )
-        self._tools.events.emit("calibration.drift", stored.detail, data=stored.as_json())
+        self._tools.events.emit("calibration.drift", stored.detail, data=stored)
         return f"{DRIFT_URL}/{stored.id}"

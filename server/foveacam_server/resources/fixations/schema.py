@@ -224,3 +224,9 @@ class TargetCloud(CloudDocument):
     """Data of the event that a target has a cloud now."""
 
     target_id: str | None
+
+
+class FixationSelectedEvent(ResponseModel):
+    """A fixation whose drawing was clicked in the 3D pane."""
+
+    fixation_id: str

@@ -142,7 +142,7 @@ class MosaicService:
             needs = self._needs(kept, MosaicRequest())
             check_room(needs)
         except FoveaError as error:
-            return None, Problem.model_validate(problem_of(error).document())
+            return None, problem_of(error).document()
         return needs, None
 
     def _needs(self, kept: StoredCapture, request: MosaicRequest) -> MosaicNeedsDocument:

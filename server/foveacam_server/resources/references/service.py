@@ -106,7 +106,7 @@ class ReferenceService:
         try:
             self._check(kept, ReferenceRequest())
         except FoveaError as error:
-            return Problem.model_validate(problem_of(error).document())
+            return problem_of(error).document()
         return None
 
 

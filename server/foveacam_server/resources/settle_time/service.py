@@ -85,7 +85,7 @@ class SettleTimeService:
 
     def _emit(self, message: str, settle_us: int, *, level: EventLevel = EventLevel.INFO) -> None:
         data = SettleTimeChanged(settle_us=settle_us, source=self.source)
-        self._events.emit("rig.settle_time", message, level=level, data=data.as_json())
+        self._events.emit("rig.settle_time", message, level=level, data=data)
 
 
 def _set_settle_time(rig: AssembledRig, settle_us: int) -> None:

@@ -57,7 +57,7 @@ async def _put(services: SimulationRouteServices, wanted: SimulatedFaults) -> Si
     now = await asyncio.wrap_future(services.hardware.submit(put))
     words = ", ".join(now.words)
     message = f"broken on purpose: {words}" if words else "nothing in the simulated rig is broken any more"
-    services.events.emit("simulation.faults", message, data=now.model_dump())
+    services.events.emit("simulation.faults", message, data=now)
     return now
 
 

@@ -68,9 +68,8 @@ class StillService:
     def start(self, request: StillRequest, *, idempotency_key: str | None = None) -> Job:
         """Queue a still; raise at once what it could not do now."""
         jobs, hardware = self._tools.jobs, self._tools.hardware
-        stored = request.model_dump(mode="json")
         if jobs.has_key(idempotency_key):
-            return jobs.submit(KIND, stored, idempotency_key=idempotency_key)
+            return jobs.submit(KIND, request, idempotency_key=idempotency_key)
         with self._lock:
             plan = _plan_of(request)
             if hardware.busy_with is not None:
@@ -79,7 +78,7 @@ class StillService:
             if plan.foveae:
                 check_may_expose(hardware)
             self._check_room(plan)
-            return jobs.submit(KIND, stored, idempotency_key=idempotency_key)
+            return jobs.submit(KIND, request, idempotency_key=idempotency_key)
 
     def search(self, *, text: str = "", state: StillState = StillState.KEPT) -> list[StillDocument]:
         """Return the stills of one state whose name, label or id contains every word of `text`."""
@@ -126,7 +125,7 @@ class StillService:
 
     def _work(self, context: JobContext) -> str:
         tools = self._tools
-        request = StillRequest.model_validate(context.job.request, strict=False)
+        request = context.job.parse_request(StillRequest)
         still_id = ID_PREFIX + context.job.id.partition("-")[2]
         folder, plan = self.collection.new_folder(request.name, waits=not request.save), _plan_of(request)
         with tools.hardware.session("a still", cancelled=context.cancelled) as head:
@@ -159,7 +158,7 @@ class StillService:
 
     def _emit(self, kind: str, message: str, found: StoredStill) -> None:
         event = StillEvent(still_id=found.stored.id, name=found.stored.name, state=found.state.value)
-        self._tools.events.emit(kind, message, data=event.as_json())
+        self._tools.events.emit(kind, message, data=event)
 
 
 def _plan_of(request: StillRequest) -> StillPlan:
