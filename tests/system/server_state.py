@@ -33,8 +33,15 @@ def reset(http: httpx.Client, data: Path) -> None:
                 http.delete(f"{API}/{found}/{document['id']}").raise_for_status()
     http.delete(f"{API}/wide_depth").raise_for_status()
     for name in STORED:
-        for path in (data / name).iterdir():
+        for path in contents(data / name):
             shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def contents(folder: Path) -> list[Path]:
+    """Return what is in a folder, and in the hidden folders in it, which a server makes when it starts."""
+    hidden = [path for path in folder.iterdir() if path.name.startswith(".") and path.is_dir()]
+    inside = [path for home in hidden for path in home.iterdir()]
+    return [*inside, *(path for path in folder.iterdir() if path not in hidden)]
 
 
 def release_lease(http: httpx.Client) -> None:
