@@ -34,7 +34,7 @@ export class RequestError extends Error {
 export async function request(method, path, options = {}) {
   const response = await answerTo(method, path, options);
   if (response.status === 204) return /** @type {T} */ (null);
-  return /** @type {T} */ (await response.json());
+  return /** @type {T} */ (await read(() => response.json(), method, path));
 }
 
 /**
@@ -45,7 +45,22 @@ export async function request(method, path, options = {}) {
 export async function file(path) {
   const response = await answerTo("GET", path, { patience_ms: 4 * PATIENCE_MS });
   const name = /filename="([^"]+)"/.exec(response.headers.get("Content-Disposition") ?? "")?.[1] ?? "calibration.json";
-  return { content: await response.blob(), name };
+  return { content: await read(() => response.blob(), "GET", path), name };
+}
+
+/**
+ * Read a body; one that is cut off or comes too late is a RequestError too.
+ * @template T
+ * @param {() => Promise<T>} body
+ * @param {string} method
+ * @param {string} path
+ */
+async function read(body, method, path) {
+  try {
+    return await body();
+  } catch (error) {
+    throw new RequestError(unreachable(method, path, error));
+  }
 }
 
 /** @param {string} method @param {string} path @param {Options} options */
