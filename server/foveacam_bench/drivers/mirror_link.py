@@ -8,12 +8,12 @@ import time
 from dataclasses import dataclass, field
 from statistics import median
 
+from foveacam_bench.drivers.echo_process import echo_port
 from foveacam_hardware.contract import MirrorVolts, MonotonicClock, NotConnected, StereoVolts, Timeout
 from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
-from foveacam_hardware.sim.far_ends.echo_process import echo_port
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_hardware.wire.link import bare_round_trips_ms
 

@@ -1,6 +1,6 @@
 """A pty that echoes its input, in a process of its own: the reference of the serial bench.
 
-`python -m foveacam_hardware.sim.far_ends.echo_process` prints the port's path and ends when stdin closes.
+`python -m foveacam_bench.drivers.echo_process` prints the port's path and ends when stdin closes.
 """
 
 import os
@@ -19,7 +19,7 @@ END_TIMEOUT_S = 3.0
 def echo_port() -> Iterator[str]:
     """Run an echo process; yield its port's path."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "foveacam_hardware.sim.far_ends.echo_process"],
+        [sys.executable, "-m", "foveacam_bench.drivers.echo_process"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
