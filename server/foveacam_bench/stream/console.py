@@ -44,6 +44,8 @@ def run(*, quick: bool = False) -> dict[str, float]:
             with open_context(browser, scene=True) as context:
                 page = open_page(context, server.url)
                 figures = _shown_rates(page, server, seconds=8.0 if quick else 25.0)
+            with open_context(browser, scene=True) as context:
+                page = open_page(context, server.url)
                 figures |= click_latency_figures(page, server, clicks=6 if quick else 16)
             with open_context(browser, scene=False) as context:
                 figures["click_error_px"] = _click_error_px(
