@@ -16,6 +16,14 @@ if (!address.searchParams.has("darkMode") && matchMedia("(prefers-color-scheme: 
   address.searchParams.set("darkMode", "");
   history.replaceState(null, "", address);
 }}</script>"""
+# viser draws everything anew once a second, changed or not. In a browser that draws in software, a few shapes
+# take a core for most of that second; every five seconds is enough for a change that asked for no drawing.
+# viser's attempts to reconnect, also once a second, keep their pace.
+_DRAW_SELDOM = """<script>{
+const every = setInterval;
+window.setInterval = (run, period_ms, ...rest) =>
+  every(run, period_ms === 1000 && !String(run).includes("retry") ? 5000 : period_ms, ...rest);
+}</script>"""
 # Inside the console: hides the docked views, which the console has itself, folds the panel, and hides the
 # bottom sheet, which would cover most of a phone's pane
 _BARE = """<style>
@@ -61,7 +69,7 @@ def viser_page(*, bare: bool = False) -> bytes:
     head, separator, rest = page.partition("<head>")
     if not separator:
         raise PageChanged(f"viser {viser.__version__}: its client page has no <head>")
-    added = _RECONNECT + _STYLE + (_BARE if bare else _THEME)
+    added = _RECONNECT + _STYLE + (_DRAW_SELDOM + _BARE if bare else _THEME)
     return (head + separator + added + rest).encode()
 
 

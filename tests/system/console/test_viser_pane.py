@@ -24,6 +24,11 @@ pytestmark = pytest.mark.browser
 
 PATIENCE_S = 40.0
 SIZE = {"width": 900, "height": 600}
+COUNT_DRAWINGS = """{
+window.drawings = 0;
+const { clear } = WebGL2RenderingContext.prototype;
+WebGL2RenderingContext.prototype.clear = function (mask) { window.drawings++; clear.call(this, mask); };
+}"""
 
 
 def wall(distance_m: float) -> DepthMesh:
@@ -111,6 +116,21 @@ def test_the_pane_draws_and_a_click_on_a_surface_selects_it(
 
     wait_until(page, click)
     assert complaints == []
+
+
+def test_inside_the_console_nothing_is_drawn_while_nothing_changes(
+    scene: ViewerScene, port: int, page: Page
+) -> None:
+    page.add_init_script(COUNT_DRAWINGS)
+    page.goto(f"http://127.0.0.1:{port}/viser/?embedded=1")
+    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+
+    def rests() -> bool:
+        drawings = page.evaluate("window.drawings")
+        page.wait_for_timeout(2500)  # longer than viser's own period
+        return drawings > 0 and page.evaluate("window.drawings") == drawings
+
+    wait_until(page, rests)
 
 
 def test_inside_the_console_the_panels_are_folded_and_the_views_not_loaded_again(
