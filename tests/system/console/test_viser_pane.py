@@ -126,9 +126,10 @@ def test_inside_the_console_nothing_is_drawn_while_nothing_changes(
     wait_until(page, lambda: len(scene._running().get_clients()) == 1)
 
     def rests() -> bool:
-        drawings = page.evaluate("window.drawings")
+        drawings: int = page.evaluate("window.drawings")
         page.wait_for_timeout(2500)  # longer than viser's own period
-        return drawings > 0 and page.evaluate("window.drawings") == drawings
+        later: int = page.evaluate("window.drawings")
+        return 0 < drawings == later
 
     wait_until(page, rests)
 
