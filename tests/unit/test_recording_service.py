@@ -240,6 +240,8 @@ def test_a_recording_ends_at_the_time_that_was_asked_for(bench: Bench) -> None:
     bench.ended(job)
     found = bench.recordings.get(recording_id).model_dump()
     assert (found["state"], found["ended"], found["why"]) == ("complete", EndCause.DURATION, "")
+    frames = sum(stream["frames"] for stream in found["streams"])
+    assert str(job.describe().progress.as_json()["note"]).startswith(f"{frames} frames, 0 dropped")
 
 
 def test_a_recording_that_is_being_made_is_not_played(bench: Bench) -> None:

@@ -110,6 +110,10 @@ def client(base_url: str = OWN, **choices: Unpack[Choices]) -> Browser:
     async def viser() -> str:
         return "viser"
 
+    @app.post("/api/v1/stop")
+    async def stop() -> str:
+        return "stopped"
+
     @app.post("/park")
     async def park() -> str:
         return "parked"
@@ -275,6 +279,8 @@ def test_after_ten_wrong_tokens_none_is_looked_at_but_who_is_signed_in_goes_on()
     assert 0 < int(answer.headers["retry-after"]) <= WINDOW_S
     form = signed_out.request("POST", "/sign_in", data={"token": TOKEN})
     assert form.status_code == 429 and "wrong tokens" in form.text
+    assert signed_out.post("/api/v1/stop", headers={"X-Api-Token": TOKEN}).json() == "stopped"
+    assert signed_out.post("/api/v1/stop", headers={"X-Api-Token": "wrong"}).status_code == 429
     assert browser.get("/").json() == "page"
 
 

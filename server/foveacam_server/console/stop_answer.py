@@ -7,11 +7,9 @@ from fastapi.responses import JSONResponse
 from starlette.types import Scope
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.console.security import AccessRules, put_security_headers
+from foveacam_server.console.security import STOP_PATH, AccessRules, put_security_headers
 from foveacam_server.foundation.errors import problem_of
 from foveacam_server.rig.stop import StopSwitch
-
-PATH = "/api/v1/stop"
 
 
 class StopAtDoor:
@@ -35,26 +33,26 @@ class StopAtDoor:
 
     def _answer(self, request: h11.Request, peer: str) -> JSONResponse:
         headers = [(name.lower(), value) for name, value in request.headers]
-        scope: Scope = {"type": "http", "scheme": "http", "method": "POST", "path": PATH, "headers": headers}
-        scope["client"] = (peer, 0)
+        scope: Scope = {"type": "http", "scheme": "http", "method": "POST", "path": STOP_PATH}
+        scope |= {"headers": headers, "client": (peer, 0)}
         refusal = self._gate.check(scope)
         if refusal is not None:
-            return refusal.problem.response(instance=PATH)
+            return refusal.problem.response(instance=STOP_PATH)
         try:
             return JSONResponse(self._stop.engage(peer).as_json())
         except Exception as error:  # noqa: BLE001 - the outermost frame of a request: it is answered
-            return problem_of(error).response(instance=PATH)
+            return problem_of(error).response(instance=STOP_PATH)
 
 
 def _unreadable(why: str) -> JSONResponse:
     error = InvalidInput(
         f"the request cannot be read: {why}", found=why, remedy="send POST /api/v1/stop as HTTP/1.1"
     )
-    return problem_of(error).response(instance=PATH)
+    return problem_of(error).response(instance=STOP_PATH)
 
 
 def _response_bytes(connection: h11.Connection, response: JSONResponse) -> bytes:
-    put_security_headers(response.headers, path=PATH)
+    put_security_headers(response.headers, path=STOP_PATH)
     head = h11.Response(
         status_code=response.status_code,
         reason=HTTPStatus(response.status_code).phrase.encode(),

@@ -97,6 +97,13 @@ def _tell(error: Failure, *, body: object) -> PlainWords:
         reason = said + _place(error.get("loc", ()), body)
         detail = f"The body is not JSON: {reason}."
         return PlainWords(detail=detail, asked="a JSON body", found=reason, remedy="Send JSON.")
+    if isinstance(value, bytes):  # not parsed: its Content-Type is not JSON
+        return PlainWords(
+            detail="The body was not sent as JSON.",
+            asked="a JSON body",
+            found="another Content-Type",
+            remedy="Send it with Content-Type: application/json.",
+        )
     if kind == "value_error":  # a sentence of our own, about how parts go together
         said = str(error.get("msg", "")).removeprefix("Value error, ")
         return PlainWords(detail=f"{where}: {said}.", asked=where, found=_show(value), remedy=None)
@@ -126,7 +133,8 @@ def _needed(kind: str, context: Mapping[str, Any]) -> str | None:
     if kind in bounds:
         key, words = bounds[kind]
         unit = " characters" if kind.startswith("string") else ""
-        return f"{words} {context.get(key)}{unit}"
+        bound = context.get(key)
+        return f"{words} {f'{bound:.12g}' if isinstance(bound, float) else bound}{unit}"
     tag = str(context.get("discriminator")).strip("'")
     if kind == "union_tag_invalid":
         return f"a {tag} that is one of {context.get('expected_tags')}"

@@ -75,6 +75,7 @@ def test_number_that_is_not_finite_is_refused(server: Running, number: str) -> N
     [
         ({"pixel": {"x_px": "5", "y_px": 5}}, 'pixel.x_px is the text "5"; needed is a number'),
         ({"pixel": {"x_px": True, "y_px": 5}}, "pixel.x_px is true; needed is a number"),
+        ({"pixel": {"x_px": 1e308, "y_px": 5}}, "pixel.x_px is 1e+308; at most 1000000."),
         ({"pixel": {"x_px": 5}}, "pixel.y_px is missing"),
         ({"pixel": {"x_px": 5, "y_px": 5, "z_px": 5}}, "pixel.z_px is not known here"),
         ({"pixle": {"x_px": 5, "y_px": 5}}, "pixle is not known here"),
@@ -88,11 +89,12 @@ def test_body_that_does_not_fit_is_told_in_plain_words(server: Running, body: ob
     assert named in problem(server.post("/fixations", body), status=422, slug="invalid-input")["detail"]
 
 
-def test_body_that_is_no_json_is_told_so(server: Running) -> None:
-    answer = server.http.post(
-        "/api/v1/fixations", content="{pixel", headers={"Content-Type": "application/json"}
-    )
-    assert "not JSON" in problem(answer, status=422, slug="invalid-input")["detail"]
+def test_body_that_is_not_sent_as_json_is_told_so(server: Running) -> None:
+    headers = {"Content-Type": "text/plain"}
+    answer = server.http.post("/api/v1/fixations", content="{}", headers=headers)
+    found = problem(answer, status=422, slug="invalid-input")
+    assert found["detail"] == "The body was not sent as JSON."
+    assert "Content-Type: application/json" in found["remedy"]
 
 
 def test_body_that_is_no_json_is_told_where(server: Running) -> None:

@@ -240,6 +240,7 @@ class RecordingService:
                 ended = self._wait(context, live)
         finally:
             recorder.close(finalize=not context.cancelled() and live.failure is None)
+            self._report(context, live)
         if live.failure is not None:
             raise live.failure
         context.check()
@@ -250,19 +251,18 @@ class RecordingService:
         due_ns = 0
         while not (context.cancelled() or live.broken or live.stopping.wait(CHECK_S)):
             now_ns = self._tools.clock.now_ns()
-            elapsed_s = (now_ns - live.begun_ns) / 1e9
-            if (bound := live.bounds.reached(elapsed_s)) is not None:
+            if (bound := live.bounds.reached((now_ns - live.begun_ns) / 1e9)) is not None:
                 return bound
             if now_ns >= due_ns:
                 due_ns = now_ns + REPORT_PERIOD_NS
-                longest_s = live.bounds.longest_s
-                context.progress(
-                    round(elapsed_s),
-                    total=_whole(longest_s),
-                    note=live.summary(),
-                    left_s=longest_s - elapsed_s,
-                )
+                self._report(context, live)
         return EndCause.STOPPED
+
+    def _report(self, context: JobContext, live: LiveRecording) -> None:
+        elapsed_s = (self._tools.clock.now_ns() - live.begun_ns) / 1e9
+        longest_s = live.bounds.longest_s
+        left_s = max(0.0, longest_s - elapsed_s)
+        context.progress(round(elapsed_s), total=_whole(longest_s), note=live.summary(), left_s=left_s)
 
     def _end(self, live: LiveRecording, *, ended: EndCause, why: str) -> None:
         """Write the notes of its end and emit an event; a full disk may not take the notes either."""
