@@ -34,7 +34,7 @@ class StopAtDoor:
     def _answer(self, request: h11.Request, peer: str) -> JSONResponse:
         headers = [(name.lower(), value) for name, value in request.headers]
         scope: Scope = {"type": "http", "scheme": "http", "method": "POST", "path": STOP_PATH}
-        scope |= {"headers": headers, "client": (peer, 0)}
+        scope.update(headers=headers, client=(peer, 0))
         refusal = self._gate.check(scope)
         if refusal is not None:
             return refusal.problem.response(instance=STOP_PATH)
