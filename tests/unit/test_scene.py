@@ -15,8 +15,8 @@ from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_pipeline.verge.values import Basis
 from foveacam_web import scene as scene_module
 from foveacam_web import viser_server
-from foveacam_web.scene import MAX_FIXATIONS, ViewerScene
-from foveacam_web.scene_fixation import LIVE_POINTS, FixationNode, thin
+from foveacam_web.scene import LABELLED, MAX_FIXATIONS, ViewerScene
+from foveacam_web.scene_fixation import LIVE_POINTS, FixationNode, FixationParts, thin
 from foveacam_web.scene_rig import frustum_scale, gaze_direction, rig_from_gaze
 from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, RigShape
 from foveacam_web.viser_page import viser_page
@@ -325,3 +325,19 @@ def test_limits_stand_in_the_scene_until_removed(scene: ViewerScene) -> None:
     assert list(scene.fixations) == ["sky"]
     scene.remove_fixation("sky")
     assert not list(scene.fixations)
+
+
+def test_the_newest_and_the_selected_alone_are_labelled_for_more_would_cover_each_other(
+    scene: ViewerScene,
+) -> None:
+    def labelled() -> set[str]:
+        return {name for name in scene.fixations if fixation_in(scene, name)._label.visible}
+
+    names = [f"fix-{number}" for number in range(LABELLED + 2)]
+    for name in names:
+        show(scene, name, with_cloud=False, with_mesh=False)
+    assert labelled() == set(names[2:])
+    scene.select(names[0])
+    assert labelled() == {names[0], *names[2:]}
+    scene._show(FixationParts(labels=False))
+    assert labelled() == set()

@@ -11,6 +11,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable
 from concurrent.futures import Future
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import TypeAlias
@@ -37,6 +38,7 @@ from foveacam_web.viser_server import PrivateViser
 
 MAX_FIXATIONS = 24
 """Older fixations are removed from the scene (not from the server) to bound viewers' graphics memory."""
+LABELLED = 3
 START_POSITION_M = (0.0, -0.45, -1.3)
 START_LOOK_AT_M = (0.0, 0.1, 2.5)
 START_FOV_RAD = 0.9
@@ -165,9 +167,7 @@ class ViewerScene:
             with self._server.atomic():
                 node = FixationNode(self._server.scene, fixation_id, drawing, shown=self._shown)
             node.clickable(self._clicked)
-            self._fixations[fixation_id] = node
-            node.select(selected=fixation_id == self._selected)
-            self._make_room()
+            self._add(fixation_id, node)
             if self._panel.follows and (cloud is not None or mesh is not None):
                 for viewer in self._server.get_clients().values():
                     approach(viewer, point_rig_m)
@@ -192,9 +192,7 @@ class ViewerScene:
             with self._server.atomic():
                 node = LimitsNode(self._server.scene, fixation_id, drawing, shown=self._shown)
             node.clickable(self._clicked)
-            self._fixations[fixation_id] = node
-            node.select(selected=fixation_id == self._selected)
-            self._make_room()
+            self._add(fixation_id, node)
 
     def remove_fixation(self, fixation_id: str) -> None:
         """Remove a fixation; no effect when there is none of that id."""
@@ -252,6 +250,7 @@ class ViewerScene:
             self._selected = fixation_id
             for name, node in self._fixations.items():
                 node.select(selected=name == fixation_id)
+            self._show_parts()
 
     @property
     def fixations(self) -> tuple[str, ...]:
@@ -270,16 +269,24 @@ class ViewerScene:
         if node is not None:
             node.remove()
 
-    def _make_room(self) -> None:
+    def _add(self, fixation_id: str, node: FixationNode | LimitsNode) -> None:
+        self._fixations[fixation_id] = node
+        node.select(selected=fixation_id == self._selected)
         while len(self._fixations) > MAX_FIXATIONS:
             oldest = next(name for name in self._fixations if name != self._selected)
             self._drop(oldest)
+        self._show_parts()
+
+    def _show_parts(self) -> None:
+        """Set what is visible; labels of the newest and the selected alone: more would cover each other."""
+        labelled = {*list(self._fixations)[-LABELLED:], self._selected}
+        for name, node in self._fixations.items():
+            node.show(replace(self._shown, labels=self._shown.labels and name in labelled))
 
     def _show(self, shown: FixationParts) -> None:
         with self._lock:
             self._shown = shown
-            for node in self._fixations.values():
-                node.show(shown)
+            self._show_parts()
             for measured in self._measurements.values():
                 measured.show_label(visible=shown.labels)
 

@@ -85,6 +85,7 @@ class FixationNode:
         self._label = self._draw_label()
         self._surface = self._draw_surface()
         self._cloud = self._draw_cloud()
+        self._shown: FixationParts | None = None
         self.show(shown)
 
     @property
@@ -98,7 +99,10 @@ class FixationNode:
         _on_click([handle for handle in handles if handle is not None], self._id, clicked)
 
     def show(self, shown: FixationParts) -> None:
-        """Set which parts are visible."""
+        """Set which parts are visible; no effect where they are."""
+        if shown == self._shown:
+            return
+        self._shown = shown
         if self._surface is not None:
             self._surface.visible = shown.surface
         if self._cloud is not None:
@@ -205,6 +209,7 @@ class LimitsNode:
         self._label = scene.add_label(
             f"{self._root.name}/label", drawing.text, position=ends_m[0], anchor="bottom-center"
         )
+        self._shown: FixationParts | None = None
         self.show(shown)
 
     @property
@@ -218,7 +223,10 @@ class LimitsNode:
         _on_click(self._markers, self._id, clicked)
 
     def show(self, shown: FixationParts) -> None:
-        """Set whether the label is visible; the line always is."""
+        """Set whether the label is visible; the line always is. No effect where it is."""
+        if shown == self._shown:
+            return
+        self._shown = shown
         self._label.visible = shown.labels
 
     def select(self, *, selected: bool) -> None:
