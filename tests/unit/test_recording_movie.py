@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import DeviceFault, InvalidInput
+from foveacam_hardware.contract import DeviceFault, InvalidInput, StorageFull
 from foveacam_pipeline.capture.recording import movie
 from foveacam_pipeline.capture.recording.movie import MovieCodec, MovieSpec, export_movie
 from foveacam_pipeline.capture.recording.reader import Recording
@@ -85,12 +85,31 @@ def test_what_cannot_be_shown_is_refused_and_leaves_nothing(recording: Path, tmp
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("codec", MovieCodec)
+def test_every_codec_keeps_the_colours(recording: Path, tmp_path: Path, codec: MovieCodec) -> None:
+    with Recording(recording) as opened:
+        made = export_movie(opened, MovieSpec(show="anaglyph", codec=codec), tmp_path / "a.mp4")
+    shown = frames_of(tmp_path / "a.mp4")
+
+    assert (made.codec, len(shown)) == (codec, 6)
+    for role, channel in (("left", 0), ("right", 1), ("right", 2)):
+        assert shown[3][:, :, channel].mean() == pytest.approx(picture(role, 3).mean(), abs=4.0)
+
+
 def test_without_an_encoder_it_says_so(
     recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(movie, "available_codecs", lambda folder: ())
-    with Recording(recording) as opened, pytest.raises(DeviceFault, match="encodes no film at all"):
+    monkeypatch.setitem(movie._ENCODERS, MovieCodec.H264, ("none_such", {}))
+    with Recording(recording) as opened, pytest.raises(DeviceFault, match="cannot be encoded as avc1"):
         export_movie(opened, MovieSpec(show="left"), tmp_path / "a.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_is_told_and_leaves_nothing(recording: Path, tmp_path: Path) -> None:
+    (tmp_path / ".a.part.mp4").symlink_to("/dev/full")
+    with Recording(recording) as opened, pytest.raises(StorageFull, match="the disk is full"):
+        export_movie(opened, MovieSpec(show="left"), tmp_path / "a.mp4")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_interrupted_film_is_taken_away(recording: Path, tmp_path: Path) -> None:

@@ -1,12 +1,16 @@
-"""Exports a recording as an MP4 film: one stream, both eyes side by side, or an anaglyph, by OpenCV."""
+"""Exports a recording as an MP4 film: one stream, both eyes side by side, or an anaglyph, by PyAV."""
 
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from errno import ENOSPC
+from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
+from typing import NoReturn
 
+import av
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +30,27 @@ Progress = Callable[[int, int], None]
 
 
 class MovieCodec(StrEnum):
-    """The codecs in order of preference: H.264 and VP9 play in every browser, MPEG-4 in most players."""
+    """The codecs of a film: H.264 and VP9 play in every browser, MPEG-4 in most players."""
 
     H264 = "avc1"
     VP9 = "vp09"
     MPEG4 = "mp4v"
+
+
+_ENCODERS = {
+    MovieCodec.H264: ("libx264", {"preset": "veryfast", "crf": "18"}),
+    MovieCodec.VP9: (
+        "libvpx-vp9",
+        {"deadline": "realtime", "cpu-used": "8", "row-mt": "1", "crf": "24", "b": "0"},
+    ),
+    MovieCodec.MPEG4: ("mpeg4", {"qmin": "2", "qmax": "4"}),
+}
+"""FFmpeg's encoder for each codec, with options for speed at a quality that shows no blocks."""
+_FAILURES = (av.FFmpegError, av.codec.codec.UnknownCodecError)
+_BT_601 = 5
+"""The colour matrix of FFmpeg's conversion from RGB, as the film states it."""
+_LONGEST_PERIOD = 1001
+"""Largest denominator of a frame rate: 30000/1001 Hz is one."""
 
 
 class MovieLayout(StrEnum):
@@ -45,12 +65,12 @@ class MovieLayout(StrEnum):
 class MovieSpec:
     """The film to make. `show`: a stream's name or a layout. `fps`: None as recorded, else resampled in time.
 
-    `codec`: None takes the best available. `start_s`, `end_s`: part of the recording, from its beginning.
+    `start_s`, `end_s`: part of the recording, from its beginning.
     """
 
     show: str
     fps: float | None = None
-    codec: MovieCodec | None = None
+    codec: MovieCodec = MovieCodec.H264
     start_s: float = 0.0
     end_s: float | None = None
 
@@ -67,30 +87,12 @@ class Movie:
     height: int
 
 
-def available_codecs(folder: Path) -> tuple[MovieCodec, ...]:
-    """Return the codecs that this machine can encode: each is tried on a small picture in `folder`."""
-    return tuple(codec for codec in MovieCodec if _can_encode(folder / f".codec-{codec}{SUFFIX}", codec))
-
-
-def _can_encode(trial: Path, codec: MovieCodec) -> bool:
-    try:
-        return (writer := _writer(trial, codec, fps=25.0, width=64, height=64)).isOpened()
-    finally:
-        writer.release()
-        trial.unlink(missing_ok=True)
-
-
-def _writer(path: Path, codec: MovieCodec, *, fps: float, width: int, height: int) -> cv2.VideoWriter:
-    fourcc = cv2.VideoWriter.fourcc(*codec.value)
-    return cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, fourcc, fps, (width, height))
-
-
 def export_movie(
     recording: Recording, spec: MovieSpec, target: Path, *, progress: Progress = lambda done, total: None
 ) -> Movie:
     """Write a film; an unfinished one is removed when the export fails or is interrupted.
 
-    Raise `InvalidInput` for an invalid request, `DeviceFault` where no codec is available.
+    Raise `InvalidInput` for an invalid request, `StorageFull`, `DeviceFault` where the codec is missing.
     """
     _check(spec, target)
     streams = shown_streams(recording, spec.show)
@@ -103,8 +105,7 @@ def export_movie(
     moments = _picture_times(streams, recording.span_ns[0], spec, fps)
     if len(moments) == 0:
         raise InvalidInput(f"export: {spec.show} has no frame in that part of the recording; choose another")
-    codec = _choose_codec(spec.codec, target.parent)
-    with _MovieWriter(target, codec, fps=fps) as film:
+    with _MovieWriter(target, spec.codec, fps=fps) as film:
         for done, picture in enumerate(_pictures(recording, streams, moments, spec.show), start=1):
             film.add(picture)
             progress(done, len(moments))
@@ -155,19 +156,6 @@ def _picture_times(
     return np.arange(int(times[0]), int(times[-1]) + 1, 1e9 / fps).astype(np.int64)
 
 
-def _choose_codec(codec: MovieCodec | None, folder: Path) -> MovieCodec:
-    found = available_codecs(folder)
-    if codec is None and found:
-        return found[0]
-    if codec is not None and codec in found:
-        return codec
-    raise DeviceFault(
-        f"export: this machine's OpenCV encodes {', '.join(found) or 'no film at all'}"
-        f"{'' if codec is None else f', and {codec} was asked'}; choose one of these, or install"
-        " an OpenCV with FFmpeg"
-    )
-
-
 def _pictures(
     recording: Recording, streams: list[RecordedStream], moments: NDArray[np.int64], show: str
 ) -> Iterator[NDArray[np.uint8]]:
@@ -210,35 +198,31 @@ class _MovieWriter:
         self._part = target.with_name(f".{target.stem}.part{SUFFIX}")
         self._codec = codec
         self._fps = fps
-        self._writer: cv2.VideoWriter | None = None
-        self._frames, self._size = 0, (0, 0)
+        self._container: av.container.OutputContainer | None = None
+        self._stream: av.VideoStream | None = None
+        self._frames = 0
 
     def add(self, picture: NDArray[np.uint8]) -> None:
         """Append (h, w, 3) RGB."""
-        if self._writer is None:
-            self._size = picture.shape[1], picture.shape[0]
-            self._writer = _writer(
-                self._part, self._codec, fps=self._fps, width=self._size[0], height=self._size[1]
-            )
-            if not self._writer.isOpened():
-                raise DeviceFault(
-                    f"export: {self._codec} cannot be encoded at {self._size[0]} x {self._size[1]};"
-                    " choose another codec"
-                )
-        self._writer.write(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+        try:
+            if self._stream is None:
+                self._stream = self._open(width=picture.shape[1], height=picture.shape[0])
+            self._write(av.VideoFrame.from_ndarray(picture, format="rgb24"))
+        except _FAILURES as error:
+            self._fail(error)
         self._frames += 1
 
     @property
     def made(self) -> Movie:
         """The finished film."""
-        width, height = self._size
+        stream = self._stream
         return Movie(
             path=self._target,
             codec=self._codec,
             fps=self._fps,
             frames=self._frames,
-            width=width,
-            height=height,
+            width=0 if stream is None else stream.width,
+            height=0 if stream is None else stream.height,
         )
 
     def __enter__(self) -> "_MovieWriter":
@@ -247,29 +231,45 @@ class _MovieWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._writer is not None:
-            self._writer.release()
         try:
             if error is None:
-                self._check_whole()
+                self._write(None)
+            if self._container is not None:
+                self._container.close()
+            if error is None:
                 self._part.rename(self._target)
+        except _FAILURES as failure:
+            if error is None:
+                self._fail(failure)
         finally:
             self._part.unlink(missing_ok=True)
 
-    def _check_whole(self) -> None:
-        """Raise unless the film has all its frames: the encoder does not report a full disk."""
-        film = cv2.VideoCapture(str(self._part))
-        found = int(film.get(cv2.CAP_PROP_FRAME_COUNT)) if film.isOpened() else 0
-        film.release()
-        if found != self._frames:
-            folder = self._part.parent
-            free_bytes = shutil.disk_usage(folder).free
-            free = f"{free_bytes / 1e6:.1f} MB"
-            kind = StorageFull if free_bytes < FULL_BYTES else DeviceFault
-            raise kind(
-                f"export: {found} of {self._frames} frames are in the film, {free} are free in {folder}; make"
-                " room on its disk and export again",
-                asked=f"a film of {self._frames} frames",
-                found=f"{free} free",
-                remedy="make room on its disk and export again",
-            )
+    def _open(self, *, width: int, height: int) -> av.VideoStream:
+        encoder, options = _ENCODERS[self._codec]
+        self._container = av.open(str(self._part), "w")
+        rate = Fraction(self._fps).limit_denominator(_LONGEST_PERIOD)
+        stream = self._container.add_stream(encoder, rate=rate, options=options)
+        if not isinstance(stream, av.VideoStream):
+            raise TypeError(f"{encoder} encodes no pictures")
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        stream.codec_context.colorspace = _BT_601
+        return stream
+
+    def _write(self, frame: av.VideoFrame | None) -> None:
+        """Encode a frame, None for the end, and write what the encoder returns."""
+        if self._stream is not None and self._container is not None:
+            self._container.mux(self._stream.encode(frame))
+
+    def _fail(self, error: Exception) -> NoReturn:
+        folder = self._part.parent
+        free_bytes = shutil.disk_usage(folder).free
+        free = f"{free_bytes / 1e6:.1f} MB free in {folder}"
+        if getattr(error, "errno", None) != ENOSPC and free_bytes >= FULL_BYTES:
+            message = f"export: the film cannot be encoded as {self._codec} ({error}); choose another codec"
+            raise DeviceFault(message) from error
+        raise StorageFull(
+            f"export: the disk is full, {free}; make room on its disk and export again",
+            asked=f"frame {self._frames + 1} of a film",
+            found=free,
+            remedy="make room on its disk and export again",
+        ) from error

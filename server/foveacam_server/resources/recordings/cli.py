@@ -90,7 +90,7 @@ def export(
     fps: Annotated[
         float | None, typer.Option(help="frames a second, resampled in time; usually as recorded")
     ] = None,
-    codec: Annotated[str | None, typer.Option(help="avc1, vp09 or mp4v; usually the best there is")] = None,
+    codec: Annotated[str | None, typer.Option(help="avc1 (H.264, the usual one), vp09 or mp4v")] = None,
     start_s: Annotated[float, typer.Option(help="where to begin, seconds", min=0.0)] = 0.0,
     end_s: Annotated[float | None, typer.Option(help="where to end, seconds", min=0.0)] = None,
     as_json: JsonOption = False,

@@ -1,9 +1,7 @@
 """`foveacam recording export`: make an MP4 film of a recording."""
 
-import os
 from pathlib import Path
 
-import cv2
 from rich.table import Table
 
 from foveacam_hardware.contract import InvalidInput, Role
@@ -20,7 +18,7 @@ def movie_spec(
 ) -> MovieSpec:
     """Return the film's spec from the options; raise `InvalidInput` for an unknown codec."""
     try:
-        chosen = None if codec is None else MovieCodec(codec)
+        chosen = MovieCodec.H264 if codec is None else MovieCodec(codec)
     except ValueError as error:
         raise InvalidInput(
             f"export: there is no codec {codec!r} here; choose {', '.join(MovieCodec)} or leave it out"
@@ -30,7 +28,6 @@ def movie_spec(
 
 def make_film(file: Path, spec: MovieSpec, target: Path, *, progress: Progress) -> FilmFacts:
     """Make the film and return its facts."""
-    quiet_encoders()
     with Recording(file) as recording:
         show = spec.show or _wide_stream(recording)
         filled = MovieSpec(show=show, fps=spec.fps, codec=spec.codec, start_s=spec.start_s, end_s=spec.end_s)
@@ -45,12 +42,6 @@ def make_film(file: Path, spec: MovieSpec, target: Path, *, progress: Progress) 
         height=made.height,
         bytes=target.stat().st_size,
     )
-
-
-def quiet_encoders() -> None:
-    """Silence OpenCV and FFmpeg when an encoder that is tried is missing; our own message says it."""
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # read when the first film is opened
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
 
 def _wide_stream(recording: Recording) -> str:

@@ -17,7 +17,6 @@ from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.recordings.collection import FILMS, RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.documents import URL
-from foveacam_server.resources.recordings.export import quiet_encoders
 from foveacam_server.resources.recordings.moments import stream_of
 from foveacam_server.resources.recordings.schema import FilmDocument, FilmRequest
 
@@ -48,7 +47,6 @@ def make_film(
     target = folder / film_name(spec)
     if target.exists():
         return target
-    quiet_encoders()
     with disk_errors(f"a film of recording {stored.name}", collection.folder):
         folder.mkdir(parents=True, exist_ok=True)
         with Recording(stored.path) as recording:
