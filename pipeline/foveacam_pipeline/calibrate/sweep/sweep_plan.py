@@ -47,6 +47,12 @@ class SweepPlan:
                 f"sweep of {asked}: choose above 0° and up to {math.degrees(LARGEST_RAD):g}° for each axis"
             )
 
+    def __str__(self) -> str:
+        """The grid in words: columns x rows over its field."""
+        half_deg = (math.degrees(self.half_width_rad), math.degrees(self.half_height_rad))
+        field = f"±{half_deg[0]:.3g}° x ±{half_deg[1]:.3g}°"
+        return f"{self.columns} x {self.rows} over {field}, spacing {self.spacing.value}"
+
     def nodes_rad(self) -> NDArray[np.float64]:
         """Return the gazes (ax, ay) in the order for a motorised base, (n, 2) float64, rad."""
         across = _axis(self.columns, self.half_width_rad, self.spacing)

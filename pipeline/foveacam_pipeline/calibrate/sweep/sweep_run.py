@@ -230,8 +230,8 @@ def check_same_sweep(known: SweepHeader, now: SweepHeader, path: Path) -> None:
         before, wanted = getattr(known, name), getattr(now, name)
         if before != wanted:
             raise InvalidInput(
-                f"sweep {path}: it was begun with {name.replace('_', ' ')} {before}, now it is {wanted}; "
-                "go on with the same, or begin anew in another session"
+                f"sweep {path.name} of {path.parent.name}: it was begun with {name.replace('_', ' ')} "
+                f"{before}, now it is {wanted}; go on with the same, or begin anew in another session"
             )
     for name in ("wide_serial", "left_serial", "right_serial"):
         before, wanted = getattr(known, name), getattr(now, name)
