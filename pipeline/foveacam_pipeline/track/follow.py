@@ -1,0 +1,134 @@
+"""Follows several targets with the two foveae, which look at one of them after the other (Table 1)."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, Sighting
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.track.fovea_match import FoveaReading
+from foveacam_pipeline.track.schedule import Claim, next_claim
+from foveacam_pipeline.track.target import FollowedTarget, TargetReport
+from foveacam_pipeline.verge.aim import aim_at, clamp_gazes, volts_for
+
+MOST_TARGETS = 8
+FIRST_LEAD_NS = 20_000_000
+"""Time from the request of a look to the middle of its exposure, until measured."""
+FIRST_LOOK_S = 0.05
+SMOOTHING = 0.2
+WIDE_PERIOD_NS = 50_000_000
+"""A wide frame is fetched before a look when the newest one known is older."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FollowStep:
+    """One step: the target that was looked at, the look and what it showed; None where none can be looked at."""
+
+    t_ns: int
+    target_id: str | None = None
+    sighting: Sighting | None = None
+    reading: FoveaReading | None = None
+
+
+class Follower:
+    """Shares both foveae among targets; one thread calls it."""
+
+    def __init__(
+        self,
+        head: Head,
+        calibration: Calibration,
+        *,
+        clock: Clock,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> None:
+        self._head = head
+        self._calibration = calibration
+        self._clock = clock
+        self._cancelled = cancelled
+        self._targets: dict[str, FollowedTarget] = {}
+        self._wide_seq = -1
+        self._wide_ns = 0
+        self._lead_ns = FIRST_LEAD_NS
+        self._look_s = FIRST_LOOK_S
+        self._last_ns = 0
+
+    @property
+    def targets(self) -> Mapping[str, FollowedTarget]:
+        """The targets by their ids."""
+        return self._targets
+
+    @property
+    def look_s(self) -> float:
+        """Time from one look to the next, smoothed, s."""
+        return self._look_s
+
+    def add(self, target: FollowedTarget) -> None:
+        """Follow a target as well; raise ValueError beyond `MOST_TARGETS`."""
+        if len(self._targets) >= MOST_TARGETS:
+            raise ValueError(f"at most {MOST_TARGETS} targets are followed at once")
+        self._targets[target.target_id] = target
+
+    def remove(self, target_id: str) -> None:
+        """Follow a target no more; no effect when there is none of that id."""
+        self._targets.pop(target_id, None)
+
+    def step(self) -> FollowStep:
+        """Look once at the target whose turn it is; raise `Cancelled` when asked to."""
+        if self._cancelled is not None and self._cancelled():
+            raise Cancelled("following was ended")
+        if self._clock.now_ns() - self._wide_ns > WIDE_PERIOD_NS:
+            self._see_wide(self._head.wide())
+        expected_ns = self._clock.now_ns() + self._lead_ns
+        target = self._chosen(expected_ns)
+        if target is None:
+            self._see_wide(self._head.wide(max_age_ms=0.0))
+            return FollowStep(t_ns=self._clock.now_ns())
+        return self._look_at(target, expected_ns)
+
+    def reports(self) -> tuple[TargetReport, ...]:
+        """Return how all targets stand now."""
+        now_ns = self._clock.now_ns()
+        return tuple(target.report(now_ns) for target in self._targets.values())
+
+    def _look_at(self, target: FollowedTarget, expected_ns: int) -> FollowStep:
+        estimate = target.at(expected_ns)
+        gazes = aim_at(self._calibration, estimate.tangents, estimate.inverse_z_per_m)
+        requested_ns = self._clock.now_ns()
+        sighting = self._head.look(volts_for(self._calibration, clamp_gazes(self._calibration, gazes)))
+        self._lead_ns = max(0, sighting.left.t_ns - requested_ns)
+        self._time(sighting.left.t_ns)
+        self._see_wide(sighting.wide)
+        reading = target.see_foveae(sighting)
+        return FollowStep(
+            t_ns=sighting.left.t_ns, target_id=target.target_id, sighting=sighting, reading=reading
+        )
+
+    def _chosen(self, t_ns: int) -> FollowedTarget | None:
+        """Return the target whose turn it is; None where the eyes can look at none."""
+        reachable = [target for target in self._targets.values() if target.reachable(t_ns)]
+        if not reachable:
+            return None
+        half_field = (self._calibration.fovea_width - 1) / 2.0 / self._calibration.fovea_f_px
+        claims = [
+            Claim(
+                age_s=(t_ns - target.last_look_ns) / 1e9,
+                stray=target.at(t_ns).direction_sigma / half_field,
+                priority=target.priority,
+            )
+            for target in reachable
+        ]
+        return reachable[next_claim(claims, look_s=self._look_s)]
+
+    def _see_wide(self, frame: Frame) -> None:
+        if frame.seq == self._wide_seq:
+            return
+        self._wide_seq, self._wide_ns = frame.seq, frame.t_ns
+        wide = gray(to_uint8(frame))
+        for target in self._targets.values():
+            target.see_wide(frame, wide)
+
+    def _time(self, t_ns: int) -> None:
+        if self._last_ns:
+            self._look_s += SMOOTHING * ((t_ns - self._last_ns) / 1e9 - self._look_s)
+        self._last_ns = t_ns

@@ -1,0 +1,171 @@
+"""Finds a followed target in a look of both foveae and measures where it is.
+
+Each eye's picture at survey scale is compared with the target's own picture there, resized by its distance;
+left against right then gives the disparity. A place in the wide view that looks alike is told by this.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Sighting
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.aim import Gazes, gazes_under
+from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
+from foveacam_pipeline.verge.matching.fine import REACH_PX, FineMatch, MatchGuess, match_fine
+from foveacam_pipeline.verge.matching.survey import ReducedEye, reduce_look
+from foveacam_pipeline.verge.matching.wide_patch import peak, survey_f_px
+
+HALF_PX = 30
+"""Half side of a target's picture, survey px: a quarter of a degree."""
+LEAST_SCALE, MOST_SCALE = 0.5, 2.0
+FOUND_SCORE = 0.45
+"""Least correlation of an eye's picture with the target's."""
+RENEWED_SCORE = 0.6
+RENEWAL = 0.1
+FINE_SCORE = 0.6
+ROWS_APART_PX = 4.0
+"""A match whose rows differ by more is a false one, fovea px: a moving target is exposed while it moves."""
+LARGEST_SIGMA_PX = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoveaReading:
+    """The target in one look: its point, the lines of sight of both eyes, and how well it fits.
+
+    `score`: the weaker correlation of both eyes with the target's picture, -1 to 1.
+    """
+
+    t_ns: int
+    point: LocatedPoint
+    gazes: Gazes
+    fine: FineMatch
+    score: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _EyePicture:
+    """The target as one eye shows it: as it was first, and as it looked lately; odd sides, survey px."""
+
+    first: NDArray[np.float32]
+    renewed: NDArray[np.float32]
+
+
+class FoveaPicture:
+    """The target's picture in each eye, cut from a look in which it was measured."""
+
+    def __init__(
+        self, sighting: Sighting, calibration: Calibration, target: Gazes, *, inverse_z_per_m: float
+    ) -> None:
+        """`target`: lines of sight of both eyes to it; `inverse_z_per_m`: 1/Z of it, in that look."""
+        self._calibration = calibration
+        self._f_px = survey_f_px(calibration.wide)
+        self._inverse_z_per_m = inverse_z_per_m
+        look = reduce_look(sighting, calibration, f_px=self._f_px)
+        gazes = gazes_under(calibration, sighting.volts)
+        self._pictures = [
+            _EyePicture(first=picture, renewed=picture)
+            for picture in (
+                _cut(look.left, target.left - gazes.left, self._f_px),
+                _cut(look.right, target.right - gazes.right, self._f_px),
+            )
+        ]
+
+    def find(self, sighting: Sighting, *, inverse_z_per_m: float) -> tuple[FoveaReading | None, float]:
+        """Return the target in a look, None where it is not there, and the score of the better eye.
+
+        `inverse_z_per_m`: 1/Z of the target as far as it is known.
+        """
+        look = reduce_look(sighting, self._calibration, f_px=self._f_px)
+        gazes = gazes_under(self._calibration, sighting.volts)
+        scale = float(np.clip(inverse_z_per_m / self._inverse_z_per_m, LEAST_SCALE, MOST_SCALE))
+        found = [
+            _best_place(eye, picture, scale)
+            for eye, picture in zip((look.left, look.right), self._pictures, strict=True)
+        ]
+        best_score = max(score for _, score in found)
+        if min(score for _, score in found) < FOUND_SCORE:
+            return None, best_score
+        left, right = (place / self._f_px for place, _ in found)
+        reading = self._measured(sighting, gazes, left, right, score=min(score for _, score in found))
+        if reading is None:
+            return None, best_score
+        if scale == 1.0 or reading.score >= RENEWED_SCORE:
+            offsets = reading.gazes.left - gazes.left, reading.gazes.right - gazes.right
+            self._renew(look.left, look.right, offsets, scale)
+        return reading, best_score
+
+    def _measured(
+        self,
+        sighting: Sighting,
+        gazes: Gazes,
+        left: NDArray[np.float64],
+        right: NDArray[np.float64],
+        *,
+        score: float,
+    ) -> FoveaReading | None:
+        reach = (2 * REACH_PX[0], REACH_PX[1])
+        fine = match_fine(sighting, self._calibration, MatchGuess(left=left, right=right, reach_px=reach))
+        if fine.score < FINE_SCORE or fine.sigma_x_px > LARGEST_SIGMA_PX:
+            return None
+        if abs(fine.residual_y_px) > ROWS_APART_PX:
+            return None
+        half = fine.residual_px / (2.0 * self._calibration.fovea_f_px)
+        centre = (left + right) / 2.0
+        target = gazes.moved(centre + half, centre - half)
+        point = triangulate(self._calibration, target, sigma_px=fine.sigma_x_px)
+        if point is None:
+            return None
+        return FoveaReading(t_ns=sighting.left.t_ns, point=point, gazes=target, fine=fine, score=score)
+
+    def _renew(
+        self,
+        left: ReducedEye,
+        right: ReducedEye,
+        offsets: tuple[NDArray[np.float64], NDArray[np.float64]],
+        scale: float,
+    ) -> None:
+        """Let the second picture of each eye follow what the target looks like now."""
+        for index, (eye, offset) in enumerate(zip((left, right), offsets, strict=True)):
+            picture = self._pictures[index]
+            seen = _cut(eye, offset, self._f_px, scale=scale)
+            if float(cv2.matchTemplate(seen, picture.first, cv2.TM_CCOEFF_NORMED)[0, 0]) < RENEWED_SCORE:
+                continue
+            renewed = cv2.addWeighted(picture.renewed, 1.0 - RENEWAL, seen, RENEWAL, 0.0)
+            self._pictures[index] = _EyePicture(
+                first=picture.first, renewed=np.asarray(renewed, dtype=np.float32)
+            )
+
+
+def _cut(
+    eye: ReducedEye, offset: NDArray[np.float64], f_px: float, *, scale: float = 1.0
+) -> NDArray[np.float32]:
+    """Return the picture about a place, (2,) tangents from the gaze, as large as at scale 1."""
+    half = round(HALF_PX * scale)
+    middle_y, middle_x = ((side - 1) / 2 for side in eye.image.shape)
+    x, y = (offset * f_px).tolist()
+    part = cv2.getRectSubPix(eye.image, (2 * half + 1, 2 * half + 1), (middle_x + x, middle_y + y))
+    return _resized(np.asarray(part, dtype=np.float32), 2 * HALF_PX + 1)
+
+
+def _resized(picture: NDArray[np.float32], side_px: int) -> NDArray[np.float32]:
+    if picture.shape[0] == side_px:
+        return picture
+    return np.asarray(
+        cv2.resize(picture, (side_px, side_px), interpolation=cv2.INTER_LINEAR), dtype=np.float32
+    )
+
+
+def _best_place(eye: ReducedEye, picture: _EyePicture, scale: float) -> tuple[NDArray[np.float64], float]:
+    """Return where an eye shows the target, (2,) survey px from the gaze, and the correlation."""
+    side = 2 * round(HALF_PX * scale) + 1
+    middle_y, middle_x = ((length - side) / 2 for length in eye.image.shape)
+    best, place = -1.0, np.zeros(2)
+    for template in (picture.first, picture.renewed):
+        scores = np.nan_to_num(cv2.matchTemplate(eye.image, _resized(template, side), cv2.TM_CCOEFF_NORMED))
+        x, y, score = peak(np.asarray(scores, dtype=np.float32))
+        if score > best:
+            best, place = score, np.array([x - middle_x, y - middle_y])
+    return place, best

@@ -1,0 +1,122 @@
+"""Estimates position and velocity of a moving point from directions and depths: an extended Kalman filter.
+
+Six states and two kinds of measurement are 60 lines of linear algebra; the libraries for it are either no
+longer kept (filterpy, 2018) or bring a framework of their own (Stone Soup).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+ACCELERATION_PSD = 1.5
+"""Power spectral density of a target's acceleration, m^2/s^3: somebody who walks and turns."""
+FIRST_SPEED_M_PER_S = 2.0
+"""Standard deviation of the speed along each axis before it has been measured."""
+GATE_SIGMAS = 6.0
+"""A measurement farther from what is expected is not taken."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PositionEstimate:
+    """Where a target is and how it moves, rig frame: (3,) m, (3,) m/s, (6, 6) covariance of both."""
+
+    t_ns: int
+    position_rig_m: NDArray[np.float64]
+    velocity_rig_m_s: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+
+    @property
+    def tangents(self) -> NDArray[np.float64]:
+        """Its direction from the rig's origin, (2,) tangents."""
+        return np.asarray(self.position_rig_m[:2] / self.position_rig_m[2], dtype=np.float64)
+
+    @property
+    def inverse_z_per_m(self) -> float:
+        """1/Z, 1/m."""
+        return float(1.0 / self.position_rig_m[2])
+
+    @property
+    def distance_m(self) -> float:
+        """Distance from the rig's origin, m."""
+        return float(np.linalg.norm(self.position_rig_m))
+
+    @property
+    def distance_sigma_m(self) -> float:
+        """Standard error of the distance, m."""
+        way = self.position_rig_m / self.distance_m
+        return float(np.sqrt(way @ self.covariance[:3, :3] @ way))
+
+    @property
+    def direction_sigma(self) -> float:
+        """Standard error of its direction, the larger of both axes, tangents."""
+        jacobian = _jacobian(self.position_rig_m)[:2]
+        spread = jacobian @ self.covariance[:3, :3] @ jacobian.T
+        return float(np.sqrt(np.diag(spread).max()))
+
+
+class PositionFilter:
+    """Position and velocity of one point with white noise as its acceleration."""
+
+    def __init__(self, position_rig_m: NDArray[np.float64], *, sigma_m: float, t_ns: int) -> None:
+        """Start at rest; `sigma_m`: standard error of the position along each axis."""
+        self._t_ns = t_ns
+        self._state = np.concatenate([position_rig_m, np.zeros(3)])
+        self._covariance = np.diag([sigma_m**2] * 3 + [FIRST_SPEED_M_PER_S**2] * 3)
+
+    def at(self, t_ns: int) -> PositionEstimate:
+        """Return the estimate at a time, before or after the newest measurement."""
+        state, covariance = self._moved(t_ns)
+        return PositionEstimate(
+            t_ns=t_ns, position_rig_m=state[:3], velocity_rig_m_s=state[3:], covariance=covariance
+        )
+
+    def see(
+        self,
+        t_ns: int,
+        tangents: NDArray[np.float64],
+        *,
+        sigma: float,
+        inverse_z_per_m: float | None = None,
+        inverse_z_sigma_per_m: float = 0.0,
+    ) -> bool:
+        """Take a direction, (2,) tangents with their standard error, and 1/Z where it was measured.
+
+        Return False for a measurement that cannot be of this target, which changes nothing. One older than
+        the newest is taken as if made now, by as much as the target has moved since.
+        """
+        state, covariance = self._moved(max(t_ns, self._t_ns))
+        then = self._moved(t_ns)[0][:3] if t_ns < self._t_ns else state[:3]
+        x, y, z = then
+        innovation = tangents - np.array([x, y]) / z
+        rows, noise = [0, 1], [sigma**2, sigma**2]
+        if inverse_z_per_m is not None:
+            innovation = np.append(innovation, inverse_z_per_m - 1.0 / z)
+            rows, noise = [0, 1, 2], [*noise, inverse_z_sigma_per_m**2]
+        jacobian = np.zeros((len(rows), 6))
+        jacobian[:, :3] = _jacobian(then)[rows]
+        spread = jacobian @ covariance @ jacobian.T + np.diag(noise)
+        if float(innovation @ np.linalg.solve(spread, innovation)) > GATE_SIGMAS**2:
+            return False
+        gain = np.linalg.solve(spread, jacobian @ covariance).T
+        kept = np.eye(6) - gain @ jacobian
+        self._t_ns = max(t_ns, self._t_ns)
+        self._state = state + gain @ innovation
+        self._covariance = kept @ covariance @ kept.T + gain @ np.diag(noise) @ gain.T
+        return True
+
+    def _moved(self, t_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return state and covariance at a time."""
+        dt_s = (t_ns - self._t_ns) / 1e9
+        step = np.eye(6)
+        step[:3, 3:] = dt_s * np.eye(3)
+        age_s = abs(dt_s)
+        block = np.array([[age_s**3 / 3.0, age_s**2 / 2.0], [age_s**2 / 2.0, age_s]])
+        noise = ACCELERATION_PSD * np.kron(block, np.eye(3))
+        return step @ self._state, step @ self._covariance @ step.T + noise
+
+
+def _jacobian(position_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the derivative of (X/Z, Y/Z, 1/Z) by the position, (3, 3)."""
+    x, y, z = position_rig_m
+    return np.array([[1.0 / z, 0.0, -x / z**2], [0.0, 1.0 / z, -y / z**2], [0.0, 0.0, -1.0 / z**2]])

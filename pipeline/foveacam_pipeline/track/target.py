@@ -1,0 +1,221 @@
+"""One followed target: its image tracker, its pictures in the foveae, its position and velocity."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Frame, Sighting
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.track.correlation_filter import CorrelationFilterTracker
+from foveacam_pipeline.track.fovea_match import FoveaPicture, FoveaReading
+from foveacam_pipeline.track.image_tracker import ImageTracker, TrackBox, TrackerKind, TrackMatch
+from foveacam_pipeline.track.position_filter import PositionEstimate, PositionFilter
+from foveacam_pipeline.track.template_tracker import TemplateTracker
+from foveacam_pipeline.verge.aim import aim_at, reaches
+
+WIDE_SIGMA_PX = 1.0
+"""Error of a place that the image tracker tells, wide px."""
+FOVEA_SIGMA_PX = 2.0
+"""Error of a direction that a look tells, fovea px; the same for the disparity."""
+BIAS_GAIN = 0.3
+LOST_MISSES = 4
+"""After so many looks in a row that do not show it a target counts as lost."""
+OTHER_SCORE = 0.35
+"""Where neither fovea correlates so well with the target, the wide view shows another thing there."""
+FIRST_SIGMA_SHARE = 0.02
+"""Least standard error of the first position, as a share of its distance."""
+
+
+class FollowState(StrEnum):
+    """How a target stands."""
+
+    FOLLOWED = "followed"
+    """The foveae saw it in one of the last looks."""
+    LOST = "lost"
+    """Neither the last looks nor the wide view show it; it is searched for."""
+    OUT_OF_FIELD = "out_of_field"
+    """It has gone where the mirrors cannot turn, or out of the wide view."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TargetReport:
+    """A followed target at one moment."""
+
+    target_id: str
+    state: FollowState
+    estimate: PositionEstimate
+    looks: int
+    hits: int
+    """Looks that showed it."""
+    last_look_ns: int
+    last_hit_ns: int
+    score: float
+    """Weaker correlation of both eyes in the last look that showed it."""
+    wide_score: float | None
+    """How well the image tracker fits; None while it does not find the target."""
+
+
+class FollowedTarget:
+    """A target that was verged on, followed from the look in which that was so."""
+
+    def __init__(
+        self,
+        target_id: str,
+        sighting: Sighting,
+        point_rig_m: tuple[float, float, float],
+        *,
+        calibration: Calibration,
+        wide: NDArray[np.uint8],
+        tracker: TrackerKind = TrackerKind.TEMPLATE,
+        box_px: tuple[int, int] = (64, 64),
+        priority: float = 1.0,
+    ) -> None:
+        """`sighting`, `point_rig_m`: last look of the fixation and its point, m. `wide`: its wide view, grey.
+
+        Raise `OutOfRange` where the wide view about it shows nothing that could be followed.
+        """
+        self.target_id = target_id
+        self.priority = priority
+        self._calibration = calibration
+        self._box_px = box_px
+        point = np.asarray(point_rig_m)
+        t_ns = sighting.left.t_ns
+        sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
+        self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
+        self._picture = FoveaPicture(
+            sighting,
+            calibration,
+            aim_at(calibration, point[:2] / point[2], 1.0 / point[2]),
+            inverse_z_per_m=1.0 / point[2],
+        )
+        self._bias_px = np.zeros(2)
+        self._wide: tuple[int, TrackMatch] | None = None
+        self._misses, self._other = 0, 0
+        self._looks, self._hits, self._score = 0, 0, 1.0
+        self._last_look_ns = self._last_hit_ns = t_ns
+        self.use_tracker(tracker, wide, t_ns)
+
+    def use_tracker(self, kind: TrackerKind, wide: NDArray[np.uint8], t_ns: int) -> None:
+        """Change the image tracker: the new one learns the target where it is now.
+
+        Raise `OutOfRange` where it is not inside the wide view; the tracker stays as it was.
+        """
+        x_px, y_px = self._wide_place(t_ns).tolist()
+        box = TrackBox(x_px=x_px, y_px=y_px, width_px=self._box_px[0], height_px=self._box_px[1])
+        tracker: ImageTracker = (
+            TemplateTracker() if kind is TrackerKind.TEMPLATE else CorrelationFilterTracker()
+        )
+        tracker.start(wide, box)
+        self._tracker, self.tracker = tracker, kind
+        self._bias_px = np.zeros(2)
+
+    def at(self, t_ns: int) -> PositionEstimate:
+        """Return where it is expected at a time."""
+        return self._filter.at(t_ns)
+
+    @property
+    def last_look_ns(self) -> int:
+        """When it was looked at last, whether or not that look showed it."""
+        return self._last_look_ns
+
+    @property
+    def lost(self) -> bool:
+        """Whether the last looks did not show it."""
+        return self._misses >= LOST_MISSES
+
+    def reachable(self, t_ns: int) -> bool:
+        """Return whether both eyes can look at where it is expected."""
+        estimate = self.at(t_ns)
+        if estimate.position_rig_m[2] <= 0.0:
+            return False
+        gazes = aim_at(self._calibration, estimate.tangents, estimate.inverse_z_per_m)
+        return reaches(self._calibration, gazes)
+
+    def see_wide(self, frame: Frame, wide: NDArray[np.uint8]) -> None:
+        """Take a newer wide frame; `wide`: it in grey."""
+        near = self._wide_place(frame.t_ns) + self._bias_px
+        match = self._tracker.update(wide, None if self.lost else (float(near[0]), float(near[1])))
+        if match is None:
+            self._wide = None
+            return
+        self._wide = frame.t_ns, match
+        place = np.array([match.x_px, match.y_px]) - self._bias_px
+        tangents = np.tan(self._calibration.wide.angles_rad(place[None])[0])
+        sigma = WIDE_SIGMA_PX / self._calibration.wide.fx_px
+        taken = self._filter.see(frame.t_ns, tangents, sigma=sigma)
+        if not taken and self.lost:  # found again elsewhere: the depth is as it was
+            self._move_to(tangents, self.at(frame.t_ns).inverse_z_per_m, frame.t_ns)
+
+    def see_foveae(self, sighting: Sighting) -> FoveaReading | None:
+        """Take a look at it; return what it shows, None where it does not show the target."""
+        t_ns = sighting.left.t_ns
+        expected = self.at(t_ns)
+        reading, best_score = self._picture.find(sighting, inverse_z_per_m=expected.inverse_z_per_m)
+        self._looks += 1
+        self._last_look_ns = t_ns
+        if reading is None:
+            self._misses += 1
+            self._doubt(best_score)
+            return None
+        self._take(reading)
+        return reading
+
+    def report(self, t_ns: int) -> TargetReport:
+        """Return how it stands at a time."""
+        state = FollowState.LOST if self.lost else FollowState.FOLLOWED
+        if not self.reachable(t_ns):
+            state = FollowState.OUT_OF_FIELD
+        return TargetReport(
+            target_id=self.target_id,
+            state=state,
+            estimate=self.at(t_ns),
+            looks=self._looks,
+            hits=self._hits,
+            last_look_ns=self._last_look_ns,
+            last_hit_ns=self._last_hit_ns,
+            score=self._score,
+            wide_score=None if self._wide is None else self._wide[1].score,
+        )
+
+    def _take(self, reading: FoveaReading) -> None:
+        calibration = self._calibration
+        point = np.asarray(reading.point.point_rig_m)
+        tangents, inverse_z = point[:2] / point[2], float(1.0 / point[2])
+        disparity_px = float(np.hypot(reading.fine.sigma_x_px, FOVEA_SIGMA_PX))
+        taken = self._filter.see(
+            reading.t_ns,
+            tangents,
+            sigma=FOVEA_SIGMA_PX / calibration.fovea_f_px,
+            inverse_z_per_m=inverse_z,
+            inverse_z_sigma_per_m=disparity_px / (calibration.fovea_f_px * calibration.baseline_m),
+        )
+        if not taken:
+            self._move_to(tangents, inverse_z, reading.t_ns)
+        self._misses = self._other = 0
+        self._hits += 1
+        self._score, self._last_hit_ns = reading.score, reading.t_ns
+        if self._wide is not None:
+            t_ns, match = self._wide
+            beside = np.array([match.x_px, match.y_px]) - self._wide_place(t_ns)
+            self._bias_px += BIAS_GAIN * (beside - self._bias_px)
+
+    def _doubt(self, best_score: float) -> None:
+        """Refuse what the image tracker follows where two looks at it show another thing."""
+        self._other = self._other + 1 if best_score < OTHER_SCORE else 0
+        if self._other >= 2 and self._wide is not None:
+            self._tracker.refuse()
+            self._wide, self._other = None, 0
+            self._misses = LOST_MISSES
+
+    def _move_to(self, tangents: NDArray[np.float64], inverse_z: float, t_ns: int) -> None:
+        """Begin the filter anew at a place to which nothing led."""
+        point = np.append(tangents, 1.0) / inverse_z
+        sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
+        self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
+
+    def _wide_place(self, t_ns: int) -> NDArray[np.float64]:
+        """Return where the wide view should show it, (2,) px."""
+        pixels = self._calibration.wide.pixels(np.arctan(self.at(t_ns).tangents)[None])
+        return np.asarray(pixels[0], dtype=np.float64)

@@ -1,0 +1,143 @@
+"""Tracks a target by normalised cross-correlation with two templates, and finds it again when it was lost.
+
+The first template never changes and decides what the target is; the second follows its looks. A hidden
+target is searched for about its place, wider from image to image, then in the whole image at half size.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import OutOfRange
+from foveacam_pipeline.track.image_tracker import LEAST_SIDE_PX, GreyImage, TrackBox, TrackMatch, cut_box
+from foveacam_pipeline.verge.matching.wide_patch import peak
+
+FOUND_SCORE = 0.45
+LOCKED_SCORE = 0.6
+"""A target that was lost must fit so well to be taken for found."""
+RENEWAL = 0.05
+"""Share of the newest picture in the second template."""
+RENEWED_SCORE = 0.6
+"""The second template learns only from pictures that fit the first so well."""
+LEAST_REACH_PX = 8
+MOST_REACH_PX = 256
+MOVES_REACH = 3.0
+"""The search reaches so many times the usual move from image to image."""
+SMOOTHING = 0.3
+WIDENING_MISSES = 5
+"""After so many images without the target the whole image is searched."""
+STRIDE = 2
+LEAST_CONTRAST = 1.0
+"""A box whose standard deviation is below this shows nothing to follow, grey levels."""
+
+
+class TemplateTracker:
+    """Correlates the image about the expected place with the first and the renewed template."""
+
+    def __init__(self) -> None:
+        self._first = np.zeros((0, 0), dtype=np.float32)
+        self._renewed = self._first
+        self._at = (0.0, 0.0)
+        self._move_px = 0.0
+        self._refused: tuple[float, float] | None = None
+        self.misses = 0
+        """Images in a row in which the target was not found."""
+
+    def start(self, image: GreyImage, box: TrackBox) -> None:
+        """Learn the target; raise `OutOfRange` where the box is not inside the image or shows nothing."""
+        width, height = max(LEAST_SIDE_PX, box.width_px) | 1, max(LEAST_SIDE_PX, box.height_px) | 1
+        rows, columns = image.shape[:2]
+        inside = width / 2 <= box.x_px <= columns - width / 2 and height / 2 <= box.y_px <= rows - height / 2
+        if not inside:
+            raise OutOfRange(
+                f"a box of {width} x {height} px about ({box.x_px:.0f}, {box.y_px:.0f}) is not inside the "
+                f"image of {columns} x {rows} px; choose a smaller box or a place farther inside"
+            )
+        first = cut_box(image, x_px=box.x_px, y_px=box.y_px, width_px=width, height_px=height)
+        if float(first.std()) < LEAST_CONTRAST:
+            raise OutOfRange("the box shows nothing that could be followed; choose something with texture")
+        self._first = self._renewed = first
+        self._at, self._move_px, self.misses = (box.x_px, box.y_px), 0.0, 0
+
+    def update(self, image: GreyImage, near: tuple[float, float] | None) -> TrackMatch | None:
+        """Return where the target is; None where it is not found."""
+        expected = self._at if near is None else near
+        lost = self.misses > 0
+        if self.misses > WIDENING_MISSES:
+            found = self.search(image)
+        else:
+            found = self._search(image, expected, self._first)
+            if not lost:
+                found = max(found, self._search(image, expected, self._renewed), key=lambda one: one.score)
+        if found.score < (LOCKED_SCORE if lost else FOUND_SCORE):
+            self.misses += 1
+            return None
+        self.misses, self._refused = 0, None
+        moved_px = float(np.hypot(found.x_px - expected[0], found.y_px - expected[1]))
+        self._move_px += SMOOTHING * (moved_px - self._move_px)
+        self._at = found.x_px, found.y_px
+        self._renew(image, found)
+        return found
+
+    def refuse(self) -> None:
+        """Take it that the last match was another thing: the target is searched for elsewhere."""
+        self.misses = WIDENING_MISSES + 1
+        self._refused = self._at
+
+    def _reach_px(self) -> int:
+        usual = max(LEAST_REACH_PX, max(self._first.shape) / 2, MOVES_REACH * self._move_px)
+        return round(min(MOST_REACH_PX, usual * 2.0 ** min(self.misses, 4)))
+
+    def _search(
+        self, image: GreyImage, about: tuple[float, float], template: NDArray[np.float32]
+    ) -> TrackMatch:
+        height, width = template.shape
+        reach = self._reach_px()
+        x, y = (round(value) for value in about)
+        part = cut_box(image, x_px=x, y_px=y, width_px=width + 2 * reach, height_px=height + 2 * reach)
+        right, down, score = peak(_scores(part, template))
+        return TrackMatch(x_px=x - reach + right, y_px=y - reach + down, score=score)
+
+    def search(self, image: GreyImage) -> TrackMatch:
+        """Return the best place in the whole image, but for a refused one: at half size, then about it."""
+        height, width = self._first.shape
+        small, template = _halved(image), _halved(self._first)
+        scores = _scores(small, template)
+        middle_y, middle_x = ((side - 1) / 2 / STRIDE for side in (height, width))
+        if self._refused is not None:
+            refused = tuple(
+                round(value / STRIDE - middle)
+                for value, middle in zip(self._refused, (middle_x, middle_y), strict=True)
+            )
+            cv2.circle(scores, refused, round(max(middle_x, middle_y)), -1.0, thickness=-1)
+        x, y, _ = peak(scores)
+        about = round(STRIDE * (x + middle_x)), round(STRIDE * (y + middle_y))
+        part = cut_box(
+            image,
+            x_px=about[0],
+            y_px=about[1],
+            width_px=width + 2 * LEAST_REACH_PX,
+            height_px=height + 2 * LEAST_REACH_PX,
+        )
+        right, down, score = peak(_scores(part, self._first))
+        return TrackMatch(
+            x_px=about[0] - LEAST_REACH_PX + right, y_px=about[1] - LEAST_REACH_PX + down, score=score
+        )
+
+    def _renew(self, image: GreyImage, found: TrackMatch) -> None:
+        height, width = self._first.shape
+        seen = cut_box(image, x_px=found.x_px, y_px=found.y_px, width_px=width, height_px=height)
+        if float(cv2.matchTemplate(seen, self._first, cv2.TM_CCOEFF_NORMED)[0, 0]) >= RENEWED_SCORE:
+            self._renewed = np.asarray(
+                cv2.addWeighted(self._renewed, 1.0 - RENEWAL, seen, RENEWAL, 0.0), dtype=np.float32
+            )
+
+
+def _halved(picture: GreyImage | NDArray[np.float32]) -> NDArray[np.float32]:
+    small = cv2.resize(picture, None, fx=1.0 / STRIDE, fy=1.0 / STRIDE, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, dtype=np.float32)
+
+
+def _scores(part: NDArray[np.float32], template: NDArray[np.float32]) -> NDArray[np.float32]:
+    found = cv2.matchTemplate(part, template, cv2.TM_CCOEFF_NORMED)
+    return np.asarray(np.nan_to_num(found), dtype=np.float32)

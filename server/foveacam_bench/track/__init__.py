@@ -1,0 +1,1 @@
+"""How well moving targets are followed."""
