@@ -26,6 +26,7 @@ from foveacam_server.resources.events import routes as events
 from foveacam_server.resources.fixations import correction_routes as corrections
 from foveacam_server.resources.fixations import routes as fixations
 from foveacam_server.resources.fixations import target_routes as targets
+from foveacam_server.resources.follows import routes as follows
 from foveacam_server.resources.jobs import routes as jobs
 from foveacam_server.resources.lease import routes as lease
 from foveacam_server.resources.measurements import routes as measurements
@@ -62,6 +63,7 @@ _RESOURCES = (
     recordings,
     views,
     fixations,
+    follows,
     corrections,
     targets,
     suggestions,

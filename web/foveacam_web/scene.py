@@ -25,6 +25,7 @@ from foveacam_web.scene_measure import MeasurementNode
 from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
 from foveacam_web.scene_surroundings import SurroundingsNode, draw_field, overlook
+from foveacam_web.scene_trail import TrailNode
 from foveacam_web.scene_values import (
     UP,
     EyeGaze,
@@ -58,6 +59,7 @@ class ViewerScene:
         self._panel: ScenePanel | None = None
         self._fixations: OrderedDict[str, FixationNode | LimitsNode] = OrderedDict()
         self._measurements: dict[str, MeasurementNode] = {}
+        self._trails: dict[str, TrailNode] = {}
         self._field: viser.GlbHandle | None = None
         self._surroundings = SurroundingsNode()
         self._selected: str | None = None
@@ -111,6 +113,7 @@ class ViewerScene:
             self._surroundings.close()
             self._fixations.clear()
             self._measurements.clear()
+            self._trails.clear()
         # Without the lock, for which a callback on viser's loop may wait
         if private is not None:
             private.close()
@@ -216,6 +219,25 @@ class ViewerScene:
         """Remove a measurement; no effect when there is none of that id."""
         with self._lock:
             node = self._measurements.pop(measurement_id, None)
+            if node is not None:
+                node.remove()
+
+    def show_trail(self, target_id: str, label: str, points_rig_m: list[Point]) -> None:
+        """Add or replace the trail of a followed target, oldest point first, m, rig frame."""
+        with self._lock:
+            if self._server is None or not points_rig_m:
+                return
+            earlier = self._trails.get(target_id)
+            with self._server.atomic():
+                if earlier is None:
+                    self._trails[target_id] = TrailNode(self._server.scene, target_id, label, points_rig_m)
+                else:
+                    earlier.extend(label, points_rig_m)
+
+    def remove_trail(self, target_id: str) -> None:
+        """Remove a trail; no effect when there is none of that id."""
+        with self._lock:
+            node = self._trails.pop(target_id, None)
             if node is not None:
                 node.remove()
 

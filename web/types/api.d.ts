@@ -681,6 +681,65 @@ export interface components {
             rectangle?: components["schemas"]["Rectangle"] | null;
             within?: components["schemas"]["DistanceLimits"] | null;
         };
+        /** @description A followed target as it is now; what is not known yet is null. */
+        FollowedDocument: {
+            age_s: number | null;
+            created_utc: string;
+            distance_m: number | null;
+            distance_sigma_m: number | null;
+            /** @default 0 */
+            hits: number;
+            id: string;
+            label: string;
+            /** @default 0 */
+            looks: number;
+            point_rig_m: [
+                number,
+                number,
+                number
+            ] | null;
+            priority: number;
+            /** @default 0 */
+            rate_hz: number;
+            score: number | null;
+            speed_m_s: number | null;
+            /** @enum {string} */
+            state: "finding" | "followed" | "lost" | "out_of_field";
+            /** @enum {string} */
+            tracker: "template" | "filter";
+            velocity_rig_m_s: [
+                number,
+                number,
+                number
+            ] | null;
+            wide_score: number | null;
+            x_px: number | null;
+            y_px: number | null;
+        };
+        /** @description What to change of a followed target. */
+        FollowPatch: {
+            label?: string | null;
+            priority?: number | null;
+            tracker?: ("template" | "filter") | null;
+        };
+        /** @description Exactly one of pixel, rectangle, direction and target_id. */
+        FollowRequest: {
+            /** @default 64 */
+            box_px?: number;
+            direction?: components["schemas"]["Direction"] | null;
+            frame_seq?: number | null;
+            label?: string | null;
+            pixel?: components["schemas"]["Pixel"] | null;
+            /** @default 1 */
+            priority?: number;
+            rectangle?: components["schemas"]["Rectangle"] | null;
+            target_id?: string | null;
+            /**
+             * @default template
+             * @enum {string}
+             */
+            tracker?: "template" | "filter";
+        };
         /** @description Corners of both views of a point, wide px, clockwise from the top left of its image. */
         Footprints: {
             left: [
@@ -2047,6 +2106,14 @@ export interface components {
             t_s: number[];
             width: number;
         };
+        /** @description Where a followed target was: one hit. */
+        TrailPoint: {
+            distance_sigma_m: number;
+            t_s: number;
+            x_m: number;
+            y_m: number;
+            z_m: number;
+        };
         /** @description Number of items that were deleted from the trash. */
         TrashEmptied: {
             deleted: number;
@@ -2251,6 +2318,9 @@ export type FitOptions = components['schemas']['FitOptions'];
 export type FitRun = components['schemas']['FitRun'];
 export type FixationDocument = components['schemas']['FixationDocument'];
 export type FixationRequest = components['schemas']['FixationRequest'];
+export type FollowedDocument = components['schemas']['FollowedDocument'];
+export type FollowPatch = components['schemas']['FollowPatch'];
+export type FollowRequest = components['schemas']['FollowRequest'];
 export type Footprints = components['schemas']['Footprints'];
 export type FoundStop = components['schemas']['FoundStop'];
 export type GazeDocument = components['schemas']['GazeDocument'];
@@ -2365,6 +2435,7 @@ export type TargetPatch = components['schemas']['TargetPatch'];
 export type TargetPlace = components['schemas']['TargetPlace'];
 export type TimelineDocument = components['schemas']['TimelineDocument'];
 export type TimelineStream = components['schemas']['TimelineStream'];
+export type TrailPoint = components['schemas']['TrailPoint'];
 export type TrashEmptied = components['schemas']['TrashEmptied'];
 export type TriggerDocument = components['schemas']['TriggerDocument'];
 export type TriggerTestDocument = components['schemas']['TriggerTestDocument'];

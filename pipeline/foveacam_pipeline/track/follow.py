@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, Sighting
+from foveacam_hardware.contract import Clock, Frame, Head, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -23,7 +23,10 @@ WIDE_PERIOD_NS = 50_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FollowStep:
-    """One step: the target that was looked at, the look and what it showed; None where none can be looked at."""
+    """One step: the target that was looked at, the look and what it showed.
+
+    None where the eyes can look at no target now, and where the look did not show it.
+    """
 
     t_ns: int
     target_id: str | None = None
@@ -34,18 +37,9 @@ class FollowStep:
 class Follower:
     """Shares both foveae among targets; one thread calls it."""
 
-    def __init__(
-        self,
-        head: Head,
-        calibration: Calibration,
-        *,
-        clock: Clock,
-        cancelled: Callable[[], bool] | None = None,
-    ) -> None:
-        self._head = head
+    def __init__(self, calibration: Calibration, *, clock: Clock) -> None:
         self._calibration = calibration
         self._clock = clock
-        self._cancelled = cancelled
         self._targets: dict[str, FollowedTarget] = {}
         self._wide_seq = -1
         self._wide_ns = 0
@@ -73,29 +67,31 @@ class Follower:
         """Follow a target no more; no effect when there is none of that id."""
         self._targets.pop(target_id, None)
 
-    def step(self) -> FollowStep:
-        """Look once at the target whose turn it is; raise `Cancelled` when asked to."""
-        if self._cancelled is not None and self._cancelled():
-            raise Cancelled("following was ended")
+    def step(self, head: Head) -> FollowStep:
+        """Look once at the target whose turn it is; with none in reach take a new wide frame alone."""
         if self._clock.now_ns() - self._wide_ns > WIDE_PERIOD_NS:
-            self._see_wide(self._head.wide())
+            self._see_wide(head.wide())
         expected_ns = self._clock.now_ns() + self._lead_ns
         target = self._chosen(expected_ns)
         if target is None:
-            self._see_wide(self._head.wide(max_age_ms=0.0))
+            self._see_wide(head.wide(max_age_ms=0.0))
             return FollowStep(t_ns=self._clock.now_ns())
-        return self._look_at(target, expected_ns)
+        return self._look_at(head, target, expected_ns)
+
+    def watching(self, head: Head) -> Head:
+        """Return a head for other looks, whose wide frames the image trackers see as well."""
+        return _WatchingHead(head, self._see_wide)
 
     def reports(self) -> tuple[TargetReport, ...]:
         """Return how all targets stand now."""
         now_ns = self._clock.now_ns()
         return tuple(target.report(now_ns) for target in self._targets.values())
 
-    def _look_at(self, target: FollowedTarget, expected_ns: int) -> FollowStep:
+    def _look_at(self, head: Head, target: FollowedTarget, expected_ns: int) -> FollowStep:
         estimate = target.at(expected_ns)
         gazes = aim_at(self._calibration, estimate.tangents, estimate.inverse_z_per_m)
         requested_ns = self._clock.now_ns()
-        sighting = self._head.look(volts_for(self._calibration, clamp_gazes(self._calibration, gazes)))
+        sighting = head.look(volts_for(self._calibration, clamp_gazes(self._calibration, gazes)))
         self._lead_ns = max(0, sighting.left.t_ns - requested_ns)
         self._time(sighting.left.t_ns)
         self._see_wide(sighting.wide)
@@ -132,3 +128,31 @@ class Follower:
         if self._last_ns:
             self._look_s += SMOOTHING * ((t_ns - self._last_ns) / 1e9 - self._look_s)
         self._last_ns = t_ns
+
+
+class _WatchingHead:
+    """A head that passes on every wide frame that it returns."""
+
+    def __init__(self, head: Head, see_wide: Callable[[Frame], None]) -> None:
+        self._head = head
+        self._see_wide = see_wide
+
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+        """Look as the head does."""
+        sighting = self._head.look(volts, settle_us=settle_us)
+        self._see_wide(sighting.wide)
+        return sighting
+
+    def wide(self, *, max_age_ms: float = 200.0) -> Frame:
+        """Return a recent wide frame."""
+        frame = self._head.wide(max_age_ms=max_age_ms)
+        self._see_wide(frame)
+        return frame
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
+        """Set exposure and gain of both foveae."""
+        self._head.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db)
+
+    def set_low_pass(self, cutoff_hz: int) -> int:
+        """Set the cut-off of the drive filters."""
+        return self._head.set_low_pass(cutoff_hz)

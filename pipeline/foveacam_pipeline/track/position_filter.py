@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-ACCELERATION_PSD = 1.5
-"""Power spectral density of a target's acceleration, m^2/s^3: somebody who walks and turns."""
+ACCELERATION_PSD = 4.0
+"""Power spectral density of a target's acceleration, m^2/s^3: walking in a circle of 1 m at 2 m/s."""
 FIRST_SPEED_M_PER_S = 2.0
 """Standard deviation of the speed along each axis before it has been measured."""
 GATE_SIGMAS = 6.0

@@ -34,6 +34,7 @@ from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.shapes import ShapeWorker
 from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
+from foveacam_server.resources.follows.service import FollowService, FollowTools
 from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
@@ -95,6 +96,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         mosaics=collected.mosaics,
         references=collected.references,
         fixations=observation.fixations,
+        follows=observation.follows,
         wide_depth=observation.wide_depth,
         measurements=observation.measurements,
         suggestions=SuggestionService(displays.hub),
@@ -159,6 +161,7 @@ class _ObservationServices:
 
     clouds: CloudCollection
     fixations: FixationService
+    follows: FollowService
     wide_depth: WideDepthService
     measurements: MeasurementService
 
@@ -210,13 +213,31 @@ def _open_observation(
         context=wide_depth,
     )
     fixations = FixationService(foundation.store, tools)
+    follows = FollowService(
+        FollowTools(
+            hardware=hardware,
+            calibration=knowledge.calibration,
+            jobs=jobs,
+            events=foundation.events,
+            clock=foundation.clock,
+            targets=fixations.targets,
+            context=wide_depth,
+            viewer=displays.viewer,
+            on_distance=displays.overlay.look_at_distance,
+        )
+    )
+    displays.overlay.show_follows(follows.marks)
     shapes.put_back(fixations.stored_looks())
     for worker in (shapes, wide_depth, jobs):
         worker.start()
         foundation.stack.callback(worker.close)
     measurements = _open_measurements(foundation, knowledge, displays, hardware=hardware, clouds=clouds)
     return _ObservationServices(
-        clouds=clouds, fixations=fixations, wide_depth=wide_depth, measurements=measurements
+        clouds=clouds,
+        fixations=fixations,
+        follows=follows,
+        wide_depth=wide_depth,
+        measurements=measurements,
     )
 
 

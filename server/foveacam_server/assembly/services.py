@@ -20,6 +20,7 @@ from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService
+from foveacam_server.resources.follows.service import FollowService
 from foveacam_server.resources.measurements.service import MeasurementService
 from foveacam_server.resources.mosaics.service import MosaicService
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
@@ -74,6 +75,7 @@ class Services:
     mosaics: MosaicService
     references: ReferenceService
     fixations: FixationService
+    follows: FollowService
     wide_depth: WideDepthService
     """Depth of the whole wide view; a `DepthContext` for fixations."""
     measurements: MeasurementService
@@ -94,6 +96,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.fixations.correction_routes import CorrectionRouteServices
     from foveacam_server.resources.fixations.routes import FixationRouteServices
     from foveacam_server.resources.fixations.target_routes import TargetRouteServices
+    from foveacam_server.resources.follows.routes import FollowRouteServices
     from foveacam_server.resources.jobs.routes import JobRouteServices
     from foveacam_server.resources.lease.routes import LeaseRouteServices
     from foveacam_server.resources.measurements.routes import MeasurementRouteServices
@@ -127,6 +130,7 @@ if TYPE_CHECKING:
         _event: EventRouteServices = services
         _fixation: FixationRouteServices = services
         _target: TargetRouteServices = services
+        _follow: FollowRouteServices = services
         _job: JobRouteServices = services
         _lease: LeaseRouteServices = services
         _measurement: MeasurementRouteServices = services

@@ -45,6 +45,8 @@ T = TypeVar("T")
 
 STATUS_PERIOD_NS = 250_000_000
 REMEDY = "correct it and start the server again"
+GIVEN_AWAY_S = 5.0
+"""So long a job waits for the rig: who follows targets gives it away after the look under way."""
 
 
 class HardwareThread:
@@ -78,6 +80,9 @@ class HardwareThread:
         self._closing = threading.Event()
         self._session = threading.Lock()
         self._session_of: str | None = None
+        self._gives_way = False
+        self._waiting = 0
+        self._counting = threading.Lock()
         self._thread = threading.Thread(target=self._run, name="foveacam-hardware", daemon=True)
 
     # Called from other threads -----------------------------------------------------------------------------
@@ -117,6 +122,11 @@ class HardwareThread:
     def busy_with(self) -> str | None:
         """Name of the work that has the rig exclusively."""
         return self._session_of
+
+    @property
+    def session_wanted(self) -> bool:
+        """Whether a job waits for the rig; who follows targets gives it away then."""
+        return self._waiting > 0
 
     def wait_open(self, timeout_s: float) -> bool:
         """Wait until the rig has been opened as far as it can be."""
@@ -171,20 +181,41 @@ class HardwareThread:
 
     @contextmanager
     def session(
-        self, holder: str, *, cancelled: Callable[[], bool], one_eyed: bool = False
+        self,
+        holder: str,
+        *,
+        cancelled: Callable[[], bool],
+        one_eyed: bool = False,
+        gives_way: bool = False,
     ) -> Iterator[Head]:
         """Give one job the rig exclusively: live looks pause, the job's own looks feed the views.
 
-        Raise `Busy` when another job has it. `one_eyed`: whether the camera of one fovea may be missing.
+        Raise `Busy` when another job has it that does not give way. `one_eyed`: whether the camera of one fovea
+        may be missing. `gives_way`: it ends soon when `session_wanted`.
         """
-        if not self._session.acquire(blocking=False):
+        if not self._acquire_session():
             raise refusals.in_use(f"give the rig to {holder}", self._session_of or "somebody")
+        self._gives_way = gives_way
         self._session_of = holder
         try:
             yield ExclusiveHead(self, cancelled=cancelled, one_eyed=one_eyed)
         finally:
             self._session_of = None
             self._session.release()
+
+    def _acquire_session(self) -> bool:
+        """Take the rig, or return False; one who gives way is waited for."""
+        if self._session.acquire(blocking=False):
+            return True
+        if not self._gives_way:
+            return False
+        with self._counting:
+            self._waiting += 1
+        try:
+            return self._session.acquire(timeout=GIVEN_AWAY_S)
+        finally:
+            with self._counting:
+                self._waiting -= 1
 
     # The stop: from any thread, without the queue ----------------------------------------------------------
 

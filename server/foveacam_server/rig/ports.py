@@ -214,6 +214,14 @@ class SceneViewer(Protocol):
         """Remove the drawing of a measurement, if there is one."""
         ...
 
+    def show_trail(self, target_id: str, label: str, points_rig_m: list[tuple[float, float, float]]) -> None:
+        """Add or replace the trail of a followed target, oldest point first."""
+        ...
+
+    def remove_trail(self, target_id: str) -> None:
+        """Remove the trail of a followed target, if there is one."""
+        ...
+
     def close(self) -> None:
         """Stop serving."""
         ...

@@ -67,11 +67,23 @@ class Direction(RequestModel):
     ay_deg: Degrees
 
 
+class FollowMark(ResponseModel):
+    """Where the wide view shows a followed target, px."""
+
+    id: str
+    label: str
+    state: str
+    x_px: float
+    y_px: float
+
+
 class OverlayDocument(ResponseModel):
     """What the page draws over the wide view, by eye; null: unknown.
 
-    `footprints`: corners of the foveae's fields, (x, y) wide px. `gaze`: where they look.
+    `footprints`: corners of the foveae's fields, (x, y) wide px. `gaze`: where they look. `follows`: the
+    followed targets.
     """
 
     footprints: dict[str, list[tuple[float, float]] | None] = Field(default={})
     gaze: dict[str, Direction | None] = Field(default={})
+    follows: list[FollowMark] = Field(default=[])

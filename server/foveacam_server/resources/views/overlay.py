@@ -6,7 +6,7 @@ from collections.abc import Callable
 from foveacam_hardware.contract import MirrorVolts, Role, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.models.footprint import fovea_footprint_px
-from foveacam_server.rig.schema import Direction, OverlayDocument
+from foveacam_server.rig.schema import Direction, FollowMark, OverlayDocument
 
 EYES = (Role.LEFT, Role.RIGHT)
 UNKNOWN_GAZE = OverlayDocument(footprints={"left": None, "right": None}, gaze={"left": None, "right": None})
@@ -18,6 +18,7 @@ class GazeOverlay:
     def __init__(self, calibration: Callable[[], Calibration | None]) -> None:
         self._calibration = calibration
         self._distance_m = math.inf
+        self._follows: Callable[[], list[FollowMark]] = list
         self._last: tuple[Calibration, StereoVolts, float, OverlayDocument] | None = None
 
     @property
@@ -29,8 +30,12 @@ class GazeOverlay:
         """Draw the outlines at `distance_m` from now on, metres from the rig's origin."""
         self._distance_m = distance_m
 
+    def show_follows(self, follows: Callable[[], list[FollowMark]]) -> None:
+        """Mark from now on what `follows` returns; it is called with every wide frame."""
+        self._follows = follows
+
     def of(self, gaze: StereoVolts | None) -> OverlayDocument | None:
-        """Return footprints and directions of `gaze`; None while the rig is not calibrated.
+        """Return footprints and directions of `gaze`, and the followed targets; None without a calibration.
 
         An unknown gaze (None) has neither, so that the page removes what it drew.
         """
@@ -39,6 +44,10 @@ class GazeOverlay:
             return None
         if gaze is None:
             return UNKNOWN_GAZE
+        overlay, follows = self._of_gaze(calibration, gaze), self._follows()
+        return overlay.model_copy(update={"follows": follows}) if follows else overlay
+
+    def _of_gaze(self, calibration: Calibration, gaze: StereoVolts) -> OverlayDocument:
         distance_m = self._distance_m
         last = self._last
         if last is not None and last[0] is calibration and last[1] == gaze and last[2] == distance_m:

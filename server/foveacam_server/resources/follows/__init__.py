@@ -1,0 +1,1 @@
+"""Targets that are followed: both foveae look at one after the other."""

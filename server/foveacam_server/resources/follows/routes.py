@@ -1,0 +1,77 @@
+"""Routes of followed targets."""
+
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends, Response
+
+from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.resources.follows.schema import (
+    FollowedDocument,
+    FollowPatch,
+    FollowRequest,
+    TrailPoint,
+)
+from foveacam_server.resources.follows.service import FollowService
+
+router = APIRouter(prefix="/follows", tags=["follows"])
+
+
+class FollowRouteServices(Protocol):
+    """Services that these routes use."""
+
+    follows: FollowService
+    lease: Lease
+
+
+ServicesDep = Annotated[FollowRouteServices, Depends(opened_services)]
+
+
+@router.post("", status_code=201, summary="Follow a target", responses=problems(404, 409, 503))
+def create(request: FollowRequest, services: ServicesDep, x_lease: LeaseHeader = None) -> FollowedDocument:
+    """Follow one more target, 8 at most: both foveae verge on it, then look at all targets in turn."""
+    services.lease.check(x_lease)
+    return services.follows.follow(request)
+
+
+@router.get("", summary="All followed targets")
+def every(services: ServicesDep) -> list[FollowedDocument]:
+    """Return the followed targets as they are now, oldest first."""
+    return services.follows.every()
+
+
+@router.delete("", status_code=204, summary="Follow none any more")
+def end_all(services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+    """Let all followed targets go; the mirrors stay where they are."""
+    services.lease.check(x_lease)
+    services.follows.end_all()
+    return Response(status_code=204)
+
+
+@router.get("/{follow_id}", summary="One followed target", responses=problems(404))
+def one(follow_id: str, services: ServicesDep) -> FollowedDocument:
+    """Return a followed target as it is now."""
+    return services.follows.get(follow_id)
+
+
+@router.patch("/{follow_id}", summary="Change how a target is followed", responses=problems(404, 409))
+def change(
+    follow_id: str, patch: FollowPatch, services: ServicesDep, x_lease: LeaseHeader = None
+) -> FollowedDocument:
+    """Change label, tracker or priority while it is followed."""
+    services.lease.check(x_lease)
+    return services.follows.change(follow_id, patch)
+
+
+@router.delete("/{follow_id}", status_code=204, summary="Let a target go", responses=problems(404, 409))
+def end(follow_id: str, services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+    """Follow a target no more."""
+    services.lease.check(x_lease)
+    services.follows.end(follow_id)
+    return Response(status_code=204)
+
+
+@router.get("/{follow_id}/trail", summary="Where a followed target was", responses=problems(404))
+def trail(follow_id: str, services: ServicesDep) -> list[TrailPoint]:
+    """Return its last hits, 600 at most, oldest first."""
+    return services.follows.trail(follow_id)
