@@ -26,6 +26,7 @@ BENCHES: Mapping[str, str] = {
     "serial": "drivers.mirror_link",
     "stereo": "depth.stereo",
     "stream": "stream.streams",
+    "track": "track.following",
     "verge": "verge.fixations",
 }
 """Module of each bench, below foveacam_bench; its `run` returns the figures by name."""

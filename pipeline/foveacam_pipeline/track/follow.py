@@ -88,7 +88,7 @@ class Follower:
         return tuple(target.report(now_ns) for target in self._targets.values())
 
     def _look_at(self, head: Head, target: FollowedTarget, expected_ns: int) -> FollowStep:
-        estimate = target.at(expected_ns)
+        estimate = target.aim(expected_ns)
         gazes = aim_at(self._calibration, estimate.tangents, estimate.inverse_z_per_m)
         requested_ns = self._clock.now_ns()
         sighting = head.look(volts_for(self._calibration, clamp_gazes(self._calibration, gazes)))

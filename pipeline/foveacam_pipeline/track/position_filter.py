@@ -64,6 +64,18 @@ class PositionFilter:
         self._state = np.concatenate([position_rig_m, np.zeros(3)])
         self._covariance = np.diag([sigma_m**2] * 3 + [FIRST_SPEED_M_PER_S**2] * 3)
 
+    def copy(self) -> "PositionFilter":
+        """Return a filter of its own that knows the same."""
+        other = PositionFilter(self._state[:3], sigma_m=1.0, t_ns=self._t_ns)
+        other._state, other._covariance = self._state.copy(), self._covariance.copy()
+        return other
+
+    def rest(self, t_ns: int) -> None:
+        """Take it that the point stands still from `t_ns` on, for nothing is known of its speed any more."""
+        self._state, self._covariance = self._moved(t_ns)
+        self._t_ns = t_ns
+        self._state[3:] = 0.0
+
     def at(self, t_ns: int) -> PositionEstimate:
         """Return the estimate at a time, before or after the newest measurement."""
         state, covariance = self._moved(t_ns)

@@ -24,6 +24,8 @@ LOST_MISSES = 4
 """After so many looks in a row that do not show it a target counts as lost."""
 OTHER_SCORE = 0.35
 """Where neither fovea correlates so well with the target, the wide view shows another thing there."""
+COAST_NS = 1_500_000_000
+"""A hidden target is taken to go on as it went for so long, then to stand."""
 FIRST_SIGMA_SHARE = 0.02
 """Least standard error of the first position, as a share of its distance."""
 
@@ -84,6 +86,8 @@ class FollowedTarget:
         t_ns = sighting.left.t_ns
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
         self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
+        self._confirmed = self._filter.copy()
+        """The filter as of the last look that showed the target: what the wide view told since may be false."""
         self._picture = FoveaPicture(
             sighting,
             calibration,
@@ -92,7 +96,7 @@ class FollowedTarget:
         )
         self._bias_px = np.zeros(2)
         self._wide: tuple[int, TrackMatch] | None = None
-        self._misses, self._other = 0, 0
+        self._misses, self._other, self._rests = 0, 0, False
         self._looks, self._hits, self._score = 0, 0, 1.0
         self._last_look_ns = self._last_hit_ns = t_ns
         self.use_tracker(tracker, wide, t_ns)
@@ -115,6 +119,15 @@ class FollowedTarget:
         """Return where it is expected at a time."""
         return self._filter.at(t_ns)
 
+    def aim(self, t_ns: int) -> PositionEstimate:
+        """Return where to look for it at a time: a lost one in turns where it was seen last and elsewhere."""
+        told = self._filter.at(t_ns)
+        if not self.lost:
+            return told
+        seen = self._confirmed.at(t_ns)
+        first, second = (seen, told) if self._misses % 2 == 0 else (told, seen)
+        return first if self._reaches(first) or not self._reaches(second) else second
+
     @property
     def last_look_ns(self) -> int:
         """When it was looked at last, whether or not that look showed it."""
@@ -127,7 +140,9 @@ class FollowedTarget:
 
     def reachable(self, t_ns: int) -> bool:
         """Return whether both eyes can look at where it is expected."""
-        estimate = self.at(t_ns)
+        return self._reaches(self.aim(t_ns))
+
+    def _reaches(self, estimate: PositionEstimate) -> bool:
         if estimate.position_rig_m[2] <= 0.0:
             return False
         gazes = aim_at(self._calibration, estimate.tangents, estimate.inverse_z_per_m)
@@ -151,13 +166,14 @@ class FollowedTarget:
     def see_foveae(self, sighting: Sighting) -> FoveaReading | None:
         """Take a look at it; return what it shows, None where it does not show the target."""
         t_ns = sighting.left.t_ns
-        expected = self.at(t_ns)
+        expected = self.aim(t_ns)
         reading, best_score = self._picture.find(sighting, inverse_z_per_m=expected.inverse_z_per_m)
         self._looks += 1
         self._last_look_ns = t_ns
         if reading is None:
             self._misses += 1
             self._doubt(best_score)
+            self._coast(t_ns)
             return None
         self._take(reading)
         return reading
@@ -193,6 +209,7 @@ class FollowedTarget:
         )
         if not taken:
             self._move_to(tangents, inverse_z, reading.t_ns)
+        self._confirmed, self._rests = self._filter.copy(), False
         self._misses = self._other = 0
         self._hits += 1
         self._score, self._last_hit_ns = reading.score, reading.t_ns
@@ -206,8 +223,15 @@ class FollowedTarget:
         self._other = self._other + 1 if best_score < OTHER_SCORE else 0
         if self._other >= 2 and self._wide is not None:
             self._tracker.refuse()
+            self._filter = self._confirmed.copy()
             self._wide, self._other = None, 0
-            self._misses = LOST_MISSES
+            self._misses = max(self._misses, LOST_MISSES)
+
+    def _coast(self, t_ns: int) -> None:
+        """Let a target that was not seen for long stand where it should be by now."""
+        if t_ns - self._last_hit_ns > COAST_NS and not self._rests:
+            self._rests = True
+            self._confirmed.rest(self._last_hit_ns + COAST_NS)
 
     def _move_to(self, tangents: NDArray[np.float64], inverse_z: float, t_ns: int) -> None:
         """Begin the filter anew at a place to which nothing led."""

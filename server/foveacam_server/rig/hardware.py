@@ -190,8 +190,8 @@ class HardwareThread:
     ) -> Iterator[Head]:
         """Give one job the rig exclusively: live looks pause, the job's own looks feed the views.
 
-        Raise `Busy` when another job has it that does not give way. `one_eyed`: whether the camera of one fovea
-        may be missing. `gives_way`: it ends soon when `session_wanted`.
+        Raise `Busy` when a job has it that does not give way. `one_eyed`: whether the camera of one fovea may
+        be missing. `gives_way`: it ends soon when `session_wanted`.
         """
         if not self._acquire_session():
             raise refusals.in_use(f"give the rig to {holder}", self._session_of or "somebody")
