@@ -87,7 +87,7 @@ class FollowedTarget:
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
         self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
         self._confirmed = self._filter.copy()
-        """The filter as of the last look that showed the target: what the wide view told since may be false."""
+        """The filter as of the last look that showed it: what the wide view told since may be false."""
         self._picture = FoveaPicture(
             sighting,
             calibration,
