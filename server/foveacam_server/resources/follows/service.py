@@ -29,6 +29,7 @@ from foveacam_server.resources.follows.schema import (
     FollowRequest,
     TrailPoint,
 )
+from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.schema import Direction, FollowMark
@@ -203,6 +204,8 @@ class FollowService:
         with hardware.session(f"job {context.job.id}", cancelled=context.cancelled, gives_way=True) as head:
             while self._records and not hardware.session_wanted:
                 context.check()
+                if hardware.halted:
+                    raise refusals.stopped()
                 self._take_changes(follower, head)
                 if follower.targets:
                     self._take(follower, follower.step(head))
