@@ -57,6 +57,8 @@ class FollowRun:
     in_fovea: dict[str, list[bool]] = field(default_factory=dict)
     relative_errors: list[float] = field(default_factory=list)
     sigmas: list[float] = field(default_factory=list)
+    states: list[FollowState] = field(default_factory=list)
+    """Of the target that was looked at, after every look; of the first where there was none."""
     lost_looks: int = 0
     look_s: float = 0.0
 
@@ -174,13 +176,15 @@ def _judge(
     truth: Truth, follower: Follower, step: FollowStep, clicks: dict[str, Click], result: FollowRun
 ) -> None:
     if step.target_id is None or step.sighting is None:
-        result.lost_looks += 1
+        result.states.append(follower.reports()[0].state)
         return
     target = follower.targets[step.target_id]
+    state = target.report(step.t_ns).state
+    result.states.append(state)
     point = clicked_point_at(truth, clicks[step.target_id], step.t_ns)
     result.times_s.setdefault(step.target_id, []).append(step.t_ns / 1e9)
     result.in_fovea.setdefault(step.target_id, []).append(_in_both(truth, step.sighting, point))
-    if target.report(step.t_ns).state is not FollowState.FOLLOWED:
+    if state is not FollowState.FOLLOWED:
         result.lost_looks += 1
         return
     estimate = target.at(step.t_ns)
