@@ -64,9 +64,9 @@ def test_a_tracker_that_runs_away_is_caught_by_the_foveae(monkeypatch: pytest.Mo
     monkeypatch.setattr(target, "TemplateTracker", runaway)
     run = follow_walkers([Walker(x_m=0.0, z_m=10.0, radius_m=0.3, speed_m_per_s=0.3)], seconds=4.5)
     assert made[0].left < 0
-    assert made[0].refusals == 1
-    assert all(run.in_fovea["walker 0"][-8:])
-    assert run.lost_looks < run.looks / 3
+    assert made[0].refusals >= 1
+    assert all(run.in_fovea["walker 0"])
+    assert run.states[-1] is FollowState.FOLLOWED
 
 
 def test_a_target_that_leaves_the_field_is_told_and_taken_up_again_when_it_comes_back() -> None:
