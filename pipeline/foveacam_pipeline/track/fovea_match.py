@@ -99,7 +99,7 @@ class FoveaPicture:
     def _best_scale(
         self, look: ReducedLook, inverse_z_per_m: float
     ) -> tuple[float, list[tuple[NDArray[np.float64], float]]]:
-        """Return the scale at which the pictures fit and their places: that expected, or that of the last hit."""
+        """Return the scale at which the pictures fit, that expected or that of the last hit; their places."""
         tried = [inverse_z_per_m, self._last_per_m]
         if abs(tried[0] / tried[1] - 1.0) < SAME_SCALE:
             tried.pop()
