@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 BASELINE_M = 0.2
 SHORTEST_PX, LONGEST_PX = 6.0, 24.0
 """Wavelengths of the texture: as fine as the optics of both cameras pass."""
-WAVES = 40
+WAVES = 24
 CONTRAST = 12.0
 
 
