@@ -1,7 +1,7 @@
 """The Cramér-Rao bound of a disparity: what the noise of the pictures allows on the pixels of a window.
 
 Noise and texture are measured on repeated frames of one view. The unknowns are those of the estimator: shift,
-row, both slopes of the disparity, gain and offset of the brightness.
+row, both slopes of the disparity (with its prior), gain and offset of the brightness.
 """
 
 import math
@@ -10,8 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.matching.picture import doubled
+from foveacam_pipeline.study.localisation.estimator import PRIOR
 
 LEAST_FRAMES = 2
+SHIFT, SLOPES = 0, (2, 3)
+"""Indices of the shift and of both slopes among the unknowns."""
 
 
 def disparity_bound_px(frames: NDArray[np.float64]) -> float:
@@ -25,30 +29,35 @@ def disparity_bound_px(frames: NDArray[np.float64]) -> float:
             f"frames of shape {frames.shape}: give {LEAST_FRAMES} or more windows of "
             "one view, at least 3 px wide"
         )
-    variance = float(frames.var(axis=0, ddof=1).mean())
-    information = _information(frames)
+    variance = 2.0 * float(frames.var(axis=0, ddof=1).mean())  # both pictures have the noise
+    information = _products(frames)
+    for slope in SLOPES:
+        information[slope, slope] += variance / PRIOR.slope_sigma**2
     try:
-        inverse = np.linalg.inv(information)
+        share = float(np.linalg.inv(information)[SHIFT, SHIFT])
     except np.linalg.LinAlgError:
         return math.inf
-    share = float(inverse[0, 0])
-    return math.sqrt(2.0 * variance * share) if share > 0.0 else math.inf  # both pictures have the noise
+    return math.sqrt(variance * share) if share > 0.0 else math.inf
 
 
-def _information(frames: NDArray[np.float64]) -> NDArray[np.float64]:
+def _products(frames: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the (6, 6) products of the derivatives of the brightness by the unknowns, free of noise.
 
     Products are taken between different frames, whose noises are independent.
     """
     first, second = frames[::2].mean(axis=0), frames[1::2].mean(axis=0)
-    one, two = _derivatives(first), _derivatives(second)
-    product = one @ two.T
+    product = _derivatives(first) @ _derivatives(second).T
     return np.asarray((product + product.T) / 2.0, dtype=np.float64)
 
 
 def _derivatives(image: NDArray[np.float64]) -> NDArray[np.float64]:
-    across = (image[1:-1, 2:] - image[1:-1, :-2]) / 2.0
-    down = (image[2:, 1:-1] - image[:-2, 1:-1]) / 2.0
+    """Return (6, n): the derivative of each pixel by each unknown.
+
+    Differences are taken half a pixel to either side, as whole pixels miss the finest texture.
+    """
+    double = doubled(image.astype(np.float32)).astype(np.float64)
+    across = double[2:-2:2, 3:-1:2] - double[2:-2:2, 1:-3:2]
+    down = double[3:-1:2, 2:-2:2] - double[1:-3:2, 2:-2:2]
     level = image[1:-1, 1:-1]
     y, x = np.mgrid[: level.shape[0], : level.shape[1]].astype(np.float64)
     x -= x.mean()

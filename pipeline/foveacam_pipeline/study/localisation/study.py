@@ -280,7 +280,7 @@ def _definitions(plan: ExperimentPlan) -> tuple[str, ...]:
         "with those of the slots and err by less than half of a lobe's depth, "
         f"{1e3 * LARGEST_RESIDUAL_M:.0f} mm (RMS, aligned).",
         "Bound: Cramér-Rao bound of the disparity for the noise and the texture of repeated frames in the "
-        "same window, with row, slopes, gain and offset unknown, times Z² / (B f).",
+        "same window, with the unknowns of the estimator, times Z² / (B f).",
     )
 
 
