@@ -199,7 +199,7 @@ def _error_row(found: Sequence[PairOutcome], standoff_m: float) -> PaperComparis
         return _mm(errors.rms if which == "rms" else errors.depth)
 
     drifts = [
-        f"{pair} {1e3 * errors.drift_m[2]:+.1f} mm"
+        f"{'wide' if pair is Pair.WIDE else 'foveae'} {1e3 * errors.drift_m[2]:+.1f} mm"
         for pair in Pair
         if (errors := _errors(found, pair, standoff_m)) is not None
     ]
