@@ -740,6 +740,18 @@ export interface components {
              */
             tracker?: "template" | "filter";
         };
+        /** @description One look at each followed target, kept as a dataset. */
+        FollowRoundRequest: {
+            /** @default  */
+            label?: string;
+            name: string;
+        };
+        /** @description Data of the event that a round was captured. */
+        FollowRoundTaken: {
+            capture_id: string;
+            name: string;
+            targets: number;
+        };
         /** @description Corners of both views of a point, wide px, clockwise from the top left of its image. */
         Footprints: {
             left: [
@@ -2321,6 +2333,8 @@ export type FixationRequest = components['schemas']['FixationRequest'];
 export type FollowedDocument = components['schemas']['FollowedDocument'];
 export type FollowPatch = components['schemas']['FollowPatch'];
 export type FollowRequest = components['schemas']['FollowRequest'];
+export type FollowRoundRequest = components['schemas']['FollowRoundRequest'];
+export type FollowRoundTaken = components['schemas']['FollowRoundTaken'];
 export type Footprints = components['schemas']['Footprints'];
 export type FoundStop = components['schemas']['FoundStop'];
 export type GazeDocument = components['schemas']['GazeDocument'];

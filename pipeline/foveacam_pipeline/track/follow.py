@@ -79,6 +79,15 @@ class Follower:
             return FollowStep(t_ns=self._clock.now_ns())
         return self._look_at(head, target, expected_ns)
 
+    def round(self, head: Head) -> list[FollowStep]:
+        """Look once at each target that both eyes reach, one right after the other; return the looks."""
+        steps = []
+        for target in self._targets.values():
+            expected_ns = self._clock.now_ns() + self._lead_ns
+            if target.reachable(expected_ns):
+                steps.append(self._look_at(head, target, expected_ns))
+        return steps
+
     def watching(self, head: Head) -> Head:
         """Return a head for other looks, whose wide frames the image trackers see as well."""
         return _WatchingHead(head, self._see_wide)

@@ -20,6 +20,7 @@ from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService
+from foveacam_server.resources.follows.rounds import FollowRounds
 from foveacam_server.resources.follows.service import FollowService
 from foveacam_server.resources.measurements.service import MeasurementService
 from foveacam_server.resources.mosaics.service import MosaicService
@@ -76,6 +77,7 @@ class Services:
     references: ReferenceService
     fixations: FixationService
     follows: FollowService
+    rounds: FollowRounds
     wide_depth: WideDepthService
     """Depth of the whole wide view; a `DepthContext` for fixations."""
     measurements: MeasurementService

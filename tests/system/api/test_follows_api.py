@@ -2,7 +2,10 @@
 
 import pytest
 
+from foveacam_hardware.contract import PARKED
+from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.track.follow import MOST_TARGETS
+from tests.system import server_state
 from tests.system.conftest import API, CENTRE, Running
 
 pytestmark = pytest.mark.timeout(300)
@@ -13,7 +16,7 @@ TEXTURED = {"pixel": {"x_px": 860.0, "y_px": 900.0}}
 @pytest.fixture(autouse=True)
 def nothing_followed(server: Running) -> None:
     server.http.delete(f"{API}/follows").raise_for_status()
-    server.poll("/jobs", lambda jobs: all(job["ended_utc"] for job in jobs))
+    server_state.end_jobs(server.http)
 
 
 def followed(server: Running, body: object = CENTRE) -> str:
@@ -95,6 +98,30 @@ def test_the_stop_ends_following(server: Running) -> None:
         assert server.post("/follows", CENTRE).status_code == 409
     finally:
         server.http.delete(f"{API}/stop")
+
+
+def test_a_round_captures_all_targets_as_a_dataset_while_they_are_followed(server: Running) -> None:
+    nothing = server.post("/follows/rounds", {"name": "round"})
+    assert (nothing.status_code, "no target is followed" in nothing.json()["detail"]) == (409, True)
+    first, second = followed(server), followed(server, TEXTURED)
+    answer = server.post("/follows/rounds", {"name": "round", "label": "both"}, Prefer="wait=60")
+    assert answer.status_code == 200, answer.text
+    taken = answer.json()
+    assert (taken["name"], taken["targets"]) == ("round", 2)
+    assert server.get(f"/captures/{taken['capture_id']}").json()["state"] == "complete"
+
+    dataset = Dataset.open(server.captures / "round")
+    known = dataset.document.header.conditions["targets"]
+    assert isinstance(known, list)
+    assert [one["id"] for one in known if isinstance(one, dict)] == [first, second]
+    assert len(dataset) == 2
+    for point in dataset:
+        assert point.left.shape == point.wide.shape == (1080, 1440, 3)
+        assert point.pose.volts not in (None, PARKED)
+    again = server.post("/follows/rounds", {"name": "round"})
+    assert (again.status_code, "already" in again.json()["detail"]) == (422, True)
+    hits = server.get(f"/follows/{first}").json()["hits"]
+    server.poll(f"/follows/{first}", lambda found: found["hits"] > hits)
 
 
 def test_bad_requests_are_told(server: Running) -> None:
