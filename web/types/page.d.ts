@@ -11,6 +11,7 @@ import type {
   CloudDocument,
   DifferenceDocument,
   Direction,
+  DisplayDocument,
   DriftCheckDocument,
   EstimateDocument,
   EventDocument,
@@ -25,6 +26,7 @@ import type {
   MeasurementDocument,
   MosaicDocument,
   PanTiltDocument,
+  PatternDocument,
   PlaceRequest,
   Problem,
   RailDocument,
@@ -268,6 +270,11 @@ export type Work = {
   options: Record<string, unknown> | null;
 };
 
+/** What displays can show; `PatternField`: the numbers that describe it. */
+export type DisplayPattern = PatternDocument["pattern"];
+export type PatternKind = Exclude<DisplayPattern["kind"], "blank">;
+export type PatternField = "columns" | "rows" | "square_mm" | "marker_mm" | "id" | "side_mm" | "spacing_mm";
+
 export type CalibrationState = {
   wizard: WizardPage | null;
   records: CalibrationDocument[] | null;
@@ -277,6 +284,8 @@ export type CalibrationState = {
   pan_tilt: PanTiltDocument | null;
   drift_checks: DriftCheckDocument[] | null;
   settle_time: SettleTimeDocument | null;
+  displays: DisplayDocument[] | null;
+  display_pattern: PatternDocument | null;
   work: Work | null;
 };
 

@@ -1,4 +1,4 @@
-"""Serves the console's files: its page, the video pane alone, the page about REST, and what they load."""
+"""Serves the console's files: its pages, the calibration display, the page about REST, and what they load."""
 
 import hashlib
 import time
@@ -65,6 +65,12 @@ def console() -> HTMLResponse:
 def video_pane() -> HTMLResponse:
     """Return the video pane alone, for the panel in the 3D pane."""
     return _page("view.html")
+
+
+@router.get("/display")
+def calibration_display() -> HTMLResponse:
+    """Return the page that shows the calibration pattern at its true size."""
+    return _page("display.html")
 
 
 @router.get("/docs")

@@ -70,6 +70,13 @@ class StubServer:
             "/settle_time": settle_time(),
             "/cameras/self_tests/newest": rig_documents.trigger_test(),
             "/drift_checks": [],
+            "/displays": [],
+            "/displays/pattern": {
+                "pattern": {"kind": "blank"},
+                "description": "blank",
+                "width_mm": None,
+                "height_mm": None,
+            },
             "/jobs": [],
             "/fixations": [],
             "/reach": documents.reach(),
