@@ -70,6 +70,20 @@ export type MeasuredView = PlaceRequest["view"];
 
 export type AnnotatedName = "calibration_wide" | "calibration_left" | "calibration_right";
 export type ViewName = Role | "anaglyph" | "difference" | "depth" | "wide_depth" | AnnotatedName;
+
+// A window of views.
+
+export type Source = Exclude<ViewName, AnnotatedName> | "scene";
+/** `row`: side by side; `column`: one below the other. */
+export type Axis = "row" | "column";
+/** A source, or a split; `share`: of the first part. */
+export type Layout =
+  Source | { readonly axis: Axis; readonly share: number; readonly parts: readonly [Layout, Layout] };
+/** In shares of the window. */
+export type Box = { left: number; top: number; width: number; height: number };
+/** `path`: the parts that lead to the split, 0 or 1 each; `box`: of the split. */
+export type Divider = { path: string; axis: Axis; share: number; box: Box };
+
 export type Point = { x: number; y: number };
 export type Corners = [number, number][];
 
