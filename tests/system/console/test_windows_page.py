@@ -161,8 +161,21 @@ def test_the_console_opens_a_view_in_a_window_of_its_own(open_console: OpenConso
     window = opened.value
     expect(window.locator(".slot[data-source=left] canvas")).to_be_visible()
     assert window.url.endswith("/windows#left")
-    names = [each.get_attribute("aria-label") for each in console.page.locator("a.tool[target=_blank]").all()]
+    names = [each.get_attribute("aria-label") for each in console.page.locator("a.opener").all()]
     assert len(names) == 8
+
+
+def test_a_phone_has_one_button_for_windows_and_room_for_the_others(
+    open_console: OpenConsole, server: Server
+) -> None:
+    console = open_console(server.url, options=TOUCH)
+    console.wait_for_frames("left")
+    expect(console.page.locator("a.opener").locator("visible=true")).to_have_attribute(
+        "href", "/windows#scene"
+    )
+    enlarge = box(console.page.get_by_role("button", name="Enlarge the view Right fovea"))
+    assert enlarge["x"] + enlarge["width"] <= console.page.evaluate("innerWidth")
+    assert console.overflow_px() <= 0
 
 
 def test_a_window_is_used_on_a_phone(open_console: OpenConsole, server: Server) -> None:

@@ -94,7 +94,9 @@ function entriesOf(fields) {
 function shownOf(shown) {
   if (!shown) return nothing("The server has not answered yet.");
   if (shown.pattern.kind === "blank") return html`<p class="lead">Displays are blank.</p>`;
+  const board = shown.pattern.kind === "charuco" || shown.pattern.kind === "checkerboard";
   return html`<p>Displays show: <b>${shown.description}</b>, ${sizeWords(shown.width_mm, shown.height_mm)} with its edge.</p>
+    ${board && html`<p class="lead">Step 1 needs the same numbers: enter them under “Board and options” there.</p>`}
     <p class="lead">
       <a href="/api/v1/displays/pattern.svg" target="_blank" rel="noopener">${icon("file")} Print it</a> at 100 %.
     </p>`;

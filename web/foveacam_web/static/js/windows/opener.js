@@ -33,7 +33,7 @@ function opener(source, title) {
   };
   return h(
     "a",
-    { class: "tool", href, target: "_blank", "aria-label": label, title: label, on: { click } },
+    { class: "tool opener", href, target: "_blank", "aria-label": label, title: label, on: { click } },
     icon("aside"),
   );
 }
