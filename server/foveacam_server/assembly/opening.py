@@ -33,6 +33,7 @@ from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.shapes import ShapeWorker
+from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
 from foveacam_server.resources.follows.rounds import FollowRounds, RoundTools
@@ -96,6 +97,9 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         records=calibration.records,
         sessions=calibration.sessions,
         drift=calibration.drift,
+        displays=PatternDisplayService(
+            foundation.store.subfolder("displays"), clock=foundation.clock, events=foundation.events
+        ),
         overlay=displays.overlay,
         jobs=jobs,
         clouds=observation.clouds,

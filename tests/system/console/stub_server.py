@@ -44,6 +44,8 @@ class StubServer:
     """What it answers from an order on, by "METHOD path"."""
     requests: list[tuple[str, str, Json]] = field(default_factory=list)
     annotated: bool = False
+    away: bool = False
+    """Whether it serves no views, as while it restarts."""
     url: str = ""
     _ids: int = 0
     _loop: asyncio.AbstractEventLoop | None = None
@@ -54,7 +56,7 @@ class StubServer:
         self.refusals.clear()
         self.answers_after.clear()
         self.requests.clear()
-        self.annotated = False
+        self.annotated = self.away = False
         self._listeners.clear()  # pages of the test before
         records = [
             documents.record("a" * 32, "Bench, spring", current=True),
@@ -70,6 +72,13 @@ class StubServer:
             "/settle_time": settle_time(),
             "/cameras/self_tests/newest": rig_documents.trigger_test(),
             "/drift_checks": [],
+            "/displays": [],
+            "/displays/pattern": {
+                "pattern": {"kind": "blank"},
+                "description": "blank",
+                "width_mm": None,
+                "height_mm": None,
+            },
             "/jobs": [],
             "/fixations": [],
             "/reach": documents.reach(),
@@ -237,6 +246,9 @@ def application(stub: StubServer) -> FastAPI:
 
 async def _serve_views(socket: WebSocket, stub: StubServer) -> None:
     """Send each view that is subscribed at once, and again after it was acknowledged, as the server does."""
+    if stub.away:
+        await socket.close()
+        return
     await socket.accept()
     listed = [{"index": index, "name": name, "width": 720, "height": 540} for index, name in enumerate(VIEWS)]
     await socket.send_json({"type": "hello", "views": listed, "server": "stub"})
@@ -262,7 +274,7 @@ async def _serve_views(socket: WebSocket, stub: StubServer) -> None:
 async def _tell(socket: WebSocket, stub: StubServer, acknowledged: set[str]) -> None:
     """Twice a second tell the rates, and send the views that wait for their next picture."""
     with suppress(WebSocketDisconnect, RuntimeError):
-        while True:
+        while not stub.away:
             drawn = [name for name in VIEWS if stub.annotated or "_" not in name]
             age_ms = {name: 20.0 if name in drawn else None for name in VIEWS}
             views = {
@@ -274,6 +286,7 @@ async def _tell(socket: WebSocket, stub: StubServer, acknowledged: set[str]) -> 
                 acknowledged.discard(name)
                 await _send_picture(socket, name)
             await asyncio.sleep(0.5)
+        await socket.close()
 
 
 async def _send_picture(socket: WebSocket, name: str) -> None:

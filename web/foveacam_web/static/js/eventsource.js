@@ -74,6 +74,8 @@ const KINDS = [
   "measurement.updated",
   "measurement.deleted",
   "wide_depth.changed",
+  "display.pattern",
+  "display.changed",
 ];
 
 /** Listen to the events for as long as the page or worker lives. @param {(news: EventNews) => void} tell */
