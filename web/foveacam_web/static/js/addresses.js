@@ -61,8 +61,8 @@ export function galleryAt(hash) {
   return { tab: tab || "datasets", id: decoded(id), part: decoded(part) };
 }
 
-/** @param {string | undefined} step */
-function decoded(step) {
+/** @param {string | undefined} step @returns {string | null} */
+export function decoded(step) {
   if (!step) return null;
   try {
     return decodeURIComponent(step);

@@ -1,5 +1,6 @@
 // The panes of a window and their dividers: places them as the layout says, and keeps the layout in the address.
 
+import { decoded } from "../addresses.js";
 import { h } from "../dom.js";
 import {
   USUAL_LAYOUT,
@@ -43,7 +44,7 @@ export class Board {
   }
 
   #read() {
-    this.#layout = layoutOf(decodeURI(location.hash.slice(1))) ?? USUAL_LAYOUT;
+    this.#layout = layoutOf(decoded(location.hash.slice(1)) ?? "") ?? USUAL_LAYOUT;
     this.#show();
   }
 
