@@ -17,6 +17,7 @@ import type {
   FilmRequest,
   FixationDocument,
   FixationRequest,
+  FollowedDocument,
   GridPoints,
   HealthDocument,
   JobDocument,
@@ -43,6 +44,7 @@ import type {
   StopDocument,
   SweepPoseDocument,
   TargetDocument,
+  TrailPoint,
   TriggerTestDocument,
   Verging,
   WideLensDocument,
@@ -80,6 +82,14 @@ export type Overlay = {
   seq: number;
   footprints: { left: Corners | null; right: Corners | null };
   gaze: { left: Direction | null; right: Direction | null };
+  follows: FollowMark[];
+};
+export type FollowMark = {
+  id: string;
+  label: string;
+  state: FollowedDocument["state"];
+  x_px: number;
+  y_px: number;
 };
 export type ServerStats = {
   type: "stats";
@@ -347,6 +357,20 @@ export type MeasureState = {
   measuring: Measuring | null;
 };
 
+// Following.
+
+/** Data of the event that a target is followed no more. */
+export type FollowEnded = { id: string; label: string; reason: string };
+
+/** `click_follows`: a click in the wide view follows; `follow_tab`: the console's tab is open; `trails` by id. */
+export type FollowState = {
+  follow_page: boolean;
+  follow_tab: boolean;
+  click_follows: boolean;
+  followed: FollowedDocument[] | null;
+  trails: Record<string, TrailPoint[]>;
+};
+
 // What all pages share, and all of it.
 
 export type SharedState = {
@@ -379,4 +403,5 @@ export type ConsoleState = SharedState &
   CalibrationState &
   RigPageState &
   CapturePageState &
-  MeasureState & { gallery: GalleryPlace | null; planner_page: boolean };
+  MeasureState &
+  FollowState & { gallery: GalleryPlace | null; planner_page: boolean };

@@ -76,6 +76,7 @@ class StubServer:
             "/suggestions": [],
             "/targets": [],
             "/clouds": [],
+            "/follows": [],
             "/events/recent": [],
             "/stop": {"engaged": False, "since_utc": None, "by": None},
             "/lease": {"holder": None, "expires_in_s": None},

@@ -3,6 +3,7 @@
 import { Commands } from "./commands.js";
 import { need } from "./dom.js";
 import { Fixations } from "./fixations.js";
+import { FollowOrders } from "./follow/orders.js";
 import { Keyboard } from "./keys.js";
 import { mountOffline, mountStop } from "./panels/topbar.js";
 import { changeSettings } from "./settings.js";
@@ -18,7 +19,8 @@ const toasts = new Toasts();
 const fixations = new Fixations(store);
 const commands = new Commands({ store, toasts, fixations });
 const sync = new Sync({ store, fixations });
-const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
+const follows = new FollowOrders({ store, commands });
+const views = new Views({ store, commands, follows, onBoot: () => void sync.readAll() });
 
 document.body.append(toasts.element);
 need("wide").append(views.pane("wide").element);
@@ -28,7 +30,7 @@ mountOffline(need("offline"), store);
 new Keyboard({
   stop: () => void commands.stop(),
   escape: () => {
-    if (views.shrinkAll()) return;
+    if (views.shrinkAll() || follows.end()) return;
     views.wide.abandon();
     void commands.cancel();
   },
@@ -36,6 +38,7 @@ new Keyboard({
   keys: {
     i: () => changeSettings(store, { readout: !store.state.settings.readout }),
     f: () => changeSettings(store, { footprints: !store.state.settings.footprints }),
+    t: () => follows.toggle(),
     d: () => void views.wide.probe(),
     "+": () => views.wide.zoom(1.5),
     "=": () => views.wide.zoom(1.5),

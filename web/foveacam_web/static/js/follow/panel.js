@@ -1,0 +1,53 @@
+// Lists what is followed, one card a target: the tab of the console, and the cards of the page.
+
+import { FOLLOW_ADDRESS } from "../addresses.js";
+import { html, repeat, update } from "../dom.js";
+import { icon } from "../icons.js";
+import { followCard } from "./card.js";
+
+/**
+ * @import { FollowedDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { Store } from "../store.js"
+ * @import { FollowOrders } from "./orders.js"
+ * @typedef {{store: Store, orders: FollowOrders}} FollowContext
+ */
+
+/** @param {HTMLElement} place @param {FollowContext} context */
+export function mountFollowed(place, { store, orders }) {
+  store.on(["followed"], (state) =>
+    update(
+      place,
+      html`<p class="follow-head">
+          <a href=${FOLLOW_ADDRESS}>Followed targets</a>
+          ${letAllGo(state, orders)}
+        </p>
+        ${cards(state, { orders })}`,
+    ),
+  );
+}
+
+/**
+ * @param {ConsoleState} state
+ * @param {{orders: FollowOrders, more?: (followed: FollowedDocument) => unknown}} parts
+ */
+export function cards({ followed }, { orders, more }) {
+  const empty =
+    followed === null
+      ? "Loading …"
+      : "Nothing is followed: switch on Follow at the wide view (T), then click something that moves.";
+  const card = (/** @type {FollowedDocument} */ each) => followCard(each, { orders, more: more?.(each) });
+  return html`<ul class="follow-cards">${repeat(followed ?? [], ({ id }) => id, card)}</ul>
+    <p class="empty" ?hidden=${(followed ?? []).length > 0}>${empty}</p>`;
+}
+
+/** @param {ConsoleState} state @param {FollowOrders} orders */
+export function letAllGo({ followed }, orders) {
+  return html`<button
+    type="button" class="plain let-all-go" ?hidden=${(followed ?? []).length < 2}
+    @click=${() => void orders.letAllGo()}
+  >
+    ${icon("close")}
+    Let all go
+  </button>`;
+}
