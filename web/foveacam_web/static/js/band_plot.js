@@ -37,6 +37,10 @@ export function bandPlot(runs, { from, to, x_name, y_name, words, height = 150 }
     <text class="tick" transform="translate(10 ${floor / 2}) rotate(-90)" text-anchor="middle">${y_name}</text>
     ${runs.map((run) => svg`<path class="band" d=${bandOf(run, place)}></path>`)}
     ${runs.map((run) => svg`<path class="curve" d=${`M${run.map(({ x, y }) => place(x, y)).join("L")}`}></path>`)}
+    ${runs.map(
+      ([only, ...others]) =>
+        only && others.length === 0 && svg`<circle class="dot" cx=${atX(only.x)} cy=${atY(only.y)} r="1.6"></circle>`,
+    )}
   </svg>`;
 }
 

@@ -74,6 +74,10 @@ const KINDS = [
   "measurement.updated",
   "measurement.deleted",
   "wide_depth.changed",
+  "follow.started",
+  "follow.changed",
+  "follow.refused",
+  "follow.ended",
 ];
 
 /** Listen to the events for as long as the page or worker lives. @param {(news: EventNews) => void} tell */

@@ -13,23 +13,23 @@ import { distanceOf, figuresOf, prioritiesWith, STATES, TRACKERS } from "./words
 
 /**
  * @param {FollowedDocument} followed
- * @param {{orders: FollowOrders, more?: unknown}} parts `more`: what a page adds at the end
+ * @param {{orders: FollowOrders, tools?: unknown, more?: unknown}} parts `tools`, `more`: what a page adds
  */
-export function followCard(followed, { orders, more }) {
-  const { id, label, state } = followed;
+export function followCard(followed, { orders, tools, more }) {
+  const { id, label, state, tracker, priority } = followed;
   const { tone, text, detail } = STATES[state];
   return html`<li class="follow-card" data-id=${id} data-state=${state}>
     <div class="head">
       ${nameField(label, { what: "followed target", rename: (name) => orders.change(id, { label: name }) })}
       ${badge(tone, text)}
+      <button type="button" class="plain let-go" @click=${() => void orders.letGo(id)}>${icon("close")}Let go</button>
     </div>
-    <p class="distance number">${distanceOf(followed)}</p>
+    <div class="reading"><p class="distance number">${distanceOf(followed)}</p>${tools}</div>
     <p class="lead" ?hidden=${detail === ""}>${detail}</p>
     ${figures(figuresOf(followed))}
     <div class="controls">
-      ${choices("Tracker", followed.tracker, TRACKERS, (tracker) => orders.change(id, { tracker }))}
-      ${choices("Looks", followed.priority, prioritiesWith(followed.priority), (priority) => orders.change(id, { priority }))}
-      <button type="button" class="plain let-go" @click=${() => void orders.letGo(id)}>${icon("close")}Let go</button>
+      ${choices("Tracker", tracker, TRACKERS, (chosen) => orders.change(id, { tracker: chosen }))}
+      ${choices("Priority", priority, prioritiesWith(priority), (chosen) => orders.change(id, { priority: chosen }))}
     </div>
     ${more}
   </li>`;

@@ -37,26 +37,26 @@ export function mountFollowPage(place, { store, orders }) {
   );
   store.on(["followed", "trails", "follow_page"], (state) => {
     if (!state.follow_page) return;
-    const more = (/** @type {FollowedDocument} */ { id, label }) => trailPart(label, state.trails[id] ?? []);
+    const added = (/** @type {FollowedDocument} */ { id, label }) => trailParts(label, state.trails[id] ?? []);
     update(all, letAllGo(state, orders));
-    update(list, cards(state, { orders, more }));
+    update(list, cards(state, { orders, added }));
   });
   return places;
 }
 
 /** @param {string} label @param {TrailPoint[]} trail */
-function trailPart(label, trail) {
+function trailParts(label, trail) {
   const save = () => hand(new Blob([trailCsv(trail)], { type: "text/csv" }), trailFile(label));
-  return html`<div class="trail">
-    ${trail.length > 1 ? trailPlot(trail) : html`<p class="empty">Its distance over time appears here.</p>`}
-    <button
+  return {
+    tools: html`<button
       type="button" class="plain" title="Save where it was as CSV, ${trail.length} hits" ?disabled=${trail.length === 0}
       @click=${save}
     >
       ${icon("down")}
       CSV
-    </button>
-  </div>`;
+    </button>`,
+    more: trail.length > 0 ? trailPlot(trail) : html`<p class="empty">Its distance over time appears here.</p>`,
+  };
 }
 
 /** @param {TrailPoint[]} trail */

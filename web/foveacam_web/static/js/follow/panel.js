@@ -19,7 +19,7 @@ export function mountFollowed(place, { store, orders }) {
     update(
       place,
       html`<p class="follow-head">
-          <a href=${FOLLOW_ADDRESS}>Followed targets</a>
+          <a href=${FOLLOW_ADDRESS}>Page with trails</a>
           ${letAllGo(state, orders)}
         </p>
         ${cards(state, { orders })}`,
@@ -29,14 +29,14 @@ export function mountFollowed(place, { store, orders }) {
 
 /**
  * @param {ConsoleState} state
- * @param {{orders: FollowOrders, more?: (followed: FollowedDocument) => unknown}} parts
+ * @param {{orders: FollowOrders, added?: (followed: FollowedDocument) => {tools: unknown, more: unknown}}} parts
  */
-export function cards({ followed }, { orders, more }) {
+export function cards({ followed }, { orders, added }) {
   const empty =
     followed === null
       ? "Loading …"
       : "Nothing is followed: switch on Follow at the wide view (T), then click something that moves.";
-  const card = (/** @type {FollowedDocument} */ each) => followCard(each, { orders, more: more?.(each) });
+  const card = (/** @type {FollowedDocument} */ each) => followCard(each, { orders, ...added?.(each) });
   return html`<ul class="follow-cards">${repeat(followed ?? [], ({ id }) => id, card)}</ul>
     <p class="empty" ?hidden=${(followed ?? []).length > 0}>${empty}</p>`;
 }

@@ -11,7 +11,8 @@ import { distanceText, MISSING, number, sentence, span } from "../format.js";
 
 export const RING_PX = 13;
 const LABEL = Object.freeze({ width: 90, height: 14, above: -18, below: 26 });
-const GAP_S = 2; // a longer time without a hit leaves a gap in the plot
+const GAP_S = 2; // a longer time without a hit leaves a gap in the plot, unless hits are that rare
+const GAP_INTERVALS = 4;
 
 /** @type {Readonly<Record<FollowedDocument["state"], {tone: string, text: string, detail: string}>>} */
 export const STATES = Object.freeze({
@@ -33,10 +34,10 @@ export const TRACKERS = [
 
 /** @type {[number, string][]} */
 const PRIORITIES = [
-  [0.5, "half"],
-  [1, "normal"],
-  [2, "twice"],
-  [4, "four times"],
+  [0.5, "½ ×"],
+  [1, "1 ×"],
+  [2, "2 ×"],
+  [4, "4 ×"],
 ];
 
 /**
@@ -46,7 +47,7 @@ const PRIORITIES = [
  */
 export function prioritiesWith(now) {
   if (PRIORITIES.some(([value]) => value === now)) return PRIORITIES;
-  const all = [...PRIORITIES, /** @type {[number, string]} */ ([now, `${now} times`])];
+  const all = [...PRIORITIES, /** @type {[number, string]} */ ([now, `${now} ×`])];
   return all.sort(([a], [b]) => a - b);
 }
 
@@ -63,9 +64,9 @@ export function distanceOf({ distance_m, distance_sigma_m }) {
 export function figuresOf({ speed_m_s, rate_hz, age_s, hits, looks }) {
   return [
     ["Speed", speed_m_s === null ? MISSING : `${number(speed_m_s, 2)} m/s`],
-    ["Hits", `${number(rate_hz, 1)} /s`],
+    ["Rate", `${number(rate_hz, 1)} hits/s`],
     ["Last hit", age_s === null ? MISSING : `${span(age_s)} ago`],
-    ["Seen in", looks === 0 ? MISSING : `${hits} of ${looks} looks`],
+    ["Hits", looks === 0 ? MISSING : `${hits} of ${looks}`],
   ];
 }
 
@@ -107,14 +108,21 @@ export function followMarks(overlay, toCss) {
  */
 export function trailRuns(trail) {
   const last_s = trail.at(-1)?.t_s ?? 0;
+  const gap_s = Math.max(GAP_S, GAP_INTERVALS * medianInterval_s(trail));
   /** @type {BandPoint[][]} */
   const runs = [];
   trail.forEach((point, index) => {
     const before = trail[index - 1];
-    if (!before || point.t_s - before.t_s > GAP_S) runs.push([]);
+    if (!before || point.t_s - before.t_s > gap_s) runs.push([]);
     runs.at(-1)?.push({ x: point.t_s - last_s, y: lengthOf(point), sigma: point.distance_sigma_m });
   });
   return runs;
+}
+
+/** @param {TrailPoint[]} trail */
+function medianInterval_s(trail) {
+  const intervals = trail.slice(1).map(({ t_s }, index) => t_s - (trail[index]?.t_s ?? t_s));
+  return intervals.sort((a, b) => a - b)[Math.floor((intervals.length - 1) / 2)] ?? 0;
 }
 
 /** Return a trail as the text of a CSV file. @param {TrailPoint[]} trail */
