@@ -1,8 +1,7 @@
-"""Following from the console: the switch and its clicks, cards, marks over the wide view, the page, what ends it."""
+"""Following from the console: the switch and its clicks, cards, marks, the page, what ends it."""
 
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
 from playwright.sync_api import Download, Locator, Page, Request, expect
@@ -18,9 +17,9 @@ CLICKED_PX = (812.0, 420.0)  # the poster of the scene "bench"
 STATES = ["followed", "lost", "finding", "out_of_field"]
 
 
-def followed(number: int, state: str = "followed", **changes: Any) -> Document:  # Any: values of a document
+def followed(number: int, state: str = "followed", **changes: object) -> Document:
     known = state != "finding"
-    return {
+    document: Document = {
         "id": f"fol-{number}",
         "label": f"Followed {number}",
         "state": state,
@@ -40,7 +39,8 @@ def followed(number: int, state: str = "followed", **changes: Any) -> Document: 
         "age_s": 0.3 if known else None,
         "score": 0.95 if known else None,
         "wide_score": 0.9 if known else None,
-    } | changes
+    }
+    return document | changes
 
 
 def mark_of(document: Document) -> Document:
