@@ -4,7 +4,8 @@ import {
   distanceOf,
   endedMessage,
   figuresOf,
-  followMarks,
+  followRings,
+  marksOf,
   prioritiesWith,
   STATES,
   trailCsv,
@@ -26,6 +27,9 @@ const followed = (fields) =>
     looks: 12,
     ...fields,
   });
+
+/** @type {import("#page").FollowMark} */
+const MARK = { id: "a", label: "Car", state: "lost", x_px: 200, y_px: 100 };
 
 /** @param {number} t_s @param {number} z_m @returns {import("#api").TrailPoint} */
 const hit = (t_s, z_m) => ({ t_s, x_m: 0, y_m: 0, z_m, distance_sigma_m: 0.02 });
@@ -80,18 +84,22 @@ test("targets that end together are told in one message, each reason once", () =
   });
 });
 
-test("an overlay message becomes rings by state, and none without targets", () => {
+test("the marks are those of the overlay message, and where this page asked until the foveae have found it", () => {
+  assert.deepEqual(marksOf({ overlay: null, followed: null, follow_asked: {} }), []);
+  const sought = followed({ id: "b", label: "Bus", state: "finding" });
+  const other = followed({ id: "c", label: "Dog", state: "finding" });
+  const state = { overlay: only({ follows: [MARK] }), followed: [sought, other], follow_asked: { b: { x: 5, y: 6 } } };
+  assert.deepEqual(marksOf(state), [MARK, { id: "b", label: "Bus", state: "finding", x_px: 5, y_px: 6 }]);
+  assert.deepEqual(marksOf({ ...state, overlay: only({ follows: [{ ...MARK, id: "b" }] }) }), [{ ...MARK, id: "b" }]);
+  assert.deepEqual(marksOf({ ...state, followed: [] }), [MARK]);
+});
+
+test("a mark becomes a ring by its state, whose label does not cover another one", () => {
   const toCss = (/** @type {{x: number, y: number}} */ { x, y }) => ({ x: x / 2, y: y / 2 });
-  /** @type {import("#page").FollowMark} */
-  const mark = { id: "a", label: "Car", state: "lost", x_px: 200, y_px: 100 };
-  assert.deepEqual(followMarks(null, toCss), []);
-  assert.deepEqual(followMarks(only({}), toCss), []);
-  const [ring, close, far] = followMarks(
-    { follows: [mark, { ...mark, id: "b", x_px: 220 }, { ...mark, id: "c", state: "followed", x_px: 900 }] },
-    toCss,
-  );
+  const near = { ...MARK, id: "b", x_px: 220 };
+  const [ring, close, far] = followRings([MARK, near, { ...MARK, id: "c", state: "followed", x_px: 900 }], toCss);
   assert.deepEqual(ring, { kind: "follow lost", x: 100, y: 50, label: "Car", label_y: 32 });
-  assert.equal(close?.label_y, 76, "a label does not cover another one");
+  assert.equal(close?.label_y, 76);
   assert.deepEqual([far?.kind, far?.label_y], ["follow followed", 32]);
 });
 

@@ -362,12 +362,14 @@ export type MeasureState = {
 /** Data of the event that a target is followed no more. */
 export type FollowEnded = { id: string; label: string; reason: string };
 
-/** `click_follows`: a click in the wide view follows; `follow_tab`: the console's tab is open; `trails` by id. */
+/** `click_follows`: a click in the wide view follows; `follow_tab`: the console's tab is open. By id: `follow_asked`, where
+ * this page asked to follow, wide px; `trails`. */
 export type FollowState = {
   follow_page: boolean;
   follow_tab: boolean;
   click_follows: boolean;
   followed: FollowedDocument[] | null;
+  follow_asked: Record<string, Point>;
   trails: Record<string, TrailPoint[]>;
 };
 

@@ -137,6 +137,7 @@ def test_a_rectangle_and_a_known_target_are_followed(open_console: OpenConsole, 
     page.mouse.move(box["x"] + 300, box["y"] + 220, steps=4)
     with page.expect_request(is_follow):
         page.mouse.up()
+    expect(page.locator(".pane-wide .follow.finding")).to_have_count(1)
     page.locator("#tab-targets").click()
     with page.expect_request(is_follow):
         page.locator("#targets").get_by_role("button", name="Follow").click()

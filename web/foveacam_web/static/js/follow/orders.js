@@ -2,6 +2,7 @@
 
 /**
  * @import { FollowedDocument, FollowPatch, FollowRequest } from "#api"
+ * @import { Point } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
  */
@@ -25,8 +26,18 @@ export class FollowOrders {
       await this.#commands.send("POST", "/follows", { body: { ...body, ...this.#picture(body) } })
     );
     if (!answer) return;
+    const at = this.#placeOf(body);
+    if (at) this.#store.set({ follow_asked: { ...this.#store.state.follow_asked, [answer.id]: at } });
     this.#put(answer);
     this.started();
+  }
+
+  /** Return where the wide view shows what is to be followed. @param {FollowRequest} body @returns {Point | null} */
+  #placeOf({ pixel, rectangle, target_id }) {
+    if (pixel) return { x: pixel.x_px, y: pixel.y_px };
+    if (rectangle) return { x: rectangle.x_px + rectangle.width_px / 2, y: rectangle.y_px + rectangle.height_px / 2 };
+    const target = this.#store.state.targets?.find(({ id }) => id === target_id);
+    return target && target.x_px !== null && target.y_px !== null ? { x: target.x_px, y: target.y_px } : null;
   }
 
   /**

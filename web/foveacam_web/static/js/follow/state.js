@@ -8,5 +8,6 @@ export const FOLLOW_STATE = Object.freeze({
   follow_tab: false,
   click_follows: false,
   followed: null,
+  follow_asked: {},
   trails: {},
 });

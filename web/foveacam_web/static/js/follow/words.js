@@ -4,7 +4,7 @@ import { distanceText, MISSING, number, sentence, span } from "../format.js";
 
 /**
  * @import { FollowedDocument, TrailPoint } from "#api"
- * @import { FollowEnded, Overlay, Point } from "#page"
+ * @import { ConsoleState, FollowEnded, FollowMark, Point } from "#page"
  * @import { BandPoint } from "../band_plot.js"
  * @typedef {{kind: string, x: number, y: number, label: string, label_y: number}} RingMark CSS px
  */
@@ -83,15 +83,30 @@ export function endedMessage(ended) {
 }
 
 /**
+ * Return the marks of the followed targets: those of the overlay message, and those that the foveae have yet to find
+ * where this page asked for them.
+ * @param {Pick<ConsoleState, "overlay" | "followed" | "follow_asked">} state
+ * @returns {FollowMark[]}
+ */
+export function marksOf({ overlay, followed, follow_asked }) {
+  const found = overlay?.follows ?? [];
+  const sought = (followed ?? []).flatMap(({ id, label, state }) => {
+    const at = state === "finding" && found.every((mark) => mark.id !== id) ? follow_asked[id] : undefined;
+    return at ? [{ id, label, state, x_px: at.x, y_px: at.y }] : [];
+  });
+  return [...found, ...sought];
+}
+
+/**
  * Return the rings of the followed targets, each label above its ring, or below where another one is.
- * @param {Pick<Overlay, "follows"> | null} overlay
+ * @param {FollowMark[]} marks
  * @param {(at: Point) => Point} toCss
  * @returns {RingMark[]}
  */
-export function followMarks(overlay, toCss) {
+export function followRings(marks, toCss) {
   /** @type {Point[]} */
   const taken = [];
-  return (overlay?.follows ?? []).map(({ state, label, x_px, y_px }) => {
+  return marks.map(({ state, label, x_px, y_px }) => {
     const { x, y } = toCss({ x: x_px, y: y_px });
     const free = (/** @type {number} */ at) =>
       taken.every((other) => Math.abs(other.x - x) > LABEL.width || Math.abs(other.y - at) > LABEL.height);

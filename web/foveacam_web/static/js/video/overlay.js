@@ -3,7 +3,7 @@
 
 import { answerText } from "../answers.js";
 import { fill, h, html, s, say, svg } from "../dom.js";
-import { followMarks, RING_PX } from "../follow/words.js";
+import { followRings, marksOf, RING_PX } from "../follow/words.js";
 import { number } from "../format.js";
 import { fieldOutline } from "./angles.js";
 
@@ -99,11 +99,11 @@ export class Overlay {
   }
 
   /** @param {Viewport} viewport @param {ConsoleState} state */
-  drawFollows(viewport, { overlay, settings }) {
-    const marks = settings.marks ? followMarks(overlay, (at) => viewport.toCss(at)) : [];
+  drawFollows(viewport, state) {
+    const marks = state.settings.marks ? marksOf(state) : [];
     fill(
       this.#follows,
-      ...marks.map(
+      ...followRings(marks, (at) => viewport.toCss(at)).map(
         ({ kind, x, y, label, label_y }) => svg`<g class=${kind}>
           <circle class="under" cx=${x} cy=${y} r=${RING_PX}></circle>
           <circle cx=${x} cy=${y} r=${RING_PX}></circle>

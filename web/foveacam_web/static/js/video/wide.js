@@ -55,10 +55,10 @@ export class WideView {
     pane.placed = () => this.#redraw();
     this.#makeReachable();
     this.#gestures = new Gestures(pane.surface, this.#meanings());
-    store.on(["overlay", "settings"], (state) => {
-      this.#overlay.drawFootprints(pane.viewport, state);
-      this.#overlay.drawFollows(pane.viewport, state);
-    });
+    store.on(["overlay", "settings"], (state) => this.#overlay.drawFootprints(pane.viewport, state));
+    store.on(["overlay", "followed", "follow_asked", "settings"], (state) =>
+      this.#overlay.drawFollows(pane.viewport, state),
+    );
     store.on(["rig", "intrinsics", "reach", "settings"], (state) => {
       this.#overlay.drawField(pane.viewport, state);
       this.#legend.show(state.settings.field ? state.reach : null);
