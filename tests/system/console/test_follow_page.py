@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Download, Locator, Page, Request, expect
+from playwright.sync_api import Download, Locator, Page, Request, Response, expect
 
 from .calibration_documents import Document
 from .console_page import PHONE, Console, OpenConsole, posted
@@ -70,6 +70,10 @@ def is_follow(request: Request) -> bool:
     return request.method == "POST" and request.url.endswith("/api/v1/follows")
 
 
+def answers_follow(response: Response) -> bool:
+    return is_follow(response.request)
+
+
 def test_a_click_with_the_switch_on_follows_until_it_is_let_go(
     open_console: OpenConsole, server: Server
 ) -> None:
@@ -108,12 +112,12 @@ def test_a_click_with_the_switch_on_follows_until_it_is_let_go(
     assert page.locator(".toast").count() == 0
 
 
-def test_the_stop_ends_following_and_says_so(open_console: OpenConsole, server: Server) -> None:
+def test_a_result_is_followed_until_the_stop_which_says_so(open_console: OpenConsole, server: Server) -> None:
     console = open_console(server.url)
     page = console.page
     console.wait_for_frames("wide")
-    page.keyboard.press("t")
-    page.mouse.click(*console.page_position(*CLICKED_PX))
+    console.fixate(*CLICKED_PX)
+    page.locator("#fixation").get_by_role("button", name="Follow").click()
     expect(page.locator("#followed .follow-card")).to_have_attribute("data-state", "followed")
     try:
         page.keyboard.press("Space")
@@ -135,11 +139,11 @@ def test_a_rectangle_and_a_known_target_are_followed(open_console: OpenConsole, 
     page.mouse.move(box["x"] + 200, box["y"] + 150)
     page.mouse.down()
     page.mouse.move(box["x"] + 300, box["y"] + 220, steps=4)
-    with page.expect_request(is_follow):
+    with page.expect_response(answers_follow):
         page.mouse.up()
     expect(page.locator(".pane-wide .follow.finding")).to_have_count(1)
     page.locator("#tab-targets").click()
-    with page.expect_request(is_follow):
+    with page.expect_response(answers_follow):
         page.locator("#targets").get_by_role("button", name="Follow").click()
     drawn, known = stub.posted_bodies("/follows")
     assert drawn["rectangle"]["width_px"] > 20
