@@ -39,7 +39,7 @@ export function mountFollowPage(place, { store, orders }) {
     if (!state.follow_page) return;
     const added = (/** @type {FollowedDocument} */ { id, label }) => trailParts(label, state.trails[id] ?? []);
     update(all, letAllGo(state, orders));
-    update(list, cards(state, { orders, added }));
+    update(list, cards(state, { orders, how: "click something that moves in the wide view", added }));
   });
   return places;
 }

@@ -22,20 +22,17 @@ export function mountFollowed(place, { store, orders }) {
           <a href=${FOLLOW_ADDRESS}>Page with trails</a>
           ${letAllGo(state, orders)}
         </p>
-        ${cards(state, { orders })}`,
+        ${cards(state, { orders, how: "switch on Follow at the wide view (T), then click something that moves" })}`,
     ),
   );
 }
 
 /**
  * @param {ConsoleState} state
- * @param {{orders: FollowOrders, added?: (followed: FollowedDocument) => {tools: unknown, more: unknown}}} parts
+ * @param {{orders: FollowOrders, how: string, added?: (followed: FollowedDocument) => {tools: unknown, more: unknown}}} parts `how`: how to follow something here
  */
-export function cards({ followed }, { orders, added }) {
-  const empty =
-    followed === null
-      ? "Loading …"
-      : "Nothing is followed: switch on Follow at the wide view (T), then click something that moves.";
+export function cards({ followed }, { orders, how, added }) {
+  const empty = followed === null ? "Loading …" : `Nothing is followed: ${how}.`;
   const card = (/** @type {FollowedDocument} */ each) => followCard(each, { orders, ...added?.(each) });
   return html`<ul class="follow-cards">${repeat(followed ?? [], ({ id }) => id, card)}</ul>
     <p class="empty" ?hidden=${(followed ?? []).length > 0}>${empty}</p>`;

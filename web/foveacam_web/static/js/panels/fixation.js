@@ -137,7 +137,9 @@ function ended(fixation, { commands, follows }) {
   const chosen = chosenOf(fixation) !== null;
   const why = reasonBeside(fixation);
   return [
-    title(end.tone, end.title, basis ? basisMeaning(basis) : ""),
+    html`<div class="heading">
+      ${title(end.tone, end.title, basis ? basisMeaning(basis) : "")} ${followButton(fixation, follows)}
+    </div>`,
     answer.distance_m !== null
       ? far(answer)
       : answer.bound
@@ -147,7 +149,6 @@ function ended(fixation, { commands, follows }) {
     why && !chosen ? html`<p class="lead">${why}</p>` : null,
     basis || !end.hint || fixation.reason.length > 60 ? null : html`<p class="remedy">${end.hint}</p>`,
     nearerOrFarther(fixation, commands),
-    followButton(fixation, follows),
     numbers(fixation),
   ];
 }
@@ -172,15 +173,13 @@ function far({ distance_m, distance_sigma_m }) {
 /** @param {FixationDocument} fixation @param {FollowOrders} follows */
 function followButton({ target_id }, follows) {
   if (target_id === null) return null;
-  return html`<p class="correct">
-    <button
-      type="button" class="plain" title="Keep both foveae on it while it moves"
-      @click=${() => void follows.follow({ target_id })}
-    >
-      ${icon("follow")}
-      Follow
-    </button>
-  </p>`;
+  return html`<button
+    type="button" class="tool follow-it" title="Keep both foveae on it while it moves"
+    @click=${() => void follows.follow({ target_id })}
+  >
+    ${icon("follow")}
+    Follow
+  </button>`;
 }
 
 /** @param {FixationDocument} fixation */
