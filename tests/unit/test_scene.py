@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from viser import LineSegmentsHandle
 
 from foveacam_hardware.contract import NotConnected
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
@@ -18,6 +19,7 @@ from foveacam_web import viser_server
 from foveacam_web.scene import LABELLED, MAX_FIXATIONS, ViewerScene
 from foveacam_web.scene_fixation import LIVE_POINTS, FixationNode, FixationParts, thin
 from foveacam_web.scene_rig import frustum_scale, gaze_direction, rig_from_gaze
+from foveacam_web.scene_trail import trail_segments
 from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, RigShape
 from foveacam_web.viser_page import viser_page
 
@@ -341,3 +343,18 @@ def test_the_newest_and_the_selected_alone_are_labelled_for_more_would_cover_eac
     assert labelled() == {names[0], *names[2:]}
     scene._show(FixationParts(labels=False))
     assert labelled() == set()
+
+
+def test_a_followed_target_leaves_a_trail_until_it_is_let_go(scene: ViewerScene) -> None:
+    points = [(0.1 * step, 0.0, 8.0) for step in range(4)]
+    scene.show_trail("fol-1", "walker", points[:1])
+    assert {"/follows/fol-1/marker", "/follows/fol-1/label"} <= nodes(scene)
+    assert "/follows/fol-1/line" not in nodes(scene)
+    scene.show_trail("fol-1", "walker", points)
+    line = scene._running().scene._handle_from_node_name["/follows/fol-1/line"]
+    assert isinstance(line, LineSegmentsHandle)
+    np.testing.assert_allclose(np.asarray(line.points), trail_segments(np.array(points)))
+    assert trail_segments(np.array(points)).shape == (3, 2, 3)
+    scene.remove_trail("fol-1")
+    scene.remove_trail("fol-1")
+    assert not any(name.startswith("/follows/fol-1") for name in nodes(scene))

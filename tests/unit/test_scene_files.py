@@ -57,7 +57,7 @@ def test_every_shipped_scene_loads_and_builds(name: str) -> None:
 
 
 def test_the_shipped_scenes_are_those_in_the_folder() -> None:
-    assert set(scene_names()) >= {"bench", "street"}
+    assert set(scene_names()) >= {"bench", "street", "rail"}
 
 
 def test_a_scene_of_ones_own_is_loaded_by_its_path(tmp_path: Path) -> None:

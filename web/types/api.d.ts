@@ -49,6 +49,14 @@ export interface components {
             single_m2: number;
             weighted_m2: number;
         };
+        /** @description White all over. */
+        BlankPattern: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "blank";
+        };
         /** @description The calibration board of stage 1: inner corners, sides in mm. */
         BoardDocument: {
             columns: number;
@@ -249,6 +257,18 @@ export interface components {
             name: string;
             plan?: components["schemas"]["RasterPlan"];
         };
+        /** @description A ChArUco board: inner corners, sides of a square and of a marker (dictionary 4X4_50). */
+        CharucoPattern: {
+            columns: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "charuco";
+            marker_mm: number;
+            rows: number;
+            square_mm: number;
+        };
         /** @description Errors of the fitted calibration at poses that no sweep visited. */
         CheckDocument: {
             calibration_id: string;
@@ -257,6 +277,17 @@ export interface components {
             pointing_rms_px: number | null;
             pointing_sigma_px: number | null;
             poses: number;
+        };
+        /** @description A plain checkerboard: inner corners, side of a square. */
+        CheckerboardPattern: {
+            columns: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "checkerboard";
+            rows: number;
+            square_mm: number;
         };
         /** @description Number of poses outside the sweep to measure. */
         CheckOptions: {
@@ -446,6 +477,33 @@ export interface components {
         Direction: {
             ax_deg: number;
             ay_deg: number;
+        };
+        /**
+         * @description A connected screen; sizes in mm are null until its scale is set there.
+         *
+         *     `fits`: whether the pattern fits on it; null when that is not known. `silent_s`: since it was heard last.
+         */
+        DisplayDocument: {
+            fits: boolean | null;
+            height_mm: number | null;
+            height_px: number;
+            id: string;
+            name: string;
+            px_per_mm: number | null;
+            silent_s: number;
+            width_mm: number | null;
+            width_px: number;
+        };
+        /**
+         * @description A screen as it describes itself.
+         *
+         *     `width_px`, `height_px`: of the page, device pixels. `px_per_mm`: device pixels; null: not set there yet.
+         */
+        DisplayRequest: {
+            height_px: number;
+            name: string;
+            px_per_mm: number | null;
+            width_px: number;
         };
         /** @description Limits of an answer's distance from the rig's origin; no `farthest_m`: no upper limit. */
         DistanceLimits: {
@@ -740,6 +798,18 @@ export interface components {
              */
             tracker?: "template" | "filter";
         };
+        /** @description One look at each followed target, kept as a dataset. */
+        FollowRoundRequest: {
+            /** @default  */
+            label?: string;
+            name: string;
+        };
+        /** @description Data of the event that a round was captured. */
+        FollowRoundTaken: {
+            capture_id: string;
+            name: string;
+            targets: number;
+        };
         /** @description Corners of both views of a point, wide px, clockwise from the top left of its image. */
         Footprints: {
             left: [
@@ -982,6 +1052,30 @@ export interface components {
             obstacles: number;
             targets_m: number[][];
             vertices: number;
+        };
+        /** @description One marker of the dictionary 4X4_50: id, side of the black square. */
+        MarkerPattern: {
+            id: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "marker";
+            side_mm: number;
+        };
+        /**
+         * @description The mirrors' three markers: 0 (wide) between 1 (left) and 2 (right).
+         *
+         *     `spacing_mm`: from the middle one to each of the others, as a rule half the baseline.
+         */
+        MarkersPattern: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "markers";
+            side_mm: number;
+            spacing_mm: number;
         };
         /**
          * @description A measured point, rig frame.
@@ -1233,6 +1327,13 @@ export interface components {
             pan_deg?: number | null;
             station?: string | null;
             tilt_deg?: number | null;
+        };
+        /** @description The pattern that all screens show; its size is that with the white edge, null when it is blank. */
+        PatternDocument: {
+            description: string;
+            height_mm: number | null;
+            pattern: components["schemas"]["CharucoPattern"] | components["schemas"]["CheckerboardPattern"] | components["schemas"]["MarkerPattern"] | components["schemas"]["MarkersPattern"] | components["schemas"]["BlankPattern"];
+            width_mm: number | null;
         };
         /** @description A picture of a step's result. */
         PictureDocument: {
@@ -2261,6 +2362,7 @@ export type AllOptions = components['schemas']['AllOptions'];
 export type AllRun = components['schemas']['AllRun'];
 export type AlternativeDocument = components['schemas']['AlternativeDocument'];
 export type AreasDocument = components['schemas']['AreasDocument'];
+export type BlankPattern = components['schemas']['BlankPattern'];
 export type BoardDocument = components['schemas']['BoardDocument'];
 export type BoardOption = components['schemas']['BoardOption'];
 export type BoundDocument = components['schemas']['BoundDocument'];
@@ -2277,7 +2379,9 @@ export type CapturePatch = components['schemas']['CapturePatch'];
 export type CapturePoints = components['schemas']['CapturePoints'];
 export type CaptureProgress = components['schemas']['CaptureProgress'];
 export type CaptureRequest = components['schemas']['CaptureRequest'];
+export type CharucoPattern = components['schemas']['CharucoPattern'];
 export type CheckDocument = components['schemas']['CheckDocument'];
+export type CheckerboardPattern = components['schemas']['CheckerboardPattern'];
 export type CheckOptions = components['schemas']['CheckOptions'];
 export type CheckRun = components['schemas']['CheckRun'];
 export type ChoiceRequest = components['schemas']['ChoiceRequest'];
@@ -2299,6 +2403,8 @@ export type DeviceInfoDocument = components['schemas']['DeviceInfoDocument'];
 export type DeviceProblemDocument = components['schemas']['DeviceProblemDocument'];
 export type DifferenceDocument = components['schemas']['DifferenceDocument'];
 export type Direction = components['schemas']['Direction'];
+export type DisplayDocument = components['schemas']['DisplayDocument'];
+export type DisplayRequest = components['schemas']['DisplayRequest'];
 export type DistanceLimits = components['schemas']['DistanceLimits'];
 export type DriftCheckDocument = components['schemas']['DriftCheckDocument'];
 export type DriftEyeDocument = components['schemas']['DriftEyeDocument'];
@@ -2321,6 +2427,8 @@ export type FixationRequest = components['schemas']['FixationRequest'];
 export type FollowedDocument = components['schemas']['FollowedDocument'];
 export type FollowPatch = components['schemas']['FollowPatch'];
 export type FollowRequest = components['schemas']['FollowRequest'];
+export type FollowRoundRequest = components['schemas']['FollowRoundRequest'];
+export type FollowRoundTaken = components['schemas']['FollowRoundTaken'];
 export type Footprints = components['schemas']['Footprints'];
 export type FoundStop = components['schemas']['FoundStop'];
 export type GazeDocument = components['schemas']['GazeDocument'];
@@ -2338,6 +2446,8 @@ export type Liveness = components['schemas']['Liveness'];
 export type MadeMosaic = components['schemas']['MadeMosaic'];
 export type MadeReference = components['schemas']['MadeReference'];
 export type MapDocument = components['schemas']['MapDocument'];
+export type MarkerPattern = components['schemas']['MarkerPattern'];
+export type MarkersPattern = components['schemas']['MarkersPattern'];
 export type MeasuredPointDocument = components['schemas']['MeasuredPointDocument'];
 export type MeasuredSettleTime = components['schemas']['MeasuredSettleTime'];
 export type MeasurementDocument = components['schemas']['MeasurementDocument'];
@@ -2360,6 +2470,7 @@ export type OpenMapRequest = components['schemas']['OpenMapRequest'];
 export type PanTiltDocument = components['schemas']['PanTiltDocument'];
 export type PanTiltLimitsDocument = components['schemas']['PanTiltLimitsDocument'];
 export type PanTiltMove = components['schemas']['PanTiltMove'];
+export type PatternDocument = components['schemas']['PatternDocument'];
 export type PictureDocument = components['schemas']['PictureDocument'];
 export type PictureMapRequest = components['schemas']['PictureMapRequest'];
 export type Pixel = components['schemas']['Pixel'];

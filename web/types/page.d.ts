@@ -11,6 +11,7 @@ import type {
   CloudDocument,
   DifferenceDocument,
   Direction,
+  DisplayDocument,
   DriftCheckDocument,
   EstimateDocument,
   EventDocument,
@@ -26,6 +27,7 @@ import type {
   MeasurementDocument,
   MosaicDocument,
   PanTiltDocument,
+  PatternDocument,
   PlaceRequest,
   Problem,
   RailDocument,
@@ -70,6 +72,20 @@ export type MeasuredView = PlaceRequest["view"];
 
 export type AnnotatedName = "calibration_wide" | "calibration_left" | "calibration_right";
 export type ViewName = Role | "anaglyph" | "difference" | "depth" | "wide_depth" | AnnotatedName;
+
+// A window of views.
+
+export type Source = Exclude<ViewName, AnnotatedName> | "scene";
+/** `row`: side by side; `column`: one below the other. */
+export type Axis = "row" | "column";
+/** A source, or a split; `share`: of the first part. */
+export type Layout =
+  Source | { readonly axis: Axis; readonly share: number; readonly parts: readonly [Layout, Layout] };
+/** In shares of the window. */
+export type Box = { left: number; top: number; width: number; height: number };
+/** `path`: the parts that lead to the split, 0 or 1 each; `box`: of the split. */
+export type Divider = { path: string; axis: Axis; share: number; box: Box };
+
 export type Point = { x: number; y: number };
 export type Corners = [number, number][];
 
@@ -278,6 +294,11 @@ export type Work = {
   options: Record<string, unknown> | null;
 };
 
+/** What displays can show; `PatternField`: the numbers that describe it. */
+export type DisplayPattern = PatternDocument["pattern"];
+export type PatternKind = Exclude<DisplayPattern["kind"], "blank">;
+export type PatternField = "columns" | "rows" | "square_mm" | "marker_mm" | "id" | "side_mm" | "spacing_mm";
+
 export type CalibrationState = {
   wizard: WizardPage | null;
   records: CalibrationDocument[] | null;
@@ -287,6 +308,8 @@ export type CalibrationState = {
   pan_tilt: PanTiltDocument | null;
   drift_checks: DriftCheckDocument[] | null;
   settle_time: SettleTimeDocument | null;
+  displays: DisplayDocument[] | null;
+  display_pattern: PatternDocument | null;
   work: Work | null;
 };
 

@@ -8,7 +8,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track.fovea_match import FoveaReading
-from foveacam_pipeline.track.schedule import Claim, next_claim
+from foveacam_pipeline.track.schedule import Claim, LookSchedule
 from foveacam_pipeline.track.target import FollowedTarget, TargetReport
 from foveacam_pipeline.verge.aim import aim_at, clamp_gazes, volts_for
 
@@ -40,6 +40,7 @@ class Follower:
     def __init__(self, calibration: Calibration, *, clock: Clock) -> None:
         self._calibration = calibration
         self._clock = clock
+        self._schedule = LookSchedule()
         self._targets: dict[str, FollowedTarget] = {}
         self._wide_seq = -1
         self._wide_ns = 0
@@ -78,6 +79,15 @@ class Follower:
             return FollowStep(t_ns=self._clock.now_ns())
         return self._look_at(head, target, expected_ns)
 
+    def round(self, head: Head) -> list[FollowStep]:
+        """Look once at each target that both eyes reach, one right after the other; return the looks."""
+        steps = []
+        for target in self._targets.values():
+            expected_ns = self._clock.now_ns() + self._lead_ns
+            if target.reachable(expected_ns):
+                steps.append(self._look_at(head, target, expected_ns))
+        return steps
+
     def watching(self, head: Head) -> Head:
         """Return a head for other looks, whose wide frames the image trackers see as well."""
         return _WatchingHead(head, self._see_wide)
@@ -106,15 +116,13 @@ class Follower:
         if not reachable:
             return None
         half_field = (self._calibration.fovea_width - 1) / 2.0 / self._calibration.fovea_f_px
-        claims = [
-            Claim(
-                age_s=(t_ns - target.last_look_ns) / 1e9,
-                stray=target.at(t_ns).direction_sigma / half_field,
-                priority=target.priority,
+        claims = {
+            target.target_id: Claim(
+                priority=target.priority, stray=target.at(t_ns).direction_sigma / half_field
             )
             for target in reachable
-        ]
-        return reachable[next_claim(claims, look_s=self._look_s)]
+        }
+        return self._targets[self._schedule.choose(claims)]
 
     def _see_wide(self, frame: Frame) -> None:
         if frame.seq == self._wide_seq:

@@ -15,12 +15,14 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import Gazes, gazes_under
 from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
 from foveacam_pipeline.verge.matching.fine import REACH_PX, FineMatch, MatchGuess, match_fine
-from foveacam_pipeline.verge.matching.survey import ReducedEye, reduce_look
+from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook, reduce_look
 from foveacam_pipeline.verge.matching.wide_patch import peak, survey_f_px
 
 HALF_PX = 30
 """Half side of a target's picture, survey px: a quarter of a degree."""
 LEAST_SCALE, MOST_SCALE = 0.5, 2.0
+SAME_SCALE = 0.05
+"""Depths that differ by less make no other picture."""
 FOUND_SCORE = 0.45
 """Least correlation of an eye's picture with the target's."""
 RENEWED_SCORE = 0.6
@@ -62,7 +64,7 @@ class FoveaPicture:
         """`target`: lines of sight of both eyes to it; `inverse_z_per_m`: 1/Z of it, in that look."""
         self._calibration = calibration
         self._f_px = survey_f_px(calibration.wide)
-        self._inverse_z_per_m = inverse_z_per_m
+        self._inverse_z_per_m = self._last_per_m = inverse_z_per_m
         look = reduce_look(sighting, calibration, f_px=self._f_px)
         gazes = gazes_under(calibration, sighting.volts)
         self._pictures = [
@@ -80,11 +82,7 @@ class FoveaPicture:
         """
         look = reduce_look(sighting, self._calibration, f_px=self._f_px)
         gazes = gazes_under(self._calibration, sighting.volts)
-        scale = float(np.clip(inverse_z_per_m / self._inverse_z_per_m, LEAST_SCALE, MOST_SCALE))
-        found = [
-            _best_place(eye, picture, scale)
-            for eye, picture in zip((look.left, look.right), self._pictures, strict=True)
-        ]
+        scale, found = self._best_scale(look, inverse_z_per_m)
         best_score = max(score for _, score in found)
         if min(score for _, score in found) < FOUND_SCORE:
             return None, best_score
@@ -92,10 +90,29 @@ class FoveaPicture:
         reading = self._measured(sighting, gazes, left, right, score=min(score for _, score in found))
         if reading is None:
             return None, best_score
+        self._last_per_m = 1.0 / reading.point.point_rig_m[2]
         if scale == 1.0 or reading.score >= RENEWED_SCORE:
             offsets = reading.gazes.left - gazes.left, reading.gazes.right - gazes.right
             self._renew(look.left, look.right, offsets, scale)
         return reading, best_score
+
+    def _best_scale(
+        self, look: ReducedLook, inverse_z_per_m: float
+    ) -> tuple[float, list[tuple[NDArray[np.float64], float]]]:
+        """Return the scale at which the pictures fit, that expected or that of the last hit; their places."""
+        tried = [inverse_z_per_m, self._last_per_m]
+        if abs(tried[0] / tried[1] - 1.0) < SAME_SCALE:
+            tried.pop()
+        best: tuple[float, list[tuple[NDArray[np.float64], float]]] = (1.0, [])
+        for per_m in tried:
+            scale = float(np.clip(per_m / self._inverse_z_per_m, LEAST_SCALE, MOST_SCALE))
+            found = [
+                _best_place(eye, picture, scale)
+                for eye, picture in zip((look.left, look.right), self._pictures, strict=True)
+            ]
+            if not best[1] or min(one[1] for one in found) > min(one[1] for one in best[1]):
+                best = scale, found
+        return best
 
     def _measured(
         self,

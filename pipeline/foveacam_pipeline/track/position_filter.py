@@ -95,10 +95,11 @@ class PositionFilter:
         """Take a direction, (2,) tangents with their standard error, and 1/Z where it was measured.
 
         Return False for a measurement that cannot be of this target, which changes nothing. One older than
-        the newest is taken as if made now, by as much as the target has moved since.
+        the newest counts for where the target was then.
         """
         state, covariance = self._moved(max(t_ns, self._t_ns))
-        then = self._moved(t_ns)[0][:3] if t_ns < self._t_ns else state[:3]
+        back_s = min(0.0, (t_ns - self._t_ns) / 1e9)
+        then = state[:3] + back_s * state[3:]
         x, y, z = then
         innovation = tangents - np.array([x, y]) / z
         rows, noise = [0, 1], [sigma**2, sigma**2]
@@ -107,6 +108,7 @@ class PositionFilter:
             rows, noise = [0, 1, 2], [*noise, inverse_z_sigma_per_m**2]
         jacobian = np.zeros((len(rows), 6))
         jacobian[:, :3] = _jacobian(then)[rows]
+        jacobian[:, 3:] = back_s * jacobian[:, :3]
         spread = jacobian @ covariance @ jacobian.T + np.diag(noise)
         if float(innovation @ np.linalg.solve(spread, innovation)) > GATE_SIGMAS**2:
             return False

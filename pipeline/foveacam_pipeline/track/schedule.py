@@ -1,46 +1,54 @@
 """Chooses which of several targets both foveae look at next.
 
-What urges is the time since a target was seen, against the even share of its priority, and how far it may
-have strayed meanwhile. A target that waited longer than `MOST_SHARES` even shares goes before all others,
-the longest first: none can starve, whatever the weights.
+With every look each target gains its share of one look, and the one that is looked at pays a whole one. The
+target to which most is owed comes next, but one that may have strayed far meanwhile comes earlier. Nobody can
+be owed more than `MOST_OWED` looks: who is goes before all others, so that none can starve, whatever the
+others claim.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-MOST_SHARES = 1.3
+MOST_OWED = 1.2
 STRAY_WEIGHT = 0.5
-"""A target whose place is uncertain by half a fovea's field urges by so much more."""
+"""A target whose place is uncertain by half a fovea's field is preferred by so much of its share."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
     """One target's claim to be looked at.
 
-    `age_s`: time since its last look. `stray`: expected error of its place over half a fovea's field.
-    `priority`: its share of the looks against that of the others, 1 for all alike.
+    `priority`: its share of the looks against that of the others, 1 for all alike. `stray`: expected error of
+    its place over half a fovea's field.
     """
 
-    age_s: float
-    stray: float = 0.0
     priority: float = 1.0
+    stray: float = 0.0
 
 
-def next_claim(claims: Sequence[Claim], *, look_s: float) -> int:
-    """Return the index of the target to look at next.
+class LookSchedule:
+    """Keeps what is owed to each target, looks."""
 
-    `look_s`: time that one look takes. Raise ValueError without a claim.
-    """
-    if not claims:
-        raise ValueError("next_claim: there is no claim to choose from")
-    total = sum(claim.priority for claim in claims)
-    shares = [claim.age_s * claim.priority / (total * look_s) for claim in claims]
-    """The time since its look in even shares: 1 is its turn."""
-    waited = max(range(len(claims)), key=lambda index: shares[index])
-    if shares[waited] > MOST_SHARES:
-        return waited
-    urge = [
-        share * (1.0 + STRAY_WEIGHT * min(1.0, claim.stray))
-        for share, claim in zip(shares, claims, strict=True)
-    ]
-    return max(range(len(claims)), key=lambda index: urge[index])
+    def __init__(self) -> None:
+        self._owed: dict[str, float] = {}
+
+    def choose(self, claims: Mapping[str, Claim]) -> str:
+        """Return the name of the target to look at now; raise ValueError without a claim.
+
+        What is owed to a target that claims nothing now is forgotten.
+        """
+        if not claims:
+            raise ValueError("choose: there is no claim to choose from")
+        total = sum(claim.priority for claim in claims.values())
+        shares = {name: claim.priority / total for name, claim in claims.items()}
+        owed = {name: self._owed.get(name, 0.0) + share for name, share in shares.items()}
+        chosen = max(owed, key=lambda name: owed[name])
+        if owed[chosen] <= MOST_OWED:
+            urge = {
+                name: owed[name] + STRAY_WEIGHT * shares[name] * min(1.0, claim.stray)
+                for name, claim in claims.items()
+            }
+            chosen = max(urge, key=lambda name: urge[name])
+        owed[chosen] -= 1.0
+        self._owed = owed
+        return chosen

@@ -20,7 +20,7 @@ WIDE_SIGMA_PX = 1.0
 FOVEA_SIGMA_PX = 2.0
 """Error of a direction that a look tells, fovea px; the same for the disparity."""
 BIAS_GAIN = 0.3
-LOST_MISSES = 4
+LOST_MISSES = 2
 """After so many looks in a row that do not show it a target counts as lost."""
 OTHER_SCORE = 0.35
 """Where neither fovea correlates so well with the target, the wide view shows another thing there."""
@@ -150,7 +150,8 @@ class FollowedTarget:
 
     def see_wide(self, frame: Frame, wide: NDArray[np.uint8]) -> None:
         """Take a newer wide frame; `wide`: it in grey."""
-        near = self._wide_place(frame.t_ns) + self._bias_px
+        expected = self._wide_place(frame.t_ns)
+        near = expected + self._bias_px
         match = self._tracker.update(wide, None if self.lost else (float(near[0]), float(near[1])))
         if match is None:
             self._wide = None
@@ -159,9 +160,11 @@ class FollowedTarget:
         place = np.array([match.x_px, match.y_px]) - self._bias_px
         tangents = np.tan(self._calibration.wide.angles_rad(place[None])[0])
         sigma = WIDE_SIGMA_PX / self._calibration.wide.fx_px
-        taken = self._filter.see(frame.t_ns, tangents, sigma=sigma)
-        if not taken and self.lost:  # found again elsewhere: the depth is as it was
-            self._move_to(tangents, self.at(frame.t_ns).inverse_z_per_m, frame.t_ns)
+        jumped = float(np.hypot(*(place - expected))) > max(self._box_px)
+        if not jumped and self._filter.see(frame.t_ns, tangents, sigma=sigma):
+            return
+        self._misses = max(self._misses, LOST_MISSES)  # for the foveae to say whether it is the target
+        self._move_to(tangents, self._confirmed.at(frame.t_ns).inverse_z_per_m, frame.t_ns)
 
     def see_foveae(self, sighting: Sighting) -> FoveaReading | None:
         """Take a look at it; return what it shows, None where it does not show the target."""
@@ -216,7 +219,12 @@ class FollowedTarget:
         if self._wide is not None:
             t_ns, match = self._wide
             beside = np.array([match.x_px, match.y_px]) - self._wide_place(t_ns)
-            self._bias_px += BIAS_GAIN * (beside - self._bias_px)
+            off_px = float(np.hypot(*(beside - self._bias_px)))
+            if off_px <= max(self._box_px) / 2:
+                self._bias_px += BIAS_GAIN * (beside - self._bias_px)
+            elif off_px > max(self._box_px):  # it follows another thing
+                self._tracker.refuse()
+                self._wide = None
 
     def _doubt(self, best_score: float) -> None:
         """Refuse what the image tracker follows where two looks at it show another thing."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_bench.judging import rms, truth_of
 from foveacam_bench.track.square import Walker, write_square
-from foveacam_bench.verge.click_truth import Click, classify_click, clicked_point_at
+from foveacam_bench.verge.click_truth import EYES, Click, classify_click, clicked_point_at, visible_from
 from foveacam_bench.verge.fixations import CERTIFICATE
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_hardware.rig import Rig
@@ -55,8 +55,11 @@ class FollowRun:
 
     times_s: dict[str, list[float]] = field(default_factory=dict)
     in_fovea: dict[str, list[bool]] = field(default_factory=dict)
+    """Of the looks in which both eyes could see the target: whether both foveae did."""
     relative_errors: list[float] = field(default_factory=list)
     sigmas: list[float] = field(default_factory=list)
+    states: list[FollowState] = field(default_factory=list)
+    """Of the target that was looked at, after every look; of the first where there was none."""
     lost_looks: int = 0
     look_s: float = 0.0
 
@@ -166,6 +169,8 @@ def _chest(truth: Truth, calibration: Calibration, number: int, t_ns: int) -> Cl
     placed = next(one for one in truth.world.animated_scene.file.objects if one.name == name)
     x_m, y_m, z_m = pose(placed, truth.world.scene_s(t_ns))[:3, 3].tolist()
     x_px, y_px = truth.wide_pixels(np.array([[x_m, y_m - CHEST_M, z_m]]))[0].tolist()
+    if not calibration.wide.contains(x_px, y_px):
+        return None
     click = classify_click(truth, calibration, scene="square", pixel=(x_px, y_px), t_ns=t_ns)
     return click if click is not None and click.name == name else None
 
@@ -174,13 +179,17 @@ def _judge(
     truth: Truth, follower: Follower, step: FollowStep, clicks: dict[str, Click], result: FollowRun
 ) -> None:
     if step.target_id is None or step.sighting is None:
-        result.lost_looks += 1
+        result.states.append(follower.reports()[0].state)
         return
     target = follower.targets[step.target_id]
-    point = clicked_point_at(truth, clicks[step.target_id], step.t_ns)
+    state = target.report(step.t_ns).state
+    result.states.append(state)
+    click = clicks[step.target_id]
+    point = clicked_point_at(truth, click, step.t_ns)
     result.times_s.setdefault(step.target_id, []).append(step.t_ns / 1e9)
-    result.in_fovea.setdefault(step.target_id, []).append(_in_both(truth, step.sighting, point))
-    if target.report(step.t_ns).state is not FollowState.FOLLOWED:
+    if all(visible_from(truth, role, click, t_ns=step.t_ns) for role in EYES):
+        result.in_fovea.setdefault(step.target_id, []).append(_in_both(truth, step.sighting, point))
+    if state is not FollowState.FOLLOWED:
         result.lost_looks += 1
         return
     estimate = target.at(step.t_ns)

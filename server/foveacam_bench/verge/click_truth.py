@@ -110,11 +110,12 @@ def residual_px(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float6
     return np.asarray(positions[0] - positions[1], dtype=np.float64) * FOVEA_FOCAL_PX
 
 
-def visible_from(truth: Truth, role: Role, click: Click) -> bool:
-    """Return whether an eye has a line of sight to the clicked point at the moment of the click."""
+def visible_from(truth: Truth, role: Role, click: Click, *, t_ns: int | None = None) -> bool:
+    """Return whether an eye has a line of sight to the clicked point, at the moment of the click or later."""
     number = truth.world.animated_scene.scene.names.index(click.name)
-    point = np.array(click.point_rig_m)
-    return _free_ray(truth, truth.pivot(role), point, number, click.t_ns)
+    moment_ns = click.t_ns if t_ns is None else t_ns
+    point = clicked_point_at(truth, click, moment_ns)
+    return _free_ray(truth, truth.pivot(role), point, number, moment_ns)
 
 
 def _clear(

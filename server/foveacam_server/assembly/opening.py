@@ -20,6 +20,7 @@ from foveacam_server.assembly.first_services import (
     open_rig_knowledge,
 )
 from foveacam_server.assembly.services import Services
+from foveacam_server.datasets.collection import CaptureCollection
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
@@ -32,8 +33,10 @@ from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.shapes import ShapeWorker
+from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
+from foveacam_server.resources.follows.rounds import FollowRounds, RoundTools
 from foveacam_server.resources.follows.service import FollowService, FollowTools
 from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
@@ -59,7 +62,14 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     calibration = _open_calibration(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
     trigger_tests = _trigger_tests(foundation, knowledge, hardware=hardware, jobs=jobs)
     collected = open_collections(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
-    observation = _open_observation(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
+    observation = _open_observation(
+        foundation,
+        knowledge,
+        displays,
+        hardware=hardware,
+        jobs=jobs,
+        captures=collected.captures.collection,
+    )
     stop, stopping = _stop(foundation, hardware, jobs)
     computing = ComputeQueue()
     stack.callback(computing.close)
@@ -87,6 +97,9 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         records=calibration.records,
         sessions=calibration.sessions,
         drift=calibration.drift,
+        displays=PatternDisplayService(
+            foundation.store.subfolder("displays"), clock=foundation.clock, events=foundation.events
+        ),
         overlay=displays.overlay,
         jobs=jobs,
         clouds=observation.clouds,
@@ -97,6 +110,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         references=collected.references,
         fixations=observation.fixations,
         follows=observation.follows,
+        rounds=observation.rounds,
         wide_depth=observation.wide_depth,
         measurements=observation.measurements,
         suggestions=SuggestionService(displays.hub),
@@ -162,6 +176,7 @@ class _ObservationServices:
     clouds: CloudCollection
     fixations: FixationService
     follows: FollowService
+    rounds: FollowRounds
     wide_depth: WideDepthService
     measurements: MeasurementService
 
@@ -190,6 +205,7 @@ def _open_observation(
     *,
     hardware: HardwareThread,
     jobs: JobRunner,
+    captures: CaptureCollection,
 ) -> _ObservationServices:
     """Open them and start their threads and that of the jobs, whose handlers are registered by now."""
     clouds = CloudCollection(foundation.store)
@@ -227,6 +243,16 @@ def _open_observation(
         )
     )
     displays.overlay.show_follows(follows.marks)
+    rounds = FollowRounds(
+        RoundTools(
+            take=follows.take_round,
+            collection=captures,
+            hardware=hardware,
+            calibration=knowledge.calibration,
+            jobs=jobs,
+            events=foundation.events,
+        )
+    )
     shapes.put_back(fixations.stored_looks())
     for worker in (shapes, wide_depth, jobs):
         worker.start()
@@ -236,6 +262,7 @@ def _open_observation(
         clouds=clouds,
         fixations=fixations,
         follows=follows,
+        rounds=rounds,
         wide_depth=wide_depth,
         measurements=measurements,
     )

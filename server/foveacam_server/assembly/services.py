@@ -18,8 +18,10 @@ from foveacam_server.resources.cameras.service import CameraSettingsService
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.clouds.collection import CloudCollection
+from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService
+from foveacam_server.resources.follows.rounds import FollowRounds
 from foveacam_server.resources.follows.service import FollowService
 from foveacam_server.resources.measurements.service import MeasurementService
 from foveacam_server.resources.mosaics.service import MosaicService
@@ -66,6 +68,7 @@ class Services:
     records: CalibrationRecords
     sessions: CalibrationSessionService
     drift: DriftChecks
+    displays: PatternDisplayService
     overlay: GazeOverlay
     jobs: JobRunner
     clouds: CloudCollection
@@ -76,6 +79,7 @@ class Services:
     references: ReferenceService
     fixations: FixationService
     follows: FollowService
+    rounds: FollowRounds
     wide_depth: WideDepthService
     """Depth of the whole wide view; a `DepthContext` for fixations."""
     measurements: MeasurementService
@@ -91,6 +95,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.captures.routes import CaptureRouteServices
     from foveacam_server.resources.clouds.depth_routes import DepthRouteServices
     from foveacam_server.resources.clouds.routes import CloudRouteServices
+    from foveacam_server.resources.displays.routes import DisplayRouteServices
     from foveacam_server.resources.drift_checks.routes import DriftCheckRouteServices
     from foveacam_server.resources.events.routes import EventRouteServices
     from foveacam_server.resources.fixations.correction_routes import CorrectionRouteServices
@@ -126,6 +131,7 @@ if TYPE_CHECKING:
         _depth: DepthRouteServices = services
         _cloud: CloudRouteServices = services
         _correction: CorrectionRouteServices = services
+        _display: DisplayRouteServices = services
         _drift_check: DriftCheckRouteServices = services
         _event: EventRouteServices = services
         _fixation: FixationRouteServices = services

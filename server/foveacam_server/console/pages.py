@@ -1,4 +1,4 @@
-"""Serves the console's files: its page, the video pane alone, the page about REST, and what they load."""
+"""Serves the files of the browser's pages, and what they load: console, views, calibration display, REST."""
 
 import hashlib
 import time
@@ -65,6 +65,18 @@ def console() -> HTMLResponse:
 def video_pane() -> HTMLResponse:
     """Return the video pane alone, for the panel in the 3D pane."""
     return _page("view.html")
+
+
+@router.get("/windows")
+def window() -> HTMLResponse:
+    """Return the page that shows any views, divided as its address says."""
+    return _page("windows.html")
+
+
+@router.get("/display")
+def calibration_display() -> HTMLResponse:
+    """Return the page that shows the calibration pattern at its true size."""
+    return _page("display.html")
 
 
 @router.get("/docs")

@@ -46,6 +46,8 @@ class StubServer:
     annotated: bool = False
     follow_marks: list[Document] | None = None
     """The followed targets of the overlay message of each wide picture; None: there is no such message."""
+    away: bool = False
+    """Whether it serves no views, as while it restarts."""
     url: str = ""
     _ids: int = 0
     _loop: asyncio.AbstractEventLoop | None = None
@@ -56,7 +58,7 @@ class StubServer:
         self.refusals.clear()
         self.answers_after.clear()
         self.requests.clear()
-        self.annotated = False
+        self.annotated = self.away = False
         self.follow_marks = None
         self._listeners.clear()  # pages of the test before
         records = [
@@ -73,6 +75,13 @@ class StubServer:
             "/settle_time": settle_time(),
             "/cameras/self_tests/newest": rig_documents.trigger_test(),
             "/drift_checks": [],
+            "/displays": [],
+            "/displays/pattern": {
+                "pattern": {"kind": "blank"},
+                "description": "blank",
+                "width_mm": None,
+                "height_mm": None,
+            },
             "/jobs": [],
             "/fixations": [],
             "/reach": documents.reach(),
@@ -243,6 +252,9 @@ def application(stub: StubServer) -> FastAPI:
 
 async def _serve_views(socket: WebSocket, stub: StubServer) -> None:
     """Send each view that is subscribed at once, and again after it was acknowledged, as the server does."""
+    if stub.away:
+        await socket.close()
+        return
     await socket.accept()
     listed = [{"index": index, "name": name, "width": 720, "height": 540} for index, name in enumerate(VIEWS)]
     await socket.send_json({"type": "hello", "views": listed, "server": "stub"})
@@ -268,7 +280,7 @@ async def _serve_views(socket: WebSocket, stub: StubServer) -> None:
 async def _tell(socket: WebSocket, stub: StubServer, acknowledged: set[str]) -> None:
     """Twice a second tell the rates, and send the views that wait for their next picture."""
     with suppress(WebSocketDisconnect, RuntimeError):
-        while True:
+        while not stub.away:
             drawn = [name for name in VIEWS if stub.annotated or "_" not in name]
             age_ms = {name: 20.0 if name in drawn else None for name in VIEWS}
             views = {
@@ -280,6 +292,7 @@ async def _tell(socket: WebSocket, stub: StubServer, acknowledged: set[str]) -> 
                 acknowledged.discard(name)
                 await _send_picture(socket, stub, name)
             await asyncio.sleep(0.5)
+        await socket.close()
 
 
 async def _send_picture(socket: WebSocket, stub: StubServer, name: str) -> None:

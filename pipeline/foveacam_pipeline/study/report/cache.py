@@ -13,7 +13,7 @@ from pathlib import Path
 from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_pipeline.study.report.findings import StudyResult
 
-FORMAT, VERSION = "foveacam-study", 2
+FORMAT, VERSION = "foveacam-study", 3
 _KEY_DIGITS = 32
 
 

@@ -51,11 +51,21 @@ class StudyFigure:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class StudyTable:
+    """Single measurements of a study as CSV text with a header; `name` names its file."""
+
+    name: str
+    title: str
+    csv: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StudyResult:
     """The result of one study.
 
     `values`: the numbers for programs, as `foveacam study NAME --json` prints them; keys carry units.
     `definitions`: what the terms on the plots mean. `deviations`: what differs from the paper, and why.
+    `ended_early`: of a study that was cancelled, how much of it is in; such a result is not cached.
     """
 
     name: str
@@ -67,6 +77,8 @@ class StudyResult:
     definitions: tuple[str, ...] = ()
     deviations: tuple[str, ...] = ()
     seeds: Mapping[str, int] = field(default_factory=dict)
+    tables: tuple[StudyTable, ...] = ()
+    ended_early: str = ""
 
     def document(self) -> dict[str, object]:
         """Return plain values for JSON."""
@@ -81,8 +93,16 @@ class StudyResult:
             StudyFigure(drawing=Drawing(**picture.pop("drawing")), **picture)
             for picture in plain.pop("pictures")
         )
+        tables = tuple(StudyTable(**table) for table in plain.pop("tables"))
         definitions, deviations = tuple(plain.pop("definitions")), tuple(plain.pop("deviations"))
-        return cls(rows=rows, pictures=pictures, definitions=definitions, deviations=deviations, **plain)
+        return cls(
+            rows=rows,
+            pictures=pictures,
+            tables=tables,
+            definitions=definitions,
+            deviations=deviations,
+            **plain,
+        )
 
 
 def drawing_of(drawn: Figure) -> Drawing:

@@ -9,7 +9,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.report.markup import drawing, facts, moment, section, table
 from foveacam_pipeline.calibrate.report.style import STYLE
 from foveacam_pipeline.study.report.cache import CachedStudy
-from foveacam_pipeline.study.report.findings import StudyFigure, StudyResult, Value
+from foveacam_pipeline.study.report.findings import StudyFigure, StudyResult, StudyTable, Value
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 TITLE = "Foveated stereo: the analyses of Section 4"
@@ -18,6 +18,7 @@ HEADLINES: Mapping[str, tuple[str, str]] = {
     "fig9_r2_multi": ("R² of the quadratic, Fig. 9, multi", "{:.4f}"),
     "fig8_agreement": ("Fig. 8: positions as predicted", "{:.1%}"),
     "region_speedup": ("exact region over a test of cells", "{:.0f}×"),
+    "ratio_10m": ("Fig. 4: fovea over wide error at 10 m", "{:.3f}"),
     "t_absrel_mean": ("near-far ratio T, AbsRel", "{:.2f}"),
     "attention_exponent": ("exponent of attention's time", "{:.2f}"),
 }
@@ -109,13 +110,16 @@ def _study(reported: ReportedStudy) -> str:
     study = reported.study
     rows = [(row.quantity, row.paper, row.ours, row.note) for row in study.rows]
     beside = table(("quantity", "paper", "ours", "remarks"), rows) if rows else ""
+    early = f'<p class="absent"><b>Not complete:</b> {escape(study.ended_early)}</p>'
     return section(
         study.name,
         _heading(study),
+        early if study.ended_early else "",
         beside.replace('<div class="scroll">', '<div class="scroll beside">', 1),
         _pictures(study),
         _list("Definitions", study.definitions),
         _list("What differs from the paper, and why", study.deviations),
+        _list("Tables beside this page", [f"{one.title}: {table_file(study, one)}" for one in study.tables]),
         _values(study),
         f'<p class="under">{escape(_origin(reported))}</p>',
     )
@@ -130,6 +134,11 @@ def _picture(study: StudyResult, picture: StudyFigure) -> str:
     title = f"{picture.figure}: {picture.title}" if picture.figure else picture.title
     svg = inline_svg(picture.drawing.svg, name=f"{study.name}-{picture.name}", label=title)
     return drawing(f'<h3>{escape(title)}</h3><div class="scroll">{svg}</div>', picture.caption)
+
+
+def table_file(study: StudyResult, table: StudyTable) -> str:
+    """Return the name of the file in which a table lies beside the report."""
+    return f"{study.name}-{table.name}.csv"
 
 
 def _list(title: str, lines: Sequence[str]) -> str:

@@ -167,7 +167,7 @@ def _rows(errors: Sequence[MatchingError]) -> tuple[PaperComparison, ...]:
 def _deviations(measured: Sequence[MatchingError]) -> tuple[str, ...]:
     said = [
         "The paper measures the wide pair by a camera on a linear stage; here both curves are the law "
-        "itself, with Table 2's resolutions."
+        "itself, with Table 2's resolutions. The study `localisation` measures both pairs."
     ]
     if not measured:
         said.append(

@@ -3,13 +3,26 @@
 from typing import Annotated, Protocol
 
 from fastapi import APIRouter, Depends, Response
+from fastapi.responses import JSONResponse
 
-from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.follows.rounds import FollowRounds
 from foveacam_server.resources.follows.schema import (
     FollowedDocument,
     FollowPatch,
     FollowRequest,
+    FollowRoundRequest,
+    FollowRoundTaken,
     TrailPoint,
 )
 from foveacam_server.resources.follows.service import FollowService
@@ -21,6 +34,8 @@ class FollowRouteServices(Protocol):
     """Services that these routes use."""
 
     follows: FollowService
+    rounds: FollowRounds
+    jobs: JobRunner
     lease: Lease
 
 
@@ -46,6 +61,30 @@ def end_all(services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
     services.lease.check(x_lease)
     services.follows.end_all()
     return Response(status_code=204)
+
+
+@router.post(
+    "/rounds",
+    status_code=202,
+    summary="Capture all followed targets",
+    response_model=JobDocument,
+    responses={
+        200: {"model": FollowRoundTaken, "description": "taken in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def take_round(
+    request: FollowRoundRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Look once at each followed target and keep the pictures with their poses as a dataset, as a job."""
+    services.lease.check(x_lease)
+    services.follows.check_followed()
+    job = services.rounds.start(request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.rounds.get_by_url)
 
 
 @router.get("/{follow_id}", summary="One followed target", responses=problems(404))

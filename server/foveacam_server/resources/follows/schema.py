@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from foveacam_server.foundation.quantities import Label
+from foveacam_server.foundation.quantities import Label, Text
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 from foveacam_server.resources.fixations.schema import Pixel, Rectangle
 from foveacam_server.rig.schema import Direction
@@ -74,6 +74,21 @@ class FollowedDocument(ResponseModel):
     """Correlation of the weaker fovea with the target's picture in the last hit, -1 to 1."""
     wide_score: float | None = None
     """How well the image tracker fits; null while it does not find the target."""
+
+
+class FollowRoundRequest(RequestModel):
+    """One look at each followed target, kept as a dataset."""
+
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    label: Text = ""
+
+
+class FollowRoundTaken(ResponseModel):
+    """Data of the event that a round was captured."""
+
+    capture_id: str
+    name: str
+    targets: int
 
 
 class TrailPoint(ResponseModel):

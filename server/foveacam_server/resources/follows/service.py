@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,6 +11,7 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track.follow import MOST_TARGETS, Follower, FollowStep
 from foveacam_pipeline.track.image_tracker import TrackerKind
+from foveacam_pipeline.track.round_writer import SeenTarget
 from foveacam_pipeline.track.target import FollowedTarget, TargetReport
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
@@ -29,6 +31,7 @@ from foveacam_server.resources.follows.schema import (
     FollowRequest,
     TrailPoint,
 )
+from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.schema import Direction, FollowMark
@@ -84,6 +87,7 @@ class FollowService:
         self._records: dict[str, FollowedRecord] = {}
         self._changed: set[str] = set()
         """Targets whose tracker or priority was changed and not yet taken over."""
+        self._rounds: list[Future[list[SeenTarget]]] = []
         self._job_id: str | None = None
         tools.jobs.handle(KIND, self._run, parallel=True)
 
@@ -156,6 +160,22 @@ class FollowService:
         for follow_id in list(self._records):
             self._drop(follow_id, "on request")
 
+    def check_followed(self) -> None:
+        """Raise `Busy` while no target is followed."""
+        if not any(record.report is not None for record in list(self._records.values())):
+            raise Busy(
+                "no target is followed now; follow one first",
+                found="no followed target",
+                remedy="follow one: POST /api/v1/follows",
+            )
+
+    def take_round(self) -> "Future[list[SeenTarget]]":
+        """Ask for one look at each target that the eyes reach; the looks are made between the others."""
+        asked: Future[list[SeenTarget]] = Future()
+        with self._lock:
+            self._rounds.append(asked)
+        return asked
+
     def marks(self) -> list[FollowMark]:
         """Return where the wide view shows the targets now."""
         calibration = self._tools.calibration.current
@@ -188,6 +208,7 @@ class FollowService:
             raise
         finally:
             self._job_id = None
+            self._end_rounds(reason)
             for follow_id in list(self._records):
                 self._drop(follow_id, reason)
         context.check()
@@ -203,7 +224,10 @@ class FollowService:
         with hardware.session(f"job {context.job.id}", cancelled=context.cancelled, gives_way=True) as head:
             while self._records and not hardware.session_wanted:
                 context.check()
+                if hardware.halted:
+                    raise refusals.stopped()
                 self._take_changes(follower, head)
+                self._take_rounds(follower, head)
                 if follower.targets:
                     self._take(follower, follower.step(head))
                 if (now_ns := self._tools.clock.now_ns()) >= due_ns:
@@ -282,6 +306,31 @@ class FollowService:
             if record is not None:
                 record.hits.append(follower.targets[step.target_id].at(step.t_ns))
 
+    def _take_rounds(self, follower: Follower, head: Head) -> None:
+        with self._lock:
+            asked, self._rounds = self._rounds, []
+        for one in asked:
+            if not one.set_running_or_notify_cancel():
+                continue
+            try:
+                one.set_result([self._seen(follower, step) for step in follower.round(head)])
+            except FoveaError as error:
+                one.set_exception(error)
+                raise
+
+    def _seen(self, follower: Follower, step: FollowStep) -> SeenTarget:
+        self._take(follower, step)
+        if step.target_id is None or step.sighting is None:
+            raise AssertionError("a round has looks alone")
+        record = self._records.get(step.target_id)
+        return SeenTarget(
+            target_id=step.target_id,
+            label=step.target_id if record is None else record.label,
+            sighting=step.sighting,
+            estimate=follower.targets[step.target_id].at(step.t_ns),
+            shown=step.reading is not None,
+        )
+
     def _update(self, follower: Follower) -> None:
         """Take over how the targets stand; emit an event where a state has changed."""
         for report in follower.reports():
@@ -319,6 +368,13 @@ class FollowService:
             if trail:
                 points = [(point.x_m, point.y_m, point.z_m) for point in trail]
                 self._tools.viewer.show_trail(follow_id, label, points)
+
+    def _end_rounds(self, reason: str) -> None:
+        with self._lock:
+            asked, self._rounds = self._rounds, []
+        for one in asked:
+            if one.set_running_or_notify_cancel():
+                one.set_exception(Busy(f"the round was not taken: {reason}"))
 
     # Helpers -----------------------------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""The command `foveacam study standoff|depth|tradeoff|tokens|fig8|all` and its options."""
+"""The command `foveacam study standoff|depth|localisation|tradeoff|tokens|fig8|all` and its options."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -11,6 +11,7 @@ class StudyName(StrEnum):
     """The names that the command takes."""
 
     DEPTH = "depth"
+    LOCALISATION = "localisation"
     TRADEOFF = "tradeoff"
     TOKENS = "tokens"
     STANDOFF = "standoff"

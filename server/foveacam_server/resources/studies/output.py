@@ -9,7 +9,7 @@ from rich.text import Text
 
 from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_pipeline.study.report.findings import StudyFigure, StudyResult
-from foveacam_pipeline.study.report.page import ReportedStudy, report_html, value_text
+from foveacam_pipeline.study.report.page import ReportedStudy, report_html, table_file, value_text
 from foveacam_server.foundation.whole_file import write_document, write_whole
 from foveacam_server.resources.studies.recipes import versions
 
@@ -18,13 +18,18 @@ _WHAT = "the report of the studies"
 
 
 def write_report(studies: Sequence[ReportedStudy], folder: Path, *, failed: Sequence[str] = ()) -> Path:
-    """Write figures (SVG, PNG), values (JSON) and the report; return its path. Raise as `disk_errors`."""
+    """Write figures (SVG, PNG), tables (CSV), values (JSON) and the report; return its path.
+
+    Raise as `disk_errors`.
+    """
     with disk_errors(_WHAT, folder):
         for one in studies:
             for picture in one.study.pictures:
                 name = _name_of(one.study, picture)
                 write_whole(folder / f"{name}.svg", picture.drawing.svg, what=_WHAT)
                 write_file(folder / f"{name}.png", picture.drawing.png)
+            for each in one.study.tables:
+                write_whole(folder / table_file(one.study, each), each.csv, what=_WHAT)
             write_document(folder / f"{one.study.name}.json", _values_of(one), what=_WHAT)
         write_whole(folder / REPORT, report_html(studies, versions=versions(), failed=failed), what=_WHAT)
     return folder / REPORT

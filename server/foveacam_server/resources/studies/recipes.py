@@ -217,8 +217,21 @@ def _fig8(order: StudyOrder) -> StudyRecipe:
     return _recipe("fig8", order, compute, rig=True)
 
 
+def _localisation(order: StudyOrder) -> StudyRecipe:
+    def compute(watch: ProgressWatcher) -> StudyResult:
+        from foveacam_pipeline.study.localisation.study import localisation_study
+        from foveacam_server.resources.studies.rail_rig import rail_rig
+
+        _prepare(watch)
+        with rail_rig() as rig:
+            return localisation_study(rig, quick=order.quick, watch=watch, **order.seeded)
+
+    return _recipe("localisation", order, compute, rig=True, seed=order.seed)
+
+
 _KNOWN: dict[str, Callable[[StudyOrder], StudyRecipe]] = {
     "depth": _depth,
+    "localisation": _localisation,
     "tradeoff": _tradeoff,
     "tokens": _tokens,
     "standoff": _standoff,

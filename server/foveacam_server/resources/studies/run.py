@@ -137,8 +137,11 @@ def _run_one(
                 raise
             outcome.failed.append(f"{recipe.name}: {error}")
             return True
-    bar.progress(1, total=1, note=f"{reported.cached.took_s:.1f} s" if reported.fresh else "cached")
     outcome.finished.append(reported)
+    if reported.study.ended_early:
+        outcome.failed.append(f"{recipe.name}: {reported.study.ended_early}")
+    else:
+        bar.progress(1, total=1, note=f"{reported.cached.took_s:.1f} s" if reported.fresh else "cached")
     outcome.interrupted = bar.cancelled()
     return not outcome.interrupted
 
@@ -164,7 +167,8 @@ def _cached_or_computed(
         took_s=time.monotonic() - began_s,
         made_utc=datetime.now(UTC).isoformat(timespec="seconds"),
     )
-    cache.store(key, cached)
+    if not study.ended_early:
+        cache.store(key, cached)
     return ReportedStudy(cached=cached, fresh=True)
 
 

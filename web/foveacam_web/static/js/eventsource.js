@@ -78,6 +78,8 @@ const KINDS = [
   "follow.changed",
   "follow.refused",
   "follow.ended",
+  "display.pattern",
+  "display.changed",
 ];
 
 /** Listen to the events for as long as the page or worker lives. @param {(news: EventNews) => void} tell */

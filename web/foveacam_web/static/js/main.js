@@ -54,6 +54,7 @@ import { exposeHooks } from "./testhooks.js";
 import { Toasts } from "./toasts.js";
 import { ReachReader } from "./video/reach_reader.js";
 import { Views } from "./video/views.js";
+import { offerWindows } from "./windows/opener.js";
 
 const LEASE_RENEWAL_MS = 5000;
 
@@ -123,6 +124,7 @@ const keyboard = new Keyboard({
 document.body.append(toasts.element);
 need("wide").append(views.pane("wide").element);
 need("eyes").append(views.pane("left").element, views.pane("right").element, views.derived());
+offerWindows(views, need("scene-window"));
 mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
 mountStop(need("stop"), need("stopped"), { store, commands });
 mountOffline(need("offline"), store);

@@ -1,51 +1,8 @@
 // Starts the page that holds the views alone, for viser's panel: the console's modules without its panels.
 
-import { Commands } from "./commands.js";
 import { need } from "./dom.js";
-import { Fixations } from "./fixations.js";
-import { FollowOrders } from "./follow/orders.js";
-import { Keyboard } from "./keys.js";
-import { mountOffline, mountStop } from "./panels/topbar.js";
-import { changeSettings } from "./settings.js";
-import { createStore } from "./state.js";
-import { Sync } from "./sync.js";
-import { exposeHooks } from "./testhooks.js";
-import { Toasts } from "./toasts.js";
-import { ReachReader } from "./video/reach_reader.js";
-import { Views } from "./video/views.js";
+import { openViewsPage } from "./video/page.js";
 
-const store = createStore();
-const toasts = new Toasts();
-const fixations = new Fixations(store);
-const commands = new Commands({ store, toasts, fixations });
-const sync = new Sync({ store, fixations });
-const follows = new FollowOrders({ store, commands });
-const views = new Views({ store, commands, follows, onBoot: () => void sync.readAll() });
-
-document.body.append(toasts.element);
+const { views } = openViewsPage();
 need("wide").append(views.pane("wide").element);
 need("eyes").append(views.pane("left").element, views.pane("right").element);
-mountStop(need("stop"), need("stopped"), { store, commands });
-mountOffline(need("offline"), store);
-new Keyboard({
-  stop: () => void commands.stop(),
-  escape: () => {
-    if (views.shrinkAll() || follows.end()) return;
-    views.wide.abandon();
-    void commands.cancel();
-  },
-  letters: () => store.state.settings.single_keys,
-  keys: {
-    i: () => changeSettings(store, { readout: !store.state.settings.readout }),
-    f: () => changeSettings(store, { footprints: !store.state.settings.footprints }),
-    t: () => follows.toggle(),
-    d: () => void views.wide.probe(),
-    "+": () => views.wide.zoom(1.5),
-    "=": () => views.wide.zoom(1.5),
-    "-": () => views.wide.zoom(1 / 1.5),
-    0: () => views.wide.fit(),
-  },
-});
-sync.followAll();
-new ReachReader(store);
-exposeHooks({ store, views });

@@ -6,7 +6,7 @@ import { h } from "../dom.js";
 /**
  * @import { CalibrationDocument, ComparisonDocument, JobDocument, PanTiltDocument, SessionDocument } from "#api"
  * @import { SettleTimeDocument } from "#api"
- * @import { RunStep } from "#page"
+ * @import { DisplayPattern, RunStep } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
  * @import { CalibrationReader } from "./reader.js"
@@ -62,6 +62,12 @@ export class CalibrationOrders {
     const session = /** @type {SessionDocument | null} */ (await this.#commands.send("POST", path, { body }));
     if (session) await this.#reader.showSession(session);
     return session;
+  }
+
+  /** Let all displays show a pattern. @param {DisplayPattern} pattern */
+  async showPattern(pattern) {
+    await this.#commands.send("PUT", "/displays/pattern", { body: pattern });
+    await this.#reader.readDisplays();
   }
 
   /** @param {string} id */

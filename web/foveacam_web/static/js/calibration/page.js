@@ -6,6 +6,7 @@ import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { pageHead } from "../pages.js";
 import { makeCheckStep, checkProgress } from "./check_step.js";
+import { mountDisplays } from "./displays.js";
 import { mountDrift } from "./drift.js";
 import { makeEverything } from "./everything.js";
 import { fitProgress, makeFitStep } from "./fit_step.js";
@@ -47,8 +48,10 @@ export function mountWizard(place, context) {
   const steps = makeSteps(context);
   const bar = h("div", { class: "jobbar" });
   const turner = h("div", { class: "inside" });
+  const displays = h("div", { class: "inside" });
   mountJobBar(bar, context);
   mountPanTilt(turner, context);
+  mountDisplays(displays, context);
   fill(
     place,
     head(context),
@@ -59,6 +62,7 @@ export function mountWizard(place, context) {
       <div class="wizard-step">${[...steps.values()].map(({ element }) => element)}</div>
       <aside class="wizard-side">
         <section class="panel" aria-label="Pan-tilt"><header><h3>Pan-tilt</h3></header>${turner}</section>
+        <section class="panel" aria-label="Displays"><header><h3>Displays</h3></header>${displays}</section>
       </aside>
     </div>`,
   );

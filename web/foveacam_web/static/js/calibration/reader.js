@@ -6,8 +6,8 @@ import { QuietReads } from "../quiet.js";
 import { isRunning } from "./state.js";
 
 /**
- * @import { CalibrationDocument, DriftCheckDocument, EventDocument, HealthDocument } from "#api"
- * @import { PanTiltDocument, SessionDocument, SettleTimeDocument } from "#api"
+ * @import { CalibrationDocument, DisplayDocument, DriftCheckDocument, EventDocument, HealthDocument } from "#api"
+ * @import { PanTiltDocument, PatternDocument, SessionDocument, SettleTimeDocument } from "#api"
  * @import { ConsoleState, NodeState, SessionSummary } from "#page"
  * @import { Store } from "../store.js"
  * @import { WorkFollower } from "./work.js"
@@ -15,6 +15,7 @@ import { isRunning } from "./state.js";
 
 const MOVING_MS = 350;
 const RESTING_MS = 1500;
+const DISPLAYS_MS = 5000;
 const SESSION_MS = 1500; // each pose has an event; the session's document is read less often
 
 /** The calibration reads of one page. */
@@ -26,6 +27,8 @@ export class CalibrationReader {
   #later;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #next_pan_tilt;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #next_displays;
   /** The session to show when it has been read. @type {string | null} */
   #wanted = null;
   /** The job whose session was opened. */
@@ -69,6 +72,7 @@ export class CalibrationReader {
       this.readDrift(),
       this.readSettleTime(),
       this.readPanTilt(),
+      this.readDisplays(),
     ]);
   }
 
@@ -147,6 +151,23 @@ export class CalibrationReader {
       });
   }
 
+  /** Read the displays now and repeatedly while the page is open: no event tells that one has gone silent. */
+  readDisplays() {
+    clearTimeout(this.#next_displays);
+    return this.#reads
+      .read("displays", async () => {
+        const [displays, display_pattern] = await Promise.all([
+          /** @type {Promise<DisplayDocument[]>} */ (request("GET", "/displays")),
+          /** @type {Promise<PatternDocument>} */ (request("GET", "/displays/pattern")),
+        ]);
+        this.#store.set({ displays, display_pattern });
+      })
+      .finally(() => {
+        clearTimeout(this.#next_displays);
+        if (this.#store.state.wizard) this.#next_displays = setTimeout(() => void this.readDisplays(), DISPLAYS_MS);
+      });
+  }
+
   /** @param {EventDocument} event */
   hear(event) {
     const data = event.data ?? {};
@@ -154,6 +175,7 @@ export class CalibrationReader {
     if (event.kind === "calibration.health") void this.readHealth();
     if (event.kind === "rig.calibration") void this.readAll();
     if (!this.#store.state.wizard) return;
+    if (/^display\./.test(event.kind)) void this.readDisplays();
     if (event.kind === "calibration.pose") this.#pose(data);
     if (event.kind === "calibration.fitted") void this.readAll();
     if (/^rig\.(settle_time|state)$/.test(event.kind)) void this.readSettleTime();

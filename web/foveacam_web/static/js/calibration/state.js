@@ -14,6 +14,8 @@ export const CALIBRATION_STATE = Object.freeze({
   pan_tilt: null,
   drift_checks: null,
   settle_time: null,
+  displays: null,
+  display_pattern: null,
   work: null,
 });
 

@@ -34,6 +34,11 @@ const STILL = new Set(["anaglyph", "difference", "depth", "wide_depth", ...ANNOT
 const FLOWING_FPS = 1;
 const ADDED = ", annotated"; // beside the title, where there is room
 
+/** Return whether a view has a picture with each frame, not with each look. @param {ViewName} name */
+export function isLive(name) {
+  return !STILL.has(name);
+}
+
 /** The pane of one view; `wide.js` adds its gestures. */
 export class Pane {
   /** @type {string | null} */

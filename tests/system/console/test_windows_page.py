@@ -1,0 +1,199 @@
+"""A window of views: split, closed, dragged, kept in its address; what it shows when a source is lost."""
+
+import re
+
+import pytest
+from playwright.sync_api import FloatRect, Locator, Page, expect
+
+from .console_page import TOUCH, Console, OpenConsole
+from .server_process import Server
+from .stub_server import StubServer
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+TOLERANCE_PX = 2.0
+"""A share is kept to a thousandth in the address."""
+
+
+def open_window(open_console: OpenConsole, server: Server | StubServer, layout: str = "") -> Console:
+    return open_console(f"{server.url}windows#{layout}", options={"viewport": {"width": 1000, "height": 700}})
+
+
+def pane(page: Page, source: str) -> Locator:
+    return page.locator(f".slot[data-source={source}]")
+
+
+def box(of: Locator) -> FloatRect:
+    found = of.bounding_box()
+    assert found is not None
+    return found
+
+
+def middle(of: Locator) -> tuple[float, float]:
+    found = box(of)
+    return found["x"] + found["width"] / 2, found["y"] + found["height"] / 2
+
+
+def drag(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
+    page.mouse.move(*start)
+    page.mouse.down()
+    page.mouse.move(*end, steps=5)
+    page.mouse.up()
+
+
+def sources(page: Page) -> list[str]:
+    found: list[str] = page.locator(".slot").evaluate_all("all => all.map(slot => slot.dataset.source)")
+    return sorted(found)
+
+
+def test_a_pane_is_split_both_ways_and_closed_and_its_neighbour_takes_its_room(
+    open_console: OpenConsole, server: Server
+) -> None:
+    console = open_window(open_console, server, "left")
+    page = console.page
+    console.wait_for_frames("left")
+    whole = box(pane(page, "left"))
+    page.get_by_role("button", name="Split Left fovea: new pane to the right").click()
+    expect(pane(page, "wide").get_by_role("combobox")).to_be_focused()
+    page.get_by_role("button", name="Split Wide: new pane below").click()
+    console.wait_for_frames("left", "wide", "right")
+    assert box(pane(page, "left"))["width"] == pytest.approx(whole["width"] / 2, abs=TOLERANCE_PX)
+    assert box(pane(page, "right"))["height"] == pytest.approx(whole["height"] / 2, abs=TOLERANCE_PX)
+    assert page.url.endswith("#row-500(left,column-500(wide,right))")
+    page.get_by_role("button", name="Close Left fovea").click()
+    page.get_by_role("button", name="Close Right fovea").click()
+    assert box(pane(page, "wide")) == whole
+    expect(page.get_by_role("button", name="Close Wide")).to_be_disabled()
+
+
+def test_every_source_has_its_pane_and_then_none_can_be_split(
+    open_console: OpenConsole, server: Server
+) -> None:
+    page = open_window(open_console, server, "wide").page
+    split = page.get_by_role("button", name=re.compile("^Split"))
+    for _ in range(7):
+        page.locator("button:enabled:is([data-act=row], [data-act=column])").first.click()
+    assert sources(page) == sorted(
+        ["wide", "left", "right", "anaglyph", "difference", "depth", "wide_depth", "scene"]
+    )
+    for button in split.all():
+        expect(button).to_be_disabled()
+
+
+def test_a_divider_moves_by_pointer_and_keys_and_the_window_is_the_same_after_a_reload(
+    open_console: OpenConsole, server: Server
+) -> None:
+    console = open_window(open_console, server)
+    page = console.page
+    divider = page.locator(".divider.row")
+    x, y = middle(divider)
+    drag(page, (x, y), (x - 200.0, y))
+    assert box(divider)["x"] + box(divider)["width"] / 2 == pytest.approx(x - 200.0, abs=TOLERANCE_PX)
+    page.locator(".divider.column").press("ArrowDown")
+    expect(page.locator(".divider.column")).to_have_attribute("aria-valuenow", "52")
+    before, address = [box(pane(page, source)) for source in ("wide", "left", "right")], page.url
+    page.reload()
+    console.wait_for_frames("wide", "left", "right")
+    assert page.url == address
+    for source, kept in zip(("wide", "left", "right"), before, strict=True):
+        assert box(pane(page, source)) == pytest.approx(kept, abs=TOLERANCE_PX)
+
+
+def test_two_panes_change_places_by_dragging_and_a_source_is_changed_by_its_select(
+    open_console: OpenConsole, server: Server
+) -> None:
+    console = open_window(open_console, server)
+    page = console.page
+    console.wait_for_frames("wide", "right")
+    wide, right = box(pane(page, "wide")), box(pane(page, "right"))
+    drag(page, middle(pane(page, "wide").locator(".grip")), middle(pane(page, "right")))
+    assert (box(pane(page, "right")), box(pane(page, "wide"))) == (wide, right)
+    console.wait_for_frames("wide", "right")
+    pane(page, "right").get_by_role("combobox").select_option("depth")
+    assert sources(page) == ["depth", "left", "wide"]
+    assert box(pane(page, "depth")) == wide
+    expect(page).to_have_title("Depth, Left fovea, Wide: FoveaCam Duo")
+
+
+def test_a_lost_camera_leaves_its_last_picture_with_reason_and_age_until_it_is_back(
+    open_console: OpenConsole, server: Server
+) -> None:
+    console = open_window(open_console, server, "row-500(wide,left)")
+    page = console.page
+    console.wait_for_frames("wide", "left")
+    server.send("PUT", "/simulation/faults", {"unplugged": ["left"]}).raise_for_status()
+    try:
+        left = pane(page, "left")
+        expect(left.locator(".notice")).to_contain_text("No left camera")
+        expect(left.locator(".picture-age")).to_have_text(re.compile(r"Last picture [\d.]+ m?s old"))
+        expect(left.locator("canvas.picture")).to_be_visible()
+        expect(pane(page, "wide").locator(".picture-age")).to_be_hidden()
+    finally:
+        server.send("DELETE", "/simulation/faults").raise_for_status()
+    console.wait_for_frames("left")
+    expect(left.locator(".picture-age")).to_be_hidden()
+    expect(left.locator(".notice")).to_be_hidden()
+
+
+def test_a_server_that_comes_back_finds_the_window_as_it_was(
+    open_console: OpenConsole, stub: StubServer
+) -> None:
+    console = open_window(open_console, stub, "column-300(right,wide)")
+    page = console.page
+    console.wait_for_frames("wide", "right")
+    stub.away = True
+    for source in ("wide", "right"):
+        expect(pane(page, source).locator(".notice")).to_contain_text("Offline")
+        expect(pane(page, source).locator(".picture-age")).to_contain_text("Last picture")
+    stub.away = False
+    console.wait_for_frames("wide", "right")
+    for source in ("wide", "right"):
+        expect(pane(page, source).locator(".picture-age")).to_be_hidden()
+    assert page.url.endswith("#column-300(right,wide)")
+    console.errors.clear()  # the browser's own words for an absent server
+
+
+def test_the_console_opens_a_view_in_a_window_of_its_own(open_console: OpenConsole, server: Server) -> None:
+    console = open_console(server.url)
+    console.wait_for_frames("left")
+    with console.page.context.expect_page() as opened:
+        console.page.get_by_role("link", name="Open Left fovea in a window of its own").click()
+    window = opened.value
+    expect(window.locator(".slot[data-source=left] canvas")).to_be_visible()
+    assert window.url.endswith("/windows#left")
+    names = [each.get_attribute("aria-label") for each in console.page.locator("a.opener").all()]
+    assert len(names) == 8
+
+
+def test_a_phone_has_one_button_for_windows_and_room_for_the_others(
+    open_console: OpenConsole, server: Server
+) -> None:
+    console = open_console(server.url, options=TOUCH)
+    console.wait_for_frames("left")
+    expect(console.page.locator("a.opener").locator("visible=true")).to_have_attribute(
+        "href", "/windows#scene"
+    )
+    enlarge = box(console.page.get_by_role("button", name="Enlarge the view Right fovea"))
+    assert enlarge["x"] + enlarge["width"] <= console.page.evaluate("innerWidth")
+    assert console.overflow_px() <= 0
+
+
+def test_a_window_is_used_on_a_phone(open_console: OpenConsole, server: Server) -> None:
+    console = open_console(f"{server.url}windows#column-500(wide,row-500(left,right))", options=TOUCH)
+    page = console.page
+    console.wait_for_frames("wide", "left", "right")
+    assert console.overflow_px() <= 0
+    for source in ("wide", "left", "right"):
+        tools = box(pane(page, source).locator(".controls"))
+        whole = box(pane(page, source))
+        assert tools["x"] + tools["width"] <= whole["x"] + whole["width"]
+    page.get_by_role("button", name="Close Right fovea").tap()
+    assert sources(page) == ["left", "wide"]
+
+
+def test_an_address_that_cannot_be_shown_is_the_usual_window(
+    open_console: OpenConsole, server: Server
+) -> None:
+    page = open_window(open_console, server, "row-500(wide,nothing)").page
+    expect(page.locator(".slot")).to_have_count(3)
+    assert sources(page) == ["left", "right", "wide"]

@@ -1,0 +1,107 @@
+"""Image trackers on drawn pictures."""
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import OutOfRange
+from foveacam_pipeline.track.correlation_filter import CorrelationFilterTracker
+from foveacam_pipeline.track.image_tracker import ImageTracker, TrackBox
+from foveacam_pipeline.track.template_tracker import WIDENING_MISSES, TemplateTracker
+
+SIZE = (480, 640)
+START = TrackBox(x_px=200.0, y_px=240.0, width_px=48, height_px=48)
+TRACKERS = [TemplateTracker, CorrelationFilterTracker]
+
+
+def texture(seed: int, side: int) -> NDArray[np.uint8]:
+    noise = np.random.default_rng(seed).normal(0.0, 1.0, (side, side)).astype(np.float32)
+    blurred = cv2.GaussianBlur(noise, (0, 0), 2.5)
+    return np.asarray(128.0 + 45.0 * blurred / blurred.std(), dtype=np.float32).clip(0, 255).astype(np.uint8)
+
+
+GROUND = cv2.resize(texture(1, 320), (SIZE[1], SIZE[0]), interpolation=cv2.INTER_CUBIC)
+THING = texture(2, 71)
+
+
+def scene(
+    x_px: float | None,
+    y_px: float = 240.0,
+    *,
+    thing: NDArray[np.uint8] = THING,
+    noise: float = 3.0,
+    seed: int = 0,
+) -> NDArray[np.uint8]:
+    """Draw a thing with its middle at a place, to a fraction of a pixel; None: nothing."""
+    image = GROUND.astype(np.float32)
+    if x_px is not None:
+        half = (thing.shape[0] - 1) / 2
+        shift = np.array([[1.0, 0.0, x_px - half], [0.0, 1.0, y_px - half]])
+        size = (SIZE[1], SIZE[0])
+        placed = cv2.warpAffine(thing.astype(np.float32), shift, size, flags=cv2.INTER_CUBIC)
+        mask = cv2.warpAffine(np.ones(thing.shape, dtype=np.float32), shift, size)
+        image = image * (1.0 - mask) + placed * mask
+    grain = np.random.default_rng(seed).normal(0.0, noise, SIZE)
+    return (image + grain).clip(0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("kind", TRACKERS)
+def test_a_moving_thing_is_followed_to_a_fraction_of_a_pixel(kind: type[ImageTracker]) -> None:
+    tracker = kind()
+    tracker.start(scene(200.0), START)
+    errors_px = []
+    for step in range(1, 25):
+        x_px, y_px = 200.0 + 5.3 * step, 240.0 + 20.0 * np.sin(step / 4.0)
+        match = tracker.update(scene(x_px, y_px, seed=step), None)
+        assert match is not None
+        errors_px.append(np.hypot(match.x_px - x_px, match.y_px - y_px))
+    assert max(errors_px) < 1.0
+    assert np.mean(errors_px) < 0.4
+
+
+@pytest.mark.parametrize("kind", TRACKERS)
+def test_a_hidden_thing_is_told_and_found_again_elsewhere(kind: type[ImageTracker]) -> None:
+    tracker = kind()
+    tracker.start(scene(200.0), START)
+    for step in range(WIDENING_MISSES + 2):
+        assert tracker.update(scene(None, seed=step), (200.0, 240.0)) is None
+    match = tracker.update(scene(470.0, 130.0, seed=9), (200.0, 240.0))
+    assert match is not None
+    assert (match.x_px, match.y_px) == pytest.approx((470.0, 130.0), abs=1.0)
+
+
+@pytest.mark.parametrize("kind", TRACKERS)
+def test_a_refused_place_is_not_found_again(kind: type[ImageTracker]) -> None:
+    both = np.where(
+        scene(200.0, noise=0.0) == scene(None, noise=0.0), scene(450.0, noise=0.0), scene(200.0, noise=0.0)
+    )
+    tracker = kind()
+    tracker.start(scene(200.0), START)
+    assert tracker.update(both.astype(np.uint8), None) is not None
+    tracker.refuse()
+    match = tracker.update(both.astype(np.uint8), None)
+    assert match is not None
+    assert match.x_px == pytest.approx(450.0, abs=1.0)
+
+
+@pytest.mark.parametrize("kind", TRACKERS)
+def test_what_cannot_be_followed_is_refused_at_once(kind: type[ImageTracker]) -> None:
+    with pytest.raises(OutOfRange, match="not inside the image of 640 x 480 px"):
+        kind().start(scene(200.0), TrackBox(x_px=10.0, y_px=240.0, width_px=48, height_px=48))
+    with pytest.raises(OutOfRange, match="nothing that could be followed"):
+        kind().start(np.full(SIZE, 90, dtype=np.uint8), START)
+
+
+def test_a_slowly_changing_thing_is_followed_by_the_renewed_template() -> None:
+    tracker, other = TemplateTracker(), texture(3, 71)
+    tracker.start(scene(200.0), START)
+    scores = []
+    for step in range(1, 60):
+        share = min(0.45, step / 120.0)
+        mixed = (THING * (1.0 - share) + other * share).astype(np.uint8)
+        match = tracker.update(scene(200.0 + step, thing=mixed, seed=step), None)
+        assert match is not None
+        scores.append(match.score)
+    first = cv2.matchTemplate(THING.astype(np.float32), mixed.astype(np.float32), cv2.TM_CCOEFF_NORMED)[0, 0]
+    assert scores[-1] > float(first)

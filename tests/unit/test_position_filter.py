@@ -1,0 +1,88 @@
+"""The filter of position and velocity."""
+
+import numpy as np
+import pytest
+
+from foveacam_pipeline.track.position_filter import PositionFilter
+
+SIGMA_TAN, SIGMA_PER_M = 1.0e-4, 3.0e-5
+STEP_NS = 100_000_000
+
+
+def truth(t_ns: int) -> np.ndarray:
+    t_s = t_ns / 1e9
+    return np.array([0.5 + 1.2 * t_s, 0.2, 10.0 - 0.8 * t_s])
+
+
+def measured(t_ns: int, rng: np.random.Generator) -> tuple[np.ndarray, float]:
+    x, y, z = truth(t_ns)
+    return np.array([x, y]) / z + rng.normal(0, SIGMA_TAN, 2), 1.0 / z + rng.normal(0, SIGMA_PER_M)
+
+
+def filled(steps: int, seed: int) -> PositionFilter:
+    rng = np.random.default_rng(seed)
+    found = PositionFilter(truth(0), sigma_m=0.2, t_ns=0)
+    for step in range(1, steps + 1):
+        t_ns = step * STEP_NS
+        tangents, inverse_z = measured(t_ns, rng)
+        assert found.see(
+            t_ns, tangents, sigma=SIGMA_TAN, inverse_z_per_m=inverse_z, inverse_z_sigma_per_m=SIGMA_PER_M
+        )
+    return found
+
+
+def test_it_learns_position_and_velocity() -> None:
+    estimate = filled(30, seed=1).at(30 * STEP_NS)
+    np.testing.assert_allclose(estimate.position_rig_m, truth(30 * STEP_NS), atol=0.02)
+    np.testing.assert_allclose(estimate.velocity_rig_m_s, [1.2, 0.0, -0.8], atol=0.25)
+    assert estimate.distance_m == pytest.approx(np.linalg.norm(truth(30 * STEP_NS)), abs=0.02)
+
+
+def test_its_error_is_as_large_as_it_says() -> None:
+    t_ns = 20 * STEP_NS
+    ratios = []
+    for seed in range(60):
+        estimate = filled(20, seed=seed).at(t_ns)
+        error_m = estimate.distance_m - float(np.linalg.norm(truth(t_ns)))
+        ratios.append(error_m / estimate.distance_sigma_m)
+    assert (
+        0.3 < np.sqrt(np.mean(np.square(ratios))) < 1.3
+    )  # it allows for accelerations that this one has not
+
+
+def test_directions_alone_keep_the_track_and_leave_the_depth_open() -> None:
+    found, rng = filled(20, seed=3), np.random.default_rng(3)
+    before = found.at(20 * STEP_NS)
+    for step in range(21, 26):
+        tangents, _ = measured(step * STEP_NS, rng)
+        assert found.see(step * STEP_NS, tangents, sigma=SIGMA_TAN)
+    after = found.at(25 * STEP_NS)
+    np.testing.assert_allclose(after.tangents, truth(25 * STEP_NS)[:2] / truth(25 * STEP_NS)[2], atol=5e-4)
+    assert after.distance_sigma_m > 3.0 * before.distance_sigma_m
+
+
+def test_what_cannot_be_of_this_target_changes_nothing() -> None:
+    found = filled(20, seed=4)
+    before = found.at(20 * STEP_NS)
+    assert not found.see(20 * STEP_NS, before.tangents + 0.2, sigma=SIGMA_TAN)
+    np.testing.assert_array_equal(found.at(20 * STEP_NS).position_rig_m, before.position_rig_m)
+
+
+def test_an_older_measurement_counts_for_its_own_time() -> None:
+    found = filled(20, seed=5)
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        tangents, _ = measured(19 * STEP_NS, rng)
+        assert found.see(19 * STEP_NS, tangents, sigma=SIGMA_TAN)
+    expected = truth(20 * STEP_NS)[:2] / truth(20 * STEP_NS)[2]
+    np.testing.assert_allclose(found.at(20 * STEP_NS).tangents, expected, atol=1e-3)
+
+
+def test_a_resting_filter_stays_and_its_copy_goes_its_own_way() -> None:
+    found = filled(20, seed=6)
+    other = found.copy()
+    found.rest(20 * STEP_NS)
+    np.testing.assert_array_equal(
+        found.at(30 * STEP_NS).position_rig_m, found.at(20 * STEP_NS).position_rig_m
+    )
+    assert np.linalg.norm(other.at(30 * STEP_NS).position_rig_m - found.at(30 * STEP_NS).position_rig_m) > 0.5
