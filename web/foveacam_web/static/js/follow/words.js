@@ -18,11 +18,11 @@ const GAP_INTERVALS = 4;
 export const STATES = Object.freeze({
   finding: { tone: "plain", text: "Finding", detail: "Both foveae verge on it first." },
   followed: { tone: "good", text: "Followed", detail: "" },
-  lost: { tone: "warn", text: "Lost", detail: "It is searched for where it was last seen." },
+  lost: { tone: "warn", text: "Lost", detail: "It is searched for where it was seen last, and elsewhere." },
   out_of_field: {
     tone: "warn",
     text: "Out of the field",
-    detail: "It is where the mirrors cannot turn; when it comes back, it is followed on.",
+    detail: "The mirrors cannot turn there; it is looked at again when it comes back.",
   },
 });
 
