@@ -78,6 +78,7 @@ const KINDS = [
   "follow.changed",
   "follow.refused",
   "follow.ended",
+  "follow.round",
   "display.pattern",
   "display.changed",
 ];
