@@ -10,10 +10,18 @@ import {
 } from "../foveacam_web/static/js/addresses.js";
 
 test("an address opens one page at most", () => {
-  const none = { wizard: null, rig_page: false, capture_page: false, gallery: null, planner_page: false };
+  const none = {
+    wizard: null,
+    rig_page: false,
+    capture_page: false,
+    follow_page: false,
+    gallery: null,
+    planner_page: false,
+  };
   for (const hash of ["", "#/", "#/rigs", "#/capture/1"]) assert.deepEqual(pagesAt(hash), none);
   assert.deepEqual(pagesAt("#/rig"), { ...none, rig_page: true });
   assert.deepEqual(pagesAt("#/capture"), { ...none, capture_page: true });
+  assert.deepEqual(pagesAt("#/follow"), { ...none, follow_page: true });
   assert.deepEqual(pagesAt("#/planner?seed=3"), { ...none, planner_page: true });
   assert.deepEqual(pagesAt("#/calibration/fit"), { ...none, wizard: "fit" });
 });

@@ -18,6 +18,7 @@ import type {
   FilmRequest,
   FixationDocument,
   FixationRequest,
+  FollowedDocument,
   GridPoints,
   HealthDocument,
   JobDocument,
@@ -45,6 +46,7 @@ import type {
   StopDocument,
   SweepPoseDocument,
   TargetDocument,
+  TrailPoint,
   TriggerTestDocument,
   Verging,
   WideLensDocument,
@@ -96,6 +98,14 @@ export type Overlay = {
   seq: number;
   footprints: { left: Corners | null; right: Corners | null };
   gaze: { left: Direction | null; right: Direction | null };
+  follows: FollowMark[];
+};
+export type FollowMark = {
+  id: string;
+  label: string;
+  state: FollowedDocument["state"];
+  x_px: number;
+  y_px: number;
 };
 export type ServerStats = {
   type: "stats";
@@ -370,6 +380,22 @@ export type MeasureState = {
   measuring: Measuring | null;
 };
 
+// Following.
+
+/** Data of the event that a target is followed no more. */
+export type FollowEnded = { id: string; label: string; reason: string };
+
+/** `click_follows`: a click in the wide view follows; `follow_tab`: the console's tab is open. By id: `follow_asked`, where
+ * this page asked to follow, wide px; `trails`. */
+export type FollowState = {
+  follow_page: boolean;
+  follow_tab: boolean;
+  click_follows: boolean;
+  followed: FollowedDocument[] | null;
+  follow_asked: Record<string, Point>;
+  trails: Record<string, TrailPoint[]>;
+};
+
 // What all pages share, and all of it.
 
 export type SharedState = {
@@ -402,4 +428,5 @@ export type ConsoleState = SharedState &
   CalibrationState &
   RigPageState &
   CapturePageState &
-  MeasureState & { gallery: GalleryPlace | null; planner_page: boolean };
+  MeasureState &
+  FollowState & { gallery: GalleryPlace | null; planner_page: boolean };

@@ -44,6 +44,8 @@ class StubServer:
     """What it answers from an order on, by "METHOD path"."""
     requests: list[tuple[str, str, Json]] = field(default_factory=list)
     annotated: bool = False
+    follow_marks: list[Document] | None = None
+    """The followed targets of the overlay message of each wide picture; None: there is no such message."""
     away: bool = False
     """Whether it serves no views, as while it restarts."""
     url: str = ""
@@ -57,6 +59,7 @@ class StubServer:
         self.answers_after.clear()
         self.requests.clear()
         self.annotated = self.away = False
+        self.follow_marks = None
         self._listeners.clear()  # pages of the test before
         records = [
             documents.record("a" * 32, "Bench, spring", current=True),
@@ -85,6 +88,7 @@ class StubServer:
             "/suggestions": [],
             "/targets": [],
             "/clouds": [],
+            "/follows": [],
             "/events/recent": [],
             "/stop": {"engaged": False, "since_utc": None, "by": None},
             "/lease": {"holder": None, "expires_in_s": None},
@@ -116,13 +120,13 @@ class StubServer:
         self.session = self.session | {"running": None if over else job["id"]}
         self.send_event("job.updated", job)
 
-    def send_event(self, kind: str, data: Document) -> None:
+    def send_event(self, kind: str, data: Document, *, level: str = "info") -> None:
         """Send an event to every page."""
         self._ids += 1
         event = {
             "id": self._ids,
             "kind": kind,
-            "level": "info",
+            "level": level,
             "t_utc": UTC,
             "message": kind,
             "data": data,
@@ -183,6 +187,8 @@ class StubServer:
         if path.startswith("/cameras/") and method in ("PATCH", "DELETE"):
             self.answers["/rig"], told = rig_documents.changed(self.answers["/rig"], path.split("/")[2], body)
             return 200, told
+        if method == "POST" and path == "/follows":
+            return 201, self.answers[path][-1]
         if path == "/settle_time":
             measured_us = self.session["settle"]["settle_us"] if method == "PUT" else None
             self.answers[path] = settle_time(measured_us)
@@ -262,7 +268,7 @@ async def _serve_views(socket: WebSocket, stub: StubServer) -> None:
                 subscribed = set(message["views"])
                 acknowledged.clear()
                 for name in subscribed:
-                    await _send_picture(socket, name)
+                    await _send_picture(socket, stub, name)
             elif (name := VIEWS[message["view"]]) in subscribed:
                 acknowledged.add(name)
     except WebSocketDisconnect:
@@ -284,12 +290,16 @@ async def _tell(socket: WebSocket, stub: StubServer, acknowledged: set[str]) -> 
             await socket.send_json({"type": "stats", "views": views})
             for name in acknowledged - stub.silent_roles:
                 acknowledged.discard(name)
-                await _send_picture(socket, name)
+                await _send_picture(socket, stub, name)
             await asyncio.sleep(0.5)
         await socket.close()
 
 
-async def _send_picture(socket: WebSocket, name: str) -> None:
+async def _send_picture(socket: WebSocket, stub: StubServer, name: str) -> None:
+    if name == "wide" and stub.follow_marks is not None:
+        blank = {"left": None, "right": None}
+        overlay = {"type": "overlay", "seq": 1, "footprints": blank, "gaze": blank}
+        await socket.send_json(overlay | {"follows": stub.follow_marks})
     header = HEADER.pack(VIEWS.index(name), 1, 0, 1, 1, 20_000, 0)
     await socket.send_bytes(header + picture(name))
 

@@ -74,6 +74,11 @@ const KINDS = [
   "measurement.updated",
   "measurement.deleted",
   "wide_depth.changed",
+  "follow.started",
+  "follow.changed",
+  "follow.refused",
+  "follow.ended",
+  "follow.round",
   "display.pattern",
   "display.changed",
 ];

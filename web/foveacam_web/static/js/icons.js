@@ -44,6 +44,7 @@ const PATHS = Object.freeze({
   previous: "M11 3.5L6 8l5 4.5 M4 3.5v9",
   next: "M5 3.5L10 8l-5 4.5 M12 3.5v9",
   ruler: "M1.8 10.6l8.8-8.8l3.6 3.6l-8.8 8.8z M4 8.4l1.5 1.5 M6.2 6.2l2.2 2.2 M8.4 4l1.5 1.5",
+  follow: "M10.5 4.5a3.5 3.5 0 1 0 0 7a3.5 3.5 0 1 0 0-7z M10.5 7.9v.2 M2 5.5h3 M1 8h3.5 M2 10.5h3",
   scales: "M8 2v12 M4.5 14h7 M2 5h12 M2 5l-1 4h4l-1-4 M12 5l-1 4h4l-1-4",
 });
 

@@ -1,6 +1,13 @@
 // Starts the console: builds every part and connects them.
 
-import { CAPTURE_ADDRESS, GALLERY_ADDRESS, PLANNER_ADDRESS, RIG_ADDRESS, wizardAddress } from "./addresses.js";
+import {
+  CAPTURE_ADDRESS,
+  FOLLOW_ADDRESS,
+  GALLERY_ADDRESS,
+  PLANNER_ADDRESS,
+  RIG_ADDRESS,
+  wizardAddress,
+} from "./addresses.js";
 import { CalibrationOrders } from "./calibration/orders.js";
 import { mountWizard } from "./calibration/page.js";
 import { CalibrationReader } from "./calibration/reader.js";
@@ -13,6 +20,10 @@ import { StillReader } from "./capture/still_reader.js";
 import { Commands } from "./commands.js";
 import { fill, html, need } from "./dom.js";
 import { Fixations } from "./fixations.js";
+import { FollowOrders } from "./follow/orders.js";
+import { mountFollowPage } from "./follow/page.js";
+import { mountFollowed } from "./follow/panel.js";
+import { FollowReader } from "./follow/reader.js";
 import { GalleryReader, mountGallery } from "./gallery/page.js";
 import { icon } from "./icons.js";
 import { Keyboard } from "./keys.js";
@@ -61,15 +72,27 @@ const stillReader = new StillReader();
 const captureReader = new CaptureReader(store);
 const captureOrders = new CaptureOrders({ store, commands, reader: captureReader });
 const recording = new LiveRecording({ store, commands });
+const followReader = new FollowReader({ store, commands });
+const followOrders = new FollowOrders({ store, commands });
 const wideDepth = new WideDepth({ store, commands });
 const measureOrders = new MeasureOrders({ store, commands });
 const sync = new Sync({
   store,
   fixations,
-  others: [wideDepth, measureOrders, reader, rigReader, captureReader, galleryReader, stillReader, recording],
+  others: [
+    wideDepth,
+    measureOrders,
+    followReader,
+    reader,
+    rigReader,
+    captureReader,
+    galleryReader,
+    stillReader,
+    recording,
+  ],
 });
 rigReader.readRig = () => sync.readRig();
-const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
+const views = new Views({ store, commands, follows: followOrders, onBoot: () => void sync.readAll() });
 new ReachReader(store);
 const measure = new MeasureTool({ store, views, orders: measureOrders });
 const help = makeHelp({ showHints: () => changeSettings(store, { hints: true }) });
@@ -89,6 +112,7 @@ const keyboard = new Keyboard({
     "=": onWide(() => views.wide.zoom(1.5)),
     "-": onWide(() => views.wide.zoom(1 / 1.5)),
     0: onWide(() => views.wide.fit()),
+    t: onWide(() => followOrders.toggle()),
     m: onWide(() => measure.toggle()),
     1: onWide(() => measure.choose(1)),
     2: onWide(() => measure.choose(2)),
@@ -105,11 +129,22 @@ mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
 mountStop(need("stop"), need("stopped"), { store, commands });
 mountOffline(need("offline"), store);
 mountProblems(need("problems"), store);
-mountFixation(need("fixation"), need("announcer"), { store, commands });
+mountFixation(need("fixation"), need("announcer"), { store, commands, follows: followOrders });
 need("wide-depth").append(wideDepth.element);
 const scene = new Scene(need("scene"), { store, keyboard });
-mountTargets(need("targets"), { store, commands, select: (target) => choose(target) });
-mountMeasurements(need("measurements"), { store, orders: measureOrders, exports: need("measurement-exports") });
+mountTargets(need("targets"), { store, commands, follows: followOrders, select: (target) => choose(target) });
+const chooseList = connectTabs(["targets", "measurements", "followed"], (index) => {
+  need("measurement-exports").hidden = index !== 1;
+  store.set({ follow_tab: index === 2 });
+});
+mountMeasurements(need("measurements"), {
+  store,
+  orders: measureOrders,
+  exports: need("measurement-exports"),
+  show: () => chooseList(1),
+});
+mountFollowed(need("followed"), { store, orders: followOrders });
+followOrders.started = () => chooseList(2);
 views.pane("wide").tools.prepend(makeSteerDistance(store));
 mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
@@ -123,6 +158,7 @@ const slots = {
     capture_orders: captureOrders,
     capture_reader: captureReader,
   }),
+  follow_page: mountFollowPage(need("follow-page"), { store, orders: followOrders }),
 };
 fill(need("still-capture"), stillPanel({ store, commands, reader: stillReader }));
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
@@ -149,7 +185,7 @@ function choose(target) {
 }
 
 function escape() {
-  if (views.shrinkAll() || openPage(store.state) || measure.end()) return; // a key does not cancel a sweep
+  if (views.shrinkAll() || openPage(store.state) || measure.end() || followOrders.end()) return; // a key does not cancel a sweep
   views.wide.abandon();
   void commands.cancel();
 }
@@ -176,6 +212,7 @@ function mountTools() {
     need("tools"),
     makeRecordButton({ store, live: recording }),
     link("Capture: raster datasets", "raster", CAPTURE_ADDRESS),
+    link("Followed targets", "follow", FOLLOW_ADDRESS),
     link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
     link("Planner: where to stand", "map", PLANNER_ADDRESS),
     link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS),

@@ -15,6 +15,7 @@ const PAGES = /** @type {const} */ ([
   { key: "wizard", id: "calibration", title: "wizard-title" },
   { key: "rig_page", id: "rig-page", title: "rig-page-title" },
   { key: "capture_page", id: "capture-page", title: "capture-title" },
+  { key: "follow_page", id: "follow-page", title: "follow-title" },
   { key: "gallery", id: "gallery", title: "gallery-title" },
   { key: "planner_page", id: "planner", title: "planner-title" },
 ]);
@@ -45,7 +46,7 @@ export function turnPages({ store, views, slots }) {
     PAGES.map(({ key }) => key),
     (state) => {
       const open = openPage(state);
-      lendPanes(views, open && slots[open.key]);
+      lendPanes(views, open && slots[open.key], open?.key === "follow_page");
       if (open === PAGES.find(({ id }) => !need(id).hidden)) return;
       for (const page of PAGES) need(page.id).hidden = page !== open;
       need("console").hidden = open !== undefined;
@@ -56,17 +57,18 @@ export function turnPages({ store, views, slots }) {
 }
 
 /**
- * Move the live panes into these slots, with clicks disabled, or back into the console.
+ * Move the live panes into these slots, or back into the console.
  * @param {Views} views
  * @param {Slots | undefined} slots
+ * @param {boolean} clicked whether clicks mean something in these slots
  */
-function lendPanes(views, slots) {
+function lendPanes(views, slots, clicked) {
   // left comes before right in the console, so it is put in front last
   for (const role of /** @type {const} */ (["wide", "right", "left"])) {
     const { element, surface } = views.pane(role);
     const place = slots?.get(role) ?? need(role === "wide" ? "wide" : "eyes");
     if (element.parentElement !== place) place.prepend(element);
-    surface.inert = slots !== undefined;
+    surface.inert = slots !== undefined && !clicked;
   }
 }
 

@@ -2,6 +2,7 @@
 
 import { CALIBRATION_STATE } from "./calibration/state.js";
 import { CAPTURE_STATE } from "./capture/state.js";
+import { FOLLOW_STATE } from "./follow/state.js";
 import { MEASURE_STATE } from "./measure/state.js";
 import { RIG_STATE } from "./rig/state.js";
 import { loadSettings } from "./settings.js";
@@ -17,6 +18,7 @@ export function createStore() {
     ...RIG_STATE,
     ...CAPTURE_STATE,
     ...MEASURE_STATE,
+    ...FOLLOW_STATE,
     gallery: null,
     planner_page: false,
   });

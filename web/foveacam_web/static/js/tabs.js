@@ -1,10 +1,10 @@
-// Tabs of the page's HTML: one of two panels is shown.
+// Tabs of the page's HTML: one of several panels is shown.
 
 import { need } from "./dom.js";
 
 /**
- * Connect two tabs with their panels and show the first; return a function that shows one.
- * @param {[string, string]} names of the panels; the tab of each has the id tab-NAME
+ * Connect tabs with their panels and show the first; return a function that shows one.
+ * @param {string[]} names of the panels; the tab of each has the id tab-NAME
  * @param {(index: number) => void} chosen called with the shown one
  */
 export function connectTabs(names, chosen) {
@@ -22,8 +22,10 @@ export function connectTabs(names, chosen) {
     tab.addEventListener("click", () => choose(index));
     tab.addEventListener("keydown", (event) => {
       if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
-      choose(1 - index);
-      tabs[1 - index]?.focus();
+      const step = event.key === "ArrowLeft" ? tabs.length - 1 : 1;
+      const next = (index + step) % tabs.length;
+      choose(next);
+      tabs[next]?.focus();
     });
   });
   choose(0);

@@ -3,7 +3,6 @@
 import { html, repeat, update } from "../dom.js";
 import { namedRow } from "../panels/named_row.js";
 import { toolButton } from "../parts.js";
-import { connectTabs } from "../tabs.js";
 import { shownOf } from "./state.js";
 import { profilePlot } from "./plot.js";
 import { factsOf, KINDS, valueText } from "./words.js";
@@ -16,13 +15,12 @@ import { factsOf, KINDS, valueText } from "./words.js";
  * @typedef {{store: Store, orders: MeasureOrders}} Context
  */
 
-/** @param {HTMLElement} place @param {Context & {exports: HTMLElement}} context */
-export function mountMeasurements(place, { store, orders, exports }) {
-  const choose = connectTabs(["targets", "measurements"], (index) => (exports.hidden = index !== 1));
+/** @param {HTMLElement} place @param {Context & {exports: HTMLElement, show: () => void}} context `show`: open its tab */
+export function mountMeasurements(place, { store, orders, exports, show }) {
   let chosen = "";
   store.on(["measuring", "selected_measurement"], ({ measuring, selected_measurement }) => {
     const now = measuring ? measuring.view + (selected_measurement ?? "") : "";
-    if (now && now !== chosen) choose(1); // a new measurement appears there
+    if (now && now !== chosen) show(); // a new measurement appears there
     chosen = now;
   });
   let before = store.state.selected_measurement;

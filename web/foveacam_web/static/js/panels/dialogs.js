@@ -17,6 +17,7 @@ const HELP = [
     [
       ["Click or tap", "Look there with both eyes"],
       ["Drag, or press long and drag", "Look at a rectangle"],
+      ["T, or Follow", "Clicks and rectangles follow what is there; Escape ends that"],
       ["Alt + drag", "Steer both eyes open loop, at the distance of “Steer at”"],
       ["Wheel, pinch, + and −", "Zoom where the pointer is"],
       ["Shift or middle button + drag, two fingers", "Move the picture"],

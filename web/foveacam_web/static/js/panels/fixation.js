@@ -11,7 +11,9 @@ import { drawSteps } from "./stepplot.js";
  * @import { FixationDocument, FixationRequest } from "#api"
  * @import { CurrentFixation } from "#page"
  * @import { Commands } from "../commands.js"
+ * @import { FollowOrders } from "../follow/orders.js"
  * @import { Store } from "../store.js"
+ * @typedef {{commands: Commands, follows: FollowOrders}} Orders
  */
 
 const RUNNING = Object.freeze(
@@ -23,12 +25,12 @@ const RUNNING = Object.freeze(
   }),
 );
 
-/** @param {HTMLElement} place @param {HTMLElement} announcer @param {{store: Store, commands: Commands}} context */
-export function mountFixation(place, announcer, { store, commands }) {
+/** @param {HTMLElement} place @param {HTMLElement} announcer @param {{store: Store} & Orders} context */
+export function mountFixation(place, announcer, { store, ...orders }) {
   const head = h("div", { class: "outcome" });
   const plot = h("div", { class: "plot" });
   fill(place, head, plot);
-  const showOutcome = outcomes(head, commands);
+  const showOutcome = outcomes(head, orders);
   store.on(["current"], ({ current }) => {
     place.dataset["state"] = current?.fixation?.state ?? current?.state ?? "none";
     place.dataset["basis"] = (current?.fixation && basisOf(current.fixation)) ?? "";
@@ -50,14 +52,14 @@ function redrawSteps(plot, current) {
 /**
  * Return a function that shows a fixation in parts, so that a button being pressed stays while another part changes.
  * @param {HTMLElement} head
- * @param {Commands} commands
+ * @param {Orders} orders
  * @returns {(current: CurrentFixation | null) => void}
  */
-function outcomes(head, commands) {
-  const run = running(commands);
+function outcomes(head, orders) {
+  const run = running(orders.commands);
   const [end, files] = [h("div", { class: "part" }), h("div", { class: "part" })];
   const showEnd = changing(end, (/** @type {CurrentFixation | null} */ current) =>
-    current?.fixation ? ended(current.fixation, commands) : otherwise(current),
+    current?.fixation ? ended(current.fixation, orders) : otherwise(current),
   );
   const showFiles = changing(files, (/** @type {string | null} */ cloud_id) => [cloud_id && downloads(cloud_id)]);
   fill(head, run.element, end, files);
@@ -127,15 +129,17 @@ function failed({ problem }) {
   ];
 }
 
-/** @param {FixationDocument} fixation @param {Commands} commands */
-function ended(fixation, commands) {
+/** @param {FixationDocument} fixation @param {Orders} orders */
+function ended(fixation, { commands, follows }) {
   const end = heading(fixation);
   const answer = answerOf(fixation);
   const basis = basisOf(fixation);
   const chosen = chosenOf(fixation) !== null;
   const why = reasonBeside(fixation);
   return [
-    title(end.tone, end.title, basis ? basisMeaning(basis) : ""),
+    html`<div class="heading">
+      ${title(end.tone, end.title, basis ? basisMeaning(basis) : "")} ${followButton(fixation, follows)}
+    </div>`,
     answer.distance_m !== null
       ? far(answer)
       : answer.bound
@@ -164,6 +168,18 @@ function far({ distance_m, distance_sigma_m }) {
     ${sigma && html`<span class="sigma"> ± ${sigma}</span>`}
     <span class="unit"> ${unit}</span>
   </p>`;
+}
+
+/** @param {FixationDocument} fixation @param {FollowOrders} follows */
+function followButton({ target_id }, follows) {
+  if (target_id === null) return null;
+  return html`<button
+    type="button" class="tool follow-it" title="Keep both foveae on it while it moves"
+    @click=${() => void follows.follow({ target_id })}
+  >
+    ${icon("follow")}
+    Follow
+  </button>`;
 }
 
 /** @param {FixationDocument} fixation */

@@ -1,4 +1,4 @@
-// Lists the targets: name, distance, fixate again, show in 3D, delete.
+// Lists the targets: name, distance, fixate again, follow, show in 3D, delete.
 
 import { answerText, basisMeaning, basisWords, boundText } from "../answers.js";
 import { html, repeat, update } from "../dom.js";
@@ -9,8 +9,9 @@ import { namedRow } from "./named_row.js";
 /**
  * @import { TargetDocument } from "#api"
  * @import { Commands } from "../commands.js"
+ * @import { FollowOrders } from "../follow/orders.js"
  * @import { Store } from "../store.js"
- * @typedef {{store: Store, commands: Commands, select: (target: TargetDocument) => void}} Context
+ * @typedef {{store: Store, commands: Commands, follows: FollowOrders, select: (target: TargetDocument) => void}} Context
  */
 
 /** @param {HTMLElement} place @param {Context} context */
@@ -28,7 +29,7 @@ export function mountTargets(place, context) {
 }
 
 /** @param {TargetDocument} target @param {boolean} selected @param {Context} context */
-function targetRow(target, selected, { commands, select }) {
+function targetRow(target, selected, { commands, follows, select }) {
   const { id, basis, bound } = target;
   const corrected = Boolean(target.corrections?.length);
   const title = `${angle(target.ax_deg)} ${angle(target.ay_deg)}${bound ? `, ${boundText(bound)}` : ""}`;
@@ -44,6 +45,7 @@ function targetRow(target, selected, { commands, select }) {
     tools: [
       toolButton("Show in the 3D pane", "cube", () => select(target), selected),
       toolButton("Look again", "again", () => void commands.lookAgain(id)),
+      toolButton("Follow", "follow", () => follows.follow({ target_id: id })),
       toolButton("Delete", "trash", () => commands.remove(target)),
     ],
     select: () => select(target),

@@ -54,12 +54,3 @@ export async function pngOf(drawing) {
     canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the browser made no PNG")))),
   );
 }
-
-/** Download a file in the browser. @param {Blob} content @param {string} name */
-export function hand(content, name) {
-  const address = URL.createObjectURL(content);
-  const link = document.createElement("a");
-  Object.assign(link, { href: address, download: name });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(address), 10_000);
-}

@@ -3,12 +3,13 @@
 import { panel } from "../parts.js";
 import { segments, Troubles } from "../capture/parts.js";
 import { fill, h, html, say } from "../dom.js";
+import { hand } from "../download.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { pageHead } from "../pages.js";
 import { Bench } from "./bench.js";
 import { makeControls } from "./controls.js";
-import { hand, pngOf, svgText } from "./exports.js";
+import { pngOf, svgText } from "./exports.js";
 import { makeChances, makeRoom } from "./figures.js";
 import { makeSource } from "./source.js";
 import { makeTargets } from "./targets.js";

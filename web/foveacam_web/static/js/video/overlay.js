@@ -1,8 +1,9 @@
-// Draws over the wide picture: footprints, steerable field, targets, the rectangle, the crosshair.
+// Draws over the wide picture: footprints, steerable field, targets, what is followed, the rectangle, the crosshair.
 // It draws in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
 
 import { answerText } from "../answers.js";
 import { fill, h, html, s, say, svg } from "../dom.js";
+import { followRings, marksOf, RING_PX } from "../follow/words.js";
 import { number } from "../format.js";
 import { fieldOutline } from "./angles.js";
 
@@ -20,6 +21,7 @@ export class Overlay {
   #field = s("g", { class: "field" });
   #prints = s("g", { class: "footprints" });
   #marks = s("g", { class: "marks" });
+  #follows = s("g", { class: "follows" });
   #aim = s("g", { class: "aim" });
   /** @type {Box | null} */
   #rectangle = null;
@@ -33,6 +35,7 @@ export class Overlay {
       this.#field,
       this.#prints,
       this.#marks,
+      this.#follows,
       this.#aim,
     );
   }
@@ -42,6 +45,7 @@ export class Overlay {
     this.drawField(viewport, state);
     this.drawFootprints(viewport, state);
     this.drawMarks(viewport, state);
+    this.drawFollows(viewport, state);
     this.#drawAim(viewport);
   }
 
@@ -92,6 +96,21 @@ export class Overlay {
       return mark(at, `mark basis-${target.basis}${selected ? " selected" : ""}`, free ? label : "");
     });
     fill(this.#marks, ...marks.reverse(), ...asked(current?.request ?? null, viewport));
+  }
+
+  /** @param {Viewport} viewport @param {ConsoleState} state */
+  drawFollows(viewport, state) {
+    const marks = state.settings.marks ? marksOf(state) : [];
+    fill(
+      this.#follows,
+      ...followRings(marks, (at) => viewport.toCss(at)).map(
+        ({ kind, x, y, label, label_y }) => svg`<g class=${kind}>
+          <circle class="under" cx=${x} cy=${y} r=${RING_PX}></circle>
+          <circle cx=${x} cy=${y} r=${RING_PX}></circle>
+          <text x=${x} y=${label_y} text-anchor="middle">${cut(label)}</text>
+        </g>`,
+      ),
+    );
   }
 
   /** @param {Viewport} viewport @param {Box | null} box sensor px */

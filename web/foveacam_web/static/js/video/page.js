@@ -3,6 +3,8 @@
 import { Commands } from "../commands.js";
 import { need } from "../dom.js";
 import { Fixations } from "../fixations.js";
+import { FollowOrders } from "../follow/orders.js";
+import { FollowReader } from "../follow/reader.js";
 import { Keyboard } from "../keys.js";
 import { mountOffline, mountStop } from "../panels/topbar.js";
 import { changeSettings } from "../settings.js";
@@ -19,15 +21,16 @@ export function openViewsPage() {
   const toasts = new Toasts();
   const fixations = new Fixations(store);
   const commands = new Commands({ store, toasts, fixations });
-  const sync = new Sync({ store, fixations });
-  const views = new Views({ store, commands, onBoot: () => void sync.readAll() });
+  const follows = new FollowOrders({ store, commands });
+  const sync = new Sync({ store, fixations, others: [new FollowReader({ store, commands })] });
+  const views = new Views({ store, commands, follows, onBoot: () => void sync.readAll() });
   document.body.append(toasts.element);
   mountStop(need("stop"), need("stopped"), { store, commands });
   mountOffline(need("offline"), store);
   const keyboard = new Keyboard({
     stop: () => void commands.stop(),
     escape: () => {
-      if (views.shrinkAll()) return;
+      if (views.shrinkAll() || follows.end()) return;
       views.wide.abandon();
       void commands.cancel();
     },
@@ -35,6 +38,7 @@ export function openViewsPage() {
     keys: {
       i: () => changeSettings(store, { readout: !store.state.settings.readout }),
       f: () => changeSettings(store, { footprints: !store.state.settings.footprints }),
+      t: () => follows.toggle(),
       d: () => void views.wide.probe(),
       "+": () => views.wide.zoom(1.5),
       "=": () => views.wide.zoom(1.5),

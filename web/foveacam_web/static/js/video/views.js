@@ -8,6 +8,7 @@ import { WideView } from "./wide.js";
 /**
  * @import { StreamReport, Subscription, ViewName } from "#page"
  * @import { Commands } from "../commands.js"
+ * @import { FollowOrders } from "../follow/orders.js"
  * @import { Store } from "../store.js"
  */
 
@@ -26,14 +27,14 @@ export class Views {
   /** @type {ViewName} */
   #tab = "anaglyph";
 
-  /** @param {{store: Store, commands: Commands, onBoot: (boot_id: string) => void}} context */
-  constructor({ store, commands, onBoot }) {
+  /** @param {{store: Store, commands: Commands, follows: FollowOrders, onBoot: (boot_id: string) => void}} context */
+  constructor({ store, commands, follows, onBoot }) {
     this.#store = store;
     this.#stream = openStream((report) => this.#hear(report, onBoot));
     for (const name of /** @type {ViewName[]} */ (Object.keys(VIEWS))) {
       if (!LATER.has(name)) this.#addPane(name);
     }
-    this.wide = new WideView(this.pane("wide"), { store, commands, stream: this.#stream });
+    this.wide = new WideView(this.pane("wide"), { store, commands, follows, stream: this.#stream });
     document.addEventListener("visibilitychange", () => this.#subscribe());
     store.on(["settings"], () => this.#subscribe());
     store.on(["shown", "stream", "rig", "server_stats", "settings", "current"], (state) => {

@@ -1,7 +1,7 @@
 // Operates the wide view: click, rectangle, steering, zoom, keyboard crosshair.
 
 import { NEAR_CSS_PX, withCorrected } from "../corrects.js";
-import { h, say } from "../dom.js";
+import { h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { directionOf, inField } from "./angles.js";
 import { Gestures } from "./gestures.js";
@@ -13,6 +13,7 @@ import { seeing } from "./reach.js";
 /**
  * @import { Point } from "#page"
  * @import { Commands } from "../commands.js"
+ * @import { FollowOrders } from "../follow/orders.js"
  * @import { Store } from "../store.js"
  * @import { StreamLink } from "./link.js"
  * @import { Pane } from "./pane.js"
@@ -26,6 +27,7 @@ export class WideView {
   #pane;
   #store;
   #commands;
+  #follows;
   #overlay = new Overlay();
   #loupe;
   #legend = new ReachLegend();
@@ -40,19 +42,23 @@ export class WideView {
   /** @type {Point | null} the last click, sensor px: read by tests */
   last_click = null;
 
-  /** @param {Pane} pane @param {{store: Store, commands: Commands, stream: StreamLink}} context */
-  constructor(pane, { store, commands, stream }) {
+  /** @param {Pane} pane @param {{store: Store, commands: Commands, follows: FollowOrders, stream: StreamLink}} context */
+  constructor(pane, { store, commands, follows, stream }) {
     this.#pane = pane;
     this.#store = store;
     this.#commands = commands;
+    this.#follows = follows;
     this.#loupe = new Loupe(stream);
     pane.surface.append(this.#overlay.element, this.#legend.element, this.#loupe.element);
     this.#hints = new Hints({ store, pane });
-    pane.tools.prepend(...this.#tools());
+    pane.tools.prepend(this.#followSwitch(), ...this.#tools());
     pane.placed = () => this.#redraw();
     this.#makeReachable();
     this.#gestures = new Gestures(pane.surface, this.#meanings());
     store.on(["overlay", "settings"], (state) => this.#overlay.drawFootprints(pane.viewport, state));
+    store.on(["overlay", "followed", "follow_asked", "settings"], (state) =>
+      this.#overlay.drawFollows(pane.viewport, state),
+    );
     store.on(["rig", "intrinsics", "reach", "settings"], (state) => {
       this.#overlay.drawField(pane.viewport, state);
       this.#legend.show(state.settings.field ? state.reach : null);
@@ -107,11 +113,33 @@ export class WideView {
     ];
   }
 
+  #followSwitch() {
+    const button = h(
+      "button",
+      {
+        class: "tool follow-switch",
+        type: "button",
+        title: "Follow what is clicked (T)",
+        on: { click: () => this.#follows.toggle() },
+      },
+      icon("follow"),
+      html`<span>Follow</span>`,
+    );
+    this.#store.on(["click_follows"], ({ click_follows }) => {
+      button.setAttribute("aria-pressed", String(click_follows));
+      this.#pane.surface.classList.toggle("following", click_follows);
+    });
+    return button;
+  }
+
   #makeReachable() {
     const { surface } = this.#pane;
     surface.tabIndex = 0;
     surface.setAttribute("role", "application");
-    surface.setAttribute("aria-label", "Wide view. Arrow keys move a crosshair, Enter looks there, Escape cancels.");
+    surface.setAttribute(
+      "aria-label",
+      "Wide view. Arrow keys move a crosshair, Enter looks there or follows, Escape cancels.",
+    );
     surface.addEventListener("keydown", (event) => this.#key(event));
     surface.addEventListener("blur", () => this.#setCross(null));
   }
@@ -141,7 +169,7 @@ export class WideView {
   #click(pixel) {
     if (!this.#pane.viewport.holds(pixel)) return; // the margin beside the picture
     this.last_click = pixel;
-    this.#fixate({ pixel: { x_px: pixel.x, y_px: pixel.y } });
+    this.#look({ pixel: { x_px: pixel.x, y_px: pixel.y } });
   }
 
   /** @param {Point} from @param {Point} to @param {boolean} done */
@@ -150,12 +178,13 @@ export class WideView {
     const box = between(hold(viewport.toSensor(from), viewport), hold(viewport.toSensor(to), viewport));
     this.#overlay.showRectangle(viewport, done ? null : box);
     if (!done || box.width < SMALLEST_SIDE_PX || box.height < SMALLEST_SIDE_PX) return;
-    this.#fixate({ rectangle: { x_px: box.x, y_px: box.y, width_px: box.width, height_px: box.height } });
+    this.#look({ rectangle: { x_px: box.x, y_px: box.y, width_px: box.width, height_px: box.height } });
   }
 
-  /** @param {import("#api").FixationRequest} request */
-  #fixate(request) {
+  /** Follow or fixate what was chosen. @param {Pick<import("#api").FixationRequest, "pixel" | "rectangle">} request */
+  #look(request) {
     const { state } = this.#store;
+    if (state.click_follows || state.follow_page) return void this.#follows.follow(request);
     const named = state.overlay ? { ...request, frame_seq: state.overlay.seq } : request; // the picture that was clicked
     void this.#commands.fixate(withCorrected(named, state, NEAR_CSS_PX / this.#pane.viewport.scale));
   }
