@@ -75,26 +75,25 @@ class FoveaPicture:
             )
         ]
 
-    def find(self, sighting: Sighting, *, inverse_z_per_m: float) -> tuple[FoveaReading | None, float]:
-        """Return the target in a look, None where it is not there, and the score of the better eye.
+    def find(self, sighting: Sighting, *, inverse_z_per_m: float) -> FoveaReading | None:
+        """Return the target in a look; None where it is not there.
 
         `inverse_z_per_m`: 1/Z of the target as far as it is known.
         """
         look = reduce_look(sighting, self._calibration, f_px=self._f_px)
         gazes = gazes_under(self._calibration, sighting.volts)
         scale, found = self._best_scale(look, inverse_z_per_m)
-        best_score = max(score for _, score in found)
         if min(score for _, score in found) < FOUND_SCORE:
-            return None, best_score
+            return None
         left, right = (place / self._f_px for place, _ in found)
         reading = self._measured(sighting, gazes, left, right, score=min(score for _, score in found))
         if reading is None:
-            return None, best_score
+            return None
         self._last_per_m = 1.0 / reading.point.point_rig_m[2]
         if scale == 1.0 or reading.score >= RENEWED_SCORE:
             offsets = reading.gazes.left - gazes.left, reading.gazes.right - gazes.right
             self._renew(look.left, look.right, offsets, scale)
-        return reading, best_score
+        return reading
 
     def _best_scale(
         self, look: ReducedLook, inverse_z_per_m: float

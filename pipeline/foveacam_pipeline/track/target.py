@@ -22,8 +22,6 @@ FOVEA_SIGMA_PX = 2.0
 BIAS_GAIN = 0.3
 LOST_MISSES = 2
 """After so many looks in a row that do not show it a target counts as lost."""
-OTHER_SCORE = 0.35
-"""Where neither fovea correlates so well with the target, the wide view shows another thing there."""
 COAST_NS = 1_500_000_000
 """A hidden target is taken to go on as it went for so long, then to stand."""
 FIRST_SIGMA_SHARE = 0.02
@@ -87,7 +85,7 @@ class FollowedTarget:
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
         self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
         self._confirmed = self._filter.copy()
-        """The filter as of the last look that showed it: what the wide view told since may be false."""
+        """What the looks that showed it tell alone: the wide view may follow something in front of it."""
         self._picture = FoveaPicture(
             sighting,
             calibration,
@@ -121,12 +119,16 @@ class FollowedTarget:
 
     def aim(self, t_ns: int) -> PositionEstimate:
         """Return where to look for it at a time: a lost one in turns where it was seen last and elsewhere."""
-        told = self._filter.at(t_ns)
+        return self._aim(t_ns)[0]
+
+    def _aim(self, t_ns: int) -> tuple[PositionEstimate, bool]:
+        """Return where to look for it, and whether the wide view says so."""
+        told = self._filter.at(t_ns), True
         if not self.lost:
             return told
-        seen = self._confirmed.at(t_ns)
+        seen = self._confirmed.at(t_ns), False
         first, second = (seen, told) if self._misses % 2 == 0 else (told, seen)
-        return first if self._reaches(first) or not self._reaches(second) else second
+        return first if self._reaches(first[0]) or not self._reaches(second[0]) else second
 
     @property
     def last_look_ns(self) -> int:
@@ -164,18 +166,20 @@ class FollowedTarget:
         if not jumped and self._filter.see(frame.t_ns, tangents, sigma=sigma):
             return
         self._misses = max(self._misses, LOST_MISSES)  # for the foveae to say whether it is the target
-        self._move_to(tangents, self._confirmed.at(frame.t_ns).inverse_z_per_m, frame.t_ns)
+        inverse_z = self._confirmed.at(frame.t_ns).inverse_z_per_m
+        self._filter = self._filter_at(tangents, inverse_z, frame.t_ns)
 
     def see_foveae(self, sighting: Sighting) -> FoveaReading | None:
         """Take a look at it; return what it shows, None where it does not show the target."""
         t_ns = sighting.left.t_ns
-        expected = self.aim(t_ns)
-        reading, best_score = self._picture.find(sighting, inverse_z_per_m=expected.inverse_z_per_m)
+        expected, by_wide = self._aim(t_ns)
+        reading = self._picture.find(sighting, inverse_z_per_m=expected.inverse_z_per_m)
         self._looks += 1
         self._last_look_ns = t_ns
         if reading is None:
             self._misses += 1
-            self._doubt(best_score)
+            if by_wide:
+                self._doubt()
             self._coast(t_ns)
             return None
         self._take(reading)
@@ -203,16 +207,21 @@ class FollowedTarget:
         point = np.asarray(reading.point.point_rig_m)
         tangents, inverse_z = point[:2] / point[2], float(1.0 / point[2])
         disparity_px = float(np.hypot(reading.fine.sigma_x_px, FOVEA_SIGMA_PX))
-        taken = self._filter.see(
-            reading.t_ns,
-            tangents,
-            sigma=FOVEA_SIGMA_PX / calibration.fovea_f_px,
-            inverse_z_per_m=inverse_z,
-            inverse_z_sigma_per_m=disparity_px / (calibration.fovea_f_px * calibration.baseline_m),
+        taken, confirmed = (
+            known.see(
+                reading.t_ns,
+                tangents,
+                sigma=FOVEA_SIGMA_PX / calibration.fovea_f_px,
+                inverse_z_per_m=inverse_z,
+                inverse_z_sigma_per_m=disparity_px / (calibration.fovea_f_px * calibration.baseline_m),
+            )
+            for known in (self._filter, self._confirmed)
         )
-        if not taken:
-            self._move_to(tangents, inverse_z, reading.t_ns)
-        self._confirmed, self._rests = self._filter.copy(), False
+        if not confirmed:
+            self._confirmed = self._filter_at(tangents, inverse_z, reading.t_ns)
+        if not taken or self.lost:  # nothing that the wide view told meanwhile was of the target
+            self._filter = self._confirmed.copy()
+        self._rests = False
         self._misses = self._other = 0
         self._hits += 1
         self._score, self._last_hit_ns = reading.score, reading.t_ns
@@ -226,9 +235,9 @@ class FollowedTarget:
                 self._tracker.refuse()
                 self._wide = None
 
-    def _doubt(self, best_score: float) -> None:
-        """Refuse what the image tracker follows where two looks at it show another thing."""
-        self._other = self._other + 1 if best_score < OTHER_SCORE else 0
+    def _doubt(self) -> None:
+        """Refuse what the image tracker follows where two looks in a row at it do not show the target."""
+        self._other += 1
         if self._other >= 2 and self._wide is not None:
             self._tracker.refuse()
             self._filter = self._confirmed.copy()
@@ -241,11 +250,11 @@ class FollowedTarget:
             self._rests = True
             self._confirmed.rest(self._last_hit_ns + COAST_NS)
 
-    def _move_to(self, tangents: NDArray[np.float64], inverse_z: float, t_ns: int) -> None:
-        """Begin the filter anew at a place to which nothing led."""
+    def _filter_at(self, tangents: NDArray[np.float64], inverse_z: float, t_ns: int) -> PositionFilter:
+        """Return a filter that begins anew at a place to which nothing led."""
         point = np.append(tangents, 1.0) / inverse_z
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
-        self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
+        return PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
 
     def _wide_place(self, t_ns: int) -> NDArray[np.float64]:
         """Return where the wide view should show it, (2,) px."""
