@@ -23,7 +23,7 @@ HALF_PX = 30
 LEAST_SCALE, MOST_SCALE = 0.5, 2.0
 SAME_SCALE = 0.05
 """Depths that differ by less make no other picture."""
-FOUND_SCORE = 0.45
+FOUND_SCORE = 0.6
 """Least correlation of an eye's picture with the target's."""
 RENEWED_SCORE = 0.6
 RENEWAL = 0.1
@@ -75,15 +75,18 @@ class FoveaPicture:
             )
         ]
 
-    def find(self, sighting: Sighting, *, inverse_z_per_m: float) -> FoveaReading | None:
+    def find(
+        self, sighting: Sighting, *, inverse_z_per_m: float, least_score: float = FOUND_SCORE
+    ) -> FoveaReading | None:
         """Return the target in a look; None where it is not there.
 
-        `inverse_z_per_m`: 1/Z of the target as far as it is known.
+        `inverse_z_per_m`: 1/Z of the target as far as it is known. `least_score`: correlation that both eyes
+        must reach, -1 to 1.
         """
         look = reduce_look(sighting, self._calibration, f_px=self._f_px)
         gazes = gazes_under(self._calibration, sighting.volts)
         scale, found = self._best_scale(look, inverse_z_per_m)
-        if min(score for _, score in found) < FOUND_SCORE:
+        if min(score for _, score in found) < least_score:
             return None
         left, right = (place / self._f_px for place, _ in found)
         reading = self._measured(sighting, gazes, left, right, score=min(score for _, score in found))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Frame, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.track.correlation_filter import CorrelationFilterTracker
-from foveacam_pipeline.track.fovea_match import FoveaPicture, FoveaReading
+from foveacam_pipeline.track.fovea_match import FOUND_SCORE, FoveaPicture, FoveaReading
 from foveacam_pipeline.track.image_tracker import ImageTracker, TrackBox, TrackerKind, TrackMatch
 from foveacam_pipeline.track.position_filter import PositionEstimate, PositionFilter
 from foveacam_pipeline.track.template_tracker import TemplateTracker
@@ -22,6 +22,10 @@ FOVEA_SIGMA_PX = 2.0
 BIAS_GAIN = 0.3
 LOST_MISSES = 2
 """After so many looks in a row that do not show it a target counts as lost."""
+AGAIN_SCORE = 0.7
+"""A target that was lost must correlate so well in both foveae to be taken for found."""
+FASTEST_M_PER_S = 5.0
+"""What a look shows farther from where the target should be than this speed explains is another thing."""
 COAST_NS = 1_500_000_000
 """A hidden target is taken to go on as it went for so long, then to stand."""
 FIRST_SIGMA_SHARE = 0.02
@@ -173,10 +177,14 @@ class FollowedTarget:
         """Take a look at it; return what it shows, None where it does not show the target."""
         t_ns = sighting.left.t_ns
         expected, by_wide = self._aim(t_ns)
-        reading = self._picture.find(sighting, inverse_z_per_m=expected.inverse_z_per_m)
+        reading = self._picture.find(
+            sighting,
+            inverse_z_per_m=expected.inverse_z_per_m,
+            least_score=AGAIN_SCORE if self.lost else FOUND_SCORE,
+        )
         self._looks += 1
         self._last_look_ns = t_ns
-        if reading is None:
+        if reading is None or not self._possible(reading):
             self._misses += 1
             if by_wide:
                 self._doubt()
@@ -201,6 +209,13 @@ class FollowedTarget:
             score=self._score,
             wide_score=None if self._wide is None else self._wide[1].score,
         )
+
+    def _possible(self, reading: FoveaReading) -> bool:
+        """Return whether the target can have come from where it was seen last to where a look shows it."""
+        unseen_s = (reading.t_ns - self._last_hit_ns) / 1e9
+        seen = self._confirmed.at(reading.t_ns)
+        moved_m = float(np.linalg.norm(np.asarray(reading.point.point_rig_m) - seen.position_rig_m))
+        return moved_m <= FASTEST_M_PER_S * unseen_s + FIRST_SIGMA_SHARE * seen.distance_m
 
     def _take(self, reading: FoveaReading) -> None:
         calibration = self._calibration
