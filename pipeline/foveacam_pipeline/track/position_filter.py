@@ -58,10 +58,17 @@ class PositionEstimate:
 class PositionFilter:
     """Position and velocity of one point with white noise as its acceleration."""
 
-    def __init__(self, position_rig_m: NDArray[np.float64], *, sigma_m: float, t_ns: int) -> None:
-        """Start at rest; `sigma_m`: standard error of the position along each axis."""
+    def __init__(
+        self,
+        position_rig_m: NDArray[np.float64],
+        *,
+        sigma_m: float,
+        t_ns: int,
+        velocity_rig_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """`sigma_m`: standard error of the position along each axis; the velocity is a guess."""
         self._t_ns = t_ns
-        self._state = np.concatenate([position_rig_m, np.zeros(3)])
+        self._state = np.concatenate([position_rig_m, velocity_rig_m_s])
         self._covariance = np.diag([sigma_m**2] * 3 + [FIRST_SPEED_M_PER_S**2] * 3)
 
     def copy(self) -> "PositionFilter":

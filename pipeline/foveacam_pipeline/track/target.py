@@ -75,10 +75,11 @@ class FollowedTarget:
         tracker: TrackerKind = TrackerKind.TEMPLATE,
         box_px: tuple[int, int] = (64, 64),
         priority: float = 1.0,
+        velocity_rig_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """`sighting`, `point_rig_m`: last look of the fixation and its point, m. `wide`: its wide view, grey.
+        """`sighting`, `point_rig_m`: a look that shows it, and its point, m. `wide`: its wide view, grey.
 
-        Raise `OutOfRange` where the wide view about it shows nothing that could be followed.
+        `velocity_rig_m_s`: as far as it is known. Raise `OutOfRange` where the wide view about it shows nothing that could be followed.
         """
         self.target_id = target_id
         self.priority = priority
@@ -87,7 +88,7 @@ class FollowedTarget:
         point = np.asarray(point_rig_m)
         t_ns = sighting.left.t_ns
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
-        self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
+        self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns, velocity_rig_m_s=velocity_rig_m_s)
         self._confirmed = self._filter.copy()
         """What the looks that showed it tell alone: the wide view may follow something in front of it."""
         self._picture = FoveaPicture(

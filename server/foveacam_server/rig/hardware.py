@@ -179,6 +179,10 @@ class HardwareThread:
         """Return the wide frame that viewers know by a number, or the last before it; None if it is gone."""
         return self._live.recent_wide.find(seq)
 
+    def wide_since(self, t_ns: int) -> list[Frame]:
+        """Return the recent wide frames of a time and after it, oldest first."""
+        return self._live.recent_wide.since(t_ns)
+
     @contextmanager
     def session(
         self,

@@ -57,6 +57,11 @@ class RecentFrames:
             older = [frame for frame in self._frames if wire_seq(frame.seq) <= seq]
         return older[-1] if older else None
 
+    def since(self, t_ns: int) -> list[Frame]:
+        """Return the frames of a time and after it, oldest first."""
+        with self._lock:
+            return [frame for frame in self._frames if frame.t_ns >= t_ns]
+
 
 class LiveViews:
     """Paces the live views and measures their rates. Called by the hardware thread alone."""

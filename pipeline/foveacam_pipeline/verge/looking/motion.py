@@ -13,7 +13,7 @@ from foveacam_hardware.contract import Frame
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.verge.matching.wide_patch import WidePatch, follow
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, follow, follow_on
 
 STILL_TAN = 4.0e-4
 """Smaller changes between two sights are noise of the registration: 1.3 wide px."""
@@ -36,6 +36,11 @@ class TargetMotion:
     def moves(self) -> bool:
         """Whether it was seen to move."""
         return bool(np.any(self._speed))
+
+    @property
+    def seen_ns(self) -> int:
+        """When it was seen last."""
+        return self._sights[-1][0]
 
     def at(self, t_ns: int) -> NDArray[np.float64]:
         """Return its direction at `t_ns`, (2,) tangents."""
@@ -68,7 +73,17 @@ class TargetTracker:
         if frame.seq == self._seq:
             return
         self._seq = frame.seq
-        elapsed_s = (frame.t_ns - self._cut_ns) / 1e9
-        target = follow(self._template, gray(to_uint8(frame)), self._wide, elapsed_s=elapsed_s)
+        image = gray(to_uint8(frame))
+        if self.motion.moves:
+            target = follow_on(
+                self._template,
+                image,
+                self._wide,
+                expected=self.motion.at(frame.t_ns),
+                unseen_s=(frame.t_ns - self.motion.seen_ns) / 1e9,
+            )
+        else:
+            elapsed_s = (frame.t_ns - self._cut_ns) / 1e9
+            target = follow(self._template, image, self._wide, elapsed_s=elapsed_s)
         if target is not None:
             self.motion.sees(target, frame.t_ns)

@@ -28,6 +28,8 @@ TRACK_REACH_PX = 8
 TRACK_REACH_MAX_PX = 160
 FASTEST_RAD_PER_S = 0.2
 """The fastest target to be followed: 2 m/s at 10 m."""
+TURN_RAD_PER_S = 0.1
+"""By how much a moving target's speed may be misjudged."""
 TRACK_SCORE = 0.5
 MOVED_SCORE = 0.75
 """A patch found elsewhere must fit so well: walkers reach 0.8 from frame to frame, look-alikes beside a
@@ -110,6 +112,27 @@ def follow(
     if best < MOVED_SCORE:
         return None
     return template.target + np.array([x - reach, y - reach]) / template.f_px
+
+
+def follow_on(
+    template: WidePatch,
+    gray: NDArray[np.uint8],
+    wide: Intrinsics,
+    *,
+    expected: NDArray[np.float64],
+    unseen_s: float,
+) -> NDArray[np.float64] | None:
+    """Return where the patch of a target that moves is, (2,) tangents, or None when it is not seen.
+
+    `expected`: where its track leads, (2,) tangents; it is looked for about there, farther the longer it was
+    not seen, s.
+    """
+    reach = round(min(TRACK_REACH_MAX_PX, TRACK_REACH_PX + TURN_RAD_PER_S * template.f_px * abs(unseen_s)))
+    scores = _fits(replace(template, target=expected), gray, wide, reach_px=reach)
+    x, y, best = peak(scores)
+    if best < MOVED_SCORE:
+        return None
+    return np.asarray(expected + np.array([x - reach, y - reach]) / template.f_px, dtype=np.float64)
 
 
 def fit_at(

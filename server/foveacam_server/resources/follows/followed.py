@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.track.click_track import ClickTrack
 from foveacam_pipeline.track.position_filter import PositionEstimate
 from foveacam_pipeline.track.target import TargetReport
 from foveacam_server.foundation.names import utc_now
@@ -33,6 +34,8 @@ class FollowedRecord:
     priority: float
     state: FollowedState = "finding"
     created_utc: str = field(default_factory=utc_now)
+    click: ClickTrack | None = None
+    """What was clicked, followed until the foveae look; None where no frame is known."""
     report: TargetReport | None = None
     hits: deque[PositionEstimate] = field(default_factory=lambda: deque(maxlen=TRAIL))
 

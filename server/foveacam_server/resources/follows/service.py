@@ -6,22 +6,29 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Protocol
 
-from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, Head, InvalidInput
+from foveacam_hardware.contract import (
+    Busy,
+    Clock,
+    FoveaError,
+    Frame,
+    Head,
+    InvalidInput,
+)
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track.follow import MOST_TARGETS, Follower, FollowStep
 from foveacam_pipeline.track.image_tracker import TrackerKind
 from foveacam_pipeline.track.round_writer import SeenTarget
 from foveacam_pipeline.track.target import FollowedTarget, TargetReport
-from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
-from foveacam_pipeline.verge.values import Basis, RectangleTarget, Target
+from foveacam_pipeline.verge.values import Target
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.names import new_id
 from foveacam_server.resources.fixations.request import check_target, target_of
 from foveacam_server.resources.fixations.schema import FixationRequest, TargetDocument
+from foveacam_server.resources.follows.first_look import catch_up, look_first, sides_px, track_click
 from foveacam_server.resources.follows.followed import FollowedRecord, position_at, wide_place_px
 from foveacam_server.resources.follows.schema import (
     FollowChanged,
@@ -96,7 +103,8 @@ class FollowService:
     def follow(self, request: FollowRequest) -> FollowedDocument:
         """Follow a target as well; raise at once what could not be done now."""
         calibration = self._tools.calibration.require()
-        check_target(self._target(request), calibration)
+        target = self._target(request)
+        check_target(target, calibration)
         self._tools.hardware.check_may_move()
         record = FollowedRecord(
             id=new_id("fol"),
@@ -104,6 +112,9 @@ class FollowService:
             request=request,
             tracker=request.tracker,
             priority=request.priority,
+            click=track_click(
+                self._tools.hardware, target, frame_seq=request.frame_seq, box_px=request.box_px
+            ),
         )
         with self._lock:
             if len(self._records) >= MOST_TARGETS:
@@ -262,31 +273,29 @@ class FollowService:
 
     def _find(self, record: FollowedRecord, follower: Follower, head: Head) -> None:
         """Verge on a new target, and follow it from there; it is dropped where that fails."""
-        calibration, request = self._tools.calibration.require(), record.request
-        clicked = None if request.frame_seq is None else self._tools.hardware.recent_wide(request.frame_seq)
-        target = self._target(request)
+        tools, request = self._tools, record.request
+        calibration, target, click = tools.calibration.require(), self._target(request), record.click
+        record.click = None
         try:
-            found = fixate(
+            found = look_first(
                 follower.watching(head),
                 calibration,
                 target,
-                known=PriorKnowledge(context=self._tools.context),
-                clicked=clicked,
-                clock=self._tools.clock,
+                None if click is None else catch_up(tools.hardware, click),
+                clock=tools.clock,
+                context=tools.context,
             )
-            if found.basis is not Basis.BOTH_FOVEAE or found.sighting is None or found.point_rig_m is None:
-                self._drop(record.id, f"both foveae must see a target to follow it. {found.reason}")
-                return
             follower.add(
                 FollowedTarget(
                     record.id,
                     found.sighting,
-                    found.point_rig_m,
+                    found.point.point_rig_m,
                     calibration=calibration,
                     wide=gray(to_uint8(found.sighting.wide)),
                     tracker=TrackerKind(record.tracker),
-                    box_px=_box_px(target, request.box_px),
+                    box_px=sides_px(target, request.box_px),
                     priority=record.priority,
+                    velocity_rig_m_s=found.velocity_rig_m_s,
                 )
             )
         except FoveaError as error:
@@ -428,9 +437,3 @@ class FollowService:
 
 def _as_fixation(request: FollowRequest) -> FixationRequest:
     return FixationRequest(pixel=request.pixel, rectangle=request.rectangle, direction=request.direction)
-
-
-def _box_px(target: Target, side_px: int) -> tuple[int, int]:
-    if isinstance(target, RectangleTarget):
-        return max(16, round(target.width_px)), max(16, round(target.height_px))
-    return side_px, side_px

@@ -1,0 +1,64 @@
+"""Finds a target that moves in both foveae: one look in which they agree is enough to follow it from there.
+
+A fixation goes on until the target is centred and still, which a walker is not while looks take a third of a
+second.
+"""
+
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import Clock, Frame, Head, Sighting
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
+from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead
+from foveacam_pipeline.verge.looking.motion import TargetTracker
+from foveacam_pipeline.verge.resolved_target import patches_for, resolve
+from foveacam_pipeline.verge.search import TargetSearch
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.values import Target
+
+SETTINGS = VergeSettings()
+MATCH_SIGMA_PX = 1.0
+"""Error of the disparity of a match in a search, fovea px."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AcquiredTarget:
+    """A look in which both foveae agree on the target, and where it was."""
+
+    sighting: Sighting
+    point: LocatedPoint
+    velocity_rig_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Across the line of sight, as the wide view showed it; 0 along it."""
+
+
+def acquire(
+    head: Head,
+    calibration: Calibration,
+    target: Target,
+    *,
+    clicked: Frame,
+    speed_px_s: tuple[float, float],
+    clock: Clock,
+) -> AcquiredTarget | None:
+    """Look along the line of sight until both foveae agree on the target; None where they never do.
+
+    `clicked`: the wide frame in which the target is at that place; `speed_px_s`: how it moves there. Raise
+    `OutOfRange` for a target outside the wide image.
+    """
+    aim = resolve(target, calibration.wide, SETTINGS)
+    looks = FixationHead(head, calibration, clock=clock, limits=SETTINGS, on_step=None, cancelled=None)
+    templates = patches_for(gray(to_uint8(clicked)), aim, calibration.wide, SETTINGS)
+    tracker = TargetTracker(templates[0], clicked, calibration.wide)
+    tracker.follow(looks.wide())
+    try:
+        found = TargetSearch(looks, calibration, SETTINGS).find(templates, tracker)
+    except FixationEnded:
+        return None
+    point = triangulate(calibration, found.gazes, sigma_px=MATCH_SIGMA_PX)
+    if point is None or looks.last is None or found.joint < SETTINGS.register_joint:
+        return None
+    z_m = point.point_rig_m[2]
+    along_x, along_y = (z_m / calibration.wide.fx_px * speed for speed in speed_px_s)
+    return AcquiredTarget(sighting=looks.last.sighting, point=point, velocity_rig_m_s=(along_x, along_y, 0.0))
