@@ -79,8 +79,8 @@ class FollowedTarget:
     ) -> None:
         """`sighting`, `point_rig_m`: a look that shows it, and its point, m. `wide`: its wide view, grey.
 
-        `velocity_rig_m_s`: as far as it is known. Raise `OutOfRange` where the wide view about it shows nothing
-        that could be followed.
+        `velocity_rig_m_s`: as far as it is known. Raise `OutOfRange` where the wide view about it shows
+        nothing that could be followed.
         """
         self.target_id = target_id
         self.priority = priority
