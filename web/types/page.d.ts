@@ -383,6 +383,7 @@ export type MeasureState = {
 // Following.
 
 /** Data of the event that a target is followed no more. */
+export type FollowRoundTaken = { capture_id: string; name: string; targets: number };
 export type FollowEnded = { id: string; label: string; reason: string };
 
 /** `click_follows`: a click in the wide view follows; `follow_tab`: the console's tab is open. By id: `follow_asked`, where

@@ -218,9 +218,18 @@ def test_the_page_shows_eight_targets_with_their_trails(open_console: OpenConsol
     assert len(lines_of(saved.value)) == 41
     with page.expect_request(is_follow):
         page.mouse.click(*console.page_position(200, 100))
+    with page.expect_request(lambda request: request.url.endswith("/follows/rounds")) as asked:
+        page.get_by_role("button", name="Capture all").click()
+    name = posted(asked.value)["name"]
+    assert re.fullmatch(r"round \d{4}-\d\d-\d\d \d\d\.\d\d\.\d\d", name)
+    stub.send_event("follow.round", {"capture_id": "cap-9", "name": name, "targets": 8})
+    told = page.locator(".toast", has_text=f"{name} is stored")
+    expect(told).to_contain_text("One look at each of 8 followed targets.")
     stub.answers_after["DELETE /follows"] = {"/follows": []}
     page.get_by_role("button", name="Let all go").click()
     expect(cards).to_have_count(0)
+    told.get_by_role("button", name="Show it in the gallery").click()
+    expect(page).to_have_url(re.compile(r"#/gallery/datasets/cap-9$"))
     assert ("DELETE", "/follows", None) in stub.requests
 
 

@@ -3,7 +3,7 @@
 
 import { choiceField } from "../parts.js";
 import { changing, h, html } from "../dom.js";
-import { sentence } from "../format.js";
+import { sentence, timedName } from "../format.js";
 import { icon } from "../icons.js";
 import { blamed } from "./blame.js";
 import { asked, textField } from "./parts.js";
@@ -77,7 +77,7 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
 
 /** @param {Troubles} troubles */
 function makeFields(troubles) {
-  const name = textField("Name", { value: usualName() });
+  const name = textField("Name", { value: timedName("raster") });
   const label = textField("Label", { placeholder: "what it shows" });
   const licence = textField("Licence", { value: "all rights reserved" });
   const codec = choiceField("Images as", [
@@ -113,17 +113,9 @@ function makeFields(troubles) {
       codec.put(words.codec);
     },
     nextName: () => {
-      if (name.value() === given) name.input.value = given = usualName();
+      if (name.value() === given) name.input.value = given = timedName("raster");
     },
   };
-}
-
-/** Return the current date and time to the second, as the default name of a capture's folder. */
-function usualName() {
-  const now = new Date();
-  const two = (/** @type {number} */ value) => String(value).padStart(2, "0");
-  const day = [now.getFullYear(), two(now.getMonth() + 1), two(now.getDate())].join("-");
-  return `raster ${day} ${two(now.getHours())}.${two(now.getMinutes())}.${two(now.getSeconds())}`;
 }
 
 /** @param {Trouble[]} troubles */

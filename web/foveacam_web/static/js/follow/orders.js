@@ -1,5 +1,7 @@
 // The commands about followed targets: follow one more, change how, let go.
 
+import { timedName } from "../format.js";
+
 /**
  * @import { FollowedDocument, FollowPatch, FollowRequest } from "#api"
  * @import { Point } from "#page"
@@ -66,6 +68,11 @@ export class FollowOrders {
   /** @param {string} id */
   async letGo(id) {
     if (await this.#commands.send("DELETE", `/follows/${id}`)) this.#keep((each) => each.id !== id);
+  }
+
+  /** Capture one look at each target as a dataset; an event tells when it is there. */
+  async captureAll() {
+    await this.#commands.send("POST", "/follows/rounds", { body: { name: timedName("round") } });
   }
 
   async letAllGo() {

@@ -5,7 +5,7 @@ import { fill, h, html, update } from "../dom.js";
 import { hand } from "../download.js";
 import { icon } from "../icons.js";
 import { pageHead } from "../pages.js";
-import { cards, letAllGo } from "./panel.js";
+import { allButtons, cards } from "./panel.js";
 import { trailCsv, trailFile, trailRuns } from "./words.js";
 
 /**
@@ -38,7 +38,7 @@ export function mountFollowPage(place, { store, orders }) {
   store.on(["followed", "trails", "follow_page"], (state) => {
     if (!state.follow_page) return;
     const added = (/** @type {FollowedDocument} */ { id, label }) => trailParts(label, state.trails[id] ?? []);
-    update(all, letAllGo(state, orders));
+    update(all, allButtons(state, orders));
     update(list, cards(state, { orders, how: "click something that moves in the wide view", added }));
   });
   return places;

@@ -20,7 +20,7 @@ export function mountFollowed(place, { store, orders }) {
       place,
       html`<p class="follow-head">
           <a href=${FOLLOW_ADDRESS}>Page with trails</a>
-          ${letAllGo(state, orders)}
+          ${allButtons(state, orders)}
         </p>
         ${cards(state, { orders, how: "switch on Follow at the wide view (T), then click something that moves" })}`,
     ),
@@ -39,8 +39,17 @@ export function cards({ followed }, { orders, how, added }) {
 }
 
 /** @param {ConsoleState} state @param {FollowOrders} orders */
-export function letAllGo({ followed }, orders) {
+export function allButtons({ followed }, orders) {
+  const some = (followed ?? []).some(({ hits = 0 }) => hits > 0);
   return html`<button
+      type="button" class="plain capture-all" ?hidden=${!some}
+      title="One look at each target, kept as a dataset; they are followed on"
+      @click=${() => void orders.captureAll()}
+    >
+      ${icon("raster")}
+      Capture all
+    </button>
+    <button
     type="button" class="plain let-all-go" ?hidden=${(followed ?? []).length < 2}
     @click=${() => void orders.letAllGo()}
   >

@@ -1,12 +1,13 @@
 // Keeps the followed targets equal to the server's: twice a second while they are shown, and at each event.
 
+import { galleryAddress } from "../addresses.js";
 import { request } from "../api.js";
 import { QuietReads } from "../quiet.js";
 import { endedMessage } from "./words.js";
 
 /**
  * @import { EventDocument, FollowedDocument, TrailPoint } from "#api"
- * @import { FollowEnded } from "#page"
+ * @import { FollowEnded, FollowRoundTaken } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
  */
@@ -65,10 +66,22 @@ export class FollowReader {
   hear(event) {
     if (!event.kind.startsWith("follow.")) return;
     void this.readFollowed();
+    if (event.kind === "follow.round")
+      this.#round(/** @type {FollowRoundTaken} */ (/** @type {unknown} */ (event.data)));
     if (event.level === "info") return;
     if (event.kind === "follow.ended") this.#end(/** @type {FollowEnded} */ (/** @type {unknown} */ (event.data)));
     else if (event.kind === "follow.refused")
       this.#commands.say({ tone: "warn", title: "The tracker was not changed", detail: event.message });
+  }
+
+  /** @param {FollowRoundTaken} data */
+  #round({ capture_id, name, targets }) {
+    this.#commands.say({
+      tone: "good",
+      title: `${name} is stored`,
+      detail: targets === 1 ? "One look at the followed target." : `One look at each of ${targets} followed targets.`,
+      action: { label: "Show it in the gallery", act: () => (location.hash = galleryAddress("datasets", capture_id)) },
+    });
   }
 
   /** @param {FollowEnded} data */
