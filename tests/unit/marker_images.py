@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.sweep.marker_model import CELLS, HALF, black_cells
+from foveacam_pipeline.calibrate.sweep.marker_code import CELLS, black_cells
+from foveacam_pipeline.calibrate.sweep.marker_model import HALF
 
 BLACK, WHITE, WALL = 30.0, 215.0, 105.0
 

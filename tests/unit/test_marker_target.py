@@ -8,7 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.sweep.marker_model import CELLS, black_cells, cell_corners, outer_corners
+from foveacam_pipeline.calibrate.sweep.marker_code import CELLS, black_cells
+from foveacam_pipeline.calibrate.sweep.marker_model import cell_corners, outer_corners
 from foveacam_pipeline.calibrate.sweep.marker_target import check_order, locate_target
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.models.intrinsics import Intrinsics

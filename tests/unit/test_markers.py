@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.sweep.marker_model import CELLS
+from foveacam_pipeline.calibrate.sweep.marker_code import CELLS
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerView
 from foveacam_pipeline.calibrate.sweep.markers import (
     SIDE_M,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.sweep.marker_model import CELLS, black_cells
+from foveacam_pipeline.calibrate.sweep.marker_code import CELLS, black_cells
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco
 

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from foveacam_pipeline.calibrate.sweep.marker_code import CELLS
 from foveacam_pipeline.geometry.polynomial import least_squares
 
 Rows: TypeAlias = NDArray[np.float64]
-CELLS = 6
-"""Cells across a marker of the dictionary 4X4_50: four of code, one of border on both sides."""
 HALF = CELLS / 2
 MARGIN_CELLS = 0.6
 """Width of the white margin that is fitted, cells."""
@@ -61,13 +60,6 @@ class MarkerFit:
 def outer_corners() -> Rows:
     """Return the corners of the black square, (4, 2) cells, clockwise from the upper left."""
     return HALF * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-
-
-def black_cells(marker_id: int) -> Rows:
-    """Return the (6, 6) float64 map of black cells, 1 where black, rows from the top."""
-    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
-    printed = cv2.aruco.generateImageMarker(dictionary, marker_id, CELLS)
-    return np.asarray(printed == 0, dtype=np.float64)
 
 
 def cell_corners(black: Rows) -> Rows:

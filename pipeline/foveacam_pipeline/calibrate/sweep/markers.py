@@ -11,10 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.calibrate.sweep.marker_code import CELLS, black_cells
 from foveacam_pipeline.calibrate.sweep.marker_model import (
-    CELLS,
     MarkerFit,
-    black_cells,
     cell_corners,
     fit_marker,
     outer_corners,

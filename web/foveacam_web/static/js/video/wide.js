@@ -120,6 +120,7 @@ export class WideView {
         class: "tool follow-switch",
         type: "button",
         title: "Follow what is clicked (T)",
+        "aria-label": "Follow what is clicked",
         on: { click: () => this.#follows.toggle() },
       },
       icon("follow"),
