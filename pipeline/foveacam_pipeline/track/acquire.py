@@ -50,7 +50,7 @@ def acquire(
     aim = resolve(target, calibration.wide, SETTINGS)
     looks = FixationHead(head, calibration, clock=clock, limits=SETTINGS, on_step=None, cancelled=None)
     templates = patches_for(gray(to_uint8(clicked)), aim, calibration.wide, SETTINGS)
-    tracker = TargetTracker(templates[0], clicked, calibration.wide)
+    tracker = TargetTracker(templates[0], clicked, calibration.wide, far=True)
     tracker.follow(looks.wide())
     try:
         found = TargetSearch(looks, calibration, SETTINGS).find(templates, tracker)

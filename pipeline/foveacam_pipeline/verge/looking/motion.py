@@ -59,9 +59,13 @@ class TargetMotion:
 
 
 class TargetTracker:
-    """Follows the patch through newer wide frames and keeps the target's track."""
+    """Follows the patch through newer wide frames and keeps the target's track.
 
-    def __init__(self, template: WidePatch, frame: Frame, wide: Intrinsics) -> None:
+    `far`: whether one that moves is looked for about its track, however far from where it was clicked.
+    """
+
+    def __init__(self, template: WidePatch, frame: Frame, wide: Intrinsics, *, far: bool = False) -> None:
+        self._far = far
         self._template = template
         self._wide = wide
         self._cut_ns = frame.t_ns
@@ -74,7 +78,7 @@ class TargetTracker:
             return
         self._seq = frame.seq
         image = gray(to_uint8(frame))
-        if self.motion.moves:
+        if self._far and self.motion.moves:
             target = follow_on(
                 self._template,
                 image,
