@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.study.localisation.estimator import LocalisedTarget, PixelPlane, StereoView
+from foveacam_pipeline.study.localisation.estimator import LocalisedTarget, PairView, PixelPlane
 from foveacam_pipeline.study.localisation.experiment import (
     ExperimentPlan,
     ExperimentRecord,
@@ -40,7 +40,7 @@ def view_of(
     size: tuple[int, int] = (320, 120),
     noise: float = 0.0,
     seed: int = 0,
-) -> StereoView:
+) -> PairView:
     """Return two pictures (width, height) in which the texture's origin is at the images of a point."""
     rng = np.random.default_rng(seed)
     y_px, x_px = np.mgrid[: size[1], : size[0]].astype(np.float64)
@@ -50,7 +50,7 @@ def view_of(
         at_x, at_y = plane.pixels_from_plane(f_px * np.array([[(x_m - eye_m) / z_m, y_m / z_m]]))[0]
         picture = texture(x_px - at_x, y_px - at_y) + noise * rng.standard_normal(x_px.shape)
         pictures.append(picture.astype(np.float32))
-    return StereoView(
+    return PairView(
         left=pictures[0],
         right=pictures[1],
         left_plane=planes[0],

@@ -229,6 +229,43 @@ def _open_observation(
         context=wide_depth,
     )
     fixations = FixationService(foundation.store, tools)
+    follows, rounds = _open_following(
+        foundation,
+        knowledge,
+        displays,
+        hardware=hardware,
+        jobs=jobs,
+        fixations=fixations,
+        context=wide_depth,
+        captures=captures,
+    )
+    shapes.put_back(fixations.stored_looks())
+    for worker in (shapes, wide_depth, jobs):
+        worker.start()
+        foundation.stack.callback(worker.close)
+    measurements = _open_measurements(foundation, knowledge, displays, hardware=hardware, clouds=clouds)
+    return _ObservationServices(
+        clouds=clouds,
+        fixations=fixations,
+        follows=follows,
+        rounds=rounds,
+        wide_depth=wide_depth,
+        measurements=measurements,
+    )
+
+
+def _open_following(
+    foundation: ServerFoundation,
+    knowledge: RigKnowledge,
+    displays: DisplayServices,
+    *,
+    hardware: HardwareThread,
+    jobs: JobRunner,
+    fixations: FixationService,
+    context: WideDepthService,
+    captures: CaptureCollection,
+) -> tuple[FollowService, FollowRounds]:
+    """Open what follows targets, and let the wide view mark them."""
     follows = FollowService(
         FollowTools(
             hardware=hardware,
@@ -237,7 +274,7 @@ def _open_observation(
             events=foundation.events,
             clock=foundation.clock,
             targets=fixations.targets,
-            context=wide_depth,
+            context=context,
             viewer=displays.viewer,
             on_distance=displays.overlay.look_at_distance,
         )
@@ -253,19 +290,7 @@ def _open_observation(
             events=foundation.events,
         )
     )
-    shapes.put_back(fixations.stored_looks())
-    for worker in (shapes, wide_depth, jobs):
-        worker.start()
-        foundation.stack.callback(worker.close)
-    measurements = _open_measurements(foundation, knowledge, displays, hardware=hardware, clouds=clouds)
-    return _ObservationServices(
-        clouds=clouds,
-        fixations=fixations,
-        follows=follows,
-        rounds=rounds,
-        wide_depth=wide_depth,
-        measurements=measurements,
-    )
+    return follows, rounds
 
 
 def _wide_depth(

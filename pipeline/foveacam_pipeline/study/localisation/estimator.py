@@ -66,7 +66,7 @@ class LensPlane:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class StereoView:
+class PairView:
     """Two pictures (h, w) float32 whose rows match, half a baseline to each side of the rig's origin."""
 
     left: Picture
@@ -101,10 +101,10 @@ class LocalisedTarget:
     score: float
 
 
-def wide_view(left: Frame, right: Frame, calibration: Calibration) -> StereoView:
+def wide_view(left: Frame, right: Frame, calibration: Calibration) -> PairView:
     """Return the pair of two wide frames, as they are, taken half a baseline to the left and to the right."""
     plane = LensPlane(lens=calibration.wide)
-    return StereoView(
+    return PairView(
         left=gray(to_uint8(left)).astype(np.float32),
         right=gray(to_uint8(right)).astype(np.float32),
         left_plane=plane,
@@ -114,7 +114,7 @@ def wide_view(left: Frame, right: Frame, calibration: Calibration) -> StereoView
     )
 
 
-def fovea_view(sighting: Sighting, calibration: Calibration) -> StereoView:
+def fovea_view(sighting: Sighting, calibration: Calibration) -> PairView:
     """Return the rectified pair of a look of both foveae, at full resolution."""
     pair = rectify(sighting, calibration, scale=1.0)
     height, width = pair.left.shape[:2]
@@ -122,7 +122,7 @@ def fovea_view(sighting: Sighting, calibration: Calibration) -> StereoView:
         PinholeWindow(u0_px=u0_px, v0_px=pair.v0_px, width=width, height=height, f_px=pair.f_px)
         for u0_px in (pair.u0_left_px, pair.u0_right_px)
     )
-    return StereoView(
+    return PairView(
         left=gray(pair.left).astype(np.float32),
         right=gray(pair.right).astype(np.float32),
         left_plane=left,
@@ -141,14 +141,14 @@ def window_at(f_px: float, standoff_m: float) -> MatchWindow:
     )
 
 
-def mark_target(view: StereoView, point_rig_m: tuple[float, float, float]) -> TargetTemplate:
+def mark_target(view: PairView, point_rig_m: tuple[float, float, float]) -> TargetTemplate:
     """Mark the target in the left picture where the calibration expects a point of the rig frame."""
     x_px, y_px = view.left_pixel(point_rig_m)
     return TargetTemplate(picture=view.left, at_px=(round(x_px), round(y_px)))
 
 
 def localise(
-    view: StereoView, template: TargetTemplate, clicked_px: tuple[float, float], *, standoff_m: float
+    view: PairView, template: TargetTemplate, clicked_px: tuple[float, float], *, standoff_m: float
 ) -> LocalisedTarget | None:
     """Return the target near a clicked left pixel; None where a match fails.
 
@@ -180,7 +180,7 @@ def localise(
 
 
 def _centre(
-    view: StereoView,
+    view: PairView,
     template: TargetTemplate,
     clicked_px: tuple[float, float],
     window: MatchWindow,
@@ -202,7 +202,7 @@ def _centre(
     return (template.at_px[0] + found.x_px, template.at_px[1] + found.y_px), found.score
 
 
-def _reach(view: StereoView, at_px: tuple[int, int], standoff_m: float) -> SearchReach:
+def _reach(view: PairView, at_px: tuple[int, int], standoff_m: float) -> SearchReach:
     """Return where the right picture may show a left pixel, at depths about the standoff."""
     plane = view.left_plane.plane_from_pixels(np.array([at_px], dtype=np.float64))
     shifts_px = [

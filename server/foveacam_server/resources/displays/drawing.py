@@ -22,7 +22,7 @@ from foveacam_server.resources.displays.schema import (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Drawing:
+class PatternDrawing:
     """A request, the pattern it asks for (None: blank) and its description for people."""
 
     asked: ShownPattern
@@ -44,19 +44,19 @@ class Drawing:
         return None if self.pattern is None else pattern_svg(self.pattern, title=self.description)
 
 
-def draw(asked: ShownPattern) -> Drawing:
+def draw(asked: ShownPattern) -> PatternDrawing:
     """Return the drawing of a request; raise `InvalidInput` for a board that cannot be."""
     if isinstance(asked, BlankPattern):
-        return Drawing(asked=asked, pattern=None, description="blank")
+        return PatternDrawing(asked=asked, pattern=None, description="blank")
     if isinstance(asked, MarkerPattern):
         words = f"marker {asked.id} of 4X4_50, side {asked.side_mm:g} mm"
-        return Drawing(
+        return PatternDrawing(
             asked=asked, pattern=marker_pattern(asked.id, side_m=asked.side_mm / 1e3), description=words
         )
     if isinstance(asked, MarkersPattern):
         layout = MarkerLayout(side_m=asked.side_mm / 1e3, spacing_m=asked.spacing_mm / 1e3)
         words = f"markers 1, 0, 2 of 4X4_50, side {asked.side_mm:g} mm, {asked.spacing_mm:g} mm apart"
-        return Drawing(asked=asked, pattern=target_pattern(layout), description=words)
+        return PatternDrawing(asked=asked, pattern=target_pattern(layout), description=words)
     marker_m = asked.marker_mm / 1e3 if isinstance(asked, CharucoPattern) else None
     board = board_from(
         asked.kind,
@@ -65,6 +65,6 @@ def draw(asked: ShownPattern) -> Drawing:
         square_m=asked.square_mm / 1e3,
         marker_m=marker_m,
     )
-    return Drawing(
+    return PatternDrawing(
         asked=asked, pattern=board_pattern(board), description=f"{board}, squares of {asked.square_mm:g} mm"
     )

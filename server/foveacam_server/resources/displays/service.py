@@ -11,7 +11,7 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.rounding import rounded
 from foveacam_server.foundation.schema import ItemId
 from foveacam_server.foundation.whole_file import read_document, write_document
-from foveacam_server.resources.displays.drawing import Drawing, draw
+from foveacam_server.resources.displays.drawing import PatternDrawing, draw
 from foveacam_server.resources.displays.schema import (
     BlankPattern,
     DisplayDocument,
@@ -147,7 +147,7 @@ def _fits(shown: PatternDocument, width_mm: float | None, height_mm: float | Non
     return shown.width_mm <= width_mm and shown.height_mm <= height_mm
 
 
-def _stored_drawing(path: Path) -> Drawing:
+def _stored_drawing(path: Path) -> PatternDrawing:
     blank = draw(BlankPattern(kind="blank"))
     try:
         return draw(read_document(path, StoredPattern, form=FORMAT, version=VERSION).pattern)
