@@ -137,11 +137,6 @@ class FollowedTarget:
         return first if self._reaches(first[0]) or not self._reaches(second[0]) else second
 
     @property
-    def last_look_ns(self) -> int:
-        """When it was looked at last, whether or not that look showed it."""
-        return self._last_look_ns
-
-    @property
     def lost(self) -> bool:
         """Whether the last looks did not show it."""
         return self._misses >= LOST_MISSES

@@ -88,8 +88,8 @@ class JobRunner:
     def handle(self, kind: str, handler: Handler, *, parallel: bool = False) -> None:
         """Register the handler of the jobs of `kind`; before `start`.
 
-        `parallel`: they do not move the rig. They wait for no other job, no job waits for them, and the stop
-        does not cancel them.
+        `parallel`: they wait for no other job, no job waits for them, and the stop does not cancel them. One
+        that moves the rig (following) gives way to other jobs and ends by itself with the stop.
         """
         self._handlers[kind] = handler
         if parallel:
