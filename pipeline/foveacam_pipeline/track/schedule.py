@@ -1,8 +1,8 @@
 """Chooses which of several targets both foveae look at next.
 
 With every look each target gains its share of one look, and the one that is looked at pays a whole one. The
-target to which most is owed comes next, but one that may have strayed far meanwhile comes earlier. Who is owed
-more than `MOST_OWED` looks goes before all others, so that none can starve, whatever the others claim.
+target to which most is owed comes next, but one that may have strayed far meanwhile comes earlier. Who is
+owed more than `MOST_OWED` looks goes before all others: none can starve, whatever the others claim.
 """
 
 from collections.abc import Mapping
