@@ -1,0 +1,135 @@
+"""Finds where both foveae look in a strip of the wide view about the target (the guide strip).
+
+The middle of each fovea, reduced to the strip's scale, is correlated with the strip. Where the foveae look
+in it tells pan, vergence and vertical shift without a calibration of the mirrors.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Sighting
+from foveacam_pipeline.loop.settings import LoopSettings
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.verge.matching.survey import reduce_look
+from foveacam_pipeline.verge.matching.wide_patch import cut_view, peak
+
+LARGEST_ENLARGEMENT = 4.0
+NEEDLE_SHARE = 0.5
+"""The middle half of a fovea's field is looked for: its rim may show another depth."""
+ROWS_APART = 0.3
+"""What both scores lose where the eyes' boxes lie a quarter of their height farther apart than they are
+steered; grows with the square."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EyeInStrip:
+    """Where one fovea looks in the strip.
+
+    `tangents`: (2,) direction from the wide camera. `score`: correlation, -1 to 1. `middle_px`, `size_px`:
+    its box in the strip. `scores`: (h, w) float32, the correlation of every place of the box's corner.
+    """
+
+    tangents: NDArray[np.float64]
+    score: float
+    middle_px: tuple[float, float]
+    size_px: tuple[int, int]
+    scores: NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GuideMatch:
+    """The strip, (h, w) float32 evened out, about `target`, (2,) tangents, and both eyes in it."""
+
+    strip: NDArray[np.float32]
+    target: NDArray[np.float64]
+    f_px: float
+    left: EyeInStrip
+    right: EyeInStrip
+
+    @property
+    def score(self) -> float:
+        """Correlation of the weaker eye."""
+        return min(self.left.score, self.right.score)
+
+
+def guide_f_px(calibration: Calibration, settings: LoopSettings) -> float:
+    """Return the focal length of the strip, px."""
+    return calibration.wide.fx_px * (1.0 + (LARGEST_ENLARGEMENT - 1.0) * settings.template_scale)
+
+
+def match_guide(
+    sighting: Sighting,
+    calibration: Calibration,
+    target: NDArray[np.float64],
+    settings: LoopSettings,
+    *,
+    lower_rad: float = 0.0,
+) -> GuideMatch:
+    """Find both foveae of a look in the strip about `target`, (2,) tangents.
+
+    `lower_rad`: by how much the left eye is steered lower than the right.
+    """
+    f_px = guide_f_px(calibration, settings)
+    look = reduce_look(sighting, calibration, f_px=f_px)
+    height, width = look.left.image.shape
+    half = (round(settings.expand_x * width / 2), round(settings.expand_y * height / 2))
+    strip = cut_view(gray(to_uint8(sighting.wide)), calibration.wide, target, f_px=f_px, half=half)
+    needles = [_middle(eye.image) for eye in (look.left, look.right)]
+    scores = [_scores(strip, needle) for needle in needles]
+    rows = _rows(scores[0], scores[1], lower_px=lower_rad * f_px, quarter_px=needles[0].shape[0] / 4.0)
+    left, right = (
+        _place(found, row, needle.shape, strip.shape, target, f_px)
+        for found, row, needle in zip(scores, rows, needles, strict=True)
+    )
+    return GuideMatch(strip=strip, target=target, f_px=f_px, left=left, right=right)
+
+
+def _scores(strip: NDArray[np.float32], needle: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.nan_to_num(cv2.matchTemplate(strip, needle, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
+
+
+def _rows(
+    left: NDArray[np.float32], right: NDArray[np.float32], *, lower_px: float, quarter_px: float
+) -> tuple[int, int]:
+    """Return the rows of both maps that fit best together."""
+    best_left, best_right = left.max(axis=1), right.max(axis=1)
+    rows = np.arange(left.shape[0])
+    apart = (rows[:, None] - rows[None] - lower_px) / quarter_px
+    together = best_left[:, None] + best_right[None] - ROWS_APART * apart**2
+    row, other = np.unravel_index(int(np.argmax(together)), together.shape)
+    return int(row), int(other)
+
+
+def _place(
+    scores: NDArray[np.float32],
+    row: int,
+    size: tuple[int, ...],
+    strip: tuple[int, ...],
+    target: NDArray[np.float64],
+    f_px: float,
+) -> EyeInStrip:
+    """Return the best place in the rows about `row`."""
+    first = max(0, row - 1)
+    x, y, score = peak(scores[first : row + 2])
+    height, width = size
+    middle = np.array([x + (width - 1) / 2, first + y + (height - 1) / 2])
+    strip_middle = (np.array(strip[::-1]) - 1) / 2
+    return EyeInStrip(
+        tangents=target + (middle - strip_middle) / f_px,
+        score=score,
+        middle_px=(float(middle[0]), float(middle[1])),
+        size_px=(width, height),
+        scores=scores,
+    )
+
+
+def _middle(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the middle of a picture, odd sides, exactly about its centre."""
+    height, width = image.shape
+    rows, columns = (round(side * (1.0 - NEEDLE_SHARE) / 2) for side in (height, width))
+    return np.ascontiguousarray(image[rows : height - rows, columns : width - columns])

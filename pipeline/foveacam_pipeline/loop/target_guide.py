@@ -1,0 +1,125 @@
+"""Where the loop's target is: a place that was chosen, or one that an image tracker follows and leads."""
+
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Frame
+from foveacam_pipeline.loop.settings import LoopSettings
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.track.correlation_filter import CorrelationFilterTracker
+from foveacam_pipeline.track.image_tracker import ImageTracker, TrackBox, TrackerKind
+from foveacam_pipeline.track.position_filter import PositionFilter
+from foveacam_pipeline.track.template_tracker import TemplateTracker
+from foveacam_pipeline.verge.distance import LocatedPoint
+
+PLACE_SIGMA_PX = 1.0
+"""Error of a place that the image tracker tells, wide px."""
+FIRST_SIGMA_SHARE = 0.05
+LOST_MISSES = 10
+LONGEST_LEAD_NS = 500_000_000
+"""A target is led so far beyond the last image that showed it; then it is waited for there."""
+FARTHEST_M = 100.0
+
+
+class GuideState(StrEnum):
+    """How the loop knows where its target is."""
+
+    FIXED = "fixed"
+    TRACKED = "tracked"
+    LOST = "lost"
+
+
+class TargetGuide:
+    """The target's direction from the wide camera at any time."""
+
+    def __init__(
+        self,
+        frame: Frame,
+        target: NDArray[np.float64],
+        *,
+        calibration: Calibration,
+        settings: LoopSettings,
+        inverse_z_per_m: float,
+    ) -> None:
+        """`target`: (2,) tangents in `frame`, a wide one; `inverse_z_per_m`: 1/Z as far as it is known.
+
+        Raise `OutOfRange` where a tracker was asked for and the place shows nothing that it could follow.
+        """
+        self._wide = calibration.wide
+        self._target = target
+        self._seen_ns, self._seq, self._misses = frame.t_ns, frame.seq, 0
+        self.score: float | None = None
+        """How well the tracker fits; None without one, and while it does not find the target."""
+        point = np.append(target, 1.0) / max(inverse_z_per_m, 1.0 / FARTHEST_M)
+        sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
+        self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=frame.t_ns)
+        self._tracker = _started(frame, self._pixel(target), settings)
+
+    @property
+    def state(self) -> GuideState:
+        """How the place is known."""
+        if self._tracker is None:
+            return GuideState.FIXED
+        return GuideState.LOST if self._misses >= LOST_MISSES else GuideState.TRACKED
+
+    def see_wide(self, frame: Frame) -> None:
+        """Take a newer wide frame."""
+        if self._tracker is None or frame.seq == self._seq:
+            return
+        self._seq = frame.seq
+        expected = self._pixel(self.place(frame.t_ns, predict=True))
+        match = self._tracker.update(gray(to_uint8(frame)), expected)
+        if match is None:
+            self._misses, self.score = self._misses + 1, None
+            return
+        self._misses, self.score = 0, match.score
+        self._target = np.tan(self._wide.angles_rad([[match.x_px, match.y_px]])[0])
+        self._seen_ns = frame.t_ns
+        sigma = PLACE_SIGMA_PX / self._wide.fx_px
+        if not self._filter.see(frame.t_ns, self._target, sigma=sigma):
+            point = np.append(self._target, 1.0) / self._filter.at(frame.t_ns).inverse_z_per_m
+            sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
+            self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=frame.t_ns)
+
+    def see_point(self, t_ns: int, point: LocatedPoint) -> None:
+        """Take the depth of a look."""
+        z_m = point.point_rig_m[2]
+        expected = self._filter.at(t_ns)
+        self._filter.see(
+            t_ns,
+            expected.tangents,
+            sigma=1.0,
+            inverse_z_per_m=1.0 / z_m,
+            inverse_z_sigma_per_m=max(FIRST_SIGMA_SHARE / 5.0, point.distance_sigma_m / z_m) / z_m,
+        )
+
+    def place(self, t_ns: int, *, predict: bool) -> NDArray[np.float64]:
+        """Return the target's direction, (2,) tangents: where it will be then, or where it was seen last."""
+        if self._tracker is None or not predict:
+            return self._target
+        return self._filter.at(min(t_ns, self._seen_ns + LONGEST_LEAD_NS)).tangents
+
+    def pixel(self, t_ns: int) -> tuple[float, float]:
+        """Return where the wide view should show it, px."""
+        return self._pixel(self.place(t_ns, predict=True))
+
+    def _pixel(self, target: NDArray[np.float64]) -> tuple[float, float]:
+        x_px, y_px = self._wide.pixels(np.arctan(target)[None])[0].tolist()
+        return float(x_px), float(y_px)
+
+
+def _started(frame: Frame, pixel: tuple[float, float], settings: LoopSettings) -> ImageTracker | None:
+    if settings.tracker is None:
+        return None
+    tracker: ImageTracker = (
+        TemplateTracker() if settings.tracker is TrackerKind.TEMPLATE else CorrelationFilterTracker()
+    )
+    box = TrackBox(
+        x_px=pixel[0], y_px=pixel[1], width_px=settings.box_width_px, height_px=settings.box_height_px
+    )
+    tracker.start(gray(to_uint8(frame)), box)
+    return tracker

@@ -1,0 +1,255 @@
+"""The vergence loop: each look corrects where the next one goes, with gains that can be tuned (Sec. 3.4)."""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Clock, FoveaError, Frame, Head, Sighting
+from foveacam_pipeline.loop.errors import LoopErrors, errors_of
+from foveacam_pipeline.loop.fault_gate import FaultGate
+from foveacam_pipeline.loop.guide_match import GuideMatch, match_guide
+from foveacam_pipeline.loop.pid import Pid, loop_time
+from foveacam_pipeline.loop.settings import AXES, GROUP_OF, Axis, LoopSettings
+from foveacam_pipeline.loop.target_guide import GuideState, TargetGuide
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.aim import Gazes, aim_at, clamp_gazes, reaches, volts_for
+
+NEAREST_M = 0.15
+PAN_RANGE_RAD = math.radians(5.0)
+SHIFT_RANGE_RAD = math.radians(2.0)
+FIRST_LEAD_NS = 20_000_000
+"""Time from the request of a look to the middle of its exposure, until measured."""
+STALE_NS = 300_000_000
+"""A wide frame farther in time from the foveae tells nothing of them."""
+PAIR_SKEW_NS = 2_000_000
+WIDE_PERIOD_NS = 50_000_000
+"""A wide frame is fetched before a look when the newest one known is older."""
+
+
+class LoopStatus(StrEnum):
+    """What the loop does."""
+
+    INITIALIZING = "initializing"
+    TRACKING = "tracking"
+    """The last look was good and corrected what is not held."""
+    LOW_SCORE = "low_score"
+    """One eye's picture was not found in the strip."""
+    MATCH_STALE = "match_stale"
+    PAIR_SKEW = "pair_skew"
+    TRACKER_LOST = "tracker_lost"
+    OUT_OF_REACH = "out_of_reach"
+    """The eyes cannot turn so far: they look as near to it as they can, and are corrected."""
+    FROZEN = "frozen"
+    """The time for correcting is over."""
+    HELD = "held"
+    """Paused: the eyes keep looking, nothing is corrected."""
+    MANUAL = "manual"
+    """Somebody drags: both eyes look there in parallel."""
+    TRIGGER_FAULT = "trigger_fault"
+    """The exposure failed."""
+
+
+SHIFT = AXES.index(Axis.SHIFT_Y)
+CORRECTING = frozenset({LoopStatus.TRACKING, LoopStatus.OUT_OF_REACH})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoopStep:
+    """One look of the loop; what could not be measured is None.
+
+    `command_rad`: (4,) in the order of `AXES`, as it was in this look. `target`: (2,) tangents that it was
+    aimed at.
+    """
+
+    t_ns: int
+    status: LoopStatus
+    command_rad: NDArray[np.float64]
+    target: NDArray[np.float64]
+    sighting: Sighting | None = None
+    match: GuideMatch | None = None
+    errors: LoopErrors | None = None
+    pair_skew_ns: int = 0
+
+
+class VergenceLoop:
+    """Keeps both foveae on one target; one thread calls it."""
+
+    def __init__(
+        self, calibration: Calibration, *, clock: Clock, settings: LoopSettings | None = None
+    ) -> None:
+        self._calibration = calibration
+        self._clock = clock
+        self.settings = LoopSettings() if settings is None else settings
+        self.held: set[Axis] = set()
+        """Axes that are not corrected."""
+        self.paused = False
+        self.forced: set[Axis] = set()
+        """Axes whose command an experiment sets: never corrected."""
+        self.reference_rad = np.zeros(len(AXES))
+        """Commands are to settle so far beside where the errors are 0."""
+        self.gate = FaultGate()
+        self._command = np.zeros(len(AXES))
+        self._manual: NDArray[np.float64] | None = None
+        self._pids = {axis: Pid() for axis in AXES}
+        self._guide: TargetGuide | None = None
+        self._chosen_ns = self._last_ns = 0
+        self._lead_ns = FIRST_LEAD_NS
+        self._wide_ns = 0
+        ranges = [PAN_RANGE_RAD, PAN_RANGE_RAD, calibration.baseline_m / NEAREST_M, SHIFT_RANGE_RAD]
+        self._most = np.array(ranges)
+        self._least = np.array([-PAN_RANGE_RAD, -PAN_RANGE_RAD, 0.0, -SHIFT_RANGE_RAD])
+
+    @property
+    def command_rad(self) -> NDArray[np.float64]:
+        """(4,) command of the next look, in the order of `AXES`."""
+        return self._command.copy()
+
+    @property
+    def range_rad(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Least and largest command, (4,) each."""
+        return self._least.copy(), self._most.copy()
+
+    @property
+    def guide(self) -> TargetGuide | None:
+        """Where the target is; None before one was chosen."""
+        return self._guide
+
+    def choose(self, frame: Frame, target: NDArray[np.float64], *, inverse_z_per_m: float) -> None:
+        """Look at another target: (2,) tangents in a wide frame, at 1/Z, 1/m, as far as it is known.
+
+        Corrections begin anew, axes that are held keep their commands. Raise `OutOfRange` where the tracker
+        finds nothing to follow there: the loop goes on as before.
+        """
+        guide = TargetGuide(
+            frame,
+            target,
+            calibration=self._calibration,
+            settings=self.settings,
+            inverse_z_per_m=inverse_z_per_m,
+        )
+        self._guide, self._manual = guide, None
+        self._chosen_ns = self._clock.now_ns()
+        begins = {Axis.VERGE: self._calibration.baseline_m * inverse_z_per_m}
+        for axis in set(AXES) - self.held:
+            self.set_command(axis, begins.get(axis, 0.0))
+
+    def set_command(self, axis: Axis, command_rad: float) -> None:
+        """Set one axis, within its range; corrections go on from there."""
+        index = AXES.index(axis)
+        self._command[index] = np.clip(command_rad, self._least[index], self._most[index])
+        self._pids[axis].reset()
+
+    def drag(self, target: NDArray[np.float64] | None) -> None:
+        """Let both eyes look in parallel along (2,) tangents, corrections off; None: the loop goes on."""
+        if target is not None and self._manual is None:
+            for axis in set(AXES) - self.held:
+                self.set_command(axis, 0.0)
+        self._manual = target
+
+    def step(self, head: Head) -> LoopStep:
+        """Look once and correct; raise what the look raises unless it is a failed exposure."""
+        guide, now_ns = self._guide, self._clock.now_ns()
+        if guide is None:
+            raise ValueError("step: choose a target first")
+        if now_ns - self._wide_ns > WIDE_PERIOD_NS:
+            self._see_wide(guide, head.wide())
+        target = self._aimed(guide, now_ns)
+        gazes = self._gazes(target)
+        try:
+            sighting = head.look(volts_for(self._calibration, clamp_gazes(self._calibration, gazes)))
+        except FoveaError as error:
+            if not self.gate.failed(error):
+                raise
+            return LoopStep(
+                t_ns=now_ns, status=LoopStatus.TRIGGER_FAULT, command_rad=self.command_rad, target=target
+            )
+        self.gate.passed()
+        self._lead_ns = max(0, sighting.left.t_ns - now_ns)
+        self._see_wide(guide, sighting.wide)
+        return self._measured(guide, sighting, target, reached=reaches(self._calibration, gazes))
+
+    def _aimed(self, guide: TargetGuide, now_ns: int) -> NDArray[np.float64]:
+        if self._manual is not None:
+            return self._manual
+        lead_ns = self._lead_ns + round(1e6 * self.settings.lead_ms)
+        return guide.place(now_ns + lead_ns, predict=self.settings.predict)
+
+    def _gazes(self, target: NDArray[np.float64]) -> Gazes:
+        pan_x, pan_y, verge, shift = self._command.tolist()
+        aimed = target + np.array([pan_x, pan_y])
+        gazes = aim_at(self._calibration, aimed, verge / self._calibration.baseline_m)
+        return gazes.moved(np.array([0.0, shift]), np.array([0.0, -shift]))
+
+    def _see_wide(self, guide: TargetGuide, frame: Frame) -> None:
+        self._wide_ns = frame.t_ns
+        guide.see_wide(frame)
+
+    def _measured(
+        self, guide: TargetGuide, sighting: Sighting, target: NDArray[np.float64], *, reached: bool
+    ) -> LoopStep:
+        t_ns, command = sighting.left.t_ns, self.command_rad
+        skew_ns = sighting.left.t_ns - sighting.right.t_ns
+        place = target if self._manual is not None else guide.place(sighting.wide.t_ns, predict=True)
+        match = match_guide(
+            sighting, self._calibration, place, self.settings, lower_rad=2.0 * float(command[SHIFT])
+        )
+        errors = None
+        if match.score >= self.settings.min_score:
+            errors = errors_of(sighting, self._calibration, match, place)
+        status = self._status(guide, sighting, errors, reached=reached)
+        if errors is not None and status in CORRECTING:
+            self._correct(errors, elapsed_s=(t_ns - self._last_ns) / 1e9 if self._last_ns else 0.0)
+            if errors.point is not None:
+                guide.see_point(t_ns, errors.point)
+        self._last_ns = t_ns
+        return LoopStep(
+            t_ns=t_ns,
+            status=status,
+            command_rad=command,
+            target=target,
+            sighting=sighting,
+            match=match,
+            errors=errors,
+            pair_skew_ns=skew_ns,
+        )
+
+    def _status(
+        self, guide: TargetGuide, sighting: Sighting, errors: LoopErrors | None, *, reached: bool
+    ) -> LoopStatus:
+        holds = (
+            (self._manual is not None, LoopStatus.MANUAL),
+            (guide.state is GuideState.LOST, LoopStatus.TRACKER_LOST),
+            (abs(sighting.wide.t_ns - sighting.left.t_ns) > STALE_NS, LoopStatus.MATCH_STALE),
+            (abs(sighting.left.t_ns - sighting.right.t_ns) > PAIR_SKEW_NS, LoopStatus.PAIR_SKEW),
+            (errors is None, LoopStatus.LOW_SCORE),
+            (self.paused, LoopStatus.HELD),
+            (self._over(guide, sighting.left.t_ns), LoopStatus.FROZEN),
+            (not reached, LoopStatus.OUT_OF_REACH),
+        )
+        return next((status for holds_now, status in holds if holds_now), LoopStatus.TRACKING)
+
+    def _over(self, guide: TargetGuide, t_ns: int) -> bool:
+        """Return whether the time for correcting is over."""
+        limit_ms = self.settings.correct_for_ms
+        if limit_ms is None or guide.state is not GuideState.FIXED:
+            return False
+        return (t_ns - self._chosen_ns) / 1e6 >= limit_ms
+
+    def _correct(self, errors: LoopErrors, *, elapsed_s: float) -> None:
+        dt = loop_time(elapsed_s, self.settings.sensitivity)
+        for index, axis in enumerate(AXES):
+            if axis in self.held or axis in self.forced:
+                self._pids[axis].reset()
+                continue
+            error = float(errors.values_rad[index])
+            change = self._pids[axis].change_rad(
+                error + float(self.reference_rad[index]),
+                -error,
+                dt=dt,
+                gains=self.settings.gains(GROUP_OF[axis]),
+            )
+            changed = self._command[index] + change
+            self._command[index] = np.clip(changed, self._least[index], self._most[index])
