@@ -30,6 +30,7 @@ from foveacam_server.resources.fixations import target_routes as targets
 from foveacam_server.resources.follows import routes as follows
 from foveacam_server.resources.jobs import routes as jobs
 from foveacam_server.resources.lease import routes as lease
+from foveacam_server.resources.loop import routes as loop
 from foveacam_server.resources.measurements import routes as measurements
 from foveacam_server.resources.mirrors import routes as mirrors
 from foveacam_server.resources.mosaics import routes as mosaics
@@ -65,6 +66,7 @@ _RESOURCES = (
     views,
     fixations,
     follows,
+    loop,
     corrections,
     targets,
     suggestions,

@@ -977,6 +977,188 @@ export interface components {
         Liveness: {
             status: string;
         };
+        /** @description One axis: its command and range, and its error in the last look that showed it, degrees. */
+        LoopAxisDocument: {
+            /** @enum {string} */
+            axis: "pan_x" | "pan_y" | "verge" | "shift_y";
+            command_deg: number;
+            error_deg: number | null;
+            held: boolean;
+            least_deg: number;
+            most_deg: number;
+        };
+        /** @description The loop as it is now; what is not known is null. */
+        LoopDocument: {
+            axes: components["schemas"]["LoopAxisDocument"][];
+            detail: string;
+            distance_m: number | null;
+            distance_sigma_m: number | null;
+            dragged: boolean;
+            fine: boolean | null;
+            job_id: string | null;
+            lead_ms: number | null;
+            looks: number;
+            paused: boolean;
+            point_rig_m: [
+                number,
+                number,
+                number
+            ] | null;
+            rate_hz: number;
+            running: boolean;
+            score_left: number | null;
+            score_right: number | null;
+            settings: components["schemas"]["LoopSettingsDocument"];
+            /** @enum {string} */
+            status: "off" | "initializing" | "tracking" | "low_score" | "match_stale" | "pair_skew" | "tracker_lost" | "out_of_reach" | "frozen" | "held" | "manual" | "trigger_fault" | "auto_tune" | "waiting";
+            target: components["schemas"]["LoopTargetDocument"] | null;
+            trigger: components["schemas"]["LoopTriggerDocument"];
+            tune_job_id: string | null;
+            tuned: components["schemas"]["LoopTuneDocument"] | null;
+        };
+        /** @description Where both eyes look in parallel while somebody drags, wide px. */
+        LoopDrag: {
+            x_px: number;
+            y_px: number;
+        };
+        /** @description Gains of one loop: kp without unit, ki per unit of loop time, kd in units of loop time. */
+        LoopGains: {
+            kd: number;
+            ki: number;
+            kp: number;
+        };
+        /** @description Pause, hold single axes, or set their commands: an axis that is set is held from then on. */
+        LoopPatch: {
+            command_deg?: {
+                [key: string]: number;
+            } | null;
+            held?: {
+                [key: string]: boolean;
+            } | null;
+            paused?: boolean | null;
+        };
+        /** @description What the relay found of one axis; the period is that of the swing. */
+        LoopRelayDocument: {
+            amplitude_deg: number;
+            /** @enum {string} */
+            axis: "pan_x" | "pan_y" | "verge" | "shift_y";
+            period_looks: number;
+            swing_deg: number;
+            ultimate_gain: number;
+        };
+        /** @description One look of the loop; angles in the order of the axes. */
+        LoopSample: {
+            command_deg: [
+                number,
+                number,
+                number,
+                number
+            ];
+            distance_m: number | null;
+            distance_sigma_m: number | null;
+            error_deg: [
+                number,
+                number,
+                number,
+                number
+            ] | null;
+            look: number;
+            score: number | null;
+            /** @enum {string} */
+            status: "off" | "initializing" | "tracking" | "low_score" | "match_stale" | "pair_skew" | "tracker_lost" | "out_of_reach" | "frozen" | "held" | "manual" | "trigger_fault" | "auto_tune" | "waiting";
+            t_s: number;
+        };
+        /** @description All settings of the loop, as in `LoopSettingsPatch`. */
+        LoopSettingsDocument: {
+            box_height_px: number;
+            box_width_px: number;
+            correct_for_ms: number | null;
+            depth: components["schemas"]["LoopGains"];
+            expand_x: number;
+            expand_y: number;
+            lead_ms: number;
+            min_score: number;
+            most_hz: number | null;
+            pan: components["schemas"]["LoopGains"];
+            predict: boolean;
+            sensitivity: number;
+            template_scale: number;
+            /** @enum {string} */
+            tracker: "off" | "template" | "filter";
+            vertical: components["schemas"]["LoopGains"];
+        };
+        /** @description Settings to change; what is left out stays. */
+        LoopSettingsPatch: {
+            box_height_px?: number | null;
+            box_width_px?: number | null;
+            correct_for_ms?: number | null;
+            depth?: components["schemas"]["LoopGains"] | null;
+            expand_x?: number | null;
+            expand_y?: number | null;
+            lead_ms?: number | null;
+            min_score?: number | null;
+            most_hz?: number | null;
+            pan?: components["schemas"]["LoopGains"] | null;
+            predict?: boolean | null;
+            sensitivity?: number | null;
+            template_scale?: number | null;
+            tracker?: ("off" | "template" | "filter") | null;
+            vertical?: components["schemas"]["LoopGains"] | null;
+        };
+        /** @description How one axis answers a step; a settling time of null: not within the looks that were made. */
+        LoopStepDocument: {
+            /** @enum {string} */
+            axis: "pan_x" | "pan_y" | "verge" | "shift_y";
+            overshoot: number;
+            overshoot_before: number;
+            settle_before_ms: number | null;
+            settle_ms: number | null;
+        };
+        /** @description Where the target is. */
+        LoopTargetDocument: {
+            /** @enum {string} */
+            state: "fixed" | "tracked" | "lost";
+            tracker_score: number | null;
+            x_px: number;
+            y_px: number;
+        };
+        /** @description Where to look: exactly one of pixel and direction. */
+        LoopTargetRequest: {
+            direction?: components["schemas"]["Direction"] | null;
+            distance_m?: number | null;
+            frame_seq?: number | null;
+            pixel?: components["schemas"]["Pixel"] | null;
+        };
+        /** @description The exposures of the loop; both foveae are exposed by one pulse. */
+        LoopTriggerDocument: {
+            after_trigger_us: number | null;
+            exposures: number;
+            failures: number;
+            in_a_row: number;
+            latched: boolean;
+            pair_skew_us: number;
+            reason: string | null;
+            wide_age_ms: number | null;
+        };
+        /** @description The last tuning: its gains, what they are made of, and the costs of steps. */
+        LoopTuneDocument: {
+            candidates: number;
+            cost: number;
+            cost_before: number;
+            cost_relay: number;
+            picture_url: string;
+            relays: components["schemas"]["LoopRelayDocument"][];
+            settings: components["schemas"]["LoopSettingsDocument"];
+            steps: components["schemas"]["LoopStepDocument"][];
+            tuned_utc: string;
+        };
+        /** @description How to tune: by relays alone, or polished by CMA-ES afterwards. */
+        LoopTuneRequest: {
+            /** @default 48 */
+            candidates?: number;
+            /** @default false */
+            polish?: boolean;
+        };
         /**
          * @description A finished mosaic.
          *
@@ -2443,6 +2625,21 @@ export type LeaseGrant = components['schemas']['LeaseGrant'];
 export type LeaseRequest = components['schemas']['LeaseRequest'];
 export type LengthDocument = components['schemas']['LengthDocument'];
 export type Liveness = components['schemas']['Liveness'];
+export type LoopAxisDocument = components['schemas']['LoopAxisDocument'];
+export type LoopDocument = components['schemas']['LoopDocument'];
+export type LoopDrag = components['schemas']['LoopDrag'];
+export type LoopGains = components['schemas']['LoopGains'];
+export type LoopPatch = components['schemas']['LoopPatch'];
+export type LoopRelayDocument = components['schemas']['LoopRelayDocument'];
+export type LoopSample = components['schemas']['LoopSample'];
+export type LoopSettingsDocument = components['schemas']['LoopSettingsDocument'];
+export type LoopSettingsPatch = components['schemas']['LoopSettingsPatch'];
+export type LoopStepDocument = components['schemas']['LoopStepDocument'];
+export type LoopTargetDocument = components['schemas']['LoopTargetDocument'];
+export type LoopTargetRequest = components['schemas']['LoopTargetRequest'];
+export type LoopTriggerDocument = components['schemas']['LoopTriggerDocument'];
+export type LoopTuneDocument = components['schemas']['LoopTuneDocument'];
+export type LoopTuneRequest = components['schemas']['LoopTuneRequest'];
 export type MadeMosaic = components['schemas']['MadeMosaic'];
 export type MadeReference = components['schemas']['MadeReference'];
 export type MapDocument = components['schemas']['MapDocument'];

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foveacam_hardware.contract import FoveaError
+from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.loop.pid import loop_time
 from foveacam_pipeline.loop.settings import AXES, MOST_GAIN, Axis, Gains
 from foveacam_pipeline.loop.vergence_loop import CORRECTING, LoopStatus, LoopStep, VergenceLoop
@@ -34,10 +34,8 @@ WEAKEST_ULTIMATE_GAIN = 0.5
 """An axis that swings by more than its jump would account for this is disturbed, not answering."""
 
 
-class TuneRefused(FoveaError):
+class TuneRefused(OutOfRange):
     """Tuning was ended before its time; the gains are as before."""
-
-    code = "tune_refused"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

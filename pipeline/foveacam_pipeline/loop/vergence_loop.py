@@ -52,7 +52,7 @@ class LoopStatus(StrEnum):
     """The exposure failed."""
 
 
-SHIFT = AXES.index(Axis.SHIFT_Y)
+VERGE, SHIFT = AXES.index(Axis.VERGE), AXES.index(Axis.SHIFT_Y)
 CORRECTING = frozenset({LoopStatus.TRACKING, LoopStatus.OUT_OF_REACH})
 
 
@@ -98,19 +98,33 @@ class VergenceLoop:
         self._chosen_ns = self._last_ns = 0
         self._lead_ns = FIRST_LEAD_NS
         self._wide_ns = 0
-        ranges = [PAN_RANGE_RAD, PAN_RANGE_RAD, calibration.baseline_m / NEAREST_M, SHIFT_RANGE_RAD]
-        self._most = np.array(ranges)
-        self._least = np.array([-PAN_RANGE_RAD, -PAN_RANGE_RAD, 0.0, -SHIFT_RANGE_RAD])
+        self._least, self._most = self.ranges_of(calibration)
 
     @property
     def command_rad(self) -> NDArray[np.float64]:
         """(4,) command of the next look, in the order of `AXES`."""
         return self._command.copy()
 
+    @staticmethod
+    def ranges_of(calibration: Calibration) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the least and the largest command of a rig's loop, (4,) rad each."""
+        most = [PAN_RANGE_RAD, PAN_RANGE_RAD, calibration.baseline_m / NEAREST_M, SHIFT_RANGE_RAD]
+        return np.array([-PAN_RANGE_RAD, -PAN_RANGE_RAD, 0.0, -SHIFT_RANGE_RAD]), np.array(most)
+
     @property
-    def range_rad(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Least and largest command, (4,) each."""
-        return self._least.copy(), self._most.copy()
+    def dragged(self) -> bool:
+        """Whether somebody drags."""
+        return self._manual is not None
+
+    @property
+    def lead_ms(self) -> float:
+        """Time from the request of a look to the middle of its exposure, ms."""
+        return self._lead_ns / 1e6
+
+    def see_wide(self, frame: Frame) -> None:
+        """Let the tracker see a wide frame of another procedure's looks."""
+        if self._guide is not None:
+            self._see_wide(self._guide, frame)
 
     @property
     def guide(self) -> TargetGuide | None:
@@ -135,6 +149,21 @@ class VergenceLoop:
         begins = {Axis.VERGE: self._calibration.baseline_m * inverse_z_per_m}
         for axis in set(AXES) - self.held:
             self.set_command(axis, begins.get(axis, 0.0))
+
+    def learn_again(self, frame: Frame) -> None:
+        """Let the tracker of the settings learn the target where it is now; commands stay.
+
+        Raise `OutOfRange` where it finds nothing to follow there: the one before goes on.
+        """
+        if self._guide is None:
+            return
+        self._guide = TargetGuide(
+            frame,
+            self._guide.place(frame.t_ns, predict=True),
+            calibration=self._calibration,
+            settings=self.settings,
+            inverse_z_per_m=self._command[VERGE] / self._calibration.baseline_m,
+        )
 
     def set_command(self, axis: Axis, command_rad: float) -> None:
         """Set one axis, within its range; corrections go on from there."""

@@ -1,15 +1,16 @@
 """Follows several targets with the two foveae, which look at one of them after the other (Table 1)."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import Clock, Frame, Head, Sighting, StereoVolts
+from foveacam_hardware.contract import Clock, Frame, Head, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track.fovea_match import FoveaReading
 from foveacam_pipeline.track.schedule import Claim, LookSchedule
 from foveacam_pipeline.track.target import FollowedTarget, TargetReport
+from foveacam_pipeline.track.watching_head import WatchingHead
 from foveacam_pipeline.verge.aim import aim_at, clamp_gazes, volts_for
 
 MOST_TARGETS = 8
@@ -90,7 +91,7 @@ class Follower:
 
     def watching(self, head: Head) -> Head:
         """Return a head for other looks, whose wide frames the image trackers see as well."""
-        return _WatchingHead(head, self._see_wide)
+        return WatchingHead(head, self._see_wide)
 
     def reports(self) -> tuple[TargetReport, ...]:
         """Return how all targets stand now."""
@@ -136,31 +137,3 @@ class Follower:
         if self._last_ns:
             self._look_s += SMOOTHING * ((t_ns - self._last_ns) / 1e9 - self._look_s)
         self._last_ns = t_ns
-
-
-class _WatchingHead:
-    """A head that passes on every wide frame that it returns."""
-
-    def __init__(self, head: Head, see_wide: Callable[[Frame], None]) -> None:
-        self._head = head
-        self._see_wide = see_wide
-
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        """Look as the head does."""
-        sighting = self._head.look(volts, settle_us=settle_us)
-        self._see_wide(sighting.wide)
-        return sighting
-
-    def wide(self, *, max_age_ms: float = 200.0) -> Frame:
-        """Return a recent wide frame."""
-        frame = self._head.wide(max_age_ms=max_age_ms)
-        self._see_wide(frame)
-        return frame
-
-    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
-        """Set exposure and gain of both foveae."""
-        self._head.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db)
-
-    def set_low_pass(self, cutoff_hz: int) -> int:
-        """Set the cut-off of the drive filters."""
-        return self._head.set_low_pass(cutoff_hz)

@@ -38,6 +38,7 @@ from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
 from foveacam_server.resources.follows.rounds import FollowRounds, RoundTools
 from foveacam_server.resources.follows.service import FollowService, FollowTools
+from foveacam_server.resources.loop.service import LoopService, LoopTools
 from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
@@ -111,6 +112,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         fixations=observation.fixations,
         follows=observation.follows,
         rounds=observation.rounds,
+        loop=observation.loop,
         wide_depth=observation.wide_depth,
         measurements=observation.measurements,
         suggestions=SuggestionService(displays.hub),
@@ -177,6 +179,7 @@ class _ObservationServices:
     fixations: FixationService
     follows: FollowService
     rounds: FollowRounds
+    loop: LoopService
     wide_depth: WideDepthService
     measurements: MeasurementService
 
@@ -229,7 +232,7 @@ def _open_observation(
         context=wide_depth,
     )
     fixations = FixationService(foundation.store, tools)
-    follows, rounds = _open_following(
+    follows, rounds, vergence = _open_following(
         foundation,
         knowledge,
         displays,
@@ -249,6 +252,7 @@ def _open_observation(
         fixations=fixations,
         follows=follows,
         rounds=rounds,
+        loop=vergence,
         wide_depth=wide_depth,
         measurements=measurements,
     )
@@ -264,8 +268,8 @@ def _open_following(
     fixations: FixationService,
     context: WideDepthService,
     captures: CaptureCollection,
-) -> tuple[FollowService, FollowRounds]:
-    """Open what follows targets, and let the wide view mark them."""
+) -> tuple[FollowService, FollowRounds, LoopService]:
+    """Open what follows targets, one or many, and let the wide view mark them."""
     follows = FollowService(
         FollowTools(
             hardware=hardware,
@@ -277,9 +281,23 @@ def _open_following(
             context=context,
             viewer=displays.viewer,
             on_distance=displays.overlay.look_at_distance,
+            looping=lambda: vergence.running,
         )
     )
-    displays.overlay.show_follows(follows.marks)
+    vergence = LoopService(
+        LoopTools(
+            hardware=hardware,
+            calibration=knowledge.calibration,
+            jobs=jobs,
+            events=foundation.events,
+            clock=foundation.clock,
+            context=context,
+            folder=foundation.store.subfolder("loop"),
+            following=lambda: bool(follows.every()),
+            on_distance=displays.overlay.look_at_distance,
+        )
+    )
+    displays.overlay.show_follows(lambda: [*follows.marks(), *vergence.marks()])
     rounds = FollowRounds(
         RoundTools(
             take=follows.take_round,
@@ -290,7 +308,7 @@ def _open_following(
             events=foundation.events,
         )
     )
-    return follows, rounds
+    return follows, rounds, vergence
 
 
 def _wide_depth(

@@ -23,6 +23,7 @@ from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService
 from foveacam_server.resources.follows.rounds import FollowRounds
 from foveacam_server.resources.follows.service import FollowService
+from foveacam_server.resources.loop.service import LoopService
 from foveacam_server.resources.measurements.service import MeasurementService
 from foveacam_server.resources.mosaics.service import MosaicService
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
@@ -80,6 +81,7 @@ class Services:
     fixations: FixationService
     follows: FollowService
     rounds: FollowRounds
+    loop: LoopService
     wide_depth: WideDepthService
     """Depth of the whole wide view; a `DepthContext` for fixations."""
     measurements: MeasurementService
@@ -104,6 +106,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.follows.routes import FollowRouteServices
     from foveacam_server.resources.jobs.routes import JobRouteServices
     from foveacam_server.resources.lease.routes import LeaseRouteServices
+    from foveacam_server.resources.loop.routes import LoopRouteServices
     from foveacam_server.resources.measurements.routes import MeasurementRouteServices
     from foveacam_server.resources.mirrors.routes import MirrorRouteServices
     from foveacam_server.resources.mosaics.routes import MosaicRouteServices
@@ -139,6 +142,7 @@ if TYPE_CHECKING:
         _follow: FollowRouteServices = services
         _job: JobRouteServices = services
         _lease: LeaseRouteServices = services
+        _loop: LoopRouteServices = services
         _measurement: MeasurementRouteServices = services
         _mirror: MirrorRouteServices = services
         _mosaic: MosaicRouteServices = services

@@ -83,6 +83,8 @@ class FollowTools:
     viewer: TrailViewer | None
     on_distance: Callable[[float], None]
     """Called with the distance at which the foveae meet, m."""
+    looping: Callable[[], bool]
+    """Whether the vergence loop has the eyes."""
 
 
 class FollowService:
@@ -106,6 +108,12 @@ class FollowService:
         target = self._target(request)
         check_target(target, calibration)
         self._tools.hardware.check_may_move()
+        if self._tools.looping():
+            raise Busy(
+                "the vergence loop has the eyes; end it first",
+                found="a running loop",
+                remedy="end it: DELETE /api/v1/loop",
+            )
         record = FollowedRecord(
             id=new_id("fol"),
             label=request.label or self._label(request),

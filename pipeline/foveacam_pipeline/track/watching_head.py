@@ -1,0 +1,33 @@
+"""A head whose wide frames a tracker sees as well, while a procedure looks through it."""
+
+from collections.abc import Callable
+
+from foveacam_hardware.contract import Frame, Head, Sighting, StereoVolts
+
+
+class WatchingHead:
+    """A head that passes on every wide frame that it returns."""
+
+    def __init__(self, head: Head, see_wide: Callable[[Frame], None]) -> None:
+        self._head = head
+        self._see_wide = see_wide
+
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+        """Look as the head does."""
+        sighting = self._head.look(volts, settle_us=settle_us)
+        self._see_wide(sighting.wide)
+        return sighting
+
+    def wide(self, *, max_age_ms: float = 200.0) -> Frame:
+        """Return a recent wide frame."""
+        frame = self._head.wide(max_age_ms=max_age_ms)
+        self._see_wide(frame)
+        return frame
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
+        """Set exposure and gain of both foveae."""
+        self._head.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db)
+
+    def set_low_pass(self, cutoff_hz: int) -> int:
+        """Set the cut-off of the drive filters."""
+        return self._head.set_low_pass(cutoff_hz)
