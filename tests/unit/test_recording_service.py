@@ -11,6 +11,7 @@ from foveacam_hardware.contract import Busy, Frame, InvalidInput, MonotonicClock
 from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, EndCause, RecordingBounds
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import RigDescription
+from foveacam_pipeline.capture.recording.values import TrackedBox
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
@@ -264,6 +265,11 @@ class Published:
 
     def __init__(self) -> None:
         self.seqs: list[int] = []
+        self.boxes: list[TrackedBox] = []
+
+    def publish_box(self, box: TrackedBox) -> bool:
+        self.boxes.append(box)
+        return True
 
     def publish(self, stream: str, raw: Frame) -> bool:
         if self.failure is not None:
@@ -278,6 +284,7 @@ def live(tmp_path: Path) -> LiveRecording:
     return LiveRecording(
         id="rec-1", job_id="job-1", path=tmp_path / "a.fcap", roles=(Role.LEFT,), rig=rig, label="",
         bounds=RecordingBounds(longest_s=1.0, free_bytes=lambda: 1 << 40), every=True, begun_ns=0,
+        boxes=lambda shown: [TrackedBox(slot="target", t_ns=shown.t_ns, bbox_px=(1.0, 2.0, 3.0, 4.0))],
     )  # fmt: skip
 
 
@@ -300,6 +307,14 @@ def test_a_frame_that_is_shown_twice_is_recorded_once_and_one_not_asked_for_not_
     assert recorder.seqs == [1, 2]
     assert shown.counts == {"left": 4, "wide": 1}
     assert not tap.watched("left")
+
+
+def test_the_boxes_of_followed_targets_are_recorded_with_the_wide_frames_alone(live: LiveRecording) -> None:
+    recorder = Published()
+    live.recorder = recorder  # type: ignore[assignment]  # counts what a recorder is given
+    live.record_frame(frame(1, t_ns=10))
+    live.record_frame(Frame(image=np.zeros((4, 6), np.uint8), role=Role.WIDE, seq=1, t_ns=30, exposure_ns=1))
+    assert [(box.slot, box.t_ns) for box in recorder.boxes] == [("target", 30)]
 
 
 @pytest.mark.parametrize("every", [True, False])

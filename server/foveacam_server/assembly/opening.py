@@ -36,8 +36,9 @@ from foveacam_server.resources.clouds.shapes import ShapeWorker
 from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
+from foveacam_server.resources.follows.follow_job import FollowTools
 from foveacam_server.resources.follows.rounds import FollowRounds, RoundTools
-from foveacam_server.resources.follows.service import FollowService, FollowTools
+from foveacam_server.resources.follows.service import FollowService
 from foveacam_server.resources.loop.service import LoopService, LoopTools
 from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
@@ -293,11 +294,12 @@ def _open_following(
             clock=foundation.clock,
             context=context,
             folder=foundation.store.subfolder("loop"),
-            following=lambda: bool(follows.every()),
+            following=lambda: follows.following,
             on_distance=displays.overlay.look_at_distance,
         )
     )
     displays.overlay.show_follows(lambda: [*follows.marks(), *vergence.marks()])
+    displays.tap.boxes_from(lambda frame: [*follows.boxes(frame), *vergence.boxes(frame)])
     rounds = FollowRounds(
         RoundTools(
             take=follows.take_round,

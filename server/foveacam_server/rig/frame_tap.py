@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Role
+from foveacam_pipeline.capture.recording.values import TrackedBox
 from foveacam_server.rig.ports import PictureSink
 from foveacam_server.rig.schema import OverlayDocument
 
@@ -27,6 +28,7 @@ class FrameTap:
         self._sink = sink
         self._lock = threading.Lock()
         self._listeners: tuple[_Listener, ...] = ()
+        self._boxes: Callable[[Frame], list[TrackedBox]] = _no_boxes
 
     def publish_frame(self, frame: Frame, *, meta: OverlayDocument | None = None) -> None:
         """Publish a camera frame and pass it to the listeners of its camera."""
@@ -50,6 +52,14 @@ class FrameTap:
             listener.every and _listens_to(listener, view) for listener in self._listeners
         )
 
+    def boxes_from(self, boxes: Callable[[Frame], list[TrackedBox]]) -> None:
+        """Let `boxes` tell from now on which followed targets a wide frame shows, and where."""
+        self._boxes = boxes
+
+    def boxes(self, frame: Frame) -> list[TrackedBox]:
+        """Return the followed targets that a wide frame shows."""
+        return self._boxes(frame)
+
     @contextmanager
     def listening(
         self, roles: Collection[Role], take: Callable[[Frame], None], *, every: bool = False
@@ -70,3 +80,7 @@ class FrameTap:
 
 def _listens_to(listener: _Listener, view: str) -> bool:
     return view in [role.value for role in listener.roles]
+
+
+def _no_boxes(frame: Frame) -> list[TrackedBox]:
+    return []

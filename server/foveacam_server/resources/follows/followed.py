@@ -9,11 +9,12 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.track.click_track import ClickTrack
 from foveacam_pipeline.track.position_filter import PositionEstimate
 from foveacam_pipeline.track.target import TargetReport
+from foveacam_pipeline.verge.values import Target
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.follows.schema import (
     FollowedDocument,
     FollowedState,
-    FollowRequest,
+    FollowPatch,
     TrackerName,
     TrailPoint,
 )
@@ -29,7 +30,9 @@ class FollowedRecord:
 
     id: str
     label: str
-    request: FollowRequest
+    target: Target
+    box_px: tuple[int, int]
+    """Sides of what the image tracker learns, wide px."""
     tracker: TrackerName
     priority: float
     state: FollowedState = "finding"
@@ -64,6 +67,12 @@ class FollowedRecord:
                 "wide_score": report.wide_score,
             }
         )
+
+    def take(self, patch: FollowPatch) -> None:
+        """Take over what a request changes."""
+        self.label = patch.label or self.label
+        self.tracker = patch.tracker or self.tracker
+        self.priority = patch.priority or self.priority
 
     def trail(self) -> list[TrailPoint]:
         """Return where it was, oldest first."""

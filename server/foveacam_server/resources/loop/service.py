@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, Head
+from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, Head, Role
 from foveacam_pipeline.capture.dataset.pictures import png_bytes
+from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, TrackedBox
 from foveacam_pipeline.loop.autotune import TuneResult
 from foveacam_pipeline.loop.match_picture import match_picture
 from foveacam_pipeline.loop.settings import Axis, LoopSettings
@@ -68,6 +69,8 @@ KIND, TUNE_KIND = "loop", "loop_tune"
 URL = "/api/v1/loop"
 FIRST_INVERSE_Z_PER_M = 0.2
 """Where the loop begins when nothing is known of the target's distance."""
+MARK = "Loop"
+"""Name of the target in the wide view and in recordings."""
 OBEYED_S = 2.0
 """So long an answer waits for the look under way, so that it shows what was changed."""
 TRACKER_SETTINGS = ("tracker", "box_width_px", "box_height_px")
@@ -284,7 +287,24 @@ class LoopService:
         if target is None or run is None:
             return []
         state = "followed" if run.status in {"tracking", "held", "frozen", "auto_tune"} else "lost"
-        return [FollowMark(id="loop", label="Loop", state=state, x_px=target.x_px, y_px=target.y_px)]
+        return [FollowMark(id="loop", label=MARK, state=state, x_px=target.x_px, y_px=target.y_px)]
+
+    def boxes(self, frame: Frame) -> list[TrackedBox]:
+        """Return the box of a tracked target in a wide frame, without a place where it is lost."""
+        run = self._run
+        target = None if run is None else describe_target(run.loop, frame.t_ns)
+        if target is None or target.state == "fixed":
+            return []
+        width, height = self._settings.box_width_px, self._settings.box_height_px
+        box = (target.x_px - width / 2.0, target.y_px - height / 2.0, float(width), float(height))
+        return [
+            TrackedBox(
+                slot=MARK,
+                t_ns=frame.t_ns,
+                bbox_px=box if target.state == "tracked" else None,
+                frames={STREAM_OF_ROLE[Role.WIDE]: frame.seq},
+            )
+        ]
 
     # The job -----------------------------------------------------------------------------------------------
 

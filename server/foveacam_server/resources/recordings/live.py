@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from foveacam_pipeline.capture.recording.poses import raw_frame
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
-from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE
+from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, TrackedBox
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.recordings.schema import RecordingState
 
@@ -32,6 +33,8 @@ class LiveRecording:
     every: bool
     """Whether frames come as fast as the rig can deliver them, or at the live views' rate."""
     begun_ns: int
+    boxes: Callable[[Frame], list[TrackedBox]]
+    """Returns the followed targets that a wide frame shows."""
     created_utc: str = field(default_factory=utc_now)
     recorder: Recorder | None = None
     failure: FoveaError | None = None
@@ -74,6 +77,8 @@ class LiveRecording:
         self.newest_ns[frame.role] = frame.t_ns
         try:
             recorder.publish(STREAM_OF_ROLE[frame.role], raw_frame(frame, calibration=self.rig.calibration))
+            for box in self.boxes(frame) if frame.role is Role.WIDE else ():
+                recorder.publish_box(box)
         except Exception as error:  # noqa: BLE001 - this is the hardware's thread, which must not end
             _log.exception("recording %s", self.name)
             self.failure = DeviceFault(

@@ -123,6 +123,7 @@ class RecordingService:
                 note=f"ends by itself after {bounds.longest_s:g} s",
             )
             self._live = LiveRecording(
+                boxes=self._tools.tap.boxes,
                 id=ID_PREFIX + job.id.partition("-")[2],
                 job_id=job.id,
                 path=path,
