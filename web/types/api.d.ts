@@ -994,6 +994,7 @@ export interface components {
             distance_m: number | null;
             distance_sigma_m: number | null;
             dragged: boolean;
+            eyes: components["schemas"]["LoopEyeDocument"][];
             fine: boolean | null;
             job_id: string | null;
             lead_ms: number | null;
@@ -1010,7 +1011,7 @@ export interface components {
             score_right: number | null;
             settings: components["schemas"]["LoopSettingsDocument"];
             /** @enum {string} */
-            status: "off" | "initializing" | "tracking" | "low_score" | "match_stale" | "pair_skew" | "tracker_lost" | "out_of_reach" | "frozen" | "held" | "manual" | "trigger_fault" | "auto_tune" | "waiting";
+            status: "off" | "initializing" | "tracking" | "low_score" | "match_stale" | "pair_skew" | "tracker_lost" | "out_of_reach" | "frozen" | "held" | "manual" | "trigger_fault" | "auto_tune" | "split" | "waiting";
             target: components["schemas"]["LoopTargetDocument"] | null;
             trigger: components["schemas"]["LoopTriggerDocument"];
             tune_job_id: string | null;
@@ -1018,6 +1019,21 @@ export interface components {
         };
         /** @description Where both eyes look in parallel while somebody drags, wide px. */
         LoopDrag: {
+            x_px: number;
+            y_px: number;
+        };
+        /** @description One eye that follows a place of its own, fovea px; what its picture does not show is null. */
+        LoopEyeDocument: {
+            /** @enum {string} */
+            eye: "left" | "right";
+            score: number | null;
+            /** @enum {string} */
+            state: "still" | "tracking" | "lost";
+            x_px: number | null;
+            y_px: number | null;
+        };
+        /** @description The place of one fovea's picture that its eye is to keep in the middle, fovea px. */
+        LoopEyePlace: {
             x_px: number;
             y_px: number;
         };
@@ -1065,7 +1081,7 @@ export interface components {
             look: number;
             score: number | null;
             /** @enum {string} */
-            status: "off" | "initializing" | "tracking" | "low_score" | "match_stale" | "pair_skew" | "tracker_lost" | "out_of_reach" | "frozen" | "held" | "manual" | "trigger_fault" | "auto_tune" | "waiting";
+            status: "off" | "initializing" | "tracking" | "low_score" | "match_stale" | "pair_skew" | "tracker_lost" | "out_of_reach" | "frozen" | "held" | "manual" | "trigger_fault" | "auto_tune" | "split" | "waiting";
             t_s: number;
         };
         /** @description All settings of the loop, as in `LoopSettingsPatch`. */
@@ -2628,6 +2644,8 @@ export type Liveness = components['schemas']['Liveness'];
 export type LoopAxisDocument = components['schemas']['LoopAxisDocument'];
 export type LoopDocument = components['schemas']['LoopDocument'];
 export type LoopDrag = components['schemas']['LoopDrag'];
+export type LoopEyeDocument = components['schemas']['LoopEyeDocument'];
+export type LoopEyePlace = components['schemas']['LoopEyePlace'];
 export type LoopGains = components['schemas']['LoopGains'];
 export type LoopPatch = components['schemas']['LoopPatch'];
 export type LoopRelayDocument = components['schemas']['LoopRelayDocument'];

@@ -6,12 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.loop.autotune import TuneResult
 from foveacam_pipeline.loop.settings import AXES
+from foveacam_pipeline.loop.split_eyes import SplitStep
 from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.resources.loop.schema import (
     LoopAxisDocument,
+    LoopEyeDocument,
     LoopRelayDocument,
     LoopSample,
     LoopStatusName,
@@ -73,6 +76,22 @@ def describe_target(loop: VergenceLoop, t_ns: int) -> LoopTargetDocument | None:
     return LoopTargetDocument(
         x_px=round(x_px, 1), y_px=round(y_px, 1), state=guide.state.value, tracker_score=guide.score
     )
+
+
+def describe_eyes(step: SplitStep | None) -> list[LoopEyeDocument]:
+    """Return both eyes while each follows a place of its own."""
+    if step is None:
+        return []
+    return [
+        LoopEyeDocument(
+            eye="left" if role is Role.LEFT else "right",
+            state=reading.state.value,
+            x_px=None if reading.pixel is None else round(reading.pixel[0], 1),
+            y_px=None if reading.pixel is None else round(reading.pixel[1], 1),
+            score=reading.score,
+        )
+        for role, reading in step.readings.items()
+    ]
 
 
 def describe_trigger(loop: VergenceLoop | None, step: LoopStep | None) -> LoopTriggerDocument:

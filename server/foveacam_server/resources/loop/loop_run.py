@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from foveacam_hardware.contract import Cancelled, Clock, FoveaError, Head
 from foveacam_pipeline.loop.autotune import TuneResult, autotune
 from foveacam_pipeline.loop.relay import TuneRefused
+from foveacam_pipeline.loop.split_eyes import SplitEyes, SplitStep
 from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_server.foundation.jobs import JobContext
 from foveacam_server.resources.loop.documents import sample_of
@@ -51,6 +52,9 @@ class LoopRun:
         self.last: LoopStep | None = None
         self.seen: LoopStep | None = None
         """The last look in which the target was measured."""
+        self.split: SplitEyes | None = None
+        """While each eye follows a place of its own; its last look."""
+        self.split_step: SplitStep | None = None
         self.looks = 0
         self.rate_hz = 0.0
         self.samples: deque[LoopSample] = deque(maxlen=HISTORY)
@@ -88,6 +92,9 @@ class LoopRun:
             while not (self.stop_wanted.is_set() or hardware.session_wanted):
                 self._check(context)
                 self._obey(head)
+                if self.split is not None:
+                    self._look_apart(self.split, head)
+                    continue
                 if self.loop.guide is None or self.loop.gate.latched:
                     self.status = "initializing" if self.loop.guide is None else "trigger_fault"
                     self.stop_wanted.wait(WAIT_S)
@@ -135,11 +142,20 @@ class LoopRun:
             context.progress(self.looks, total=0, note=f"{self.rate_hz:.1f} looks a second")
         return step
 
-    def _keep(self, step: LoopStep) -> None:
-        if self.last is not None and step.t_ns > self.last.t_ns:
-            rate_hz = 1e9 / (step.t_ns - self.last.t_ns)
-            self.rate_hz += (SMOOTHING if self.rate_hz else 1.0) * (rate_hz - self.rate_hz)
+    def _look_apart(self, split: SplitEyes, head: Head) -> None:
+        settings = self.loop.settings
+        step = split.step(head, gains=settings.pan, sensitivity=settings.sensitivity)
+        self._count(step.t_ns, None if self.split_step is None else self.split_step.t_ns)
+        self.status, self.split_step = "split", step
+
+    def _count(self, t_ns: int, before_ns: int | None) -> None:
         self.looks += 1
+        if before_ns is not None and t_ns > before_ns:
+            rate_hz = 1e9 / (t_ns - before_ns)
+            self.rate_hz += (SMOOTHING if self.rate_hz else 1.0) * (rate_hz - self.rate_hz)
+
+    def _keep(self, step: LoopStep) -> None:
+        self._count(step.t_ns, None if self.last is None else self.last.t_ns)
         self.samples.append(sample_of(step, self.looks, self.status))
         if step.errors is not None:
             self.seen = step

@@ -18,8 +18,10 @@ from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.loop.schema import (
+    EyeName,
     LoopDocument,
     LoopDrag,
+    LoopEyePlace,
     LoopPatch,
     LoopSample,
     LoopSettingsDocument,
@@ -86,6 +88,22 @@ def release(services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
     services.lease.check(x_lease)
     services.loop.drag(None)
     return Response(status_code=204)
+
+
+@router.put("/eyes/{eye}", summary="Let one eye follow a place of its own", responses=problems(409, 503))
+def follow_apart(
+    eye: EyeName, request: LoopEyePlace, services: ServicesDep, x_lease: LeaseHeader = None
+) -> LoopDocument:
+    """Keep a place of one fovea's picture in its middle; the other eye does as it did, or rests."""
+    services.lease.check(x_lease)
+    return services.loop.follow_apart(eye, request)
+
+
+@router.delete("/eyes", summary="Let both eyes look at one target again", responses=problems(409))
+def reunite(services: ServicesDep, x_lease: LeaseHeader = None) -> LoopDocument:
+    """End that each eye follows a place of its own; without a common target the loop ends."""
+    services.lease.check(x_lease)
+    return services.loop.reunite()
 
 
 @router.patch("/settings", summary="Change settings of the loop", responses=problems(409))

@@ -27,9 +27,11 @@ LoopStatusName = Literal[
     "manual",
     "trigger_fault",
     "auto_tune",
+    "split",
     "waiting",
 ]
-"""What the loop does. `waiting`: another job has the rig; `off`: it does not run."""
+"""What the loop does. `split`: each eye follows a place of its own; `waiting`: another job has the rig."""
+EyeName = Literal["left", "right"]
 LoopSettingsGroup = Literal["pan", "depth", "vertical", "match", "timing", "tracker", "prediction"]
 Share = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
 Expansion = Annotated[float, Field(ge=1.0, le=4.0, allow_inf_nan=False)]
@@ -121,6 +123,13 @@ class LoopDrag(RequestModel):
     y_px: Pixels
 
 
+class LoopEyePlace(RequestModel):
+    """The place of one fovea's picture that its eye is to keep in the middle, fovea px."""
+
+    x_px: Pixels
+    y_px: Pixels
+
+
 class LoopTuneRequest(RequestModel):
     """How to tune: by relays alone, or polished by CMA-ES afterwards."""
 
@@ -146,6 +155,16 @@ class LoopTargetDocument(ResponseModel):
     y_px: float
     state: Literal["fixed", "tracked", "lost"]
     tracker_score: float | None
+
+
+class LoopEyeDocument(ResponseModel):
+    """One eye that follows a place of its own, fovea px; what its picture does not show is null."""
+
+    eye: EyeName
+    state: Literal["still", "tracking", "lost"]
+    x_px: float | None
+    y_px: float | None
+    score: float | None
 
 
 class LoopTriggerDocument(ResponseModel):
@@ -225,6 +244,8 @@ class LoopDocument(ResponseModel):
     """Whether the foveae were matched against each other; false: the strip alone tells."""
     score_left: float | None
     score_right: float | None
+    eyes: list[LoopEyeDocument]
+    """Both eyes while each follows a place of its own; empty otherwise."""
     trigger: LoopTriggerDocument
     settings: LoopSettingsDocument
     tuned: LoopTuneDocument | None

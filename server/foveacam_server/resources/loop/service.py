@@ -8,21 +8,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, Head, Role
+from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, OutOfRange, Role
 from foveacam_pipeline.capture.dataset.pictures import png_bytes
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, TrackedBox
 from foveacam_pipeline.loop.autotune import TuneResult
 from foveacam_pipeline.loop.match_picture import match_picture
-from foveacam_pipeline.loop.settings import Axis, LoopSettings
+from foveacam_pipeline.loop.settings import LoopSettings
+from foveacam_pipeline.loop.split_eyes import SplitEyes
 from foveacam_pipeline.loop.tune_picture import tune_picture
 from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.track.watching_head import WatchingHead
-from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
-from foveacam_pipeline.verge.values import Basis, Target
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
@@ -30,19 +27,22 @@ from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.fixations.request import check_target, direction_of, target_of
 from foveacam_server.resources.fixations.schema import FixationRequest
-from foveacam_server.resources.loop.documents import (
-    DETAILS,
-    TunedLoop,
-    describe_axes,
-    describe_target,
-    describe_trigger,
-    describe_tuning,
-    first_limits_rad,
+from foveacam_server.resources.loop.description import describe_loop
+from foveacam_server.resources.loop.documents import TunedLoop, describe_target
+from foveacam_server.resources.loop.loop_run import LoopRun, Order, TuneOrder
+from foveacam_server.resources.loop.orders import (
+    FirstTarget,
+    apply_patch,
+    choose_target,
+    configure,
+    part_eyes,
+    unite,
 )
-from foveacam_server.resources.loop.loop_run import LoopRun, TuneOrder
 from foveacam_server.resources.loop.schema import (
+    EyeName,
     LoopDocument,
     LoopDrag,
+    LoopEyePlace,
     LoopPatch,
     LoopSample,
     LoopSettingsDocument,
@@ -67,13 +67,10 @@ from foveacam_server.rig.schema import FollowMark
 
 KIND, TUNE_KIND = "loop", "loop_tune"
 URL = "/api/v1/loop"
-FIRST_INVERSE_Z_PER_M = 0.2
-"""Where the loop begins when nothing is known of the target's distance."""
 MARK = "Loop"
 """Name of the target in the wide view and in recordings."""
 OBEYED_S = 2.0
 """So long an answer waits for the look under way, so that it shows what was changed."""
-TRACKER_SETTINGS = ("tracker", "box_width_px", "box_height_px")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,28 +121,26 @@ class LoopService:
         calibration = tools.calibration.require()
         target = target_of(FixationRequest(pixel=request.pixel, direction=request.direction))
         check_target(target, calibration)
-        tools.hardware.check_may_move()
-        if tools.following():
-            raise Busy(
-                "the foveae follow targets; let them go first",
-                found="followed targets",
-                remedy="let them go: DELETE /api/v1/follows",
-            )
+        self._check_free()
         run = self._begin(calibration)
-        clicked = None if request.frame_seq is None else tools.hardware.recent_wide(request.frame_seq)
-        place = np.tan(np.array(direction_of(target, calibration)))
-        try:
-            self._await(run.order(lambda head: self._choose(run, head, target, place, clicked, request)))
-        except FoveaError:
-            if run.loop.guide is None:  # it has nothing else to look at
-                run.stop_wanted.set()
-            raise
+        wanted = FirstTarget(
+            target=target,
+            place=np.tan(np.array(direction_of(target, calibration))),
+            clicked=None if request.frame_seq is None else tools.hardware.recent_wide(request.frame_seq),
+            distance_m=request.distance_m,
+        )
+        self._order(
+            run,
+            lambda head: choose_target(
+                run, head, wanted, calibration=calibration, clock=tools.clock, context=tools.context
+            ),
+        )
         return self.describe()
 
     def change(self, patch: LoopPatch) -> LoopDocument:
         """Pause, hold axes, or set their commands; raise `Busy` while the loop does not run."""
         run = self._need()
-        self._await(run.order(lambda _: _apply(run.loop, patch)))
+        self._await(run.order(lambda _: apply_patch(run.loop, patch)))
         return self.describe()
 
     def drag(self, place: LoopDrag | None) -> None:
@@ -157,6 +152,40 @@ class LoopService:
         calibration.wide.check_pixel(place.x_px, place.y_px)
         tangents = np.tan(calibration.wide.angles_rad([(place.x_px, place.y_px)])[0])
         run.order(lambda _: run.loop.drag(tangents))
+
+    def follow_apart(self, eye: EyeName, place: LoopEyePlace) -> LoopDocument:
+        """Let one eye keep a place of its own picture in the middle; the other does as it did, or rests."""
+        calibration = self._tools.calibration.require()
+        width, height = calibration.fovea_width, calibration.fovea_height
+        if not (0.0 <= place.x_px <= width - 1 and 0.0 <= place.y_px <= height - 1):
+            raise OutOfRange(
+                f"the place ({place.x_px:g}, {place.y_px:g}) is outside the fovea of {width} x {height} px; "
+                "choose one inside"
+            )
+        self._check_free()
+        run = self._begin(calibration)
+        pixel, hardware, clock = (place.x_px, place.y_px), self._tools.hardware, self._tools.clock
+        self._order(
+            run,
+            lambda head: part_eyes(
+                run,
+                head,
+                Role(eye),
+                pixel,
+                hardware=hardware,
+                new_split=lambda: SplitEyes(calibration, clock=clock),
+            ),
+        )
+        return self.describe()
+
+    def reunite(self) -> LoopDocument:
+        """Let both eyes look at one target again; without one the loop ends."""
+        run = self._need()
+        if run.loop.guide is None:
+            run.stop_wanted.set()
+        else:
+            self._await(run.order(lambda _: unite(run)))
+        return self.describe()
 
     def end(self) -> None:
         """End the loop; the mirrors stay where they are. No effect where none runs."""
@@ -188,7 +217,7 @@ class LoopService:
                 remedy="wait, or cancel that job",
             )
         if run is not None:
-            self._await(run.order(lambda head: _configure(run.loop, settings, head)))
+            self._await(run.order(lambda head: configure(run.loop, settings, head)))
         store_settings(self._tools.folder, settings)
         self._settings = settings
         return describe_settings(settings)
@@ -198,6 +227,12 @@ class LoopService:
     def tune(self, request: LoopTuneRequest, *, idempotency_key: str | None = None) -> Job:
         """Tune the gains as a job; raise `Busy` while the loop has no target, or is being tuned."""
         run = self._need()
+        if run.split is not None:
+            raise Busy(
+                "each eye follows a place of its own; unite them first",
+                found="eyes apart",
+                remedy="unite them: DELETE /api/v1/loop/eyes",
+            )
         if run.tune_job_id is not None:
             raise Busy("the loop is being tuned already", found=f"job {run.tune_job_id}", remedy="wait")
         return self._tools.jobs.submit(TUNE_KIND, request, idempotency_key=idempotency_key)
@@ -225,40 +260,13 @@ class LoopService:
 
     def describe(self) -> LoopDocument:
         """Return the loop as it is now."""
-        run = self._run
-        last = None if run is None else run.last
-        shown = None if run is None else run.seen
-        errors = None if shown is None else shown.errors
-        point = None if errors is None else errors.point
-        match = None if last is None else last.match
-        status: LoopStatusName = "off" if run is None else run.status
-        return LoopDocument(
-            running=run is not None,
-            job_id=self._job_id or None,
-            tune_job_id=None if run is None else run.tune_job_id,
-            status=status,
-            detail=_detail(status, run),
-            paused=run is not None and run.loop.paused,
-            dragged=run is not None and run.loop.dragged,
-            looks=0 if run is None else run.looks,
-            rate_hz=0.0 if run is None else round(run.rate_hz, 2),
-            lead_ms=None if last is None or run is None else run.loop.lead_ms,
-            target=None if run is None else describe_target(run.loop, self._tools.clock.now_ns()),
-            axes=describe_axes(
-                np.zeros(4) if run is None else run.loop.command_rad,
-                first_limits_rad(self._tools.calibration.current),
-                None if errors is None else errors.values_rad,
-                frozenset() if run is None else frozenset(axis.value for axis in run.loop.held),
-            ),
-            distance_m=None if point is None else point.distance_m,
-            distance_sigma_m=None if point is None else point.distance_sigma_m,
-            point_rig_m=None if point is None else point.point_rig_m,
-            fine=None if errors is None else errors.fine,
-            score_left=None if match is None else match.left.score,
-            score_right=None if match is None else match.right.score,
-            trigger=describe_trigger(None if run is None else run.loop, last),
-            settings=describe_settings(self._settings),
-            tuned=None if self._tuned is None else describe_tuning(self._tuned),
+        return describe_loop(
+            self._run,
+            job_id=self._job_id,
+            settings=self._settings,
+            tuned=self._tuned,
+            calibration=self._tools.calibration.current,
+            now_ns=self._tools.clock.now_ns(),
         )
 
     def history(self, after_look: int) -> list[LoopSample]:
@@ -351,33 +359,24 @@ class LoopService:
             message = f"the loop waits: exposures fail again and again: {run.loop.gate.reason}"
             self._emit("loop.latched", "trigger_fault", message, level=EventLevel.WARNING)
 
-    def _choose(
-        self,
-        run: LoopRun,
-        head: Head,
-        target: Target,
-        place: NDArray[np.float64],
-        clicked: Frame | None,
-        request: LoopTargetRequest,
-    ) -> None:
-        """Begin at a target: where its distance is not given, both foveae look for it first."""
-        tools, calibration = self._tools, self._tools.calibration.require()
-        frame = head.wide() if clicked is None else clicked
-        known = request.distance_m
-        inverse_z = FIRST_INVERSE_Z_PER_M if known is None else float(np.hypot(1.0, np.hypot(*place))) / known
-        run.loop.choose(frame, place, inverse_z_per_m=inverse_z)
-        if known is not None or Axis.VERGE in run.loop.held:
-            return
-        found = fixate(
-            WatchingHead(head, run.loop.see_wide),
-            calibration,
-            target,
-            known=PriorKnowledge(context=tools.context),
-            clicked=clicked,
-            clock=tools.clock,
-        )
-        if found.basis is Basis.BOTH_FOVEAE and found.point_rig_m is not None:
-            run.loop.set_command(Axis.VERGE, calibration.baseline_m / found.point_rig_m[2])
+    def _check_free(self) -> None:
+        """Raise unless the eyes may move and do not follow targets."""
+        self._tools.hardware.check_may_move()
+        if self._tools.following():
+            raise Busy(
+                "the foveae follow targets; let them go first",
+                found="followed targets",
+                remedy="let them go: DELETE /api/v1/follows",
+            )
+
+    def _order(self, run: LoopRun, work: Order) -> None:
+        """Let something be done; where it fails and the loop has nothing else to look at, it ends."""
+        try:
+            self._await(run.order(work))
+        except FoveaError:
+            if run.loop.guide is None and run.split is None:
+                run.stop_wanted.set()
+            raise
 
     def _need(self) -> LoopRun:
         run = self._run
@@ -401,34 +400,3 @@ class LoopService:
     ) -> None:
         data = LoopStatusChanged(status=status, detail=message)
         self._tools.events.emit(kind, message, level=level, data=data)
-
-
-def _apply(loop: VergenceLoop, patch: LoopPatch) -> None:
-    for name, command_deg in (patch.command_deg or {}).items():
-        loop.held.add(Axis(name))
-        loop.set_command(Axis(name), float(np.radians(command_deg)))
-    for name, held in (patch.held or {}).items():
-        (loop.held.add if held else loop.held.discard)(Axis(name))
-    if patch.paused is not None:
-        loop.paused = patch.paused
-
-
-def _configure(loop: VergenceLoop, settings: LoopSettings, head: Head) -> None:
-    """Use other settings; a tracker that cannot learn the target leaves all as they were."""
-    before = loop.settings
-    loop.settings = settings
-    if all(getattr(before, name) == getattr(settings, name) for name in TRACKER_SETTINGS):
-        return
-    try:
-        loop.learn_again(head.wide())
-    except FoveaError:
-        loop.settings = before
-        raise
-
-
-def _detail(status: LoopStatusName, run: LoopRun | None) -> str:
-    """Return what to do about a status."""
-    if status != "trigger_fault" or run is None:
-        return DETAILS.get(status, "")
-    waits = " The loop waits: reset the trigger once that is mended." if run.loop.gate.latched else ""
-    return f"{run.loop.gate.reason}{waits}"
