@@ -105,6 +105,7 @@ def test_the_label_shows_the_digits_that_the_error_leaves() -> None:
     assert text(0.004) == "T1  3.215 ± 0.004 m"
     assert text(0.03) == "T1  3.21 ± 0.03 m"
     assert text(0.4) == "T1  3.2 ± 0.4 m"
+    assert text(0.00002) == "T1  3.21469 ± 0.00002 m"
 
 
 def test_a_long_name_is_cut_in_the_scene_so_that_neighbours_stay_readable() -> None:

@@ -63,6 +63,12 @@ BASIS_WORDS = {Basis.FOVEA_AND_WIDE: "one fovea and wide", Basis.SURROUNDINGS: "
 """Words that a label adds to a distance not measured by both foveae."""
 
 
+def metres_text(value_m: float, sigma_m: float) -> str:
+    """Return a length with its standard error, to the first digit of that, 0.01 mm at most."""
+    digits = next((k for k in (1, 2, 3, 4) if sigma_m >= 10.0**-k), 5)
+    return f"{value_m:.{digits}f} ± {sigma_m:.{digits}f} m"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixationDrawing:
     """A fixation with a distance, as drawn in the scene."""
@@ -77,9 +83,8 @@ class FixationDrawing:
 
     @property
     def text(self) -> str:
-        """The label's text: name, distance and its standard error, to the standard error's first digit."""
-        digits = next((k for k in (1, 2, 3) if self.distance_sigma_m >= 10.0**-k), 4)
-        known = f"  {self.distance_m:.{digits}f} ± {self.distance_sigma_m:.{digits}f} m"
+        """The label's text: name, distance and its standard error."""
+        known = f"  {metres_text(self.distance_m, self.distance_sigma_m)}"
         words = BASIS_WORDS.get(self.basis)
         return short(self.label) + known + (f" ({words})" if words else "")
 

@@ -13,7 +13,7 @@ from foveacam_server.resources.measurements.schema import (
     Triple,
     ViewName,
 )
-from foveacam_web.scene_values import MeasurementDrawing
+from foveacam_web.scene_values import MeasurementDrawing, metres_text
 
 VIEWS: tuple[ViewName, ...] = get_args(ViewName)
 LONGEST_NAME = 24
@@ -64,18 +64,13 @@ def value_text(document: MeasurementDocument) -> str:
     name = document.label
     name = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
     if document.length is not None:
-        return f"{name}  {_metres(document.length.length_m, document.length.length_sigma_m)}"
+        return f"{name}  {metres_text(document.length.length_m, document.length.length_sigma_m)}"
     if document.plane is not None:
         plane = document.plane
         return f"{name}  pan {plane.pan_deg:.1f}°, tilt {plane.tilt_deg:.1f}° ± {plane.normal_sigma_deg:.1f}°"
     if document.profile is not None:
         return f"{name}  {document.profile.samples[-1].along_m:.3f} m"
-    return f"{name}  {_metres(document.points[0].distance_m, document.points[0].distance_sigma_m)}"
-
-
-def _metres(value_m: float, sigma_m: float) -> str:
-    digits = 1 if sigma_m >= 0.1 else 2 if sigma_m >= 0.01 else 3 if sigma_m >= 0.001 else 4
-    return f"{value_m:.{digits}f} ± {sigma_m:.{digits}f} m"
+    return f"{name}  {metres_text(document.points[0].distance_m, document.points[0].distance_sigma_m)}"
 
 
 def _window_px(look: LookDepth, point_rig_m: Triple) -> Pixel:
