@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from foveacam_hardware.contract import OutOfRange
+from foveacam_hardware.contract import OutOfRange, Sighting, StereoVolts
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track import target as target_module
@@ -173,6 +174,47 @@ def test_several_targets_take_turns_and_each_has_its_place() -> None:
         np.testing.assert_allclose(report.estimate.position_rig_m[:2], places[report.target_id], atol=0.02)
     follower.remove("b")
     assert "b" not in {follower.step(head).target_id for _ in range(4)}
+
+
+class HiddenHead:
+    """A painted head whose left eye sees something blank wherever it looks left of an angle."""
+
+    def __init__(self, head: PlaneHead, *, left_of_rad: float) -> None:
+        self._head, self._left_of_rad = head, left_of_rad
+        self.wide = head.wide
+
+    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+        sighting = self._head.look(volts, settle_us=settle_us)
+        if self._head.calibration.gaze_rad(volts)[0][0] > self._left_of_rad:
+            return sighting
+        blank = replace(sighting.left, image=np.full_like(sighting.left.image, 90))
+        return replace(sighting, left=blank)
+
+    def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
+        raise NotImplementedError
+
+    def set_low_pass(self, cutoff_hz: int) -> int:
+        raise NotImplementedError
+
+
+def test_of_eight_targets_one_is_lost_and_the_others_are_followed_as_before() -> None:
+    head = head_with(lambda t_ns: (0.0, 0.0))
+    follower = Follower(head.calibration, clock=head.clock)
+    places = [
+        (-0.5, 0.0),
+        *[(0.1 * column, row) for column in (0, 2, 4) for row in (-0.25, 0.25)],
+        (0.3, 0.0),
+    ]
+    for number, place in enumerate(places):
+        follower.add(begin(head, f"{number}", at_m=place))
+    hidden = HiddenHead(head, left_of_rad=-0.04)
+    looked_at = [follower.step(hidden).target_id for _ in range(8 * 6)]
+    states = {report.target_id: report.state for report in follower.reports()}
+    assert states.pop("0") is FollowState.LOST
+    assert set(states.values()) == {FollowState.FOLLOWED}
+    counts = [looked_at.count(f"{number}") for number in range(8)]
+    assert min(counts) >= 5  # the lost one is searched for, and takes no more than its share
+    assert max(counts) <= 7
 
 
 def test_a_target_of_twice_the_priority_is_looked_at_twice_as_often() -> None:
