@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from foveacam_pipeline.track.schedule import MOST_OWED, Claim, LookSchedule
+from foveacam_pipeline.track.schedule import Claim, LookSchedule
 
 
 def simulate(
@@ -36,12 +36,11 @@ def test_a_target_that_may_have_strayed_is_looked_at_first() -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("count", [3, 8])
+@pytest.mark.parametrize("count", [2, 3, 4, 8])
 def test_nothing_starves_whatever_the_others_claim(seed: int, count: int) -> None:
     strays = [0.0, *[-1.0] * (count - 2), 50.0]
     ages = simulate(strays, [1.0] * count, seed=seed)
-    assert max(age for one in ages for age in one) <= (MOST_OWED + 1.0) * count
-    assert float(np.quantile([age for one in ages for age in one], 0.99)) <= 1.5 * count
+    assert max(age for one in ages for age in one) <= 1.5 * count
     assert min(len(one) for one in ages) >= 0.97 * 800 / count
 
 

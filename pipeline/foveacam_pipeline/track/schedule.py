@@ -1,14 +1,15 @@
 """Chooses which of several targets both foveae look at next.
 
 With every look each target gains its share of one look, and the one that is looked at pays a whole one. The
-target to which most is owed comes next, but one that may have strayed far meanwhile comes earlier. Who is
-owed more than `MOST_OWED` looks goes before all others: none can starve, whatever the others claim.
+target to which most is owed comes next, but one that may have strayed far meanwhile comes earlier. Who has
+waited for longer than `LATE` of its turns goes before all others: none can starve, whatever the others claim.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-MOST_OWED = 1.2
+LATE = 1.2
+"""With several that are late at once the longest wait is 1.5 turns of equals."""
 STRAY_WEIGHT = 0.5
 """A target whose place is uncertain by half a fovea's field is preferred by so much of its share."""
 
@@ -26,10 +27,11 @@ class Claim:
 
 
 class LookSchedule:
-    """Keeps what is owed to each target, looks."""
+    """Keeps what is owed to each target, looks, and for how many looks it has waited."""
 
     def __init__(self) -> None:
         self._owed: dict[str, float] = {}
+        self._waited: dict[str, int] = {}
 
     def choose(self, claims: Mapping[str, Claim]) -> str:
         """Return the name of the target to look at now; raise ValueError without a claim.
@@ -41,13 +43,16 @@ class LookSchedule:
         total = sum(claim.priority for claim in claims.values())
         shares = {name: claim.priority / total for name, claim in claims.items()}
         owed = {name: self._owed.get(name, 0.0) + share for name, share in shares.items()}
-        chosen = max(owed, key=lambda name: owed[name])
-        if owed[chosen] <= MOST_OWED:
-            urge = {
-                name: owed[name] + STRAY_WEIGHT * shares[name] * min(1.0, claim.stray)
-                for name, claim in claims.items()
-            }
+        waited = {name: self._waited.get(name, 0) + 1 for name in claims}
+        turns = {name: waited[name] * share for name, share in shares.items()}
+        urge = {
+            name: owed[name] + STRAY_WEIGHT * shares[name] * min(1.0, claim.stray)
+            for name, claim in claims.items()
+        }
+        chosen = max(turns, key=lambda name: turns[name])
+        if turns[chosen] < LATE:
             chosen = max(urge, key=lambda name: urge[name])
         owed[chosen] -= 1.0
-        self._owed = owed
+        waited[chosen] = 0
+        self._owed, self._waited = owed, waited
         return chosen
