@@ -126,6 +126,7 @@ def test_exposures_without_a_strobe_latch_the_gate(rig: Rig) -> None:
     assert charged.step().status is LoopStatus.TRACKING
 
 
+@pytest.mark.timeout(300)  # some 80 looks
 def test_tuned_gains_settle_faster_than_the_default_ones(rig: Rig) -> None:
     charged = begun(rig, LoopSettings(tracker=None), inverse_z_per_m=POSTER_PER_M)
     result = autotune(charged.loop, charged.step)
@@ -136,6 +137,7 @@ def test_tuned_gains_settle_faster_than_the_default_ones(rig: Rig) -> None:
         assert after.overshoot < 0.10
 
 
+@pytest.mark.timeout(300)  # some 40 looks
 def test_a_stuck_axis_is_refused_and_everything_is_as_before() -> None:
     refusal = tune_with_dead_axis("left x")
     assert refusal.reason is not None

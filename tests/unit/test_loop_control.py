@@ -235,6 +235,20 @@ def test_axes_that_are_held_keep_their_commands_after_tuning() -> None:
     assert told[-1][0] == told[-1][1]
 
 
+def test_the_time_for_correcting_does_not_end_while_the_loop_is_tuned() -> None:
+    plant = Plant()
+    plant.loop.settings = replace(plant.loop.settings, correct_for_ms=100.0)
+    limits_ms = set()
+
+    def step() -> LoopStep:
+        limits_ms.add(plant.loop.settings.correct_for_ms)
+        return plant.step()
+
+    assert autotune(plant.loop, step).settings.correct_for_ms == 100.0
+    assert limits_ms == {None}
+    assert plant.loop.settings.correct_for_ms == 100.0
+
+
 def test_polishing_is_no_worse_than_the_relays_and_stays_within_the_bounds() -> None:
     plant = Plant()
     result = autotune(plant.loop, plant.step, polish=True, candidates=10)

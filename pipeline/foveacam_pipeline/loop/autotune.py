@@ -70,6 +70,7 @@ def autotune(
     told = on_progress or (lambda done, of: None)
     loop.held.clear()
     loop.paused = False
+    loop.settings = always = replace(settings, correct_for_ms=None)
     try:
         settle(loop, step)
         step = _SameTarget(step)
@@ -80,7 +81,7 @@ def autotune(
         for axis in AXES:
             relays.append(relay(loop, axis, step))
             told(1 + len(relays), total)
-        tuned = _with_relays(settings, relays)
+        tuned = _with_relays(always, relays)
         loop.settings = tuned
         settle(loop, step)
         after = best = measure_steps(loop, step)
@@ -104,7 +105,7 @@ def autotune(
         loop.reference_rad[:] = 0.0
         loop.held, loop.paused = before_held, before_paused
         _set_commands(loop, AXES if before_paused else before_held, before_rad)
-    loop.settings = tuned
+    loop.settings = tuned = replace(tuned, correct_for_ms=settings.correct_for_ms)
     return TuneResult(
         settings=tuned,
         relays=tuple(relays),

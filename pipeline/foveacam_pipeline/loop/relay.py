@@ -14,7 +14,7 @@ import numpy as np
 from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.loop.pid import loop_time
 from foveacam_pipeline.loop.settings import AXES, MOST_GAIN, Axis, Gains
-from foveacam_pipeline.loop.vergence_loop import CORRECTING, LoopStatus, LoopStep, VergenceLoop
+from foveacam_pipeline.loop.vergence_loop import LoopStatus, LoopStep, VergenceLoop
 
 AMPLITUDES_RAD = tuple(math.radians(deg) for deg in (0.1, 0.2, 0.4))
 """Half of the jump; the next one is tried where the eyes do not answer the last."""
@@ -86,13 +86,13 @@ def relay(loop: VergenceLoop, axis: Axis, step: Callable[[], LoopStep]) -> Relay
 
 def seen(done: LoopStep, misses: int) -> int:
     """Return the looks in a row that did not show the target; raise `TuneRefused` when they are too many."""
-    if done.status in CORRECTING and done.errors is not None:
+    if done.status is LoopStatus.TRACKING and done.errors is not None:
         return 0
     if done.status in {LoopStatus.LOW_SCORE, LoopStatus.TRACKER_LOST} and misses + 1 < MISSED_LOOKS:
         return misses + 1
     raise TuneRefused(
-        f"the loop says {done.status.value.replace('_', ' ')}: tuning needs a target that both eyes see all "
-        "the time; choose one that stands still, with nobody in front of it"
+        f"the loop says {done.status.value.replace('_', ' ')}: tuning needs a target that both eyes reach "
+        "and see all the time; choose one that stands still, with nobody in front of it"
     )
 
 
