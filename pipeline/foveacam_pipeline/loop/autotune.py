@@ -4,13 +4,13 @@ CMA-ES is that of the package `cma`, by its author; nine gains and a noisy cost 
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.loop.relay import RelayResult, TuneRefused, relay, seen
+from foveacam_pipeline.loop.relay import MISSED_LOOKS, RelayResult, TuneRefused, relay, seen
 from foveacam_pipeline.loop.settings import AXES, MOST_GAIN, Axis, GainGroup, Gains, LoopSettings
 from foveacam_pipeline.loop.step_response import StepResponse, step_response
 from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
@@ -26,6 +26,8 @@ LEAST_GAIN = 1e-4
 LOST_COST = 10.0
 """Cost of gains that lose the target."""
 SIGMA_DECADES = 1.0 / 3.0
+OTHER_SHARE, OTHER_SIGMAS = 0.05, 5.0
+"""Another thing than the target is seen where its distance differs by both."""
 STEPPED = (Axis.PAN_X, Axis.VERGE, Axis.SHIFT_Y)
 """Axes that are stepped: one of each loop."""
 
@@ -56,29 +58,32 @@ def autotune(
     seed: int = 0,
     on_progress: Progress | None = None,
 ) -> TuneResult:
-    """Find gains and leave them in the loop; whatever raises leaves the gains as they were.
+    """Find gains and leave them in the loop; whatever raises leaves gains and commands as they were.
 
     `step`: makes one look of the loop. `polish`: look for better gains than the relays' by CMA-ES with so
     many candidates. Raise `TuneRefused` with the reason where the rig or the scene does not allow it.
     """
     settings = loop.settings
     before_held, before_paused = set(loop.held), loop.paused
+    before_rad = loop.command_rad
     total = len(AXES) + 3 + (candidates if polish else 0)
     told = on_progress or (lambda done, of: None)
     loop.held.clear()
     loop.paused = False
+    loop.settings = always = replace(settings, correct_for_ms=None)
     try:
-        _settle(loop, step)
+        settle(loop, step)
+        step = _SameTarget(step)
         before = measure_steps(loop, step)
         told(1, total)
-        _settle(loop, step)
+        settle(loop, step)
         relays = []
         for axis in AXES:
             relays.append(relay(loop, axis, step))
             told(1 + len(relays), total)
-        tuned = _with_relays(settings, relays)
+        tuned = _with_relays(always, relays)
         loop.settings = tuned
-        _settle(loop, step)
+        settle(loop, step)
         after = best = measure_steps(loop, step)
         told(2 + len(AXES), total)
         if polish:
@@ -86,6 +91,7 @@ def autotune(
                 loop, step, tuned, candidates, seed, lambda done: told(len(AXES) + 2 + done, total)
             )
             loop.settings = found
+            settle(loop, step)
             best = measure_steps(loop, step)
             if cost_of(best) >= cost_of(after):  # a lucky measurement, not a better set
                 found, best = tuned, after
@@ -93,11 +99,13 @@ def autotune(
         told(total, total)
     except BaseException:
         loop.settings = settings
+        _set_commands(loop, AXES, before_rad)
         raise
     finally:
         loop.reference_rad[:] = 0.0
         loop.held, loop.paused = before_held, before_paused
-    loop.settings = tuned
+        _set_commands(loop, AXES if before_paused else before_held, before_rad)
+    loop.settings = tuned = replace(tuned, correct_for_ms=settings.correct_for_ms)
     return TuneResult(
         settings=tuned,
         relays=tuple(relays),
@@ -108,6 +116,11 @@ def autotune(
         before=before,
         after=best,
     )
+
+
+def _set_commands(loop: VergenceLoop, axes: Iterable[Axis], commands_rad: NDArray[np.float64]) -> None:
+    for axis in axes:
+        loop.set_command(axis, float(commands_rad[AXES.index(axis)]))
 
 
 def cost_of(responses: dict[Axis, StepResponse]) -> float:
@@ -143,7 +156,34 @@ def measure_steps(
     }
 
 
-def _settle(loop: VergenceLoop, step: StepFunction) -> None:
+class _SameTarget:
+    """Makes looks; raises `TuneRefused` where some in a row show another distance than the first."""
+
+    def __init__(self, step: StepFunction) -> None:
+        self._step = step
+        self._distance_m: float | None = None
+        self._others = 0
+
+    def __call__(self) -> LoopStep:
+        done = self._step()
+        point = None if done.errors is None else done.errors.point
+        if point is None:
+            return done
+        if self._distance_m is None:
+            self._distance_m = point.distance_m
+        apart_m = abs(point.distance_m - self._distance_m)
+        other = apart_m > max(OTHER_SHARE * self._distance_m, OTHER_SIGMAS * point.distance_sigma_m)
+        self._others = self._others + 1 if other else 0
+        if self._others >= MISSED_LOOKS:
+            raise TuneRefused(
+                f"the target was {self._distance_m:.2f} m away, and now {point.distance_m:.2f} m: something "
+                "is in front of it, or a mirror does not turn; choose a target that nobody walks past, and "
+                "check the mirrors"
+            )
+        return done
+
+
+def settle(loop: VergenceLoop, step: StepFunction) -> None:
     """Look without a step until the loop is at rest; raise `TuneRefused` where it does not come to rest."""
     loop.reference_rad[:] = 0.0
     misses = 0
@@ -183,7 +223,7 @@ def _polished(
     }
     import cma  # loads for a second
 
-    _settle(loop, step)
+    settle(loop, step)
     at_rest = loop.command_rad
     search = cma.CMAEvolutionStrategy(start, SIGMA_DECADES, options)
     best, best_cost, tried = seed_settings, cost_of(measure_steps(loop, step)), 0
@@ -211,9 +251,8 @@ def _tried(loop: VergenceLoop, step: StepFunction, safe: LoopSettings, at_rest: 
         return cost_of(measure_steps(loop, step))
     except TuneRefused:
         loop.settings = safe
-        for axis in AXES:
-            loop.set_command(axis, float(at_rest[AXES.index(axis)]))
-        _settle(loop, step)
+        _set_commands(loop, AXES, at_rest)
+        settle(loop, step)
         return LOST_COST
 
 
@@ -225,5 +264,6 @@ def _logs(settings: LoopSettings) -> NDArray[np.float64]:
 
 
 def _of_logs(settings: LoopSettings, logs: NDArray[np.float64]) -> LoopSettings:
-    gains = [Gains(kp=float(kp), ki=float(ki), kd=float(kd)) for kp, ki, kd in (10.0**logs).reshape(3, 3)]
+    values = np.minimum(10.0**logs, MOST_GAIN).reshape(3, 3)  # the logarithm of the bound may round up
+    gains = [Gains(kp=kp, ki=ki, kd=kd) for kp, ki, kd in values.tolist()]
     return replace(settings, pan=gains[0], depth=gains[1], vertical=gains[2])

@@ -1,15 +1,17 @@
 """Stops a loop whose triggered exposures fail again and again in the same way."""
 
+import re
+
 from foveacam_hardware.contract import DeviceFault, FoveaError, Timeout
 
 LATCH_AFTER = 10
 """After so many equal failures in a row the loop waits for the operator."""
 SAME_WORDS = 40
-"""Failures whose messages begin with so many equal characters are equal."""
+"""Failures whose messages, without their numbers, begin with so many equal characters are equal."""
 
 
 class FaultGate:
-    """Counts exposures and their failures; latched, it lets none pass until it is reset."""
+    """Counts exposures and their failures; while it is latched, the loop's owner makes no more of them."""
 
     def __init__(self) -> None:
         self.exposures = 0
@@ -34,7 +36,7 @@ class FaultGate:
         if not isinstance(error, DeviceFault | Timeout):
             return False
         message = str(error)
-        same = self.reason is not None and self.reason[:SAME_WORDS] == message[:SAME_WORDS]
+        same = self.reason is not None and _kind(self.reason) == _kind(message)
         self.failures += 1
         self.in_a_row = self.in_a_row + 1 if same else 1
         self.reason = message
@@ -43,3 +45,8 @@ class FaultGate:
     def reset(self) -> None:
         """Let exposures pass again."""
         self.in_a_row, self.reason = 0, None
+
+
+def _kind(message: str) -> str:
+    """Return what messages of equal failures have in common: each names its own exposure and times."""
+    return re.sub(r"[\d.]+", "", message)[:SAME_WORDS]

@@ -14,7 +14,7 @@ import numpy as np
 from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.loop.pid import loop_time
 from foveacam_pipeline.loop.settings import AXES, MOST_GAIN, Axis, Gains
-from foveacam_pipeline.loop.vergence_loop import CORRECTING, LoopStatus, LoopStep, VergenceLoop
+from foveacam_pipeline.loop.vergence_loop import LoopStatus, LoopStep, VergenceLoop
 
 AMPLITUDES_RAD = tuple(math.radians(deg) for deg in (0.1, 0.2, 0.4))
 """Half of the jump; the next one is tried where the eyes do not answer the last."""
@@ -23,8 +23,9 @@ HYSTERESIS = 0.15
 CYCLES = 3
 SPREAD = 0.35
 """Cycles may differ by so much of their mean."""
-ANSWERS = 0.4
-"""The swing must be so large, as a share of the jump: else the eyes do not answer it."""
+ANSWERS = 0.7
+"""The swing must be so large, as a share of the jump: else the eyes do not answer it. Where one eye of two
+is stuck it is a half."""
 SILENT_LOOKS = 6
 """An axis that has not answered by then is tried with a wider jump."""
 MOST_LOOKS = 40
@@ -85,13 +86,13 @@ def relay(loop: VergenceLoop, axis: Axis, step: Callable[[], LoopStep]) -> Relay
 
 def seen(done: LoopStep, misses: int) -> int:
     """Return the looks in a row that did not show the target; raise `TuneRefused` when they are too many."""
-    if done.status in CORRECTING and done.errors is not None:
+    if done.status is LoopStatus.TRACKING and done.errors is not None:
         return 0
     if done.status in {LoopStatus.LOW_SCORE, LoopStatus.TRACKER_LOST} and misses + 1 < MISSED_LOOKS:
         return misses + 1
     raise TuneRefused(
-        f"the loop says {done.status.value.replace('_', ' ')}: tuning needs a target that both eyes see all "
-        "the time; choose one that stands still, with nobody in front of it"
+        f"the loop says {done.status.value.replace('_', ' ')}: tuning needs a target that both eyes reach "
+        "and see all the time; choose one that stands still, with nobody in front of it"
     )
 
 
@@ -116,7 +117,7 @@ def _swing(
             side = wanted
             if side > 0.0:
                 turns.append(len(errors))
-        if len(turns) > CYCLES + 1:
+        if len(turns) > CYCLES:
             return _result(axis, amplitude_rad, errors, turns, _dt(loop, times_ns))
         if len(errors) >= SILENT_LOOKS and np.ptp(errors) < 2.0 * ANSWERS * amplitude_rad:
             return None
@@ -133,7 +134,7 @@ def _dt(loop: VergenceLoop, times_ns: list[int]) -> float:
 def _result(
     axis: Axis, amplitude_rad: float, errors: list[float], turns: list[int], dt: float
 ) -> RelayResult:
-    """Reduce the full cycles after the first; raise `TuneRefused` where they differ too much."""
+    """Reduce the full cycles; raise `TuneRefused` where they differ too much."""
     cycles = [errors[first:last] for first, last in itertools.pairwise(turns)]
     periods = np.array([len(cycle) for cycle in cycles], dtype=np.float64)
     swings = np.array([np.ptp(cycle) / 2.0 for cycle in cycles])

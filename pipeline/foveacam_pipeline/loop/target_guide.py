@@ -81,12 +81,15 @@ class TargetGuide:
         self._seen_ns = frame.t_ns
         sigma = PLACE_SIGMA_PX / self._wide.fx_px
         if not self._filter.see(frame.t_ns, self._target, sigma=sigma):
-            point = np.append(self._target, 1.0) / self._filter.at(frame.t_ns).inverse_z_per_m
+            inverse_z_per_m = max(1.0 / FARTHEST_M, self._filter.at(frame.t_ns).inverse_z_per_m)
+            point = np.append(self._target, 1.0) / inverse_z_per_m
             sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
             self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=frame.t_ns)
 
     def see_point(self, t_ns: int, point: LocatedPoint) -> None:
-        """Take the depth of a look."""
+        """Take the depth of a look at a target that is tracked; one that is fixed needs none."""
+        if self._tracker is None:
+            return
         z_m = point.point_rig_m[2]
         expected = self._filter.at(t_ns)
         self._filter.see(

@@ -15,7 +15,7 @@ from foveacam_pipeline.loop.pid import Pid, loop_time
 from foveacam_pipeline.loop.settings import AXES, GROUP_OF, Axis, LoopSettings
 from foveacam_pipeline.loop.target_guide import GuideState, TargetGuide
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.aim import Gazes, aim_at, clamp_gazes, reaches, volts_for
+from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reaches, volts_for
 
 NEAREST_M = 0.15
 PAN_RANGE_RAD = math.radians(5.0)
@@ -186,7 +186,7 @@ class VergenceLoop:
         if now_ns - self._wide_ns > WIDE_PERIOD_NS:
             self._see_wide(guide, head.wide())
         target = self._aimed(guide, now_ns)
-        gazes = self._gazes(target)
+        gazes = self._gazes(target, self._command)
         try:
             sighting = head.look(volts_for(self._calibration, clamp_gazes(self._calibration, gazes)))
         except FoveaError as error:
@@ -206,8 +206,8 @@ class VergenceLoop:
         lead_ns = self._lead_ns + round(1e6 * self.settings.lead_ms)
         return guide.place(now_ns + lead_ns, predict=self.settings.predict)
 
-    def _gazes(self, target: NDArray[np.float64]) -> Gazes:
-        pan_x, pan_y, verge, shift = self._command.tolist()
+    def _gazes(self, target: NDArray[np.float64], command: NDArray[np.float64]) -> Gazes:
+        pan_x, pan_y, verge, shift = command.tolist()
         aimed = target + np.array([pan_x, pan_y])
         gazes = aim_at(self._calibration, aimed, verge / self._calibration.baseline_m)
         return gazes.moved(np.array([0.0, shift]), np.array([0.0, -shift]))
@@ -230,7 +230,8 @@ class VergenceLoop:
             errors = errors_of(sighting, self._calibration, match, place)
         status = self._status(guide, sighting, errors, reached=reached)
         if errors is not None and status in CORRECTING:
-            self._correct(errors, elapsed_s=(t_ns - self._last_ns) / 1e9 if self._last_ns else 0.0)
+            elapsed_s = (t_ns - self._last_ns) / 1e9 if self._last_ns else 0.0
+            self._correct(errors, target, elapsed_s=elapsed_s, reached=reached)
             if errors.point is not None:
                 guide.see_point(t_ns, errors.point)
         self._last_ns = t_ns
@@ -267,7 +268,10 @@ class VergenceLoop:
             return False
         return (t_ns - self._chosen_ns) / 1e6 >= limit_ms
 
-    def _correct(self, errors: LoopErrors, *, elapsed_s: float) -> None:
+    def _correct(
+        self, errors: LoopErrors, target: NDArray[np.float64], *, elapsed_s: float, reached: bool
+    ) -> None:
+        """Change the commands, but not farther beyond what the eyes can reach: they would stay there long."""
         dt = loop_time(elapsed_s, self.settings.sensitivity)
         for index, axis in enumerate(AXES):
             if axis in self.held or axis in self.forced:
@@ -280,5 +284,14 @@ class VergenceLoop:
                 dt=dt,
                 gains=self.settings.gains(GROUP_OF[axis]),
             )
+            before = self.command_rad
             changed = self._command[index] + change
             self._command[index] = np.clip(changed, self._least[index], self._most[index])
+            if not reached and self._beyond(target, self._command) > self._beyond(target, before):
+                self._command = before
+
+    def _beyond(self, target: NDArray[np.float64], command: NDArray[np.float64]) -> float:
+        """Return how far the eyes would have to look beyond their reach, tangents."""
+        gazes = self._gazes(target, command)
+        clamped = clamp_gazes(self._calibration, gazes)
+        return sum(float(np.hypot(*(gazes.eye(role) - clamped.eye(role)))) for role in EYES)

@@ -138,7 +138,7 @@ def _begin(
     """Click on the chest of a walker until both foveae have verged on it."""
     truth = truth_of(rig)
     for _ in range(TRIES):
-        click = _chest(truth, calibration, number, rig.clock.now_ns())
+        click = click_chest(truth, calibration, number, rig.clock.now_ns())
         if click is None:
             rig.clock.sleep_until_ns(rig.clock.now_ns() + HIDDEN_NS)
             continue
@@ -163,7 +163,7 @@ def _begin(
     raise RuntimeError(f"walker {number} was not verged on in {TRIES} clicks")
 
 
-def _chest(truth: Truth, calibration: Calibration, number: int, t_ns: int) -> Click | None:
+def click_chest(truth: Truth, calibration: Calibration, number: int, t_ns: int) -> Click | None:
     """Return a click on a walker's chest; None where something else is in front of it."""
     name = f"walker {number}"
     placed = next(one for one in truth.world.animated_scene.file.objects if one.name == name)

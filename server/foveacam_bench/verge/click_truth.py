@@ -98,16 +98,21 @@ def clicked_point_at(truth: Truth, click: Click, t_ns: int) -> NDArray[np.float6
 def residual_px(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (2,) the true residual of the eyes on a point: left minus right position, fovea px.
 
-    Each position is the point's direction from the pupil minus that of the image centre, on the virtual
-    pinhole plane, so that image roll has no effect.
+    Each position is on the virtual pinhole plane, so that image roll has no effect.
     """
+    left, right = beside_centres(truth, sighting, point_rig_m)
+    return np.asarray((left - right) * FOVEA_FOCAL_PX, dtype=np.float64)
+
+
+def beside_centres(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (2, 2) tangents, a row an eye: a point's direction from the pupil minus the image centre's."""
     positions = []
     for role, frame in zip(EYES, (sighting.left, sighting.right), strict=True):
         view = truth.projection(role, frame.t_ns)
         ray = np.linalg.solve(view.M, np.array([(view.width - 1) / 2, (view.height - 1) / 2, 1.0]))
         way = point_rig_m - view.C
         positions.append(way[:2] / way[2] - ray[:2] / ray[2])
-    return np.asarray(positions[0] - positions[1], dtype=np.float64) * FOVEA_FOCAL_PX
+    return np.array(positions)
 
 
 def visible_from(truth: Truth, role: Role, click: Click, *, t_ns: int | None = None) -> bool:
