@@ -9,18 +9,18 @@ const WIDTH = 320;
 const PAD = { left: 52, right: 10, top: 8, bottom: 32 };
 const TICKS = 4;
 const LEAST_SHARE = 1e-4; // of the value: the axis of a flat curve must not magnify noise
-const LEAST = 1e-9; // for a curve of zeros
 
 /**
  * @param {BandPoint[][]} runs each without a gap; one has a point at least
- * @param {{from: number, to: number, x_name: string, y_name: string, words: string, height?: number, kinds?: string[]}} options
- *   `from`, `to`: the ends of the axis of x; `kinds`: the class of each run, where there are several curves
+ * @param {{from: number, to: number, x_name: string, y_name: string, words: string, height?: number, kinds?: string[], least?: number}} options
+ *   `from`, `to`: the ends of the axis of x; `kinds`: the class of each run, where there are several curves;
+ *   `least`: the least margin above and below them
  */
-export function bandPlot(runs, { from, to, x_name, y_name, words, height = 150, kinds = [] }) {
+export function bandPlot(runs, { from, to, x_name, y_name, words, height = 150, kinds = [], least = 0 }) {
   const known = runs.flat();
   const low = Math.min(...known.map(({ y, sigma }) => y - sigma));
   const high = Math.max(...known.map(({ y, sigma }) => y + sigma));
-  const margin = Math.max(0.05 * (high - low), LEAST_SHARE * Math.abs(high), LEAST);
+  const margin = Math.max(0.05 * (high - low), LEAST_SHARE * Math.abs(high), least);
   const ends = { low: low - margin, high: high + margin };
   const floor = height - PAD.bottom;
   const atX = (/** @type {number} */ x) => PAD.left + ((x - from) / (to - from)) * (WIDTH - PAD.left - PAD.right);

@@ -20,6 +20,8 @@ import { AXES, detailOf, distanceOf, figuresOf, STATUSES, triggerFigures } from 
  * @import { LoopOrders } from "./orders.js"
  */
 
+const LEAST_DEG = 0.001; // errors far below a pixel of a fovea must not fill the plot
+
 /** @param {HTMLElement} place @param {{store: Store, orders: LoopOrders}} context @returns {Slots} */
 export function mountLoopPage(place, { store, orders }) {
   /** @type {Role[]} */
@@ -40,10 +42,9 @@ export function mountLoopPage(place, { store, orders }) {
           it goes on.
         </p>
         <div class="capture-eyes">${places.get("left") ?? null}${places.get("right") ?? null}</div>
-        ${panel("Trigger", trigger)}
       </div>
       <div class="column">
-        ${panel("Status", status)}
+        ${panel("Status", status)} ${panel("Trigger", trigger)}
         ${panel("Axes", ...axes.map(({ control }) => control.element))}
         ${panel(`The last ${SPAN_S} s`, plots)}
         ${matchPicture(store)}
@@ -130,7 +131,7 @@ function plotParts(samples) {
   if (runs.length === 0) return html`<p class="empty">Errors and distance over time appear here.</p>`;
   return html`<div class="loop-plots">
     <div>
-      ${bandPlot(runs, { ...axis, kinds, y_name: "error, °", words: `Errors of ${samples.length} looks`, height: 170 })}
+      ${bandPlot(runs, { ...axis, kinds, least: LEAST_DEG, y_name: "error, °", words: `Errors of ${samples.length} looks`, height: 170 })}
       <p class="legend">${AXES.map(({ axis: kind, name }) => html`<span class="key ${kind}">${name}</span>`)}</p>
     </div>
     ${distances.length > 0 && bandPlot(distances, { ...axis, y_name: "distance, m", words: "Distance with its error", height: 170 })}

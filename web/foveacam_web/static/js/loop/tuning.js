@@ -11,6 +11,8 @@ import { tuningRows, tuningWords, whyNotTuned } from "./words.js";
  * @import { LoopOrders } from "./orders.js"
  */
 
+const SVG_URL = "/api/v1/loop/tune.svg";
+const CAPTION = "How each loop answers a step, before and after";
 const HEADS = ["Axis", "Settled before", "after", "Overshoot before", "after", "Ultimate gain", "Period"];
 
 /** @param {ConsoleState} state @param {LoopOrders} orders */
@@ -64,10 +66,8 @@ function progressOf({ share, text }, job, orders) {
 function resultOf(tuned) {
   const { tuned_utc, cost_before, cost, candidates, picture_url } = tuned;
   const how = candidates > 0 ? `relays and ${candidates} candidates` : "relays";
-  return html`<p class="lead">
-      Tuned at ${clockTime(tuned_utc)} by ${how}: the cost of a step fell from
-      <span class="number">${number(cost_before, 2)}</span> to <span class="number">${number(cost, 2)}</span>.
-    </p>
+  const words = `Tuned at ${clockTime(tuned_utc)} by ${how}: the cost of a step fell from ${number(cost_before, 2)} to ${number(cost, 2)}.`;
+  return html`<p class="lead">${words}</p>
     <div class="scroll-x">
       <table class="compare tuned">
         <thead><tr>${HEADS.map((head) => html`<th scope="col">${head}</th>`)}</tr></thead>
@@ -80,12 +80,10 @@ function resultOf(tuned) {
       </table>
     </div>
     <figure class="diagram">
-      <a href="/api/v1/loop/tune.svg" target="_blank" rel="noopener" title="Open it as SVG">
-        <img
-          src=${`${picture_url}?at=${encodeURIComponent(tuned_utc)}`} alt="How each loop answers a step, before and after"
-          loading="lazy"
-        />
+      <a href=${SVG_URL} target="_blank" rel="noopener" title="Open it as SVG">
+        <img src=${`${picture_url}?at=${encodeURIComponent(tuned_utc)}`} alt=${CAPTION} loading="lazy" />
       </a>
-      <figcaption>How each loop answers a step, before and after. <a href="/api/v1/loop/tune.svg" target="_blank" rel="noopener">SVG</a></figcaption>
-    </figure>`;
+      <figcaption>${CAPTION}</figcaption>
+    </figure>
+    <p><a href=${SVG_URL} target="_blank" rel="noopener">The picture as SVG</a></p>`;
 }
