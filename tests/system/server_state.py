@@ -32,6 +32,7 @@ def reset(http: httpx.Client, data: Path) -> None:
             for document in documents:
                 http.delete(f"{API}/{found}/{document['id']}").raise_for_status()
     http.delete(f"{API}/wide_depth").raise_for_status()
+    http.delete(f"{API}/loop/settings").raise_for_status()
     http.put(f"{API}/displays/pattern", json={"kind": "blank"}).raise_for_status()
     for name in STORED:
         for path in contents(data / name):

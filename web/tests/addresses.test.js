@@ -15,6 +15,7 @@ test("an address opens one page at most", () => {
     rig_page: false,
     capture_page: false,
     follow_page: false,
+    loop_page: false,
     gallery: null,
     planner_page: false,
   };
@@ -22,6 +23,7 @@ test("an address opens one page at most", () => {
   assert.deepEqual(pagesAt("#/rig"), { ...none, rig_page: true });
   assert.deepEqual(pagesAt("#/capture"), { ...none, capture_page: true });
   assert.deepEqual(pagesAt("#/follow"), { ...none, follow_page: true });
+  assert.deepEqual(pagesAt("#/loop"), { ...none, loop_page: true });
   assert.deepEqual(pagesAt("#/planner?seed=3"), { ...none, planner_page: true });
   assert.deepEqual(pagesAt("#/calibration/fit"), { ...none, wizard: "fit" });
 });

@@ -23,6 +23,8 @@ import type {
   HealthDocument,
   JobDocument,
   LeaseDocument,
+  LoopDocument,
+  LoopSample,
   MapDocument,
   MeasurementDocument,
   MosaicDocument,
@@ -397,6 +399,18 @@ export type FollowState = {
   trails: Record<string, TrailPoint[]>;
 };
 
+// The vergence loop.
+
+/** `loop_samples`: the looks of the last 30 s, oldest first; `loop_tuning`: the job that tunes, or that tuned last;
+ * `tune_refusal`: why tuning did not begin. */
+export type LoopState = {
+  loop_page: boolean;
+  loop: LoopDocument | null;
+  loop_samples: LoopSample[];
+  loop_tuning: JobDocument | null;
+  tune_refusal: string;
+};
+
 // What all pages share, and all of it.
 
 export type SharedState = {
@@ -430,4 +444,5 @@ export type ConsoleState = SharedState &
   RigPageState &
   CapturePageState &
   MeasureState &
-  FollowState & { gallery: GalleryPlace | null; planner_page: boolean };
+  FollowState &
+  LoopState & { gallery: GalleryPlace | null; planner_page: boolean };

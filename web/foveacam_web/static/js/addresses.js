@@ -6,6 +6,7 @@ export const CONSOLE_ADDRESS = "#/";
 export const RIG_ADDRESS = "#/rig";
 export const CAPTURE_ADDRESS = "#/capture";
 export const FOLLOW_ADDRESS = "#/follow";
+export const LOOP_ADDRESS = "#/loop";
 export const GALLERY_ADDRESS = "#/gallery";
 export const PLANNER_ADDRESS = "#/planner";
 
@@ -22,7 +23,7 @@ export const WIZARD_PAGES = [
 /**
  * Return which page an address opens; null and false for all others.
  * @param {string} hash
- * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "capture_page" | "follow_page" | "gallery" | "planner_page">}
+ * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page">}
  */
 export function pagesAt(hash) {
   return {
@@ -30,6 +31,7 @@ export function pagesAt(hash) {
     rig_page: hash === RIG_ADDRESS,
     capture_page: hash === CAPTURE_ADDRESS,
     follow_page: hash === FOLLOW_ADDRESS,
+    loop_page: hash === LOOP_ADDRESS,
     gallery: galleryAt(hash),
     planner_page: planAt(hash) !== null,
   };

@@ -1,4 +1,4 @@
-// Plots a value over another one, with a band of one standard error; gaps stay open.
+// Plots values over another one, with a band of one standard error where it is known; gaps stay open.
 
 import { html, svg } from "./dom.js";
 import { number } from "./format.js";
@@ -12,14 +12,15 @@ const LEAST_SHARE = 1e-4; // of the value: the axis of a flat curve must not mag
 
 /**
  * @param {BandPoint[][]} runs each without a gap; one has a point at least
- * @param {{from: number, to: number, x_name: string, y_name: string, words: string, height?: number}} options
- *   `from`, `to`: the ends of the axis of x
+ * @param {{from: number, to: number, x_name: string, y_name: string, words: string, height?: number, kinds?: string[], least?: number}} options
+ *   `from`, `to`: the ends of the axis of x; `kinds`: the class of each run, where there are several curves;
+ *   `least`: the least margin above and below them
  */
-export function bandPlot(runs, { from, to, x_name, y_name, words, height = 150 }) {
+export function bandPlot(runs, { from, to, x_name, y_name, words, height = 150, kinds = [], least = 0 }) {
   const known = runs.flat();
   const low = Math.min(...known.map(({ y, sigma }) => y - sigma));
   const high = Math.max(...known.map(({ y, sigma }) => y + sigma));
-  const margin = Math.max(0.05 * (high - low), LEAST_SHARE * high);
+  const margin = Math.max(0.05 * (high - low), LEAST_SHARE * Math.abs(high), least);
   const ends = { low: low - margin, high: high + margin };
   const floor = height - PAD.bottom;
   const atX = (/** @type {number} */ x) => PAD.left + ((x - from) / (to - from)) * (WIDTH - PAD.left - PAD.right);
@@ -35,11 +36,16 @@ export function bandPlot(runs, { from, to, x_name, y_name, words, height = 150 }
     )}
     <text class="tick" x=${(WIDTH + PAD.left) / 2} y=${height - 4} text-anchor="middle">${x_name}</text>
     <text class="tick" transform="translate(10 ${floor / 2}) rotate(-90)" text-anchor="middle">${y_name}</text>
-    ${runs.map((run) => svg`<path class="band" d=${bandOf(run, place)}></path>`)}
-    ${runs.map((run) => svg`<path class="curve" d=${`M${run.map(({ x, y }) => place(x, y)).join("L")}`}></path>`)}
+    ${runs.filter((run) => run.some(({ sigma }) => sigma > 0)).map((run) => svg`<path class="band" d=${bandOf(run, place)}></path>`)}
     ${runs.map(
-      ([only, ...others]) =>
-        only && others.length === 0 && svg`<circle class="dot" cx=${atX(only.x)} cy=${atY(only.y)} r="1.6"></circle>`,
+      (run, index) =>
+        svg`<path class=${`curve ${kinds[index] ?? ""}`} d=${`M${run.map(({ x, y }) => place(x, y)).join("L")}`}></path>`,
+    )}
+    ${runs.map(
+      ([only, ...others], index) =>
+        only &&
+        others.length === 0 &&
+        svg`<circle class=${`dot ${kinds[index] ?? ""}`} cx=${atX(only.x)} cy=${atY(only.y)} r="1.6"></circle>`,
     )}
   </svg>`;
 }

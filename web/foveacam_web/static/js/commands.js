@@ -3,6 +3,7 @@
 
 import { RequestError, request } from "./api.js";
 import { Deletions } from "./deletions.js";
+import { LatestOrder } from "./latest_order.js";
 
 /**
  * @import { DepthDocument, Direction, FixationDocument, FixationRequest, JobDocument } from "#api"
@@ -22,9 +23,8 @@ export class Commands {
   #fixations;
   /** @type {Promise<unknown>} */
   #queue = Promise.resolve();
-  /** @type {Direction | null} */
-  #steer_next = null;
-  #steering = false;
+  /** @type {LatestOrder<Direction>} */
+  #steering;
   #deletions;
 
   /** @param {{store: Store, toasts: Toasts, fixations: Fixations}} context */
@@ -32,6 +32,11 @@ export class Commands {
     this.#store = store;
     this.#toasts = toasts;
     this.#fixations = fixations;
+    this.#steering = new LatestOrder({
+      pause_ms: STEER_INTERVAL_MS,
+      send: (direction) =>
+        this.send("POST", "/mirrors/steer", { body: { direction, distance_m: store.state.steer_distance_m } }),
+    });
     this.#deletions = new Deletions({
       commands: this,
       resource: "/targets",
@@ -163,26 +168,12 @@ export class Commands {
    * @param {Direction} direction
    */
   steer(direction) {
-    this.#steer_next = direction;
-    if (!this.#steering) void this.#steerOn();
-  }
-
-  async #steerOn() {
-    this.#steering = true;
-    while (this.#steer_next) {
-      const body = { direction: this.#steer_next, distance_m: this.#store.state.steer_distance_m };
-      this.#steer_next = null;
-      const pause = new Promise((resolve) => setTimeout(resolve, STEER_INTERVAL_MS));
-      const answer = await this.send("POST", "/mirrors/steer", { body });
-      if (answer === null) this.#steer_next = null; // a refused drag shows one message, not twenty a second
-      await pause;
-    }
-    this.#steering = false;
+    this.#steering.give(direction);
   }
 
   /** Park the mirrors at once, without queue or lease. */
   async stop() {
-    this.#steer_next = null;
+    void this.#steering.drop();
     const options = { patience_ms: 5000, keepalive: true };
     const answer = /** @type {import("#api").StopAnswer | null} */ (await this.send("POST", "/stop", options));
     if (!answer) return;

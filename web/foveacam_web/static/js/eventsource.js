@@ -79,6 +79,10 @@ const KINDS = [
   "follow.refused",
   "follow.ended",
   "follow.round",
+  "loop.started",
+  "loop.ended",
+  "loop.latched",
+  "loop.tuned",
   "display.pattern",
   "display.changed",
 ];

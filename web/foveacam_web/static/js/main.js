@@ -4,6 +4,7 @@ import {
   CAPTURE_ADDRESS,
   FOLLOW_ADDRESS,
   GALLERY_ADDRESS,
+  LOOP_ADDRESS,
   PLANNER_ADDRESS,
   RIG_ADDRESS,
   wizardAddress,
@@ -27,6 +28,9 @@ import { FollowReader } from "./follow/reader.js";
 import { GalleryReader, mountGallery } from "./gallery/page.js";
 import { icon } from "./icons.js";
 import { Keyboard } from "./keys.js";
+import { LoopOrders } from "./loop/orders.js";
+import { mountLoopPage } from "./loop/page.js";
+import { LoopReader } from "./loop/reader.js";
 import { MeasureOrders } from "./measure/orders.js";
 import { mountMeasurements } from "./measure/panel.js";
 import { MeasureTool } from "./measure/tool.js";
@@ -74,6 +78,8 @@ const captureOrders = new CaptureOrders({ store, commands, reader: captureReader
 const recording = new LiveRecording({ store, commands });
 const followReader = new FollowReader({ store, commands });
 const followOrders = new FollowOrders({ store, commands });
+const loopReader = new LoopReader({ store, commands });
+const loopOrders = new LoopOrders({ store, commands });
 const wideDepth = new WideDepth({ store, commands });
 const measureOrders = new MeasureOrders({ store, commands });
 const sync = new Sync({
@@ -83,6 +89,7 @@ const sync = new Sync({
     wideDepth,
     measureOrders,
     followReader,
+    loopReader,
     reader,
     rigReader,
     captureReader,
@@ -92,7 +99,13 @@ const sync = new Sync({
   ],
 });
 rigReader.readRig = () => sync.readRig();
-const views = new Views({ store, commands, follows: followOrders, onBoot: () => void sync.readAll() });
+const views = new Views({
+  store,
+  commands,
+  follows: followOrders,
+  loop: loopOrders,
+  onBoot: () => void sync.readAll(),
+});
 new ReachReader(store);
 const measure = new MeasureTool({ store, views, orders: measureOrders });
 const help = makeHelp({ showHints: () => changeSettings(store, { hints: true }) });
@@ -113,6 +126,7 @@ const keyboard = new Keyboard({
     "-": onWide(() => views.wide.zoom(1 / 1.5)),
     0: onWide(() => views.wide.fit()),
     t: onWide(() => followOrders.toggle()),
+    p: () => store.state.loop_page && void loopOrders.togglePause(),
     m: onWide(() => measure.toggle()),
     1: onWide(() => measure.choose(1)),
     2: onWide(() => measure.choose(2)),
@@ -159,6 +173,7 @@ const slots = {
     capture_reader: captureReader,
   }),
   follow_page: mountFollowPage(need("follow-page"), { store, orders: followOrders }),
+  loop_page: mountLoopPage(need("loop-page"), { store, orders: loopOrders }),
 };
 fill(need("still-capture"), stillPanel({ store, commands, reader: stillReader }));
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
@@ -213,6 +228,7 @@ function mountTools() {
     makeRecordButton({ store, live: recording }),
     link("Capture: raster datasets", "raster", CAPTURE_ADDRESS),
     link("Followed targets", "follow", FOLLOW_ADDRESS),
+    link("Vergence loop", "verge", LOOP_ADDRESS),
     link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
     link("Planner: where to stand", "map", PLANNER_ADDRESS),
     link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS),

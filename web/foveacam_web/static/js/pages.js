@@ -11,13 +11,15 @@ import { icon } from "./icons.js";
  * @typedef {ReadonlyMap<Role, HTMLElement>} Slots where a page shows the live pane of each camera
  */
 
+/** `clicked`: whether clicks on the panes that it borrows mean something. */
 const PAGES = /** @type {const} */ ([
-  { key: "wizard", id: "calibration", title: "wizard-title" },
-  { key: "rig_page", id: "rig-page", title: "rig-page-title" },
-  { key: "capture_page", id: "capture-page", title: "capture-title" },
-  { key: "follow_page", id: "follow-page", title: "follow-title" },
-  { key: "gallery", id: "gallery", title: "gallery-title" },
-  { key: "planner_page", id: "planner", title: "planner-title" },
+  { key: "wizard", id: "calibration", title: "wizard-title", clicked: false },
+  { key: "rig_page", id: "rig-page", title: "rig-page-title", clicked: false },
+  { key: "capture_page", id: "capture-page", title: "capture-title", clicked: false },
+  { key: "follow_page", id: "follow-page", title: "follow-title", clicked: true },
+  { key: "loop_page", id: "loop-page", title: "loop-title", clicked: true },
+  { key: "gallery", id: "gallery", title: "gallery-title", clicked: false },
+  { key: "planner_page", id: "planner", title: "planner-title", clicked: false },
 ]);
 
 /** Return the page that covers the console, if any. @param {ConsoleState} state */
@@ -46,7 +48,7 @@ export function turnPages({ store, views, slots }) {
     PAGES.map(({ key }) => key),
     (state) => {
       const open = openPage(state);
-      lendPanes(views, open && slots[open.key], open?.key === "follow_page");
+      lendPanes(views, open && slots[open.key], open?.clicked ?? false);
       if (open === PAGES.find(({ id }) => !need(id).hidden)) return;
       for (const page of PAGES) need(page.id).hidden = page !== open;
       need("console").hidden = open !== undefined;

@@ -3,6 +3,7 @@
 import { CALIBRATION_STATE } from "./calibration/state.js";
 import { CAPTURE_STATE } from "./capture/state.js";
 import { FOLLOW_STATE } from "./follow/state.js";
+import { LOOP_STATE } from "./loop/state.js";
 import { MEASURE_STATE } from "./measure/state.js";
 import { RIG_STATE } from "./rig/state.js";
 import { loadSettings } from "./settings.js";
@@ -19,6 +20,7 @@ export function createStore() {
     ...CAPTURE_STATE,
     ...MEASURE_STATE,
     ...FOLLOW_STATE,
+    ...LOOP_STATE,
     gallery: null,
     planner_page: false,
   });

@@ -1,6 +1,7 @@
 // Formats followed targets: the words of a card, the marks of an overlay message, the trail's plot and file. Pure functions.
 
 import { distanceText, MISSING, number, sentence, span } from "../format.js";
+import { runsOf } from "../runs.js";
 
 /**
  * @import { FollowedDocument, TrailPoint } from "#api"
@@ -11,8 +12,6 @@ import { distanceText, MISSING, number, sentence, span } from "../format.js";
 
 export const RING_PX = 13;
 const LABEL = Object.freeze({ width: 90, height: 14, above: -18, below: 26 });
-const GAP_S = 2; // a longer time without a hit leaves a gap in the plot, unless hits are that rare
-const GAP_INTERVALS = 4;
 
 /** @type {Readonly<Record<FollowedDocument["state"], {tone: string, text: string, detail: string}>>} */
 export const STATES = Object.freeze({
@@ -123,21 +122,7 @@ export function followRings(marks, toCss) {
  */
 export function trailRuns(trail) {
   const last_s = trail.at(-1)?.t_s ?? 0;
-  const gap_s = Math.max(GAP_S, GAP_INTERVALS * medianInterval_s(trail));
-  /** @type {BandPoint[][]} */
-  const runs = [];
-  trail.forEach((point, index) => {
-    const before = trail[index - 1];
-    if (!before || point.t_s - before.t_s > gap_s) runs.push([]);
-    runs.at(-1)?.push({ x: point.t_s - last_s, y: lengthOf(point), sigma: point.distance_sigma_m });
-  });
-  return runs;
-}
-
-/** @param {TrailPoint[]} trail */
-function medianInterval_s(trail) {
-  const intervals = trail.slice(1).map(({ t_s }, index) => t_s - (trail[index]?.t_s ?? t_s));
-  return intervals.sort((a, b) => a - b)[Math.floor((intervals.length - 1) / 2)] ?? 0;
+  return runsOf(trail.map((point) => ({ x: point.t_s - last_s, y: lengthOf(point), sigma: point.distance_sigma_m })));
 }
 
 /** Return a trail as the text of a CSV file. @param {TrailPoint[]} trail */

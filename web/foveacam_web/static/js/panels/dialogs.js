@@ -19,6 +19,10 @@ const HELP = [
       ["Drag, or press long and drag", "Look at a rectangle"],
       ["T, or Follow", "Clicks and rectangles follow what is there; Escape ends that"],
       ["Alt + drag", "Steer both eyes open loop, at the distance of “Steer at”"],
+      [
+        "On the vergence loop's page",
+        "A click chooses the target, Alt + drag takes the eyes from the loop, P pauses it",
+      ],
       ["Wheel, pinch, + and −", "Zoom where the pointer is"],
       ["Shift or middle button + drag, two fingers", "Move the picture"],
       ["Double click, 0", "Fit the picture"],

@@ -1,4 +1,4 @@
-// A numeric camera setting: field and slider. Sends a value and shows the one that the camera took.
+// A numeric setting: field and slider. Sends a value and shows the one that was taken.
 
 import { fill, h, html, say } from "../dom.js";
 import { sentence } from "../format.js";
@@ -9,8 +9,9 @@ import { decades, plainly, shareOf, snapped, spanText, valueAt, WAY } from "./sc
  * @typedef {{taken: number | null, refusal: string | null}} Outcome
  * @typedef {{
  *   name: string, unit: string, of: string, kind?: import("./scale.js").ScaleKind, presets?: number[], note?: string,
- *   beside?: HTMLElement, below?: HTMLElement, ask: (value: number) => Promise<Outcome>
- * }} Options `of`: the camera's name, for screen readers; `note`: an explanation; `beside`, `below`: the controls of its automatic
+ *   title?: string, whole?: boolean, beside?: HTMLElement, below?: HTMLElement, ask: (value: number) => Promise<Outcome>
+ * }} Options `of`: whose setting it is, for screen readers; `note`, `title`: explanations, shown and on hover; `whole`: the
+ *   slider sets whole numbers; `beside`, `below`: the controls of its automatic
  */
 
 let dials = 0;
@@ -64,7 +65,7 @@ export class Dial {
     });
     this.element = h(
       "div",
-      { class: "dial", role: "group", "aria-label": `${name} of the ${of}` },
+      { class: "dial", role: "group", "aria-label": `${name} of the ${of}`, title: options.title },
       html`<div class="line">
         <label for=${id}>${name}</label>
         ${this.#range}
@@ -160,13 +161,18 @@ export class Dial {
 
   #slide() {
     this.#editing = true;
-    const value = valueAt(this.#span, this.#kind, Number(this.#slider.value) / WAY);
+    const value = this.#slidTo();
     this.#entry.value = plainly(value);
     this.#slider.setAttribute("aria-valuetext", `${plainly(value)} ${this.#options.unit}`);
   }
 
   #slid() {
-    void this.#send(valueAt(this.#span, this.#kind, Number(this.#slider.value) / WAY));
+    void this.#send(this.#slidTo());
+  }
+
+  #slidTo() {
+    const value = valueAt(this.#span, this.#kind, Number(this.#slider.value) / WAY);
+    return this.#options.whole ? Math.round(value) : value;
   }
 
   #typed() {

@@ -1,10 +1,10 @@
-// Maps slider positions to values, linearly or logarithmically, and formats the values. Pure functions.
+// Maps slider positions to values, linearly, by the root or logarithmically, and formats the values. Pure functions.
 
 import { number } from "../format.js";
 
 /**
  * @import { SpanDocument } from "#api"
- * @typedef {"linear" | "log"} ScaleKind
+ * @typedef {"linear" | "root" | "log"} ScaleKind `root`: half the way for a quarter of the range
  */
 
 /** Number of steps of a slider. */
@@ -14,10 +14,13 @@ const DECADES = [1e-3, 1e-2, 0.1, 1, 10, 100, 1000, 10_000, 100_000];
 /** @param {SpanDocument} span @param {ScaleKind} kind @param {number} value @returns {number} its position, 0 … 1 */
 export function shareOf({ low, high }, kind, value) {
   if (high <= low) return 0;
-  const share =
-    kind === "log" && low > 0
-      ? Math.log(Math.max(value, low) / low) / Math.log(high / low)
-      : (value - low) / (high - low);
+  if (kind === "log" && low > 0) return within(Math.log(Math.max(value, low) / low) / Math.log(high / low));
+  const share = within((value - low) / (high - low));
+  return kind === "root" ? Math.sqrt(share) : share;
+}
+
+/** @param {number} share */
+function within(share) {
   return Math.min(1, Math.max(0, share));
 }
 
@@ -30,7 +33,8 @@ export function shareOf({ low, high }, kind, value) {
 export function valueAt({ low, high }, kind, share) {
   if (share <= 0) return low;
   if (share >= 1) return high;
-  const value = kind === "log" && low > 0 ? low * (high / low) ** share : low + (high - low) * share;
+  const way = kind === "root" ? share ** 2 : share;
+  const value = kind === "log" && low > 0 ? low * (high / low) ** share : low + (high - low) * way;
   return Number(value.toPrecision(3));
 }
 

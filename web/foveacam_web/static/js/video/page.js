@@ -6,6 +6,7 @@ import { Fixations } from "../fixations.js";
 import { FollowOrders } from "../follow/orders.js";
 import { FollowReader } from "../follow/reader.js";
 import { Keyboard } from "../keys.js";
+import { LoopOrders } from "../loop/orders.js";
 import { mountOffline, mountStop } from "../panels/topbar.js";
 import { changeSettings } from "../settings.js";
 import { createStore } from "../state.js";
@@ -23,7 +24,13 @@ export function openViewsPage() {
   const commands = new Commands({ store, toasts, fixations });
   const follows = new FollowOrders({ store, commands });
   const sync = new Sync({ store, fixations, others: [new FollowReader({ store, commands })] });
-  const views = new Views({ store, commands, follows, onBoot: () => void sync.readAll() });
+  const views = new Views({
+    store,
+    commands,
+    follows,
+    loop: new LoopOrders({ store, commands }),
+    onBoot: () => void sync.readAll(),
+  });
   document.body.append(toasts.element);
   mountStop(need("stop"), need("stopped"), { store, commands });
   mountOffline(need("offline"), store);

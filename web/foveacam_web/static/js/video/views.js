@@ -9,6 +9,7 @@ import { WideView } from "./wide.js";
  * @import { StreamReport, Subscription, ViewName } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { FollowOrders } from "../follow/orders.js"
+ * @import { LoopOrders } from "../loop/orders.js"
  * @import { Store } from "../store.js"
  */
 
@@ -27,14 +28,14 @@ export class Views {
   /** @type {ViewName} */
   #tab = "anaglyph";
 
-  /** @param {{store: Store, commands: Commands, follows: FollowOrders, onBoot: (boot_id: string) => void}} context */
-  constructor({ store, commands, follows, onBoot }) {
+  /** @param {{store: Store, commands: Commands, follows: FollowOrders, loop: LoopOrders, onBoot: (boot_id: string) => void}} context */
+  constructor({ store, commands, follows, loop, onBoot }) {
     this.#store = store;
     this.#stream = openStream((report) => this.#hear(report, onBoot));
     for (const name of /** @type {ViewName[]} */ (Object.keys(VIEWS))) {
       if (!LATER.has(name)) this.#addPane(name);
     }
-    this.wide = new WideView(this.pane("wide"), { store, commands, follows, stream: this.#stream });
+    this.wide = new WideView(this.pane("wide"), { store, commands, follows, loop, stream: this.#stream });
     document.addEventListener("visibilitychange", () => this.#subscribe());
     store.on(["settings"], () => this.#subscribe());
     store.on(["shown", "stream", "rig", "server_stats", "settings", "current"], (state) => {

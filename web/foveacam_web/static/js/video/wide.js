@@ -14,6 +14,7 @@ import { seeing } from "./reach.js";
  * @import { Point } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { FollowOrders } from "../follow/orders.js"
+ * @import { LoopOrders } from "../loop/orders.js"
  * @import { Store } from "../store.js"
  * @import { StreamLink } from "./link.js"
  * @import { Pane } from "./pane.js"
@@ -28,6 +29,7 @@ export class WideView {
   #store;
   #commands;
   #follows;
+  #loop;
   #overlay = new Overlay();
   #loupe;
   #legend = new ReachLegend();
@@ -42,12 +44,13 @@ export class WideView {
   /** @type {Point | null} the last click, sensor px: read by tests */
   last_click = null;
 
-  /** @param {Pane} pane @param {{store: Store, commands: Commands, follows: FollowOrders, stream: StreamLink}} context */
-  constructor(pane, { store, commands, follows, stream }) {
+  /** @param {Pane} pane @param {{store: Store, commands: Commands, follows: FollowOrders, loop: LoopOrders, stream: StreamLink}} context */
+  constructor(pane, { store, commands, follows, loop, stream }) {
     this.#pane = pane;
     this.#store = store;
     this.#commands = commands;
     this.#follows = follows;
+    this.#loop = loop;
     this.#loupe = new Loupe(stream);
     pane.surface.append(this.#overlay.element, this.#legend.element, this.#loupe.element);
     this.#hints = new Hints({ store, pane });
@@ -182,9 +185,10 @@ export class WideView {
     this.#look({ rectangle: { x_px: box.x, y_px: box.y, width_px: box.width, height_px: box.height } });
   }
 
-  /** Follow or fixate what was chosen. @param {Pick<import("#api").FixationRequest, "pixel" | "rectangle">} request */
+  /** Give what was chosen to the loop, follow or fixate it. @param {Pick<import("#api").FixationRequest, "pixel" | "rectangle">} request */
   #look(request) {
     const { state } = this.#store;
+    if (state.loop_page) return void this.#loop.lookAt(request);
     if (state.click_follows || state.follow_page) return void this.#follows.follow(request);
     const named = state.overlay ? { ...request, frame_seq: state.overlay.seq } : request; // the picture that was clicked
     void this.#commands.fixate(withCorrected(named, state, NEAR_CSS_PX / this.#pane.viewport.scale));
@@ -192,8 +196,12 @@ export class WideView {
 
   /** @param {Point} at @param {boolean} done */
   #steer(at, done) {
-    const { intrinsics } = this.#store.state;
+    const { intrinsics, loop_page, loop } = this.#store.state;
     this.#pane.surface.classList.toggle("steering", !done);
+    if (loop_page && loop?.running) {
+      const pixel = hold(this.#pane.viewport.toSensor(at), this.#pane.viewport);
+      return void (done ? this.#loop.release() : this.#loop.drag(pixel));
+    }
     if (!intrinsics) {
       if (done) this.#commands.sayNoCalibration();
       return;

@@ -1,0 +1,181 @@
+"""The vergence loop by REST."""
+
+import math
+from collections.abc import Iterator
+
+import pytest
+
+from foveacam_server.foundation.store import Document
+from tests.system import server_state
+from tests.system.conftest import API, CENTRE, Running
+
+pytestmark = pytest.mark.timeout(300)
+PNG = b"\x89PNG"
+X_PX, Y_PX = CENTRE["pixel"]["x_px"], CENTRE["pixel"]["y_px"]
+
+
+@pytest.fixture(autouse=True)
+def no_loop(server: Running) -> Iterator[None]:
+    server_state.end_jobs(server.http)
+    server.http.delete(f"{API}/loop/settings").raise_for_status()
+    yield
+    server.http.delete(f"{API}/loop").raise_for_status()
+    server.poll("/loop", lambda loop: not loop["running"])
+
+
+def tracking(server: Running) -> Document:
+    """Choose a target and return the loop once it tracks."""
+    answer = server.post("/loop", CENTRE)
+    assert answer.status_code == 200, answer.text
+    return server.poll("/loop", lambda loop: loop["status"] == "tracking" and loop["looks"] > 2)
+
+
+def axis(loop: Document, name: str) -> Document:
+    found: Document = next(one for one in loop["axes"] if one["axis"] == name)
+    return found
+
+
+def changed(server: Running, patch: object) -> Document:
+    answer = server.http.patch(f"{API}/loop", json=patch)
+    assert answer.status_code == 200, answer.text
+    found: Document = answer.json()
+    return found
+
+
+def test_the_loop_keeps_both_foveae_on_a_target_until_it_is_ended(server: Running) -> None:
+    before = server.last_event
+    loop = tracking(server)
+    truth = server.truth.depth_at(X_PX, Y_PX, server.rig.clock.now_ns())
+    assert truth is not None
+    assert loop["distance_m"] == pytest.approx(truth.range_m, rel=0.02)
+    assert min(loop["score_left"], loop["score_right"]) > loop["settings"]["min_score"]
+    assert abs(axis(loop, "verge")["error_deg"]) < 0.1
+    assert loop["trigger"]["failures"] == 0
+    overlay = server.services.overlay.of(server.services.hardware.gaze)
+    assert overlay is not None
+    assert [(mark.id, mark.state) for mark in overlay.follows] == [("loop", "followed")]
+
+    assert server.http.delete(f"{API}/loop").status_code == 204
+    ended = server.wait_for_event("loop.ended", after=before)
+    assert ended["status"] == "off"
+    assert server.poll("/loop", lambda now: not now["running"])["status"] == "off"
+
+
+def test_an_axis_that_is_set_is_held_until_it_is_released(server: Running) -> None:
+    there_deg = axis(tracking(server), "verge")["command_deg"]
+    loop = changed(server, {"command_deg": {"verge": there_deg + 0.3}})
+    assert axis(loop, "verge") == axis(loop, "verge") | {
+        "held": True,
+        "command_deg": pytest.approx(there_deg + 0.3, abs=1e-4),
+    }
+    looks = loop["looks"]
+    loop = server.poll("/loop", lambda now: now["looks"] > looks + 2)
+    assert axis(loop, "verge")["command_deg"] == pytest.approx(there_deg + 0.3, abs=1e-4)
+    changed(server, {"held": {"verge": False}})
+    server.poll("/loop", lambda now: abs(axis(now, "verge")["command_deg"] - there_deg) < 0.1)
+
+
+def test_a_paused_loop_corrects_nothing_and_goes_on(server: Running) -> None:
+    tracking(server)
+    assert changed(server, {"paused": True})["paused"]
+    held = server.poll("/loop", lambda loop: loop["status"] == "held")
+    later = server.poll("/loop", lambda loop: loop["looks"] > held["looks"] + 1)
+    assert [one["command_deg"] for one in later["axes"]] == [one["command_deg"] for one in held["axes"]]
+    changed(server, {"paused": False})
+    server.poll("/loop", lambda loop: loop["status"] == "tracking")
+
+
+def test_a_drag_takes_the_eyes_and_the_loop_goes_on_afterwards(server: Running) -> None:
+    tracking(server)
+    place = {"x_px": 860.0, "y_px": 700.0}
+    assert server.http.put(f"{API}/loop/drag", json=place).status_code == 204
+    loop = server.poll("/loop", lambda now: now["status"] == "manual")
+    assert loop["dragged"]
+    assert axis(loop, "verge")["command_deg"] == 0.0
+    gaze = server.get("/mirrors").json()
+    assert gaze["left"]["ax_deg"] == pytest.approx(gaze["right"]["ax_deg"], abs=0.1)
+    beyond = server.http.put(f"{API}/loop/drag", json={"x_px": 9000.0, "y_px": 1.0})
+    assert beyond.status_code == 422
+    assert server.http.delete(f"{API}/loop/drag").status_code == 204
+    loop = server.poll("/loop", lambda now: now["status"] == "tracking")
+    assert (loop["target"]["x_px"], loop["target"]["y_px"]) == pytest.approx((X_PX, Y_PX), abs=3.0)
+
+
+def test_settings_are_bounded_kept_and_put_back_by_group(server: Running) -> None:
+    gains = {"kp": 0.3, "ki": 0.1, "kd": 0.05}
+    patch = {"pan": gains, "most_hz": 20.0, "tracker": "off"}
+    kept = server.http.patch(f"{API}/loop/settings", json=patch).json()
+    assert (kept["pan"], kept["most_hz"], kept["tracker"]) == (gains, 20.0, "off")
+    for refused in (
+        {"sensitivity": 5.0},
+        {"pan": {"kp": 3.0, "ki": 0.0, "kd": 0.0}},
+        {"box_width_px": 10},
+        {"lead_ms": 60.0},
+        {"tracker": "eye"},
+    ):
+        assert server.http.patch(f"{API}/loop/settings", json=refused).status_code == 422
+    assert server.get("/loop").json()["settings"] == kept
+    reset = server.http.delete(f"{API}/loop/settings", params={"group": "pan"}).json()
+    assert (reset["pan"]["kp"], reset["most_hz"]) == (0.1, 20.0)
+    assert server.http.delete(f"{API}/loop/settings").json()["most_hz"] is None
+    assert server.http.delete(f"{API}/loop/settings", params={"group": "eyes"}).status_code == 422
+
+
+def test_tuning_that_is_cancelled_leaves_the_gains_and_the_loop_goes_on(server: Running) -> None:
+    before = tracking(server)["settings"]
+    job = server.post("/loop/tune", {"polish": False}).json()
+    server.poll("/loop", lambda loop: loop["status"] == "auto_tune")
+    refused = server.http.patch(f"{API}/loop/settings", json={"min_score": 0.5})
+    assert (refused.status_code, "being tuned" in refused.json()["detail"]) == (409, True)
+    assert server.post("/loop/tune", {}).status_code == 409
+    server.post(f"/jobs/{job['id']}/cancel")
+    assert server.ended(job)["state"] == "cancelled"
+    loop = server.poll("/loop", lambda now: now["status"] == "tracking")
+    assert (loop["settings"], loop["tuned"], loop["tune_job_id"]) == (before, None, None)
+    assert server.get("/loop/tune.png").status_code == 404
+
+
+def test_the_loop_and_following_exclude_each_other(server: Running) -> None:
+    tracking(server)
+    refused = server.post("/follows", CENTRE)
+    assert (refused.status_code, "loop" in refused.json()["detail"]) == (409, True)
+    server.http.delete(f"{API}/loop")
+    server.poll("/loop", lambda loop: not loop["running"])
+    assert server.post("/follows", CENTRE).status_code == 201
+    refused = server.post("/loop", CENTRE)
+    assert (refused.status_code, "follow targets" in refused.json()["detail"]) == (409, True)
+    server.http.delete(f"{API}/follows").raise_for_status()
+
+
+def test_history_and_picture_tell_what_the_loop_saw(server: Running) -> None:
+    assert server.get("/loop/match.png").status_code == 404
+    assert server.get("/loop/history").json() == []
+    tracking(server)
+    samples = server.get("/loop/history").json()
+    assert [one["look"] for one in samples] == list(range(1, len(samples) + 1))
+    assert samples[-1]["t_s"] > samples[0]["t_s"]
+    later = server.get("/loop/history", after_look=samples[-1]["look"]).json()
+    assert all(one["look"] > samples[-1]["look"] for one in later)
+    assert math.isfinite(samples[-1]["error_deg"][2])
+    picture = server.get("/loop/match.png")
+    assert (picture.status_code, picture.content[:4]) == (200, PNG)
+
+
+def test_a_fixation_comes_between_and_the_loop_goes_on(server: Running) -> None:
+    looks = tracking(server)["looks"]
+    assert server.fixate({**CENTRE, "depth": False})["state"] == "verged"
+    server.poll("/loop", lambda loop: loop["status"] == "tracking" and loop["looks"] > looks)
+
+
+def test_what_needs_a_running_loop_says_so(server: Running) -> None:
+    answers = [
+        server.http.patch(f"{API}/loop", json={"paused": True}),
+        server.http.put(f"{API}/loop/drag", json={"x_px": 1.0, "y_px": 1.0}),
+        server.post("/loop/tune", {}),
+        server.post("/loop/trigger/reset"),
+    ]
+    assert [answer.status_code for answer in answers] == [409] * 4
+    assert "choose a target first" in answers[0].json()["detail"]
+    assert server.post("/loop", {}).status_code == 422
+    assert server.post("/loop", {"pixel": {"x_px": 5000.0, "y_px": 1.0}}).status_code == 422
+    assert not server.get("/loop").json()["running"]
