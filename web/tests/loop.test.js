@@ -28,6 +28,12 @@ const SETTINGS = only({
   pan: { kp: 0.1, ki: 0.02, kd: 0 },
 });
 
+/** @type {LoopDocument["eyes"]} */
+const APART = [
+  { eye: "left", state: "tracking", x_px: 700, y_px: 500, score: 0.98 },
+  { eye: "right", state: "still", x_px: null, y_px: null, score: null },
+];
+
 /** @param {Partial<LoopDocument>} [fields] @returns {LoopDocument} */
 const loop = (fields) =>
   only({
@@ -44,6 +50,7 @@ const loop = (fields) =>
     fine: true,
     target: { x_px: 1, y_px: 2, state: "tracked", tracker_score: 0.987 },
     trigger: only({ latched: false }),
+    eyes: [],
     ...fields,
   });
 
@@ -131,10 +138,19 @@ test("every number has a unit, a range and a sentence that says what it does", (
     }
 });
 
+test("eyes that are apart have a figure each", () => {
+  assert.deepEqual(figuresOf(loop({ status: "split", eyes: APART })), [
+    ["Looks", "12.3 /s"],
+    ["Left eye", "tracking, score 0.98"],
+    ["Right eye", "rests"],
+  ]);
+});
+
 test("tuning waits for a target, and for a loop that corrects", () => {
   assert.equal(whyNotTuned(loop()), null);
   assert.equal(whyNotTuned(null), "Choose a target first.");
   assert.equal(whyNotTuned(loop({ paused: true })), "The loop is paused.");
+  assert.equal(whyNotTuned(loop({ eyes: APART })), "Unite the eyes first.");
   assert.equal(whyNotTuned(loop({ trigger: only({ latched: true }) })), "Reset the trigger first.");
 });
 

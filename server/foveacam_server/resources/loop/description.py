@@ -30,7 +30,7 @@ def describe_loop(
 ) -> LoopDocument:
     """Return the loop as it is now; `run`: None while it does not run."""
     last = None if run is None else run.last
-    shown = None if run is None else run.seen
+    shown = None if run is None or run.split_step is not None else run.seen
     errors = None if shown is None else shown.errors
     point = None if errors is None else errors.point
     match = None if last is None else last.match

@@ -60,6 +60,17 @@ export class LoopOrders {
     await this.#commands.send("DELETE", "/loop/drag");
   }
 
+  /** Let an eye keep a place of its own picture in the middle. @param {"left" | "right"} eye @param {Point} pixel */
+  async partEye(eye, { x, y }) {
+    const body = { x_px: Math.max(0, x), y_px: Math.max(0, y) };
+    this.#adopt(await this.#commands.send("PUT", `/loop/eyes/${eye}`, { body }));
+  }
+
+  /** Let both eyes look at one target again. */
+  async uniteEyes() {
+    this.#adopt(await this.#commands.send("DELETE", "/loop/eyes"));
+  }
+
   /** Pause the loop, or let it go on. */
   async togglePause() {
     const { loop } = this.#store.state;

@@ -39,7 +39,7 @@ export function mountLoopPage(place, { store, orders }) {
         ${places.get("wide") ?? null}
         <p class="lead">
           Click in the wide view to choose the target. While the loop runs, Alt and drag takes the eyes by hand; released,
-          it goes on.
+          it goes on. A click in the picture of one eye lets that eye follow what is there by itself.
         </p>
         <div class="capture-eyes">${places.get("left") ?? null}${places.get("right") ?? null}</div>
       </div>
@@ -60,7 +60,7 @@ export function mountLoopPage(place, { store, orders }) {
     if (!loop) return;
     update(trigger, triggerParts(loop.trigger, orders));
     const now = {
-      open: loop.running && loop.tune_job_id === null,
+      open: loop.running && loop.tune_job_id === null && loop.eyes.length === 0,
       baseline_m: state.rig?.calibration?.baseline_m ?? 0,
     };
     for (const { axis, control } of axes) {
@@ -81,13 +81,14 @@ export function mountLoopPage(place, { store, orders }) {
 /** @param {LoopDocument} loop @param {LoopOrders} orders */
 function statusParts(loop, orders) {
   const { tone, text } = STATUSES[loop.status];
-  const { running, paused, dragged } = loop;
+  const { running, paused, dragged, eyes } = loop;
   return html`<div class="loop-status" data-status=${loop.status}>
       <p class="loop-word" role="status">${badge(tone, text)}</p>
       <p class="distance number">${distanceOf(loop)}</p>
       <div class="actions">
         <button
-          type="button" class="plain pause" title="Correct nothing, or go on (P)" ?disabled=${!running}
+          type="button" class="plain pause" title="Correct nothing, or go on (P)"
+          ?disabled=${!running || eyes.length > 0}
           @click=${() => void orders.togglePause()}
         >
           ${icon(paused ? "play" : "pause")}
@@ -100,6 +101,14 @@ function statusParts(loop, orders) {
           ${icon("close")}
           End
         </button>
+        ${
+          eyes.length > 0 &&
+          html`<button
+            type="button" class="plain unite" title="Let both eyes look at one target again" @click=${() => void orders.uniteEyes()}
+          >
+            Unite the eyes
+          </button>`
+        }
         ${
           dragged &&
           html`<button type="button" class="plain" @click=${() => void orders.release()}>Let the loop go on</button>`

@@ -24,6 +24,7 @@ export const STATUSES = Object.freeze({
   manual: { tone: "plain", text: "By hand" },
   trigger_fault: { tone: "bad", text: "Trigger fault" },
   auto_tune: { tone: "plain", text: "Tuning" },
+  split: { tone: "plain", text: "Eyes apart" },
   waiting: { tone: "plain", text: "Waiting" },
 });
 
@@ -33,6 +34,7 @@ const HINTS = Object.freeze({
   initializing: "Both foveae look for the target first.",
   held: "The eyes keep looking and measuring; nothing is corrected.",
   manual: "Both eyes look in parallel where the pointer drags. Released, the loop goes on with its target.",
+  split: "Each eye keeps what was clicked in its own picture in the middle; one that was not clicked rests.",
   auto_tune: "The gains are being found; the eyes swing about the target meanwhile.",
 });
 
@@ -65,6 +67,8 @@ export const AXES = Object.freeze([
 ]);
 
 const AXIS_NAMES = Object.fromEntries(AXES.map(({ axis, name }) => [axis, name]));
+const EYES = Object.freeze({ left: "Left eye", right: "Right eye" });
+const EYE_STATES = Object.freeze({ still: "rests", tracking: "tracking", lost: "lost" });
 const TARGETS = Object.freeze({ fixed: "fixed", tracked: "tracked", lost: "lost" });
 
 /** Return what to do about the status, or what happens. @param {LoopDocument} loop */
@@ -95,7 +99,8 @@ export function errorText(error_deg) {
  * @param {LoopDocument} loop
  * @returns {[string, string][]}
  */
-export function figuresOf({ axes, score_left, score_right, rate_hz, lead_ms, target, fine, looks }) {
+export function figuresOf({ axes, eyes, score_left, score_right, rate_hz, lead_ms, target, fine, looks }) {
+  if (eyes.length > 0) return [["Looks", `${number(rate_hz, 1)} /s`], ...eyes.map(eyeFigure)];
   const verge_deg = axes.find(({ axis }) => axis === "verge")?.command_deg;
   const score = target?.tracker_score ?? null;
   return [
@@ -111,6 +116,11 @@ export function figuresOf({ axes, score_left, score_right, rate_hz, lead_ms, tar
     ],
     ["Measured by", fine === null ? MISSING : fine ? "both foveae" : "the strip alone"],
   ];
+}
+
+/** @param {LoopDocument["eyes"][number]} eye @returns {[string, string]} */
+function eyeFigure({ eye, state, score }) {
+  return [EYES[eye], score === null ? EYE_STATES[state] : `${EYE_STATES[state]}, score ${number(score, 2)}`];
 }
 
 /**
@@ -132,6 +142,7 @@ export function triggerFigures({ exposures, failures, in_a_row, pair_skew_us, af
 /** Return why the loop cannot be tuned now, or null. @param {LoopDocument | null} loop */
 export function whyNotTuned(loop) {
   if (!loop?.running || loop.target === null) return "Choose a target first.";
+  if (loop.eyes.length > 0) return "Unite the eyes first.";
   if (loop.paused) return "The loop is paused.";
   return loop.trigger.latched ? "Reset the trigger first." : null;
 }

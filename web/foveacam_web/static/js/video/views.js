@@ -36,6 +36,9 @@ export class Views {
       if (!LATER.has(name)) this.#addPane(name);
     }
     this.wide = new WideView(this.pane("wide"), { store, commands, follows, loop, stream: this.#stream });
+    for (const eye of /** @type {const} */ (["left", "right"])) {
+      this.pane(eye).surface.addEventListener("click", (event) => this.#partEye(eye, event, loop));
+    }
     document.addEventListener("visibilitychange", () => this.#subscribe());
     store.on(["settings"], () => this.#subscribe());
     store.on(["shown", "stream", "rig", "server_stats", "settings", "current"], (state) => {
@@ -51,6 +54,19 @@ export class Views {
   pane(name) {
     if (!this.#panes.has(name)) this.#addPane(name);
     return /** @type {Pane} */ (this.#panes.get(name)); // the constructor has created one of each
+  }
+
+  /**
+   * On the page of the loop, let an eye keep the clicked place of its picture in the middle.
+   * @param {"left" | "right"} eye
+   * @param {MouseEvent} event
+   * @param {LoopOrders} loop
+   */
+  #partEye(eye, event, loop) {
+    const { surface, viewport } = this.pane(eye);
+    const box = surface.getBoundingClientRect();
+    const pixel = viewport.toSensor({ x: event.clientX - box.left, y: event.clientY - box.top });
+    if (this.#store.state.loop_page && viewport.holds(pixel)) void loop.partEye(eye, pixel);
   }
 
   /** Shrink every enlarged pane; return whether there was one. */
