@@ -285,3 +285,12 @@ def loop_document(**changes: object) -> Document:
         "tuned": None,
     }
     return document | changes
+
+
+def test_a_click_in_one_eyes_picture_parts_the_eyes_until_they_are_united(loop_page: Console) -> None:
+    page = loop_page.page
+    start(loop_page)
+    page.locator("#loop-page .lent-left canvas").first.click(position={"x": 150, "y": 80})
+    expect(status(page)).to_have_attribute("data-status", "split")
+    page.get_by_role("button", name="Unite the eyes").click()
+    expect(status(page)).to_have_attribute("data-status", "tracking")
