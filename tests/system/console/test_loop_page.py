@@ -253,6 +253,7 @@ def loop_document(**changes: object) -> Document:
         "distance_sigma_m": 0.01,
         "point_rig_m": [0.0, 0.0, 8.0],
         "fine": True,
+        "eyes": [],
         "score_left": 0.84,
         "score_right": 0.85,
         "trigger": {
