@@ -30,7 +30,9 @@ export const ANNOTATED = Object.freeze(
 
 const SILENT_MS = 2500;
 /** @type {Set<ViewName>} made after each look, not with each frame */
-const STILL = new Set(["anaglyph", "difference", "depth", "wide_depth", ...ANNOTATED]);
+const STILL = new Set(["wide_depth", ...ANNOTATED]);
+/** @type {Set<ViewName>} made of both foveae */
+const STEREO = new Set(["anaglyph", "difference", "depth"]);
 const FLOWING_FPS = 1;
 const ADDED = ", annotated"; // beside the title, where there is room
 
@@ -221,8 +223,8 @@ export class Pane {
         empty,
       };
     if (!empty) return null;
-    if (this.name === "depth")
-      return { title: "No depth yet", detail: "Click in the wide view: depth appears when both eyes verge.", empty };
+    if (STEREO.has(this.name) && state.rig && !state.rig.calibration)
+      return { title: "Not calibrated", detail: "It needs to be known where both foveae look.", empty };
     if (this.name.startsWith("calibration_"))
       return { title: "No picture yet", detail: "The procedure shows here what it sees.", empty };
     if (state.rig?.mirrors && !state.rig.mirrors.connected && this.name !== "wide") {
