@@ -43,7 +43,7 @@ def _page(box: tuple[bytes, bytes], stream: bytes) -> PrintedPage:
     black = np.column_stack([x, height - y - high, x + wide, height - y])
     lines = _rows(_NUMBER + b" " + _NUMBER + b" m " + _NUMBER + b" " + _NUMBER + b" l", stream)
     lines[:, [1, 3]] = height - lines[:, [1, 3]]
-    words = [found.decode("cp1252") for found in re.findall(rb"\((.*)\) Tj", stream)]
+    words = [re.sub(rb"\\(.)", rb"\1", found).decode() for found in re.findall(rb"\((.*)\) Tj", stream)]
     return PrintedPage(width_mm=width, height_mm=height, black_mm=black, lines_mm=lines, words=words)
 
 

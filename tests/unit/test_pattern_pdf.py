@@ -122,10 +122,19 @@ def test_a_marker_larger_than_the_paper_is_cut_where_the_paper_ends() -> None:
     assert set(find_markers(joined(pages, columns=2))) == {7}
 
 
-@pytest.mark.parametrize(("paper", "remedy"), [("A4", "choose A3, or smaller"), ("A3", "choose smaller")])
-def test_a_pattern_of_more_than_nine_sheets_is_refused_with_the_remedy(paper: str, remedy: str) -> None:
-    pattern = board_pattern(Checkerboard(columns=12, rows=9, square_m=0.120))
-    with pytest.raises(InvalidInput, match=rf"1560 x 1200 mm needs \d+ sheets of {paper}, .*{remedy}"):
+@pytest.mark.parametrize(
+    ("paper", "square_m", "remedy"),
+    [
+        ("A4", 0.070, "choose A3, or smaller"),
+        ("A4", 0.120, "choose smaller"),
+        ("A3", 0.120, "choose smaller"),
+    ],
+)
+def test_a_pattern_of_more_than_nine_sheets_is_refused_with_the_remedy(
+    paper: str, square_m: float, remedy: str
+) -> None:
+    pattern = board_pattern(Checkerboard(columns=9, rows=9, square_m=square_m))
+    with pytest.raises(InvalidInput, match=rf"00 mm needs \d+ sheets of {paper}, .*{remedy}"):
         printed(pattern, paper=paper)
 
 

@@ -17,6 +17,7 @@ from foveacam_pipeline.calibrate.pattern import Pattern, Rows
 
 PAPERS_M = {"A4": (0.210, 0.297), "A3": (0.297, 0.420), "Letter": (0.2159, 0.2794)}
 """Width and height of each paper, upright."""
+LARGEST_PAPER = "A3"
 MOST_SHEETS = 9
 RULER_M = 0.100
 FOOT_M = 0.015
@@ -111,6 +112,20 @@ def lay_out(pattern: Pattern, *, paper: str, margin_m: float, words: str) -> lis
 
 
 def _page(pattern: Pattern, *, paper: str, margin_m: float) -> _Page:
+    """Return the page of a paper; raise `InvalidInput` when the pattern needs too many sheets."""
+    page = _turned_page(pattern, paper=paper, margin_m=margin_m)
+    if page.sheets <= MOST_SHEETS:
+        return page
+    width_mm, height_mm = (1e3 * (ends_m[-1] - ends_m[0]) for ends_m in (page.across_m, page.down_m))
+    on_largest = _turned_page(pattern, paper=LARGEST_PAPER, margin_m=margin_m)
+    larger = f"{LARGEST_PAPER}, or " if on_largest.sheets <= MOST_SHEETS else ""
+    raise InvalidInput(
+        f"the pattern of {width_mm:g} x {height_mm:g} mm needs {page.sheets} sheets of {paper}, at most "
+        f"{MOST_SHEETS} are printed; choose {larger}smaller squares or markers, or fewer squares"
+    )
+
+
+def _turned_page(pattern: Pattern, *, paper: str, margin_m: float) -> _Page:
     """Return the page in the orientation that needs fewer sheets; the pattern's own if both need as many."""
     left, top = pattern.black_m[:, :2].min(axis=0).tolist()
     right, bottom = pattern.black_m[:, 2:].max(axis=0).tolist()
@@ -119,14 +134,7 @@ def _page(pattern: Pattern, *, paper: str, margin_m: float) -> _Page:
     either = (turned, upright) if right - left > bottom - top else (upright, turned)
     ends_m = (left, right), (top, bottom)
     pages = [_divided(pattern, ends_m, page_m=page_m, margin_m=margin_m) for page_m in either]
-    page = min(pages, key=lambda page: page.sheets)
-    if page.sheets > MOST_SHEETS:
-        remedy = "smaller squares or markers" if paper == "A3" else "A3, or smaller squares or markers"
-        raise InvalidInput(
-            f"the pattern of {1e3 * (right - left):g} x {1e3 * (bottom - top):g} mm needs {page.sheets} "
-            f"sheets of {paper}, at most {MOST_SHEETS} are printed; choose {remedy}"
-        )
-    return page
+    return min(pages, key=lambda page: page.sheets)
 
 
 def _divided(

@@ -75,7 +75,7 @@ class Charuco:
         if not 0.0 < self.marker_m < self.square_m:
             raise InvalidInput(
                 f"board: a marker side between 0 and the square's {self.square_m * 1e3:g} mm is needed, "
-                f"{self.marker_m * 1e3:g} mm was given; measure the printed board"
+                f"{self.marker_m * 1e3:g} mm was given; give a smaller marker, as it is printed"
             )
         if self.dictionary not in DICTIONARIES:
             raise InvalidInput(
