@@ -82,7 +82,7 @@ function formOf({ store, orders }) {
       <button type="submit" class="plain primary">Show</button>
       <button type="button" class="plain" @click=${() => orders.showPattern({ kind: "blank" })}>Blank</button>
     </p>
-    <div class="actions">
+    <div class="fields">
       ${paper.element}
       <button type="button" class="plain" @click=${print}>${icon("down")}Print (PDF)</button>
     </div>
