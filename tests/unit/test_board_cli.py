@@ -5,11 +5,14 @@ from pathlib import Path
 
 import pytest
 
+import foveacam_hardware
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board
 from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_server import cli
 
 from .printed_pages import PX_PER_MM, printed_pages
+
+EXAMPLES = Path(foveacam_hardware.__file__).parent / "examples"
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: str | Path) -> int:
@@ -65,6 +68,16 @@ def test_json_says_what_was_written(
     assert found["file"] == f"{arguments[0]}.pdf"
     (page,) = printed_pages((tmp_path / found["file"]).read_bytes())
     assert page.words[1] == f"{description}; print at 100 %"
+
+
+def test_the_markers_are_spaced_by_the_baseline_of_a_rig_file(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    rig = tmp_path / "rig.toml"
+    example = (EXAMPLES / "serial.toml").read_text(encoding="utf-8")
+    rig.write_text(example.replace("baseline_m = 0.2 ", "baseline_m = 0.25 "), encoding="utf-8")
+    assert run(monkeypatch, "markers", "--rig", rig, "--paper", "A3", "-o", tmp_path / "m.pdf", "--json") == 0
+    assert "side 60 mm, 125 mm apart" in json.loads(capsys.readouterr().out)["description"]
 
 
 @pytest.mark.parametrize(
