@@ -3,12 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from foveacam_hardware.contract import Frame, MirrorVolts, MonotonicClock, Role
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
+from foveacam_pipeline.verge.wide_zoom import wide_zoom
 from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.resources.views.live_stereo import LiveStereo, PairJoiner
 from foveacam_server.rig.frame_tap import FrameTap
@@ -100,6 +102,21 @@ def test_a_view_is_made_while_it_is_watched_and_no_other(
     assert "depth" not in pictures.counts
     pictures.watching.add("depth")
     feed(tap, pictures, "depth")
+
+
+def test_the_wide_view_is_shown_at_the_foveaes_scale_where_they_look() -> None:
+    calibration = load_calibration(SHIPPED / "sim-rig120.json")
+    image = np.zeros((1080, 1440), dtype=np.uint8)
+    ax_rad, ay_rad = -0.05, 0.03
+    x_px, y_px = calibration.wide.pixels([[ax_rad, ay_rad]])[0].tolist()
+    cv2.circle(image, (round(x_px), round(y_px)), 6, 255, -1)
+    frame = Frame(image=image, role=Role.WIDE, seq=1, t_ns=1, exposure_ns=1)
+    zoomed = wide_zoom(frame, calibration, calibration.steer(ax_rad, ay_rad, distance_m=4.0))
+    rows, columns = np.nonzero(zoomed > 128)
+    assert zoomed.shape == (541, 721)
+    assert (columns.mean(), rows.mean()) == pytest.approx((360.0, 270.0), abs=5.0)
+    times = 0.5 * calibration.fovea_f_px / calibration.wide.fx_px
+    assert len(rows) == pytest.approx(np.count_nonzero(image) * times**2, rel=0.1)
 
 
 def test_nothing_is_made_without_a_calibration(pictures: Pictures) -> None:

@@ -66,6 +66,14 @@ VIEWS = (
         description="Depth of the whole wide view, colour coded",
         live=False,
     ),
+    ViewSpec(
+        name="wide_zoom",
+        width=721,
+        height=541,
+        description="Wide view where the foveae look, at their scale",
+        live=True,
+        on_demand=True,
+    ),
     *(
         ViewSpec(
             name=f"calibration_{role}",

@@ -187,9 +187,9 @@ def test_two_fingers_zoom_and_ask_for_nothing(open_console: OpenConsole, server:
     assert orders == []
 
 
-@pytest.mark.parametrize("view", ["anaglyph", "difference", "depth"])
+@pytest.mark.parametrize("view", ["anaglyph", "difference", "depth", "wide_zoom"])
 def test_the_views_of_both_eyes_are_live_without_a_fixation(console: Console, view: str) -> None:
-    console.page.get_by_role("tab", name=view.capitalize(), exact=True).click()
+    console.page.locator(f"#tab-{view}").click()
     console.wait_for_frames(view)
     expect(console.page.locator(f".pane-{view} .rate")).to_have_text(re.compile(r"fps"))
 

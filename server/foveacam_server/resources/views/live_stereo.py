@@ -1,4 +1,7 @@
-"""Makes anaglyph, difference and depth of the foveae's newest pair, while somebody looks at them."""
+"""Makes anaglyph, difference and depth of the foveae's newest pair, and the wide view at their scale.
+
+Each is made while somebody looks at it.
+"""
 
 import logging
 import threading
@@ -11,16 +14,17 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, FoveaError, Frame, Role, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.stereo.depth import depth_map
+from foveacam_pipeline.stereo.depth import depth_map, rgb
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle, anaglyph, depth_picture, difference
 from foveacam_pipeline.stereo.rectify import halved, rectify_frames
 from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.verge.wide_zoom import wide_zoom
 from foveacam_server.rig.frame_tap import FrameTap
 
 _log = logging.getLogger(__name__)
 
-VIEWS = ("anaglyph", "difference", "depth")
+VIEWS = ("anaglyph", "difference", "depth", "wide_zoom")
 SCALE = 0.5
 SAME_EXPOSURE_NS = 2_000_000
 IDLE_S = 0.1
@@ -32,11 +36,12 @@ SHARE = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FoveaPair:
-    """Both foveae's frames of one exposure."""
+    """Both foveae's frames of one exposure, and the newest wide frame then; None before the first."""
 
     left: Frame
     right: Frame
     volts: StereoVolts
+    wide: Frame | None
 
 
 class PairJoiner:
@@ -48,16 +53,16 @@ class PairJoiner:
         self._changed = threading.Condition()
 
     def take(self, frame: Frame) -> None:
-        """Take a frame of one fovea; quick, as the cameras' thread calls it."""
+        """Take a frame of any camera; quick, as the cameras' thread calls it."""
         with self._changed:
             self._frames[frame.role] = frame
             left, right = self._frames.get(Role.LEFT), self._frames.get(Role.RIGHT)
             if left is None or right is None or abs(left.t_ns - right.t_ns) > SAME_EXPOSURE_NS:
                 return
-            if left.volts is None or right.volts is None:
+            if frame.role is Role.WIDE or left.volts is None or right.volts is None:
                 return
             volts = StereoVolts(left=left.volts, right=right.volts)
-            self._newest = FoveaPair(left=left, right=right, volts=volts)
+            self._newest = FoveaPair(left=left, right=right, volts=volts, wide=self._frames.get(Role.WIDE))
             self._changed.notify()
 
     def newest(self, timeout_s: float) -> FoveaPair | None:
@@ -94,7 +99,7 @@ class LiveStereo:
         while not self._ended.wait(IDLE_S):
             if self._watched() and self._calibration() is not None:
                 joiner = PairJoiner()
-                with self._tap.listening((Role.LEFT, Role.RIGHT), joiner.take):
+                with self._tap.listening(tuple(Role), joiner.take):
                     self._follow(joiner)
 
     def _follow(self, joiner: PairJoiner) -> None:
@@ -115,14 +120,21 @@ class LiveStereo:
         return [view for view in VIEWS if self._tap.watched(view)]
 
     def _show(self, frames: FoveaPair, calibration: Calibration, views: list[str]) -> None:
+        t_ns = frames.left.t_ns
+        if frames.wide is not None and "wide_zoom" in views:
+            zoomed = rgb(wide_zoom(frames.wide, calibration, frames.volts, scale=SCALE))
+            self._tap.publish_picture("wide_zoom", zoomed, t_ns=t_ns)
+        if not set(views) - {"wide_zoom"}:
+            return
         pair = rectify_frames(frames.left, frames.right, frames.volts, calibration, scale=SCALE)
-        pictures = {
+        pictures: dict[str, Callable[[], NDArray[np.uint8]]] = {
             "anaglyph": lambda: anaglyph(pair, self.style),
             "difference": lambda: difference(pair),
             "depth": lambda: _depth(pair),
         }
-        for view in views:
-            self._tap.publish_picture(view, pictures[view](), t_ns=pair.t_ns)
+        for view, picture in pictures.items():
+            if view in views:
+                self._tap.publish_picture(view, picture(), t_ns=t_ns)
 
 
 def _depth(pair: RectifiedPair) -> NDArray[np.uint8]:

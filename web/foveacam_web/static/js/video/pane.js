@@ -18,6 +18,7 @@ export const VIEWS = Object.freeze({
   difference: { title: "Difference", needs: ["left", "right"] },
   depth: { title: "Depth", needs: ["left", "right"] },
   wide_depth: { title: "Wide depth", needs: ["wide"] },
+  wide_zoom: { title: "Wide zoomed", needs: ["wide", "left", "right"] },
   calibration_wide: { title: "Wide, annotated", needs: ["wide"] },
   calibration_left: { title: "Left fovea, annotated", needs: ["left"] },
   calibration_right: { title: "Right fovea, annotated", needs: ["right"] },
@@ -32,7 +33,7 @@ const SILENT_MS = 2500;
 /** @type {Set<ViewName>} made after each look, not with each frame */
 const STILL = new Set(["wide_depth", ...ANNOTATED]);
 /** @type {Set<ViewName>} made of both foveae */
-const STEREO = new Set(["anaglyph", "difference", "depth"]);
+const STEREO = new Set(["anaglyph", "difference", "depth", "wide_zoom"]);
 const FLOWING_FPS = 1;
 const ADDED = ", annotated"; // beside the title, where there is room
 

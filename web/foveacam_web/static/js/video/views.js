@@ -17,7 +17,7 @@ import { WideView } from "./wide.js";
 /** @type {Set<ViewName>} */
 const LATER = new Set(ANNOTATED);
 /** @type {ViewName[]} */
-const DERIVED = ["anaglyph", "difference", "depth", "wide_depth"];
+const DERIVED = ["anaglyph", "difference", "depth", "wide_depth", "wide_zoom"];
 
 /** The views and their stream. */
 export class Views {
