@@ -200,6 +200,7 @@ def _hardware(
         keeper=knowledge.cameras,
     )
     foundation.stack.callback(hardware.close)
+    displays.stereo.spare_while(lambda: hardware.pressed)
     return hardware
 
 

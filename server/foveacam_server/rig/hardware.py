@@ -124,6 +124,11 @@ class HardwareThread:
         return self._session_of
 
     @property
+    def pressed(self) -> bool:
+        """Whether a job that gives no way has the rig: its looks come before everything that can wait."""
+        return self._session_of is not None and not self._gives_way
+
+    @property
     def session_wanted(self) -> bool:
         """Whether a job waits for the rig; who follows targets gives it away then."""
         return self._waiting > 0
