@@ -119,7 +119,6 @@ class FoldedEye:
         mounting = rotation(np.array([*assembly.mirror_turn_rad, 0.0]))
         self._normal = mounting @ nominal_normal
         self._outer = mounting @ np.array([0.0, 1.0, 0.0])
-        self._inner = np.cross(self._normal, self._outer)
         nominal_camera_from_rig = READOUT_FLIP @ reflection(nominal_normal)
         self._camera_from_rig = rotation(np.array(assembly.camera_turn_rad)) @ nominal_camera_from_rig
         offset_m = np.array([*assembly.axis_offset_m, -PUPIL_BEFORE_MIRROR_M])

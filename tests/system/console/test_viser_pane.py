@@ -12,13 +12,13 @@ from fastapi import FastAPI
 from fastapi.responses import HTMLResponse
 from playwright.sync_api import Browser, Page
 
-from foveacam_bench.servers import serving
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.console import security, viser_relay
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import RigShape
+from tests.local_server import serving
 
 pytestmark = pytest.mark.browser
 

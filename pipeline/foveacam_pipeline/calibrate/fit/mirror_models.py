@@ -107,12 +107,11 @@ class MirrorScore:
 class MirrorFit:
     """The chosen model of a mirror, the scores of all candidates, and its residuals at each pose.
 
-    `residuals_rad`, `loo_residuals_rad`, `weights`: (n, 2), measured minus fitted.
+    `loo_residuals_rad`, `weights`: (n, 2), measured minus fitted.
     """
 
     model: MirrorModel
     scores: tuple[MirrorScore, ...]
-    residuals_rad: NDArray[np.float64]
     loo_residuals_rad: NDArray[np.float64]
     weights: NDArray[np.float64]
 
@@ -181,7 +180,6 @@ def fit_mirror_models(
     return MirrorFit(
         model=_as_mirror_model(candidates[best], volts_v, angles_rad),
         scores=scores,
-        residuals_rad=fit.residuals,
         loo_residuals_rad=fit.loo_residuals,
         weights=fit.weights,
     )
