@@ -1,6 +1,7 @@
 """Report code that nothing but tests uses, by vulture with the settings in pyproject.toml.
 
-Vulture knows names alone. Here fields count as used that leave Python as a whole, with their class.
+Vulture knows names alone. Here fields of a class that leaves Python as a whole count as used, and a name that
+a package only imports and lists does not.
 """
 
 import ast
@@ -41,6 +42,9 @@ class FieldAwareVulture(Vulture):
         for statement in node.body:
             if isinstance(statement, ast.Assign | ast.AnnAssign):
                 self._owners[self.filename, statement.lineno] = node.name
+
+    def visit_Assign(self, node: ast.Assign) -> None:  # noqa: N802
+        """Take no name as used because `__all__` lists it."""
 
     def get_unused_code(self, min_confidence: int = 0, sort_by_size: bool = False) -> list[Item]:
         """Return what is unused, without fields that are read from outside."""

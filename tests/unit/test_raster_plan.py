@@ -9,7 +9,6 @@ from pydantic import ValidationError
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.plan import (
-    PAPER_RAIL_MM,
     GridPoints,
     RasterPlan,
     SetPoint,
@@ -18,6 +17,8 @@ from foveacam_pipeline.capture.plan import (
     plan_from,
     points_of_plan,
 )
+
+PAPER_RAIL_MM = (-300.0, -100.0, 0.0, 100.0, 300.0)
 
 THREE_BY_TWO: dict[str, Any] = {  # Any: as JSON comes
     "points": {"kind": "grid", "columns": 3, "rows": 2, "half_width_deg": 4.0, "half_height_deg": 1.5},

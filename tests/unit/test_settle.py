@@ -202,7 +202,7 @@ def test_every_axis_settles_when_its_mirror_does(report: SettleReport) -> None:
 
 
 def test_a_larger_step_takes_as_much_longer_as_it_should(report: SettleReport) -> None:
-    ten_times = report.settle_for_us(10.0 * 510.0, within_px=1.0)
+    ten_times = max(found.settle_for_us(10.0 * 510.0, within_px=1.0) for found in report.axes)
     assert ten_times == pytest.approx(1e6 / RATE_PER_S * math.log(5100.0), rel=0.05)
 
 

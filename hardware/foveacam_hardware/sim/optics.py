@@ -153,11 +153,6 @@ class FoldedEye:
         return EyeProjection(matrix=matrix, centre_m=centre_m)
 
 
-def gaze(view: EyeProjection) -> Vector:
-    """Return the unit ray of the fovea's image centre, rig frame."""
-    return view.direction((FOVEA_WIDTH - 1) / 2, (FOVEA_HEIGHT - 1) / 2)
-
-
 def _side(role: Role) -> int:
     if role is Role.WIDE:
         raise ValueError("the wide camera has no mirror; asked for the assembly of an eye")

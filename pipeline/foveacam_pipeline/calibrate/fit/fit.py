@@ -14,7 +14,6 @@ from foveacam_pipeline.calibrate.fit.mirror_models import (
     ORDERS,
     SPRING_ORDERS,
     MirrorFit,
-    fit_mirror,
     fit_mirror_models,
 )
 from foveacam_pipeline.calibrate.fit.pivot import PIVOT_TOLERANCE_M, PivotFit, fit_pivot, mount_sigma_rad
@@ -37,7 +36,6 @@ __all__ = [
     "PivotFit",
     "RigFit",
     "fit_calibration",
-    "fit_mirror",
     "fit_pivot",
     "fit_rig",
 ]

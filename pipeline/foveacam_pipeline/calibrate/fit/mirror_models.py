@@ -185,13 +185,6 @@ def fit_mirror_models(
     )
 
 
-def fit_mirror(
-    volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64], *, orders: tuple[int, ...] = ORDERS
-) -> MirrorModel:
-    """Fit a mirror to (n, 2) volts and the (n, 2) gaze angles, rad, measured under them."""
-    return fit_mirror_models(volts_v, angles_rad, orders=orders).model
-
-
 def _candidates(
     volts_v: NDArray[np.float64],
     angles_rad: NDArray[np.float64],

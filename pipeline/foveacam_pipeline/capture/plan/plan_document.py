@@ -26,8 +26,6 @@ VERSION = 1
 MOST_POINTS = 20_000
 """Limit over all scans: with three grey images of 1.6 MB each, 93 GB."""
 MOST_ALONG_AN_AXIS = 101
-PAPER_RAIL_MM = (-300.0, -100.0, 0.0, 100.0, 300.0)
-"""Sec. 5.1: five positions along the x axis, each with a full scan."""
 
 HalfDeg: TypeAlias = Annotated[float, Field(gt=0.0, le=45.0)]
 ExposureMs: TypeAlias = Annotated[float, Field(gt=0.0, le=10_000.0)]
