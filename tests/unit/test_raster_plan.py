@@ -42,7 +42,7 @@ def test_the_document_comes_back_the_same_from_json() -> None:
     document = plan.model_dump(mode="json")
     assert document["format"] == "foveacam-raster-plan" and document["version"] == 1
     again = plan_from(json.loads(json.dumps(document)))
-    assert again == plan and again.id == plan.id
+    assert again == plan
 
 
 def test_a_rest_body_is_taken_as_parsed_json() -> None:
@@ -125,7 +125,6 @@ def test_the_sequence_stays_the_same_over_versions() -> None:
     assert (point.index, point.scan, point.column, point.row, point.rail_m) == (174, 2, 5, 1, 0.0)
     assert point.ax_rad == math.radians(7.3 * 2 / 8)
     assert point.ay_rad == math.radians(-7.5 * 6 / 8)
-    assert plan.id == "ad329ef9f9b24fa0"
 
 
 def test_set_points_keep_their_order_distance_and_shift() -> None:

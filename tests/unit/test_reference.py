@@ -70,6 +70,7 @@ def test_the_reference_is_nearer_to_the_truth_by_more_than_the_ratio_of_baseline
 
 
 def test_a_rail_that_is_not_along_the_rigs_x_is_found_out(reference: WideBaselineReference) -> None:
+    assert len(reference.figures.stops) > 1
     for stop in reference.figures.stops:
         rise_m = stop.place_m[1]
         assert rise_m == pytest.approx(RISE * stop.rail_m, abs=3e-5)

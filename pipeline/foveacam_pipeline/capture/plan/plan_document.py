@@ -19,7 +19,6 @@ from foveacam_pipeline.capture.plan.set_points import (
     SetPoint,
     parse_set_points,
 )
-from foveacam_pipeline.models.content import content_id
 
 FORMAT = "foveacam-raster-plan"
 VERSION = 1
@@ -176,11 +175,6 @@ class RasterPlan(PlanModel):
     def needs_field(self) -> bool:
         """Whether the size of the grid has to be filled in from the calibration."""
         return isinstance(self.points, GridPoints) and self.points.half_width_deg is None
-
-    @property
-    def id(self) -> str:
-        """Identifier of the plan: a hash of its content."""
-        return content_id(self.model_dump(mode="json"))
 
 
 def plan_from(document: object, *, what: str = "raster plan") -> RasterPlan:

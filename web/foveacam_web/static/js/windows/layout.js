@@ -9,7 +9,7 @@
 export const SOURCES = Object.freeze(
   /** @type {Source[]} */ (["wide", "left", "right", "anaglyph", "difference", "depth", "wide_depth", "scene"]),
 );
-export const WINDOWS_ADDRESS = "/windows";
+const WINDOWS_ADDRESS = "/windows";
 const LEAST_SHARE = 0.1;
 const DEEPEST = SOURCES.length;
 
