@@ -55,7 +55,6 @@ class RigKnowledge:
 class DisplayServices:
     """Views, live streams, the overlay of the wide view, and the 3D pane."""
 
-    boot_id: str
     hub: FrameHub
     tap: FrameTap
     """Where frames and pictures are published: it passes them to the hub and to recordings."""
@@ -98,12 +97,10 @@ def open_displays(
     foundation: ServerFoundation, knowledge: RigKnowledge, *, loop: asyncio.AbstractEventLoop
 ) -> DisplayServices:
     """Open the views and, unless it is switched off, the 3D pane."""
-    boot_id = secrets.token_hex(6)
     hub = FrameHub(clock=foundation.clock)
-    streams = LiveStreams(hub, boot_id=boot_id)
+    streams = LiveStreams(hub, boot_id=secrets.token_hex(6))
     foundation.stack.callback(streams.close)
     return DisplayServices(
-        boot_id=boot_id,
         hub=hub,
         tap=FrameTap(hub),
         streams=streams,

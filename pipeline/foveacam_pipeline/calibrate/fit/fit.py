@@ -63,14 +63,13 @@ class FitChoice:
 class RigFit:
     """A calibration and, for each eye, the scores and residuals of the candidate models.
 
-    `pivots`: the points from which gazes leave. `sweeps`: the measurements as they were fitted, with gazes
+    `sweeps`: the measurements as they were fitted, with gazes
     from the eyes' reference points.
     """
 
     calibration: Calibration
     mirrors: dict[Role, MirrorFit]
     fields: dict[Role, FieldFit]
-    pivots: dict[Role, PivotFit]
     sweeps: dict[Role, EyeSweep]
 
 
@@ -133,7 +132,7 @@ def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float, watch: Proc
         fovea_height=sweep.fovea_height,
         pupil_m=pupil_m,
     )
-    return RigFit(calibration=calibration, mirrors=mirrors, fields=fields, pivots=pivots, sweeps=eyes)
+    return RigFit(calibration=calibration, mirrors=mirrors, fields=fields, sweeps=eyes)
 
 
 def _eye_calibration(

@@ -62,7 +62,6 @@ class EyeSighting:
     """
 
     match: EyeMatch
-    observation: Observation
     support: MatchSupport
     between_score: float | None
 
@@ -160,7 +159,6 @@ class SingleEyeSearch:
             if moved_px <= CENTRED_PX:
                 return EyeSighting(
                     match=better,
-                    observation=observation,
                     support=self._support(eye, view, target, better, f_px),
                     between_score=self._between(observation, gazes),
                 )
