@@ -20,6 +20,7 @@ BENCHES: Mapping[str, str] = {
     "doors": "doors.stop",
     "drivers": "drivers.cameras",
     "faults": "faults.all_kinds",
+    "live": "stream.live",
     "loop": "loop.figures",
     "matching": "depth.matching",
     "measure": "depth.measurements",

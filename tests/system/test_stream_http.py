@@ -65,7 +65,16 @@ def test_a_snapshot_is_the_newest_picture(live: Live) -> None:
 def test_the_list_names_all_views(live: Live) -> None:
     live.publish("wide", 1)
     listed = {view["name"]: view for view in live.get("/api/v1/views").json()}
-    assert list(listed) == ["wide", "left", "right", "anaglyph", "difference", "depth", "wide_depth"]
+    assert list(listed) == [
+        "wide",
+        "left",
+        "right",
+        "anaglyph",
+        "difference",
+        "depth",
+        "wide_depth",
+        "wide_zoom",
+    ]
     assert (listed["wide"]["width"], listed["wide"]["height"]) == (80, 60)
     assert listed["left"]["age_ms"] is None
 

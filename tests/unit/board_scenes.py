@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
-from foveacam_pipeline.calibrate.wide.boards import Board, draw_board
+from foveacam_pipeline.calibrate.wide.boards import Board, Charuco
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples
 
 WIDTH, HEIGHT = 1440, 1080
@@ -81,6 +81,17 @@ def _fine_tangents(lens: DivisionLens) -> NDArray[np.float64]:
     x = np.arange(lens.width * OVERSAMPLING) * step + (step - 1.0) / 2.0
     y = np.arange(lens.height * OVERSAMPLING) * step + (step - 1.0) / 2.0
     return lens.straight(np.stack(np.meshgrid(x, y), axis=-1))
+
+
+def draw_board(board: Board, *, square_px: int, margin_px: int) -> NDArray[np.uint8]:
+    """Return the board as OpenCV draws it, (h, w) uint8, with a white margin."""
+    size = ((board.columns + 1) * square_px, (board.rows + 1) * square_px)
+    if isinstance(board, Charuco):
+        inside = np.asarray(board.printed().generateImage(size, marginSize=0), dtype=np.uint8)
+    else:
+        odd = np.indices((board.rows + 1, board.columns + 1)).sum(axis=0) % 2
+        inside = np.kron(odd * 255, np.ones((square_px, square_px))).astype(np.uint8)
+    return np.pad(inside, margin_px, constant_values=255)
 
 
 @lru_cache(maxsize=4)

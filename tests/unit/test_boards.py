@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard, board_from, draw_board
+from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard, board_from
+
+from .board_scenes import draw_board
 
 
 @pytest.mark.parametrize("board", [Checkerboard(columns=9, rows=6), Charuco(columns=9, rows=6)])

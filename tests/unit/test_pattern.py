@@ -17,7 +17,9 @@ from foveacam_pipeline.calibrate.pattern import (
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board
-from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard, draw_board
+from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
+
+from .board_scenes import draw_board
 
 PX_PER_M = 4000.0
 """Every cell of the patterns here is a whole number of pixels."""

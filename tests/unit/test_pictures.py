@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from foveacam_pipeline.stereo.pictures import HOLE, anaglyph, depth_picture, difference
+from foveacam_pipeline.stereo.pictures import HOLE, AnaglyphStyle, anaglyph, depth_picture, difference
 from foveacam_pipeline.stereo.pictures import _label as label
 from foveacam_pipeline.stereo.pictures import _ticks as ticks
 from foveacam_pipeline.stereo.values import DepthMap
@@ -28,6 +28,25 @@ def test_the_left_eye_is_red_and_the_right_one_cyan() -> None:
     np.testing.assert_array_equal(picture[..., 0], pair.left)
     np.testing.assert_array_equal(picture[..., 1], pair.right)
     np.testing.assert_array_equal(picture[..., 2], pair.right)
+
+
+@pytest.mark.parametrize(
+    ("style", "left", "right", "dark"),
+    [
+        (AnaglyphStyle.RED_CYAN, [0], [1, 2], []),
+        (AnaglyphStyle.RED_BLUE, [0], [2], [1]),
+        (AnaglyphStyle.CYAN_RED, [1, 2], [0], []),
+        (AnaglyphStyle.BLUE_RED, [2], [0], [1]),
+    ],
+)
+def test_each_eye_has_the_colour_of_its_glass(
+    style: AnaglyphStyle, left: list[int], right: list[int], dark: list[int]
+) -> None:
+    pair = pair_of(flat(4.0))
+    picture = anaglyph(pair, style)
+    for channels, expected in ((left, pair.left), (right, pair.right), (dark, np.zeros_like(pair.left))):
+        for channel in channels:
+            np.testing.assert_array_equal(picture[..., channel], expected)
 
 
 def test_what_one_eye_alone_sees_is_dimmed() -> None:

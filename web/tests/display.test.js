@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { displayState, patternOf, sizeWords } from "../foveacam_web/static/js/calibration/display_words.js";
+import { displayState, patternOf, printPath, sizeWords } from "../foveacam_web/static/js/calibration/display_words.js";
 import { isTooLarge, placeOf, screenKey } from "../foveacam_web/static/js/display/scale.js";
 import { nameOf, scaleWords, shownWords, warningWords } from "../foveacam_web/static/js/display/words.js";
 import { only } from "./documents.js";
@@ -50,6 +50,14 @@ test("a display is named by its device", () => {
   assert.equal(nameOf("Mozilla/5.0 (iPad; CPU OS 17_0 like Mac OS X)"), "Display on iPad");
   assert.equal(nameOf("Mozilla/5.0 (Linux; Android 14)"), "Display on Android");
   assert.equal(nameOf("curl"), "Display");
+});
+
+test("a print is asked for by the numbers of the pattern and the paper", () => {
+  const board = { kind: /** @type {const} */ ("checkerboard"), columns: 9, rows: 6, square_mm: 17.5 };
+  assert.equal(
+    printPath(board, "A3"),
+    "/displays/pattern.pdf?kind=checkerboard&columns=9&rows=6&square_mm=17.5&paper=A3",
+  );
 });
 
 test("the pattern of the fields has what its kind needs, and none while a field is empty", () => {

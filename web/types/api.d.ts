@@ -43,6 +43,11 @@ export interface components {
             ];
             probability: number;
         };
+        /** @description Colours of the anaglyph: of the left and of the right eye's glass. */
+        AnaglyphColours: {
+            /** @enum {string} */
+            style: "red_cyan" | "red_blue" | "cyan_red" | "blue_red";
+        };
         /** @description Areas of the regions. `multi`: union over targets; `single`: mean of the targets' own regions. */
         AreasDocument: {
             multi_m2: number;
@@ -2559,6 +2564,7 @@ export interface components {
 export type AllOptions = components['schemas']['AllOptions'];
 export type AllRun = components['schemas']['AllRun'];
 export type AlternativeDocument = components['schemas']['AlternativeDocument'];
+export type AnaglyphColours = components['schemas']['AnaglyphColours'];
 export type AreasDocument = components['schemas']['AreasDocument'];
 export type BlankPattern = components['schemas']['BlankPattern'];
 export type BoardDocument = components['schemas']['BoardDocument'];

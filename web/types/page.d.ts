@@ -73,7 +73,7 @@ export type MeasuredView = PlaceRequest["view"];
 // Views and pixels.
 
 export type AnnotatedName = "calibration_wide" | "calibration_left" | "calibration_right";
-export type ViewName = Role | "anaglyph" | "difference" | "depth" | "wide_depth" | AnnotatedName;
+export type ViewName = Role | "anaglyph" | "difference" | "depth" | "wide_depth" | "wide_zoom" | AnnotatedName;
 
 // A window of views.
 

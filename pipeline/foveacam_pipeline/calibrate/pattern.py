@@ -29,12 +29,15 @@ class Pattern:
     """Black rectangles on white.
 
     `width_m`, `height_m`: with the white edge. `black_m`: (n, 4) float64, left, top, right and bottom of each
-    rectangle, metres from the upper left corner of the edge.
+    rectangle, metres from the upper left corner of the edge. `seams_x_m`, `seams_y_m`: (k,) float64, where a
+    print of several sheets is best cut, as far from corners as can be.
     """
 
     width_m: float
     height_m: float
     black_m: Rows
+    seams_x_m: NDArray[np.float64]
+    seams_y_m: NDArray[np.float64]
 
 
 def board_pattern(board: Board) -> Pattern:
@@ -44,7 +47,9 @@ def board_pattern(board: Board) -> Pattern:
     black = _rectangles(odd == 0, cell_m=square_m)
     if isinstance(board, Charuco):
         black = np.vstack([black, _board_markers(board)])
-    return _with_edge(black, columns * square_m, rows * square_m, edge_m=BOARD_EDGE_SQUARES * square_m)
+    seams = square_m * np.arange(0.5, columns), square_m * np.arange(0.5, rows)
+    edge_m = BOARD_EDGE_SQUARES * square_m
+    return _with_edge(black, columns * square_m, rows * square_m, edge_m=edge_m, seams_m=seams)
 
 
 def marker_pattern(marker_id: int, *, side_m: float) -> Pattern:
@@ -64,7 +69,9 @@ def target_pattern(layout: MarkerLayout) -> Pattern:
         x_m, y_m = layout.middle_m(role) + np.array([0.5 * (width_m - layout.side_m), 0.0])
         black.append(_marker(layout.id_of(role), layout.side_m) + np.array([x_m, y_m, x_m, y_m]))
     edge_m = MARKER_EDGE_CELLS * layout.side_m / CELLS
-    return _with_edge(np.vstack(black), width_m, layout.side_m, edge_m=edge_m)
+    between = 0.5 * (layout.side_m + layout.spacing_m * np.array([1.0, 3.0]))
+    seams = between, np.empty(0)
+    return _with_edge(np.vstack(black), width_m, layout.side_m, edge_m=edge_m, seams_m=seams)
 
 
 def pattern_svg(pattern: Pattern, *, title: str) -> str:
@@ -107,8 +114,21 @@ def _rectangles(black: NDArray[np.bool_], *, cell_m: float) -> Rows:
     return cell_m * np.array(found, dtype=np.float64).reshape(-1, 4)
 
 
-def _with_edge(black_m: Rows, width_m: float, height_m: float, *, edge_m: float) -> Pattern:
-    return Pattern(width_m=width_m + 2.0 * edge_m, height_m=height_m + 2.0 * edge_m, black_m=black_m + edge_m)
+def _with_edge(
+    black_m: Rows,
+    width_m: float,
+    height_m: float,
+    *,
+    edge_m: float,
+    seams_m: tuple[NDArray[np.float64], NDArray[np.float64]] = (np.empty(0), np.empty(0)),
+) -> Pattern:
+    return Pattern(
+        width_m=width_m + 2.0 * edge_m,
+        height_m=height_m + 2.0 * edge_m,
+        black_m=black_m + edge_m,
+        seams_x_m=seams_m[0] + edge_m,
+        seams_y_m=seams_m[1] + edge_m,
+    )
 
 
 def _number(value_mm: float) -> str:

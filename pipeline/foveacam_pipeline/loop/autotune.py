@@ -1,37 +1,25 @@
-"""Tunes all gains on the rig: a relay for each axis, then, where asked for, CMA-ES on the cost of steps.
+"""Tunes all gains on the rig: a relay for each axis, then, where asked for, CMA-ES on the cost of steps."""
 
-CMA-ES is that of the package `cma`, by its author; nine gains and a noisy cost are what it is made for.
-"""
-
-import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from foveacam_pipeline.loop.relay import MISSED_LOOKS, RelayResult, TuneRefused, relay, seen
-from foveacam_pipeline.loop.settings import AXES, MOST_GAIN, Axis, GainGroup, Gains, LoopSettings
-from foveacam_pipeline.loop.step_response import StepResponse, step_response
+from foveacam_pipeline.loop.polish import search_gains
+from foveacam_pipeline.loop.relay import MISSED_LOOKS, RelayResult, TuneRefused, relay
+from foveacam_pipeline.loop.settings import AXES, Axis, Gains, LoopSettings
+from foveacam_pipeline.loop.step_experiment import (
+    StepFunction,
+    cost_of,
+    measure_steps,
+    set_commands,
+    settle,
+)
+from foveacam_pipeline.loop.step_response import StepResponse
 from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
 
-STEP_RAD = math.radians(0.3)
-WINDOW_LOOKS = 10
-SETTLE_LOOKS = 30
-"""Looks at most until the loop is at rest before the first step."""
-REST_RAD = math.radians(0.02)
 CANDIDATES = 48
-LEAST_GAIN = 1e-4
-"""A gain of 0 is searched from here."""
-LOST_COST = 10.0
-"""Cost of gains that lose the target."""
-SIGMA_DECADES = 1.0 / 3.0
 OTHER_SHARE, OTHER_SIGMAS = 0.05, 5.0
 """Another thing than the target is seen where its distance differs by both."""
-STEPPED = (Axis.PAN_X, Axis.VERGE, Axis.SHIFT_Y)
-"""Axes that are stepped: one of each loop."""
 
-StepFunction = Callable[[], LoopStep]
 Progress = Callable[[int, int], None]
 
 
@@ -63,97 +51,91 @@ def autotune(
     `step`: makes one look of the loop. `polish`: look for better gains than the relays' by CMA-ES with so
     many candidates. Raise `TuneRefused` with the reason where the rig or the scene does not allow it.
     """
-    settings = loop.settings
-    before_held, before_paused = set(loop.held), loop.paused
+    settings, held, paused = loop.settings, set(loop.held), loop.paused
     before_rad = loop.command_rad
-    total = len(AXES) + 3 + (candidates if polish else 0)
-    told = on_progress or (lambda done, of: None)
+    progress = _Progress(on_progress, total=len(AXES) + 3 + (candidates if polish else 0))
     loop.held.clear()
     loop.paused = False
-    loop.settings = always = replace(settings, correct_for_ms=None)
+    loop.settings = replace(settings, correct_for_ms=None)
     try:
-        settle(loop, step)
-        step = _SameTarget(step)
-        before = measure_steps(loop, step)
-        told(1, total)
-        settle(loop, step)
-        relays = []
-        for axis in AXES:
-            relays.append(relay(loop, axis, step))
-            told(1 + len(relays), total)
-        tuned = _with_relays(always, relays)
-        loop.settings = tuned
-        settle(loop, step)
-        after = best = measure_steps(loop, step)
-        told(2 + len(AXES), total)
+        found = _by_relays(loop, step, progress)
         if polish:
-            found = _polished(
-                loop, step, tuned, candidates, seed, lambda done: told(len(AXES) + 2 + done, total)
-            )
-            loop.settings = found
-            settle(loop, step)
-            best = measure_steps(loop, step)
-            if cost_of(best) >= cost_of(after):  # a lucky measurement, not a better set
-                found, best = tuned, after
-            tuned = found
-        told(total, total)
+            found = _polished(loop, _SameTarget(step), found, candidates, seed, progress.advance)
+        progress.end()
     except BaseException:
         loop.settings = settings
-        _set_commands(loop, AXES, before_rad)
+        set_commands(loop, AXES, before_rad)
         raise
     finally:
         loop.reference_rad[:] = 0.0
-        loop.held, loop.paused = before_held, before_paused
-        _set_commands(loop, AXES if before_paused else before_held, before_rad)
-    loop.settings = tuned = replace(tuned, correct_for_ms=settings.correct_for_ms)
+        loop.held, loop.paused = held, paused
+        set_commands(loop, AXES if paused else held, before_rad)
+    loop.settings = replace(found.settings, correct_for_ms=settings.correct_for_ms)
+    return replace(found, settings=loop.settings)
+
+
+def _by_relays(loop: VergenceLoop, step: StepFunction, progress: "_Progress") -> TuneResult:
+    """Measure steps, tune by the relays, and measure steps again; the gains are in the loop then."""
+    settle(loop, step)
+    step = _SameTarget(step)
+    before = measure_steps(loop, step)
+    progress.advance()
+    settle(loop, step)
+    relays = []
+    for axis in AXES:
+        relays.append(relay(loop, axis, step))
+        progress.advance()
+    loop.settings = _with_relays(loop.settings, relays)
+    settle(loop, step)
+    after = measure_steps(loop, step)
+    progress.advance()
     return TuneResult(
-        settings=tuned,
+        settings=loop.settings,
         relays=tuple(relays),
         cost_before=cost_of(before),
         cost_relay=cost_of(after),
-        cost=cost_of(best),
-        candidates=candidates if polish else 0,
+        cost=cost_of(after),
+        candidates=0,
         before=before,
-        after=best,
+        after=after,
     )
 
 
-def _set_commands(loop: VergenceLoop, axes: Iterable[Axis], commands_rad: NDArray[np.float64]) -> None:
-    for axis in axes:
-        loop.set_command(axis, float(commands_rad[AXES.index(axis)]))
-
-
-def cost_of(responses: dict[Axis, StepResponse]) -> float:
-    """Return the mean cost of the steps."""
-    return float(np.mean([response.cost for response in responses.values()]))
-
-
-def measure_steps(
+def _polished(
     loop: VergenceLoop,
     step: StepFunction,
-    *,
-    step_rad: float = STEP_RAD,
-    looks: int = WINDOW_LOOKS,
-    axes: Sequence[Axis] = STEPPED,
-) -> dict[Axis, StepResponse]:
-    """Step the references of some axes at once, to the other side than last time, and return the answers."""
-    indices = [AXES.index(axis) for axis in axes]
-    sign = -1.0 if loop.reference_rad[indices[0]] > 0.0 else 1.0
-    loop.reference_rad[indices] += sign * step_rad
-    times_ns: list[int] = []
-    missing: list[NDArray[np.float64]] = []
-    misses = 0
-    while len(times_ns) < looks:
-        done = step()
-        misses = seen(done, misses)
-        if done.errors is None:
-            continue
-        times_ns.append(done.t_ns)
-        missing.append((done.errors.values_rad + loop.reference_rad) / (sign * step_rad))
-    return {
-        axis: step_response(times_ns, [1.0 - float(look[index]) for look in missing])
-        for axis, index in zip(axes, indices, strict=True)
-    }
+    found: TuneResult,
+    candidates: int,
+    seed: int,
+    on_candidate: Callable[[], None],
+) -> TuneResult:
+    """Return what CMA-ES found; where a new measurement does not confirm it, what the relays found."""
+    loop.settings = search_gains(loop, step, found.settings, candidates, seed, on_candidate)
+    settle(loop, step)
+    after = measure_steps(loop, step)
+    if cost_of(after) >= found.cost:
+        return replace(found, candidates=candidates)
+    return replace(found, settings=loop.settings, cost=cost_of(after), candidates=candidates, after=after)
+
+
+class _Progress:
+    """Counts the parts of a tuning that are done."""
+
+    def __init__(self, told: Progress | None, *, total: int) -> None:
+        self._told = told
+        self._total = total
+        self._done = 0
+
+    def advance(self) -> None:
+        """Count one part more; those beyond the total are not told."""
+        self._done = min(self._done + 1, self._total - 1)
+        if self._told is not None:
+            self._told(self._done, self._total)
+
+    def end(self) -> None:
+        """Tell that all is done."""
+        if self._told is not None:
+            self._told(self._total, self._total)
 
 
 class _SameTarget:
@@ -183,87 +165,9 @@ class _SameTarget:
         return done
 
 
-def settle(loop: VergenceLoop, step: StepFunction) -> None:
-    """Look without a step until the loop is at rest; raise `TuneRefused` where it does not come to rest."""
-    loop.reference_rad[:] = 0.0
-    misses = 0
-    for _ in range(SETTLE_LOOKS):
-        done = step()
-        misses = seen(done, misses)
-        if done.errors is not None and float(np.abs(done.errors.values_rad).max()) < REST_RAD:
-            return
-    raise TuneRefused(
-        f"the loop does not come to rest within {SETTLE_LOOKS} looks; lower its gains, or choose a target "
-        "that stands still"
-    )
-
-
 def _with_relays(settings: LoopSettings, relays: Sequence[RelayResult]) -> LoopSettings:
     """Return settings with the relays' gains; of both pan axes the smaller gain counts."""
     by_axis = {one.axis: one.gains for one in relays}
     x, y = by_axis[Axis.PAN_X], by_axis[Axis.PAN_Y]
     pan = Gains(kp=min(x.kp, y.kp), ki=min(x.ki, y.ki), kd=min(x.kd, y.kd))
     return replace(settings, pan=pan, depth=by_axis[Axis.VERGE], vertical=by_axis[Axis.SHIFT_Y])
-
-
-def _polished(
-    loop: VergenceLoop,
-    step: StepFunction,
-    seed_settings: LoopSettings,
-    candidates: int,
-    seed: int,
-    on_candidate: Callable[[int], None],
-) -> LoopSettings:
-    """Return the best of so many gains within a decade of the relays'."""
-    start = _logs(seed_settings)
-    options = {
-        "bounds": [(start - 1.0).tolist(), np.minimum(start + 1.0, math.log10(MOST_GAIN)).tolist()],
-        "seed": seed + 1,
-        "verbose": -9,
-    }
-    import cma  # loads for a second
-
-    settle(loop, step)
-    at_rest = loop.command_rad
-    search = cma.CMAEvolutionStrategy(start, SIGMA_DECADES, options)
-    best, best_cost, tried = seed_settings, cost_of(measure_steps(loop, step)), 0
-    while tried < candidates:
-        points = search.ask()
-        costs = []
-        for point in points:
-            loop.settings = _of_logs(seed_settings, point)
-            costs.append(_tried(loop, step, seed_settings, at_rest))
-            tried += 1
-            on_candidate(min(tried, candidates))
-            if costs[-1] < best_cost:
-                best, best_cost = _of_logs(seed_settings, point), costs[-1]
-        search.tell(points, costs)
-    return best
-
-
-def _tried(loop: VergenceLoop, step: StepFunction, safe: LoopSettings, at_rest: NDArray[np.float64]) -> float:
-    """Return the cost of the loop's gains.
-
-    Where they lose the target, the loop comes to rest with `safe` gains from the commands `at_rest` first;
-    raise `TuneRefused` where it does not.
-    """
-    try:
-        return cost_of(measure_steps(loop, step))
-    except TuneRefused:
-        loop.settings = safe
-        _set_commands(loop, AXES, at_rest)
-        settle(loop, step)
-        return LOST_COST
-
-
-def _logs(settings: LoopSettings) -> NDArray[np.float64]:
-    """Return the decimal logarithms of all gains, (9,)."""
-    all_gains = [settings.gains(group) for group in GainGroup]
-    values = [value for gains in all_gains for value in (gains.kp, gains.ki, gains.kd)]
-    return np.asarray(np.log10(np.maximum(LEAST_GAIN, values)))
-
-
-def _of_logs(settings: LoopSettings, logs: NDArray[np.float64]) -> LoopSettings:
-    values = np.minimum(10.0**logs, MOST_GAIN).reshape(3, 3)  # the logarithm of the bound may round up
-    gains = [Gains(kp=kp, ki=ki, kd=kd) for kp, ki, kd in values.tolist()]
-    return replace(settings, pan=gains[0], depth=gains[1], vertical=gains[2])

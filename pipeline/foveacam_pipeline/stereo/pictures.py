@@ -1,5 +1,7 @@
 """Pictures of a stereo look: anaglyph, left-right difference, depth as colours with a scale."""
 
+from enum import StrEnum
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +19,23 @@ STRIPE_PX = 6
 STEPS_M = (1.0, 2.0, 2.5, 5.0)
 
 
-def anaglyph(pair: RectifiedPair) -> NDArray[np.uint8]:
-    """Return (h, w, 3) uint8: left in red, right in green and blue; parts that one eye sees are dimmed."""
-    left, right = gray(pair.left), gray(pair.right)
-    picture = np.stack([left, right, right], axis=2)
+class AnaglyphStyle(StrEnum):
+    """Colours of the left and the right eye's glass."""
+
+    RED_CYAN = "red_cyan"
+    RED_BLUE = "red_blue"
+    CYAN_RED = "cyan_red"
+    BLUE_RED = "blue_red"
+
+
+CHANNELS = {"red": (0,), "blue": (2,), "cyan": (1, 2)}
+
+
+def anaglyph(pair: RectifiedPair, style: AnaglyphStyle = AnaglyphStyle.RED_CYAN) -> NDArray[np.uint8]:
+    """Return (h, w, 3) uint8: each eye in the colour of its glass; parts that one eye sees are dimmed."""
+    picture = np.zeros((*pair.left.shape[:2], 3), dtype=np.uint8)
+    for colour, eye in zip(style.value.split("_"), (pair.left, pair.right), strict=True):
+        picture[..., CHANNELS[colour]] = gray(eye)[..., None]
     picture[~(pair.valid_left & pair.valid_right)] //= 3
     return picture
 

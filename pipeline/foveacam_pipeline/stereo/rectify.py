@@ -21,12 +21,17 @@ EDGE_PX = 2.0
 
 def rectify(sighting: Sighting, calibration: Calibration, *, scale: float = 0.5) -> RectifiedPair:
     """Warp both foveae of a look into windows that share v0; zero residual is where the two gazes cross."""
+    return rectify_frames(sighting.left, sighting.right, sighting.volts, calibration, scale=scale)
+
+
+def rectify_frames(
+    left_frame: Frame, right_frame: Frame, volts: StereoVolts, calibration: Calibration, *, scale: float = 0.5
+) -> RectifiedPair:
+    """Warp both foveae's frames of one exposure under `volts`, as `rectify` does."""
     if scale not in SCALES:
         raise InvalidInput(f"rectify at scale {scale!r}: only 0.5 and 1.0 are made; pass one of them")
-    z_m = crossing_z_m(calibration, sighting.volts)
-    left, right = (
-        plane_from_raw(calibration, role, sighting.volts, depth_m=z_m) for role in (Role.LEFT, Role.RIGHT)
-    )
+    z_m = crossing_z_m(calibration, volts)
+    left, right = (plane_from_raw(calibration, role, volts, depth_m=z_m) for role in (Role.LEFT, Role.RIGHT))
     size = round(calibration.fovea_width * scale), round(calibration.fovea_height * scale)
     middle = np.array([(calibration.fovea_width - 1) / 2, (calibration.fovea_height - 1) / 2])
     u_left, v_left = scale * _mapped(left, middle)
@@ -36,17 +41,17 @@ def rectify(sighting: Sighting, calibration: Calibration, *, scale: float = 0.5)
     window_left = _window_from_plane(scale, u0_left, v0) @ left
     window_right = _window_from_plane(scale, u0_right, v0) @ right
     return RectifiedPair(
-        left=warp(to_uint8(sighting.left), window_left, scale=scale, size=size),
-        right=warp(to_uint8(sighting.right), window_right, scale=scale, size=size),
-        valid_left=_seen(sighting.left, window_left, size),
-        valid_right=_seen(sighting.right, window_right, size),
+        left=warp(to_uint8(left_frame), window_left, scale=scale, size=size),
+        right=warp(to_uint8(right_frame), window_right, scale=scale, size=size),
+        valid_left=_seen(left_frame, window_left, size),
+        valid_right=_seen(right_frame, window_right, size),
         f_px=calibration.fovea_f_px * scale,
         baseline_m=calibration.baseline_m,
         u0_left_px=u0_left,
         u0_right_px=u0_right,
         v0_px=v0,
         pose_sigma_px=scale * calibration.pose_sigma_px(z_m),
-        t_ns=sighting.left.t_ns,
+        t_ns=left_frame.t_ns,
     )
 
 

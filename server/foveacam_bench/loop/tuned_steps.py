@@ -6,8 +6,9 @@ from statistics import median
 
 from foveacam_bench.loop.charged_loop import ChargedLoop
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.loop.autotune import TuneResult, autotune, measure_steps, settle
+from foveacam_pipeline.loop.autotune import TuneResult, autotune
 from foveacam_pipeline.loop.settings import AXES, Axis, LoopSettings
+from foveacam_pipeline.loop.step_experiment import measure_steps, settle
 from foveacam_pipeline.loop.step_response import StepResponse
 
 POSTER_PX = (850.0, 400.0)

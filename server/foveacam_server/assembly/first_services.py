@@ -17,6 +17,7 @@ from foveacam_server.resources.cameras.records import CameraRecords
 from foveacam_server.resources.cameras.service import CameraSettingsService
 from foveacam_server.resources.fixations.schema import FixationSelectedEvent
 from foveacam_server.resources.settle_time.service import SettleTimeService
+from foveacam_server.resources.views.live_stereo import LiveStereo
 from foveacam_server.resources.views.overlay import GazeOverlay
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
@@ -59,6 +60,7 @@ class DisplayServices:
     tap: FrameTap
     """Where frames and pictures are published: it passes them to the hub and to recordings."""
     streams: LiveStreams
+    stereo: LiveStereo
     viewer: SceneViewer | None
     overlay: GazeOverlay
 
@@ -100,10 +102,15 @@ def open_displays(
     hub = FrameHub(clock=foundation.clock)
     streams = LiveStreams(hub, boot_id=secrets.token_hex(6))
     foundation.stack.callback(streams.close)
+    tap = FrameTap(hub)
+    stereo = LiveStereo(tap, calibration=lambda: knowledge.calibration.current, clock=foundation.clock)
+    stereo.start()
+    foundation.stack.callback(stereo.close)
     return DisplayServices(
         hub=hub,
-        tap=FrameTap(hub),
+        tap=tap,
         streams=streams,
+        stereo=stereo,
         viewer=_open_viewer(foundation, loop=loop),
         overlay=GazeOverlay(lambda: knowledge.calibration.current),
     )

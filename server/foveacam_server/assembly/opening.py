@@ -85,6 +85,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         lease=Lease(clock=foundation.clock, events=foundation.events),
         hub=displays.hub,
         streams=displays.streams,
+        stereo=displays.stereo,
         hardware=hardware,
         cameras=knowledge.cameras,
         trigger_tests=trigger_tests,

@@ -33,6 +33,7 @@ from foveacam_server.resources.references.service import ReferenceService
 from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.resources.stills.service import StillService
 from foveacam_server.resources.suggestions.service import SuggestionService
+from foveacam_server.resources.views.live_stereo import LiveStereo
 from foveacam_server.resources.views.overlay import GazeOverlay
 from foveacam_server.resources.wide_depth.service import WideDepthService
 from foveacam_server.rig.frame_hub import FrameHub
@@ -54,6 +55,8 @@ class Services:
     lease: Lease
     hub: FrameHub
     streams: LiveStreams
+    stereo: LiveStereo
+    """Live anaglyph, difference and depth."""
     hardware: HardwareThread
     cameras: CameraSettingsService
     trigger_tests: TriggerTests

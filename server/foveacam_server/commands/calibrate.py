@@ -18,8 +18,8 @@ from foveacam_server.commands.options import (
     SessionOption,
     on_rig,
     parse_pair,
-    validated,
 )
+from foveacam_server.foundation.plain_words import validated
 from foveacam_server.resources.calibration_sessions import options as of_step
 
 app = typer.Typer(

@@ -1,20 +1,16 @@
-"""Options that commands with a rig share (rig, scene, data, printing), and the checks of step options."""
+"""Options that commands share (rig, scene, data, printing), and pairs of numbers such as `9x6`."""
 
 import functools
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import typer
-from pydantic import BaseModel, ValidationError
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.foundation.plain_words import explain_validation
 from foveacam_server.foundation.settings import Settings, checked_settings
-
-_Model = TypeVar("_Model", bound=BaseModel)
 
 SessionOption = Annotated[
     str | None, typer.Option("--session", help="session to work in; usually the newest of this rig")
@@ -92,15 +88,6 @@ def on_rig(*, usual_scene: str) -> Callable[[Callable[..., None]], Callable[...,
         return called
 
     return with_options
-
-
-def validated(model: type[_Model], given: Mapping[str, object]) -> _Model:
-    """Return the validated options of a step; None means not given. Raise `InvalidInput` in plain words."""
-    try:
-        return model.model_validate({name: value for name, value in given.items() if value is not None})
-    except ValidationError as error:
-        words = explain_validation(error.errors())
-        raise InvalidInput(words.detail, asked=words.asked, found=words.found, remedy=words.remedy) from error
 
 
 def parse_pair(text: str | None, *, option: str, example: str) -> tuple[int, int] | None:

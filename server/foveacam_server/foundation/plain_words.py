@@ -4,8 +4,11 @@ import math
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
+from pydantic import BaseModel, ValidationError
+
+from foveacam_hardware.contract import InvalidInput
 from foveacam_server.foundation.short_text import shorten
 
 _NEEDED = {
@@ -35,6 +38,9 @@ Failure = Mapping[str, Any]
 """One of pydantic's error dictionaries, whose values are anything."""
 
 
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlainWords:
     """One validation failure in plain words."""
@@ -43,6 +49,15 @@ class PlainWords:
     asked: str | None
     found: str | None
     remedy: str | None
+
+
+def validated(model: type[_Model], given: Mapping[str, object]) -> _Model:
+    """Return a validated model; None means not given. Raise `InvalidInput` in plain words."""
+    try:
+        return model.model_validate({name: value for name, value in given.items() if value is not None})
+    except ValidationError as error:
+        words = explain_validation(error.errors())
+        raise InvalidInput(words.detail, asked=words.asked, found=words.found, remedy=words.remedy) from error
 
 
 def explain_validation(errors: Sequence[Failure], *, body: object = None) -> PlainWords:

@@ -25,7 +25,7 @@ class ViewSpec:
     height: int
     description: str
     live: bool
-    """Whether a camera feeds it continuously, so that a frozen picture is a fault."""
+    """Whether a camera's noise changes it with every frame, so that a frozen picture is a fault."""
     on_demand: bool = False
     """Whether it is fed only while it has viewers."""
     passing: bool = False
@@ -40,17 +40,23 @@ VIEWS = (
         name="anaglyph",
         width=720,
         height=540,
-        description="Red-cyan overlay of the rectified foveae",
-        live=False,
+        description="Both rectified foveae in two colours",
+        live=True,
+        on_demand=True,
     ),
     ViewSpec(
-        name="difference", width=720, height=540, description="Difference of the rectified foveae", live=False
+        name="difference",
+        width=720,
+        height=540,
+        description="Difference of the rectified foveae",
+        live=True,
+        on_demand=True,
     ),
     ViewSpec(
         name="depth",
         width=720,
         height=540,
-        description="Depth of the last fixation, colour coded",
+        description="Depth of what both foveae see, colour coded",
         live=False,
     ),
     ViewSpec(
@@ -59,6 +65,14 @@ VIEWS = (
         height=540,
         description="Depth of the whole wide view, colour coded",
         live=False,
+    ),
+    ViewSpec(
+        name="wide_zoom",
+        width=721,
+        height=541,
+        description="Wide view where the foveae look, at their scale",
+        live=True,
+        on_demand=True,
     ),
     *(
         ViewSpec(

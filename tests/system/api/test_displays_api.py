@@ -4,6 +4,7 @@ import pytest
 
 from foveacam_server.foundation.store import Document
 from tests.system.conftest import API, Running
+from tests.unit.printed_pages import printed_pages
 
 pytestmark = pytest.mark.timeout(120)
 
@@ -67,6 +68,44 @@ def test_a_pattern_that_no_detector_knows_is_refused(
     assert refused.status_code == 422
     assert words in refused.json()["detail"]
     assert server.get("/displays/pattern").json() == before
+
+
+def test_a_print_is_a_pdf_of_the_shown_pattern_or_of_the_one_asked_for(server: Running) -> None:
+    show(server, BLANK)
+    refused = server.get("/displays/pattern.pdf")
+    assert refused.status_code == 404
+    assert "name its kind" in refused.json()["detail"]
+    show(server, CHECKERBOARD)
+    shown = server.get("/displays/pattern.pdf", paper="Letter")
+    assert shown.headers["Content-Type"] == "application/pdf"
+    assert 'filename="checkerboard.pdf"' in shown.headers["Content-Disposition"]
+    (page,) = printed_pages(shown.content)
+    assert (page.width_mm, page.height_mm) == pytest.approx((279.4, 215.9), abs=1e-3)
+    asked = server.get("/displays/pattern.pdf", kind="markers", side_mm=60, spacing_mm=150.5)
+    pages = printed_pages(asked.content)
+    assert len(pages) == 2
+    assert all("side 60 mm, 150.5 mm apart; print at 100 %; sheet" in page.words[1] for page in pages)
+    assert server.get("/displays/pattern").json()["pattern"] == CHECKERBOARD
+    show(server, BLANK)
+
+
+@pytest.mark.parametrize(
+    ("query", "words"),
+    [
+        ("kind=checkerboard&columns=9&rows=6", "square_mm"),
+        ("columns=9&rows=6&square_mm=20", "kind"),
+        ("kind=checkerboard&columns=9&rows=6&square_mm=200", "at most 9 are printed; choose smaller"),
+        ("kind=checkerboard&columns=9&rows=6&square_mm=20&dictionary=5X5_50", "leave it out"),
+        ("kind=charuco&columns=9&rows=6&square_mm=20&marker_mm=21", "give a smaller marker"),
+        ("kind=charuco&columns=12&rows=9&square_mm=20&marker_mm=15", "needs 65 markers"),
+        ("kind=marker&id=1&side_mm=60&paper=B5", "'A4', 'A3' or 'Letter'"),
+        ("kind=marker&id=1&side_mm=60&colour=red", "colour"),
+    ],
+)
+def test_a_print_that_cannot_be_is_refused(server: Running, query: str, words: str) -> None:
+    refused = server.http.get(f"{API}/displays/pattern.pdf?{query}")
+    assert refused.status_code == 422
+    assert words in refused.json()["detail"]
 
 
 def test_who_holds_the_lease_alone_chooses_the_pattern(server: Running) -> None:

@@ -179,3 +179,25 @@ def test_what_needs_a_running_loop_says_so(server: Running) -> None:
     assert server.post("/loop", {}).status_code == 422
     assert server.post("/loop", {"pixel": {"x_px": 5000.0, "y_px": 1.0}}).status_code == 422
     assert not server.get("/loop").json()["running"]
+
+
+def test_each_eye_follows_a_place_of_its_own_until_the_eyes_are_united(server: Running) -> None:
+    tracking(server)
+    answer = server.http.put(f"{API}/loop/eyes/left", json={"x_px": 820.0, "y_px": 480.0})
+    assert answer.status_code == 200, answer.text
+    apart = server.poll("/loop", lambda loop: loop["status"] == "split" and loop["eyes"][0]["score"])
+    assert [(eye["eye"], eye["state"]) for eye in apart["eyes"]] == [("left", "tracking"), ("right", "still")]
+    assert apart["distance_m"] is None
+    server.poll("/loop", lambda loop: abs(loop["eyes"][0]["x_px"] - 719.5) < 20.0)
+    assert server.post("/loop/tune", {}).status_code == 409
+
+    assert server.http.delete(f"{API}/loop/eyes").status_code == 200
+    assert server.poll("/loop", lambda loop: loop["status"] == "tracking")["eyes"] == []
+
+
+def test_a_place_outside_the_fovea_is_refused_and_the_loop_goes_on(server: Running) -> None:
+    tracking(server)
+    answer = server.http.put(f"{API}/loop/eyes/left", json={"x_px": 2000.0, "y_px": 10.0})
+    assert answer.status_code == 422
+    assert "outside the fovea" in answer.json()["detail"]
+    assert server.get("/loop").json()["eyes"] == []

@@ -53,6 +53,13 @@ class Server:
             http.delete(f"{API}/stop")
             server_state.end_jobs(http)
 
+    def wait_for_cloud(self) -> None:
+        """Wait until the shape of a fixation is there: its views can be measured then."""
+        end_s = time.monotonic() + PATIENCE_S
+        while not self.send("GET", "/clouds").json():
+            assert time.monotonic() < end_s, "no cloud came"
+            time.sleep(0.2)
+
     def reset(self) -> None:
         """Bring the server back to the state in which it starts."""
         with self._client() as http:

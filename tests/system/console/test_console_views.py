@@ -1,10 +1,13 @@
 """The views: they come, they are where they say, and the gestures on the wide one mean what they should."""
 
+import re
+
 import cv2
 import httpx
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from playwright.sync_api import expect
 
 from .console_page import TOUCH, Console, OpenConsole, is_fixation, posted
 from .server_process import PATIENCE_S, Server
@@ -182,3 +185,19 @@ def test_two_fingers_zoom_and_ask_for_nothing(open_console: OpenConsole, server:
     session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
     assert phone.wide_box()[2] == pytest.approx(2 * width, rel=0.02)
     assert orders == []
+
+
+@pytest.mark.parametrize("view", ["anaglyph", "difference", "depth", "wide_zoom"])
+def test_the_views_of_both_eyes_are_live_without_a_fixation(console: Console, view: str) -> None:
+    console.page.locator(f"#tab-{view}").click()
+    console.wait_for_frames(view)
+    expect(console.page.locator(f".pane-{view} .rate")).to_have_text(re.compile(r"fps"))
+
+
+def test_the_colours_of_the_anaglyph_are_chosen_for_all_viewers(console: Console, server: Server) -> None:
+    colours = console.page.get_by_label("Colours of the left and the right glass")
+    expect(colours).to_have_value("red_cyan")
+    with console.page.expect_response(lambda answer: answer.url.endswith("/anaglyph/style")):
+        colours.select_option("blue_red")
+    assert httpx.get(f"{server.url}api/v1/views/anaglyph/style").json() == {"style": "blue_red"}
+    httpx.put(f"{server.url}api/v1/views/anaglyph/style", json={"style": "red_cyan"}).raise_for_status()

@@ -9,6 +9,7 @@ from playwright.sync_api import Page, expect
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
+from tests.unit.printed_pages import printed_pages
 
 from .console_page import Console, OpenConsole
 from .server_process import Server
@@ -195,5 +196,11 @@ def test_the_calibration_page_chooses_the_pattern_and_lists_the_displays(
     panel.get_by_label("Square").fill("30")
     panel.get_by_role("button", name="Show").click()
     expect(panel.get_by_role("listitem").filter(has_text="does not fit on 250.0 × 175.0 mm")).to_have_count(1)
+    panel.get_by_label("Paper").select_option("A3")
+    with console.expect_download() as download:
+        panel.get_by_role("button", name="Print (PDF)").click()
+    assert download.value.suggested_filename == "checkerboard.pdf"
+    (printed,) = printed_pages(download.value.path().read_bytes())
+    assert printed.width_mm == pytest.approx(420.0, abs=1e-3)
     panel.get_by_role("button", name="Blank").click()
     expect(display.locator("#pattern svg")).to_have_count(0)

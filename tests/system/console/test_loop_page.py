@@ -253,6 +253,7 @@ def loop_document(**changes: object) -> Document:
         "distance_sigma_m": 0.01,
         "point_rig_m": [0.0, 0.0, 8.0],
         "fine": True,
+        "eyes": [],
         "score_left": 0.84,
         "score_right": 0.85,
         "trigger": {
@@ -285,3 +286,12 @@ def loop_document(**changes: object) -> Document:
         "tuned": None,
     }
     return document | changes
+
+
+def test_a_click_in_one_eyes_picture_parts_the_eyes_until_they_are_united(loop_page: Console) -> None:
+    page = loop_page.page
+    start(loop_page)
+    page.locator("#loop-page .lent-left canvas").first.click(position={"x": 150, "y": 80})
+    expect(status(page)).to_have_attribute("data-status", "split")
+    page.get_by_role("button", name="Unite the eyes").click()
+    expect(status(page)).to_have_attribute("data-status", "tracking")

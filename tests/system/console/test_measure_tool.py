@@ -24,6 +24,7 @@ def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
     page.locator("#tab-depth").click()
     console.fixate(*TEXTURED_PX)
     console.wait_for_frames("depth")
+    server.wait_for_cloud()
 
     page.locator(".pane-depth").get_by_role("button", name="Measure in the view").click()
     picture = page.locator(".pane-depth .picture")

@@ -1,6 +1,6 @@
-"""Calibration boards: their dimensions, their drawing for print, and their construction from plain values.
+"""Calibration boards: their dimensions, and their construction from plain values.
 
-`board_detector` finds them in images.
+`board_detector` finds them in images, `calibrate.pattern` draws them.
 """
 
 from dataclasses import dataclass
@@ -75,7 +75,7 @@ class Charuco:
         if not 0.0 < self.marker_m < self.square_m:
             raise InvalidInput(
                 f"board: a marker side between 0 and the square's {self.square_m * 1e3:g} mm is needed, "
-                f"{self.marker_m * 1e3:g} mm was given; measure the printed board"
+                f"{self.marker_m * 1e3:g} mm was given; give a smaller marker, as it is printed"
             )
         if self.dictionary not in DICTIONARIES:
             raise InvalidInput(
@@ -119,27 +119,23 @@ class Charuco:
 Board: TypeAlias = Checkerboard | Charuco
 
 
-def draw_board(board: Board, *, square_px: int = 100, margin_px: int | None = None) -> NDArray[np.uint8]:
-    """Return the board for printing, (h, w) uint8, with a white margin (one square by default)."""
-    margin_px = square_px if margin_px is None else margin_px
-    size = ((board.columns + 1) * square_px, (board.rows + 1) * square_px)
-    if isinstance(board, Charuco):
-        inside = np.asarray(board.printed().generateImage(size, marginSize=0), dtype=np.uint8)
-    else:
-        odd = np.indices((board.rows + 1, board.columns + 1)).sum(axis=0) % 2
-        inside = np.kron(odd * 255, np.ones((square_px, square_px))).astype(np.uint8)
-    return np.pad(inside, margin_px, constant_values=255)
-
-
 def board_from(
-    kind: str, *, columns: int, rows: int, square_m: float, marker_m: float | None = None
+    kind: str,
+    *,
+    columns: int,
+    rows: int,
+    square_m: float,
+    marker_m: float | None = None,
+    dictionary: str = "4X4_50",
 ) -> Board:
     """Return the board of plain values, as from a request, a file or a command line."""
     if kind == "checkerboard":
         return Checkerboard(columns=columns, rows=rows, square_m=square_m)
     if kind == "charuco":
         marker_m = 0.75 * square_m if marker_m is None else marker_m
-        return Charuco(columns=columns, rows=rows, square_m=square_m, marker_m=marker_m)
+        return Charuco(
+            columns=columns, rows=rows, square_m=square_m, marker_m=marker_m, dictionary=dictionary
+        )
     raise InvalidInput(f"board: kind {kind!r} is not known; use 'checkerboard' or 'charuco'")
 
 

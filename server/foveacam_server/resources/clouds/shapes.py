@@ -9,6 +9,9 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from foveacam_hardware.contract import FoveaError, Sighting
 from foveacam_pipeline.measure.look import look_depth
 from foveacam_pipeline.models.calibration import Calibration
@@ -166,14 +169,19 @@ class ShapeWorker:
             self._show(seen, cloud=None, mesh=None)
             return
         pair = rectify(seen.sighting, seen.calibration, scale=SCALE)
-        self._sink.publish_picture("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
-        self._sink.publish_picture("difference", difference(pair), t_ns=pair.t_ns)
+        self._publish("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
+        self._publish("difference", difference(pair), t_ns=pair.t_ns)
         depth = depth_map(pair, match(pair))
         shape = self._shape(seen, pair, depth)
         cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
-        self._sink.publish_picture("depth", shape.depth_picture, t_ns=pair.t_ns)
+        self._publish("depth", shape.depth_picture, t_ns=pair.t_ns)
         self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
         seen.on_cloud(seen.fixation_id, cloud)
+
+    def _publish(self, view: str, picture: NDArray[np.uint8], *, t_ns: int) -> None:
+        """Publish a picture of a fixation to a view that is not live now."""
+        if not self._sink.watched(view):
+            self._sink.publish_picture(view, picture, t_ns=t_ns)
 
     def _show(self, seen: VergedLook, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
         if self._viewer is None:

@@ -20,6 +20,8 @@ from foveacam_server.resources.displays.schema import (
     ShownPattern,
 )
 
+MARKER_DICTIONARY = "4X4_50"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PatternDrawing:
@@ -44,8 +46,11 @@ class PatternDrawing:
         return None if self.pattern is None else pattern_svg(self.pattern, title=self.description)
 
 
-def draw(asked: ShownPattern) -> PatternDrawing:
-    """Return the drawing of a request; raise `InvalidInput` for a board that cannot be."""
+def draw(asked: ShownPattern, *, dictionary: str = MARKER_DICTIONARY) -> PatternDrawing:
+    """Return the drawing of a request; raise `InvalidInput` for a board that cannot be.
+
+    `dictionary`: of a ChArUco board's markers.
+    """
     if isinstance(asked, BlankPattern):
         return PatternDrawing(asked=asked, pattern=None, description="blank")
     if isinstance(asked, MarkerPattern):
@@ -64,6 +69,7 @@ def draw(asked: ShownPattern) -> PatternDrawing:
         rows=asked.rows,
         square_m=asked.square_mm / 1e3,
         marker_m=marker_m,
+        dictionary=dictionary,
     )
     return PatternDrawing(
         asked=asked, pattern=board_pattern(board), description=f"{board}, squares of {asked.square_mm:g} mm"

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import APIRouter, Depends, Path, Query
 from fastapi.responses import Response
 
 from foveacam_server.foundation.answers import LeaseHeader, file_responses, opened_services, problems
@@ -12,6 +12,7 @@ from foveacam_server.resources.displays.schema import (
     DisplayId,
     DisplayRequest,
     PatternDocument,
+    PrintQuery,
     ShownPattern,
 )
 from foveacam_server.resources.displays.service import PatternDisplayService
@@ -58,6 +59,22 @@ def show(request: ShownPattern, services: ServicesDep, x_lease: LeaseHeader = No
 def svg(services: ServicesDep) -> Response:
     """Return the pattern at its true size in millimetres, for screens and printers."""
     return Response(services.displays.svg(), media_type="image/svg+xml")
+
+
+@router.get(
+    "/pattern.pdf",
+    summary="A pattern as PDF",
+    response_class=Response,
+    responses=file_responses("application/pdf"),
+)
+def pdf(services: ServicesDep, query: Annotated[PrintQuery, Query()]) -> Response:
+    """Return the pattern of the query, without `kind` that of the displays, to be printed at 100 %.
+
+    One that is larger than the paper comes on up to nine sheets, with crop marks.
+    """
+    printed = services.displays.print(query)
+    headers = {"Content-Disposition": f'attachment; filename="{printed.file_name}"'}
+    return Response(printed.content, media_type="application/pdf", headers=headers)
 
 
 @router.put("/{display_id}", summary="Register a display", responses=problems(409))

@@ -1,8 +1,8 @@
-"""Schemas of the screens that show a calibration pattern, and of the pattern."""
+"""Schemas of the screens that show a calibration pattern, of the pattern, and of its print."""
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from foveacam_server.foundation.quantities import Label
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
@@ -11,6 +11,10 @@ Corners = Annotated[int, Field(ge=3, le=40)]
 SideMm = Annotated[float, Field(gt=0.0, le=1000.0, allow_inf_nan=False)]
 ScreenPx = Annotated[int, Field(ge=1, le=100_000)]
 PixelsPerMm = Annotated[float, Field(gt=0.0, le=1000.0, allow_inf_nan=False)]
+MarkerId = Annotated[int, Field(ge=0, le=49)]
+MarginMm = Annotated[float, Field(ge=4.0, le=40.0, allow_inf_nan=False)]
+PaperName = Literal["A4", "A3", "Letter"]
+DictionaryName = Literal["4X4_50", "4X4_100", "4X4_250", "5X5_50", "5X5_100", "6X6_250"]
 DisplayId = Annotated[str, Field(pattern=r"^[0-9a-f]{8,32}$")]
 
 
@@ -37,7 +41,7 @@ class MarkerPattern(RequestModel):
     """One marker of the dictionary 4X4_50: id, side of the black square."""
 
     kind: Literal["marker"]
-    id: Annotated[int, Field(ge=0, le=49)]
+    id: MarkerId
     side_mm: SideMm
 
 
@@ -77,6 +81,27 @@ class StoredPattern(RequestModel):
     """The pattern as it is kept over a restart."""
 
     pattern: ShownPattern
+
+
+class PrintQuery(RequestModel):
+    """A print: the numbers of a pattern, or none of them for the pattern of the displays; and the paper.
+
+    `dictionary`: of a ChArUco board, 4X4_50 without. `margin_mm`: white on all sides of the paper.
+    """
+
+    model_config = ConfigDict(strict=False)  # the values of a query are text
+
+    kind: Literal["charuco", "checkerboard", "marker", "markers"] | None = None
+    columns: Corners | None = None
+    rows: Corners | None = None
+    square_mm: SideMm | None = None
+    marker_mm: SideMm | None = None
+    dictionary: DictionaryName | None = None
+    id: MarkerId | None = None
+    side_mm: SideMm | None = None
+    spacing_mm: SideMm | None = None
+    paper: PaperName = "A4"
+    margin_mm: MarginMm = 8.0
 
 
 class DisplayRequest(RequestModel):

@@ -12,11 +12,13 @@ from foveacam_server.foundation.rounding import rounded
 from foveacam_server.foundation.schema import ItemId
 from foveacam_server.foundation.whole_file import read_document, write_document
 from foveacam_server.resources.displays.drawing import PatternDrawing, draw
+from foveacam_server.resources.displays.printing import PatternPrint, asked_pattern, print_pattern
 from foveacam_server.resources.displays.schema import (
     BlankPattern,
     DisplayDocument,
     DisplayRequest,
     PatternDocument,
+    PrintQuery,
     ShownPattern,
     StoredPattern,
 )
@@ -63,6 +65,10 @@ class PatternDisplayService:
                 remedy="choose one by PUT /api/v1/displays/pattern",
             )
         return svg
+
+    def print(self, query: PrintQuery) -> PatternPrint:
+        """Return the print of a query's pattern, without one of the pattern that all screens show."""
+        return print_pattern(asked_pattern(query) or self._drawing.asked, query)
 
     def show(self, asked: ShownPattern) -> PatternDocument:
         """Let all screens show a pattern, now and after a restart."""

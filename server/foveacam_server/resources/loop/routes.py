@@ -145,7 +145,7 @@ async def tune(
     Cancelled or refused, it leaves the gains as they were.
     """
     services.lease.check(x_lease)
-    job = services.loop.tune(request, idempotency_key=idempotency_key)
+    job = services.loop.tuning.start(request, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=lambda _: services.loop.describe())
 
 
@@ -183,7 +183,7 @@ def match_png(services: ServicesDep) -> Response:
 )
 def tune_png(services: ServicesDep) -> Response:
     """Return how each loop answers a step before and after the last tuning, as a PNG."""
-    return Response(services.loop.tune_picture(form="png"), media_type="image/png")
+    return Response(services.loop.tuning.picture(form="png"), media_type="image/png")
 
 
 @router.get(
@@ -194,4 +194,4 @@ def tune_png(services: ServicesDep) -> Response:
 )
 def tune_svg(services: ServicesDep) -> Response:
     """Return how each loop answers a step before and after the last tuning, as an SVG."""
-    return Response(services.loop.tune_picture(form="svg"), media_type="image/svg+xml")
+    return Response(services.loop.tuning.picture(form="svg"), media_type="image/svg+xml")

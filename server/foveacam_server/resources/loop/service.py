@@ -11,25 +11,21 @@ import numpy as np
 
 from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, OutOfRange, Role
 from foveacam_pipeline.capture.dataset.pictures import png_bytes
-from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, TrackedBox
-from foveacam_pipeline.loop.autotune import TuneResult
+from foveacam_pipeline.capture.recording.values import TrackedBox
 from foveacam_pipeline.loop.match_picture import match_picture
 from foveacam_pipeline.loop.settings import LoopSettings
 from foveacam_pipeline.loop.split_eyes import SplitEyes
-from foveacam_pipeline.loop.tune_picture import tune_picture
 from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
-from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
-from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.fixations.request import check_target, direction_of, target_of
 from foveacam_server.resources.fixations.schema import FixationRequest
 from foveacam_server.resources.loop.description import describe_loop
-from foveacam_server.resources.loop.documents import TunedLoop, describe_target
-from foveacam_server.resources.loop.loop_run import LoopRun, Order, TuneOrder
+from foveacam_server.resources.loop.loop_run import LoopRun, Order
+from foveacam_server.resources.loop.marks import boxes_of, marks_of
 from foveacam_server.resources.loop.orders import (
     FirstTarget,
     apply_patch,
@@ -51,8 +47,6 @@ from foveacam_server.resources.loop.schema import (
     LoopStatusChanged,
     LoopStatusName,
     LoopTargetRequest,
-    LoopTuned,
-    LoopTuneRequest,
 )
 from foveacam_server.resources.loop.settings_file import (
     describe_settings,
@@ -61,14 +55,12 @@ from foveacam_server.resources.loop.settings_file import (
     store_settings,
     with_defaults,
 )
+from foveacam_server.resources.loop.tuning import URL, LoopTuning, check_not_tuned
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.schema import FollowMark
 
-KIND, TUNE_KIND = "loop", "loop_tune"
-URL = "/api/v1/loop"
-MARK = "Loop"
-"""Name of the target in the wide view and in recordings."""
+KIND = "loop"
 OBEYED_S = 2.0
 """So long an answer waits for the look under way, so that it shows what was changed."""
 
@@ -99,19 +91,13 @@ class LoopService:
         self._settings = load_settings(tools.folder)
         self._run: LoopRun | None = None
         self._job_id: str | None = None
-        self._tuned: TunedLoop | None = None
+        self.tuning = LoopTuning(jobs=tools.jobs, events=tools.events, run=self._need, keep=self._keep)
         tools.jobs.handle(KIND, self._work, parallel=True)
-        tools.jobs.handle(TUNE_KIND, self._tune, parallel=True)
 
     @property
     def running(self) -> bool:
         """Whether the loop runs."""
         return self._run is not None
-
-    @property
-    def settings(self) -> LoopSettings:
-        """The settings in force."""
-        return self._settings
 
     # Target, end, sliders ----------------------------------------------------------------------------------
 
@@ -140,12 +126,14 @@ class LoopService:
     def change(self, patch: LoopPatch) -> LoopDocument:
         """Pause, hold axes, or set their commands; raise `Busy` while the loop does not run."""
         run = self._need()
+        check_not_tuned(run)
         self._await(run.order(lambda _: apply_patch(run.loop, patch)))
         return self.describe()
 
     def drag(self, place: LoopDrag | None) -> None:
         """Let both eyes look in parallel at a place of the wide view; None: the loop goes on."""
         run, calibration = self._need(), self._tools.calibration.require()
+        check_not_tuned(run)
         if place is None:
             run.order(lambda _: run.loop.drag(None))
             return
@@ -210,51 +198,17 @@ class LoopService:
 
     def _use(self, settings: LoopSettings) -> LoopSettingsDocument:
         run = self._run
-        if run is not None and run.tune_job_id is not None:
-            raise Busy(
-                "the loop is being tuned; wait until that has ended, or cancel it",
-                found=f"job {run.tune_job_id}",
-                remedy="wait, or cancel that job",
-            )
         if run is not None:
+            check_not_tuned(run)
             self._await(run.order(lambda head: configure(run.loop, settings, head)))
         store_settings(self._tools.folder, settings)
         self._settings = settings
         return describe_settings(settings)
 
-    # Tuning ------------------------------------------------------------------------------------------------
-
-    def tune(self, request: LoopTuneRequest, *, idempotency_key: str | None = None) -> Job:
-        """Tune the gains as a job; raise `Busy` while the loop has no target, or is being tuned."""
-        run = self._need()
-        if run.split is not None:
-            raise Busy(
-                "each eye follows a place of its own; unite them first",
-                found="eyes apart",
-                remedy="unite them: DELETE /api/v1/loop/eyes",
-            )
-        if run.tune_job_id is not None:
-            raise Busy("the loop is being tuned already", found=f"job {run.tune_job_id}", remedy="wait")
-        return self._tools.jobs.submit(TUNE_KIND, request, idempotency_key=idempotency_key)
-
-    def _tune(self, context: JobContext) -> str:
-        run, done = self._need(), Future[TuneResult]()
-        run.tune(TuneOrder(request=context.job.parse_request(LoopTuneRequest), context=context, done=done))
-        result = done.result()
-        self._settings = replace(
-            self._settings,
-            pan=result.settings.pan,
-            depth=result.settings.depth,
-            vertical=result.settings.vertical,
-        )
+    def _keep(self, tuned: LoopSettings) -> None:
+        """Take over the gains of a tuning."""
+        self._settings = replace(self._settings, pan=tuned.pan, depth=tuned.depth, vertical=tuned.vertical)
         store_settings(self._tools.folder, self._settings)
-        self._tuned = TunedLoop(result=result, tuned_utc=utc_now())
-        self._tools.events.emit(
-            "loop.tuned",
-            f"the loop was tuned: the cost of a step fell from {result.cost_before:.2f} to {result.cost:.2f}",
-            data=LoopTuned(cost_before=result.cost_before, cost=result.cost),
-        )
-        return URL
 
     # Answers -----------------------------------------------------------------------------------------------
 
@@ -264,7 +218,7 @@ class LoopService:
             self._run,
             job_id=self._job_id,
             settings=self._settings,
-            tuned=self._tuned,
+            tuned=self.tuning.last,
             calibration=self._tools.calibration.current,
             now_ns=self._tools.clock.now_ns(),
         )
@@ -282,37 +236,15 @@ class LoopService:
             raise NotFound("the loop has matched nothing yet; choose a target", asked="the loop's match")
         return png_bytes(match_picture(match))
 
-    def tune_picture(self, *, form: str) -> bytes:
-        """Return the steps before and after the last tuning; raise `NotFound` where there was none."""
-        if self._tuned is None:
-            raise NotFound("the loop was not tuned yet", asked="a tuning's picture")
-        return tune_picture(self._tuned.result, form=form)
-
     def marks(self) -> list[FollowMark]:
         """Return where the wide view shows the target; empty while the loop does not run."""
         run = self._run
-        target = None if run is None else describe_target(run.loop, self._tools.clock.now_ns())
-        if target is None or run is None:
-            return []
-        state = "followed" if run.status in {"tracking", "held", "frozen", "auto_tune"} else "lost"
-        return [FollowMark(id="loop", label=MARK, state=state, x_px=target.x_px, y_px=target.y_px)]
+        return [] if run is None else marks_of(run, self._tools.clock.now_ns())
 
     def boxes(self, frame: Frame) -> list[TrackedBox]:
-        """Return the box of a tracked target in a wide frame, without a place where it is lost."""
+        """Return the box of the target in a wide frame; empty while the loop tracks nothing."""
         run = self._run
-        target = None if run is None else describe_target(run.loop, frame.t_ns)
-        if target is None or target.state == "fixed":
-            return []
-        width, height = self._settings.box_width_px, self._settings.box_height_px
-        box = (target.x_px - width / 2.0, target.y_px - height / 2.0, float(width), float(height))
-        return [
-            TrackedBox(
-                slot=MARK,
-                t_ns=frame.t_ns,
-                bbox_px=box if target.state == "tracked" else None,
-                frames={STREAM_OF_ROLE[Role.WIDE]: frame.seq},
-            )
-        ]
+        return [] if run is None else boxes_of(run, frame)
 
     # The job -----------------------------------------------------------------------------------------------
 
@@ -329,7 +261,11 @@ class LoopService:
                 loop, hardware=self._tools.hardware, clock=self._tools.clock, on_step=self._take
             )
             run = self._run
-        self._job_id = self._tools.jobs.submit(KIND).id
+        try:
+            self._job_id = self._tools.jobs.submit(KIND).id
+        except FoveaError:
+            self._run = None
+            raise
         self._emit("loop.started", "initializing", "the vergence loop runs")
         return run
 
@@ -371,6 +307,7 @@ class LoopService:
 
     def _order(self, run: LoopRun, work: Order) -> None:
         """Let something be done; where it fails and the loop has nothing else to look at, it ends."""
+        check_not_tuned(run)
         try:
             self._await(run.order(work))
         except FoveaError:

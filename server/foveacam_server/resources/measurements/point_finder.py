@@ -84,24 +84,17 @@ class PointFinder:
         fixation_id = place.fixation_id or self._looks.newest_id()
         look = self._looks.get(fixation_id)
         view = MeasuredView(place.view)
-        if place.fixation_id is None and view in WINDOWS:
+        asked_look = place.fixation_id is not None and view in WINDOWS  # its picture is kept
+        if not asked_look and not same_gaze(look.volts, self._shown.volts()):
             t_ns = self._shown.picture_t_ns(place.view)
-            if t_ns is not None and t_ns != look.t_ns:
+            if view not in WINDOWS or (t_ns is not None and t_ns != look.t_ns):
                 raise StaleView(
-                    f"the view {place.view} shows a look whose depth is not kept (yet); "
-                    "wait a moment, or look again",
+                    f"the foveae have turned away since fixation {fixation_id}, or no depth is kept yet; "
+                    "look at its target again, or measure in the wide view",
                     asked=f"a point in the view {place.view}",
-                    found="another look than the newest with depth",
-                    remedy="wait a moment, or look again",
+                    found="mirrors that stand elsewhere",
+                    remedy="look again, or measure in the wide view",
                 )
-        if view in (MeasuredView.LEFT, MeasuredView.RIGHT) and not same_gaze(look.volts, self._shown.volts()):
-            raise StaleView(
-                f"the foveae have turned away since fixation {fixation_id}; look at its target "
-                "again, or measure in the depth view",
-                asked=f"a point in the view {place.view}",
-                found="mirrors that stand elsewhere",
-                remedy="look again, or measure in the depth view",
-            )
         _check_inside(place, ViewMap(look=look, wide=wide).size_px(view))
         return fixation_id, look
 

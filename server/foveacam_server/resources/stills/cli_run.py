@@ -12,10 +12,11 @@ from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
 from foveacam_server.commands.calibration_data import open_data
-from foveacam_server.commands.options import RigOptions, validated
+from foveacam_server.commands.options import RigOptions
 from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
 from foveacam_server.commands.server_answers import read_answer
 from foveacam_server.foundation.names import new_id
+from foveacam_server.foundation.plain_words import validated
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.foundation.server_client import ServerClient
 from foveacam_server.resources.stills.collection import STILLS, StillCollection

@@ -11,8 +11,11 @@ from starlette.requests import HTTPConnection
 from starlette.types import Receive, Scope, Send
 
 from foveacam_hardware.contract import Busy, NotConnected
+from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_server.foundation.answers import file_responses, problems
 from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.schema import RequestModel
+from foveacam_server.resources.views.live_stereo import LiveStereo
 from foveacam_server.rig.encoder import EncodedPicture, Scale
 from foveacam_server.rig.stream import LiveStreams, StreamSession
 
@@ -63,7 +66,14 @@ async def streams(connection: HTTPConnection) -> LiveStreams:
     return found
 
 
+async def live_stereo(connection: HTTPConnection) -> LiveStereo:
+    """Return what makes the views of both eyes."""
+    found: LiveStereo = connection.app.state.services.stereo
+    return found
+
+
 StreamsDep = Annotated[LiveStreams, Depends(streams)]
+StereoDep = Annotated[LiveStereo, Depends(live_stereo)]
 ScaleQuery = Annotated[Literal["1", "2"], Query(description="1: full size, 2: half of it each way")]
 
 
@@ -84,6 +94,25 @@ async def list_views(streams: StreamsDep) -> list[ViewDocument]:
         for status in statuses
         if status.published or not status.spec.passing
     ]
+
+
+class AnaglyphColours(RequestModel):
+    """Colours of the anaglyph: of the left and of the right eye's glass."""
+
+    style: Literal["red_cyan", "red_blue", "cyan_red", "blue_red"]
+
+
+@router.get("/views/anaglyph/style", summary="Colours of the anaglyph")
+async def anaglyph_style(stereo: StereoDep) -> AnaglyphColours:
+    """Return the colours of the anaglyph, for all viewers."""
+    return AnaglyphColours(style=stereo.style.value)
+
+
+@router.put("/views/anaglyph/style", summary="Choose the colours of the anaglyph")
+async def choose_anaglyph_style(request: AnaglyphColours, stereo: StereoDep) -> AnaglyphColours:
+    """Show the anaglyph in other colours, to all viewers, from the next picture on."""
+    stereo.style = AnaglyphStyle(request.style)
+    return request
 
 
 @router.get(

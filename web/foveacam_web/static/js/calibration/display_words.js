@@ -23,6 +23,19 @@ export const FIELDS_OF = Object.freeze({
   marker: ["id", "side_mm"],
 });
 
+/** @type {[string, string][]} */
+export const PAPER_NAMES = [
+  ["A4", "A4"],
+  ["A3", "A3"],
+  ["Letter", "Letter"],
+];
+
+/** Return the path of a pattern's print. @param {DisplayPattern} pattern @param {string} paper */
+export function printPath(pattern, paper) {
+  const values = Object.entries({ ...pattern, paper }).map(([name, value]) => [name, String(value)]);
+  return `/displays/pattern.pdf?${new URLSearchParams(values)}`;
+}
+
 /**
  * Return the pattern that the fields describe; null while one of them is empty.
  * @param {PatternKind} kind

@@ -3,7 +3,15 @@
 import { absent, changing, h, html } from "../dom.js";
 import { icon } from "../icons.js";
 import { allHold, badge, choiceField, nothing, numberField } from "../parts.js";
-import { FIELDS_OF, PATTERN_NAMES, displayState, patternOf, sizeWords } from "./display_words.js";
+import {
+  FIELDS_OF,
+  PAPER_NAMES,
+  PATTERN_NAMES,
+  displayState,
+  patternOf,
+  printPath,
+  sizeWords,
+} from "./display_words.js";
 
 /**
  * @import { DisplayDocument, PatternDocument } from "#api"
@@ -37,14 +45,20 @@ function lead() {
 function formOf({ store, orders }) {
   const fields = fieldsOf();
   const kind = choiceField("Pattern", /** @type {[string, string][]} */ (Object.entries(PATTERN_NAMES)), () => offer());
+  const paper = choiceField("Paper", PAPER_NAMES);
   const chosen = () => /** @type {PatternKind} */ (kind.value());
   const offer = () => {
     for (const [name, field] of entriesOf(fields)) field.element.hidden = !FIELDS_OF[chosen()].includes(name);
   };
+  const described = () =>
+    allHold(...Object.values(fields)) ? patternOf(chosen(), (name) => fields[name].value()) : null;
   const show = () => {
-    if (!allHold(...Object.values(fields))) return;
-    const pattern = patternOf(chosen(), (name) => fields[name].value());
+    const pattern = described();
     if (pattern) void orders.showPattern(pattern);
+  };
+  const print = () => {
+    const pattern = described();
+    if (pattern) void orders.save(printPath(pattern, paper.value()));
   };
   offer();
   let known = "";
@@ -67,6 +81,13 @@ function formOf({ store, orders }) {
     <p class="actions">
       <button type="submit" class="plain primary">Show</button>
       <button type="button" class="plain" @click=${() => orders.showPattern({ kind: "blank" })}>Blank</button>
+    </p>
+    <div class="fields">
+      ${paper.element}
+      <button type="button" class="plain" @click=${print}>${icon("down")}Print (PDF)</button>
+    </div>
+    <p class="lead">
+      Print at 100 % and measure the ruler on the sheet. What is larger than the paper comes on several sheets with crop marks.
     </p>
   </form>`;
 }
@@ -98,7 +119,7 @@ function shownOf(shown) {
   return html`<p>Displays show: <b>${shown.description}</b>, ${sizeWords(shown.width_mm, shown.height_mm)} with its edge.</p>
     ${board && html`<p class="lead">Step 1 needs the same numbers: enter them under “Board and options” there.</p>`}
     <p class="lead">
-      <a href="/api/v1/displays/pattern.svg" target="_blank" rel="noopener">${icon("file")} Print it</a> at 100 %.
+      <a href="/api/v1/displays/pattern.svg" target="_blank" rel="noopener">${icon("file")} The drawing</a> as SVG.
     </p>`;
 }
 

@@ -10,11 +10,11 @@ import { LatestOrder } from "../latest_order.js";
  * @import { Point } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
- * @import { GroupName } from "./settings.js"
+ * @import { GainGroup, GroupName } from "./settings.js"
  */
 
 const DRAG_PAUSE_MS = 66; // 15 a second at most
-/** The settings that tuning finds. @type {GroupName[]} */
+/** The settings that tuning finds. @type {GainGroup[]} */
 const GAINS = ["pan", "depth", "vertical"];
 
 /** The commands about the vergence loop of one page. */

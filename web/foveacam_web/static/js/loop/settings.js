@@ -1,13 +1,12 @@
 // Lists the loop's settings by group: names, units, ranges and what each does; reads one and words a change. Pure functions.
 
 /**
- * @import { LoopSettingsDocument, LoopSettingsPatch, SpanDocument } from "#api"
+ * @import { LoopGains, LoopSettingsDocument, LoopSettingsPatch, SpanDocument } from "#api"
  * @import { ScaleKind } from "../rig/scale.js"
- * @typedef {"pan" | "depth" | "vertical" | "match" | "timing" | "tracker" | "prediction"} GroupName
- * @typedef {"sensitivity" | "template_scale" | "min_score" | "correct_for_ms" | "expand_x" | "expand_y" | "box_width_px"
- *   | "box_height_px" | "lead_ms" | "most_hz"} PlainName
  * @typedef {"pan" | "depth" | "vertical"} GainGroup
- * @typedef {"kp" | "ki" | "kd"} GainName
+ * @typedef {GainGroup | "match" | "timing" | "tracker" | "prediction"} GroupName
+ * @typedef {keyof LoopGains} GainName
+ * @typedef {Exclude<keyof LoopSettingsDocument, GainGroup | "tracker" | "predict">} PlainName
  * @typedef {{
  *   name: PlainName | [GainGroup, GainName], label: string, unit: string, span: SpanDocument, title: string,
  *   kind?: ScaleKind, presets?: number[], whole?: boolean

@@ -18,6 +18,7 @@ export const VIEWS = Object.freeze({
   difference: { title: "Difference", needs: ["left", "right"] },
   depth: { title: "Depth", needs: ["left", "right"] },
   wide_depth: { title: "Wide depth", needs: ["wide"] },
+  wide_zoom: { title: "Wide zoomed", needs: ["wide", "left", "right"] },
   calibration_wide: { title: "Wide, annotated", needs: ["wide"] },
   calibration_left: { title: "Left fovea, annotated", needs: ["left"] },
   calibration_right: { title: "Right fovea, annotated", needs: ["right"] },
@@ -30,7 +31,9 @@ export const ANNOTATED = Object.freeze(
 
 const SILENT_MS = 2500;
 /** @type {Set<ViewName>} made after each look, not with each frame */
-const STILL = new Set(["anaglyph", "difference", "depth", "wide_depth", ...ANNOTATED]);
+const STILL = new Set(["wide_depth", ...ANNOTATED]);
+/** @type {Set<ViewName>} made of both foveae */
+const STEREO = new Set(["anaglyph", "difference", "depth", "wide_zoom"]);
 const FLOWING_FPS = 1;
 const ADDED = ", annotated"; // beside the title, where there is room
 
@@ -221,8 +224,8 @@ export class Pane {
         empty,
       };
     if (!empty) return null;
-    if (this.name === "depth")
-      return { title: "No depth yet", detail: "Click in the wide view: depth appears when both eyes verge.", empty };
+    if (STEREO.has(this.name) && state.rig && !state.rig.calibration)
+      return { title: "Not calibrated", detail: "It needs to be known where both foveae look.", empty };
     if (this.name.startsWith("calibration_"))
       return { title: "No picture yet", detail: "The procedure shows here what it sees.", empty };
     if (state.rig?.mirrors && !state.rig.mirrors.connected && this.name !== "wide") {

@@ -2,6 +2,7 @@
 
 import { h } from "../dom.js";
 import { openStream } from "./link.js";
+import { anaglyphColours } from "./anaglyph_colours.js";
 import { ANNOTATED, Pane, VIEWS } from "./pane.js";
 import { WideView } from "./wide.js";
 
@@ -16,13 +17,14 @@ import { WideView } from "./wide.js";
 /** @type {Set<ViewName>} */
 const LATER = new Set(ANNOTATED);
 /** @type {ViewName[]} */
-const DERIVED = ["anaglyph", "difference", "depth", "wide_depth"];
+const DERIVED = ["anaglyph", "difference", "depth", "wide_depth", "wide_zoom"];
 
 /** The views and their stream. */
 export class Views {
   #store;
   #stream;
   #asked = "";
+  #commands;
   /** @type {Map<ViewName, Pane>} */
   #panes = new Map();
   /** @type {ViewName} */
@@ -31,6 +33,7 @@ export class Views {
   /** @param {{store: Store, commands: Commands, follows: FollowOrders, loop: LoopOrders, onBoot: (boot_id: string) => void}} context */
   constructor({ store, commands, follows, loop, onBoot }) {
     this.#store = store;
+    this.#commands = commands;
     this.#stream = openStream((report) => this.#hear(report, onBoot));
     for (const name of /** @type {ViewName[]} */ (Object.keys(VIEWS))) {
       if (!LATER.has(name)) this.#addPane(name);
@@ -122,6 +125,7 @@ export class Views {
     const pane = new Pane(name);
     pane.resized = () => this.#subscribe();
     this.#panes.set(name, pane);
+    if (name === "anaglyph") pane.tools.prepend(anaglyphColours(this.#commands));
     this.#stream.addCanvas(name, pane.canvas);
   }
 

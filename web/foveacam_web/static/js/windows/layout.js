@@ -7,7 +7,17 @@
 
 /** @type {readonly Source[]} */
 export const SOURCES = Object.freeze(
-  /** @type {Source[]} */ (["wide", "left", "right", "anaglyph", "difference", "depth", "wide_depth", "scene"]),
+  /** @type {Source[]} */ ([
+    "wide",
+    "left",
+    "right",
+    "anaglyph",
+    "difference",
+    "depth",
+    "wide_depth",
+    "wide_zoom",
+    "scene",
+  ]),
 );
 const WINDOWS_ADDRESS = "/windows";
 const LEAST_SHARE = 0.1;

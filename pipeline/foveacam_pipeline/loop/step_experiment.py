@@ -1,0 +1,77 @@
+"""Steps the references of a running loop and measures how it answers."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.loop.relay import TuneRefused, seen
+from foveacam_pipeline.loop.settings import AXES, Axis
+from foveacam_pipeline.loop.step_response import StepResponse, step_response
+from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
+
+STEP_RAD = math.radians(0.3)
+WINDOW_LOOKS = 10
+SETTLE_LOOKS = 30
+"""Looks at most until the loop is at rest before the first step."""
+REST_RAD = math.radians(0.02)
+STEPPED = (Axis.PAN_X, Axis.VERGE, Axis.SHIFT_Y)
+"""Axes that are stepped: one of each loop."""
+
+StepFunction = Callable[[], LoopStep]
+"""Makes one look of the loop."""
+
+
+def set_commands(loop: VergenceLoop, axes: Iterable[Axis], commands_rad: NDArray[np.float64]) -> None:
+    """Set the commands of some axes to those of (4,) `commands_rad`."""
+    for axis in axes:
+        loop.set_command(axis, float(commands_rad[AXES.index(axis)]))
+
+
+def measure_steps(
+    loop: VergenceLoop,
+    step: StepFunction,
+    *,
+    step_rad: float = STEP_RAD,
+    looks: int = WINDOW_LOOKS,
+    axes: Sequence[Axis] = STEPPED,
+) -> dict[Axis, StepResponse]:
+    """Step the references of some axes at once, to the other side than last time, and return the answers."""
+    indices = [AXES.index(axis) for axis in axes]
+    sign = -1.0 if loop.reference_rad[indices[0]] > 0.0 else 1.0
+    loop.reference_rad[indices] += sign * step_rad
+    times_ns: list[int] = []
+    missing: list[NDArray[np.float64]] = []
+    misses = 0
+    while len(times_ns) < looks:
+        done = step()
+        misses = seen(done, misses)
+        if done.errors is None:
+            continue
+        times_ns.append(done.t_ns)
+        missing.append((done.errors.values_rad + loop.reference_rad) / (sign * step_rad))
+    return {
+        axis: step_response(times_ns, [1.0 - float(look[index]) for look in missing])
+        for axis, index in zip(axes, indices, strict=True)
+    }
+
+
+def cost_of(responses: dict[Axis, StepResponse]) -> float:
+    """Return the mean cost of the steps."""
+    return float(np.mean([response.cost for response in responses.values()]))
+
+
+def settle(loop: VergenceLoop, step: StepFunction) -> None:
+    """Look without a step until the loop is at rest; raise `TuneRefused` where it does not come to rest."""
+    loop.reference_rad[:] = 0.0
+    misses = 0
+    for _ in range(SETTLE_LOOKS):
+        done = step()
+        misses = seen(done, misses)
+        if done.errors is not None and float(np.abs(done.errors.values_rad).max()) < REST_RAD:
+            return
+    raise TuneRefused(
+        f"the loop does not come to rest within {SETTLE_LOOKS} looks; lower its gains, or choose a target "
+        "that stands still"
+    )

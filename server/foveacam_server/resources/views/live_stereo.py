@@ -1,0 +1,145 @@
+"""Makes anaglyph, difference and depth of the foveae's newest pair, and the wide view at their scale.
+
+Each is made while somebody looks at it.
+"""
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Clock, FoveaError, Frame, Role, StereoVolts
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.depth import depth_map, rgb
+from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.pictures import AnaglyphStyle, anaglyph, depth_picture, difference
+from foveacam_pipeline.stereo.rectify import halved, rectify_frames
+from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.verge.wide_zoom import wide_zoom
+from foveacam_server.rig.frame_tap import FrameTap
+
+_log = logging.getLogger(__name__)
+
+VIEWS = ("anaglyph", "difference", "depth", "wide_zoom")
+SCALE = 0.5
+SAME_EXPOSURE_NS = 2_000_000
+IDLE_S = 0.1
+"""So often it is asked whether somebody looks."""
+SHORTEST_PERIOD_S = 0.08
+SHARE = 0.5
+"""At most such a share of one core's time goes into these views: looks and clicks come first."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FoveaPair:
+    """Both foveae's frames of one exposure, and the newest wide frame then; None before the first."""
+
+    left: Frame
+    right: Frame
+    volts: StereoVolts
+    wide: Frame | None
+
+
+class PairJoiner:
+    """Joins the frames of both foveae that one pulse exposed; keeps the newest pair alone."""
+
+    def __init__(self) -> None:
+        self._frames: dict[Role, Frame] = {}
+        self._newest: FoveaPair | None = None
+        self._changed = threading.Condition()
+
+    def take(self, frame: Frame) -> None:
+        """Take a frame of any camera; quick, as the cameras' thread calls it."""
+        with self._changed:
+            self._frames[frame.role] = frame
+            left, right = self._frames.get(Role.LEFT), self._frames.get(Role.RIGHT)
+            if left is None or right is None or abs(left.t_ns - right.t_ns) > SAME_EXPOSURE_NS:
+                return
+            if frame.role is Role.WIDE or left.volts is None or right.volts is None:
+                return
+            volts = StereoVolts(left=left.volts, right=right.volts)
+            self._newest = FoveaPair(left=left, right=right, volts=volts, wide=self._frames.get(Role.WIDE))
+            self._changed.notify()
+
+    def newest(self, timeout_s: float) -> FoveaPair | None:
+        """Return the newest pair that was not returned yet, waiting for one; None where none came."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._newest is not None, timeout_s)
+            pair, self._newest = self._newest, None
+            return pair
+
+
+class LiveStereo:
+    """Publishes the views of both eyes on a thread of its own."""
+
+    def __init__(self, tap: FrameTap, *, calibration: Callable[[], Calibration | None], clock: Clock) -> None:
+        self._tap = tap
+        self._calibration = calibration
+        self._clock = clock
+        self.style = AnaglyphStyle.RED_CYAN
+        """Colours of the anaglyph, for all viewers."""
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="foveacam-live-stereo", daemon=True)
+
+    def start(self) -> None:
+        """Start the thread."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._ended.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while not self._ended.wait(IDLE_S):
+            if self._watched() and self._calibration() is not None:
+                joiner = PairJoiner()
+                with self._tap.listening(tuple(Role), joiner.take):
+                    self._follow(joiner)
+
+    def _follow(self, joiner: PairJoiner) -> None:
+        """Show each newest pair until nobody looks any more."""
+        while not self._ended.is_set() and (views := self._watched()):
+            pair, calibration = joiner.newest(IDLE_S), self._calibration()
+            if pair is None or calibration is None:
+                continue
+            began_ns = self._clock.now_ns()
+            try:
+                self._show(pair, calibration, views)
+            except FoveaError as error:
+                _log.debug("live stereo: %s", error)  # a pose beyond the calibration, at the field's rim
+            spent_s = (self._clock.now_ns() - began_ns) / 1e9
+            self._ended.wait(max(SHORTEST_PERIOD_S - spent_s, spent_s * (1.0 / SHARE - 1.0)))
+
+    def _watched(self) -> list[str]:
+        return [view for view in VIEWS if self._tap.watched(view)]
+
+    def _show(self, frames: FoveaPair, calibration: Calibration, views: list[str]) -> None:
+        t_ns = frames.left.t_ns
+        if frames.wide is not None and "wide_zoom" in views:
+            zoomed = rgb(wide_zoom(frames.wide, calibration, frames.volts, scale=SCALE))
+            self._tap.publish_picture("wide_zoom", zoomed, t_ns=t_ns)
+        if not set(views) - {"wide_zoom"}:
+            return
+        pair = rectify_frames(frames.left, frames.right, frames.volts, calibration, scale=SCALE)
+        pictures: dict[str, Callable[[], NDArray[np.uint8]]] = {
+            "anaglyph": lambda: anaglyph(pair, self.style),
+            "difference": lambda: difference(pair),
+            "depth": lambda: _depth(pair),
+        }
+        for view, picture in pictures.items():
+            if view in views:
+                self._tap.publish_picture(view, picture(), t_ns=t_ns)
+
+
+def _depth(pair: RectifiedPair) -> NDArray[np.uint8]:
+    """Return the picture of the depth of a pair, matched at half its size and drawn at its own."""
+    depth = depth_map(half := halved(pair), match(half))
+    height, width = pair.left.shape[:2]
+    z_m = cv2.resize(depth.z_m, (width, height), interpolation=cv2.INTER_NEAREST)
+    return depth_picture(replace(depth, z_m=np.asarray(z_m, dtype=np.float32)))
