@@ -13,7 +13,7 @@ from vulture.core import Item, Vulture
 
 READ_OUTSIDE = {
     "BaseModel",  # clients and files
-    "BaseSettings",
+    "BaseSettings",  # the environment
     "StrEnum",  # members are found by their values
     "SeamFigures",  # mosaic.json
     "DepthFigures",
