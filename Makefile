@@ -62,6 +62,7 @@ lint: $(DEV)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python .ci/dead_code.py
 	$(BIN)/hadolint docker/Dockerfile
 	sh web/check-types.sh
 

@@ -1,25 +1,18 @@
-"""Real servers for benches and tests: `foveacam serve` in its own process, and an application in a thread."""
+"""`foveacam serve` in its own process, for benches."""
 
-import asyncio
 import re
 import socket
 import subprocess
 import sys
-import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 import httpx
-import uvicorn
-from starlette.types import ASGIApp
 
 from foveacam_hardware.contract import DeviceFault
-from foveacam_server.doors.server import WatchedServer, server_config
-from foveacam_server.rig.stream_socket import listen
 
 _PATIENCE_S = 60.0
 _START_PATIENCE_S = 180.0
@@ -97,50 +90,3 @@ def free_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
-
-
-_START_TIMEOUT_S = 20.0
-
-
-class _Server(WatchedServer):
-    """A server that sets an event when it has started."""
-
-    def __init__(self, config: uvicorn.Config) -> None:
-        super().__init__(config)
-        self.begun = threading.Event()
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start listening, and set the event."""
-        await super().startup(sockets)
-        self.begun.set()
-
-    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop, and abort connections whose peers do not read: else their sockets stay open."""
-        await super().shutdown(sockets)
-        for connection in list(self.server_state.connections):
-            connection.transport.abort()
-        await asyncio.sleep(0)  # lets the loop close the aborted transports
-
-
-@contextmanager
-def serving(app: ASGIApp) -> Iterator[int]:
-    """Serve `app` on a free port of 127.0.0.1 and yield the port, until the context ends."""
-    listener = listen("127.0.0.1", 0)
-    server = _Server(server_config(app))
-
-    def run() -> None:
-        try:
-            asyncio.run(server.serve(sockets=[listener]))
-        finally:
-            server.begun.set()
-
-    thread = threading.Thread(target=run, name="local server")
-    thread.start()
-    try:
-        if not server.begun.wait(_START_TIMEOUT_S) or not server.started:
-            raise DeviceFault("the local server did not start; its message stands above")
-        yield int(listener.getsockname()[1])
-    finally:
-        server.should_exit = True
-        thread.join()
-        listener.close()

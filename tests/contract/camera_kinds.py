@@ -17,9 +17,9 @@ from foveacam_hardware.contract import Camera, MonotonicClock, Role
 from foveacam_hardware.rig import load_rig_config, open_rig
 from foveacam_hardware.rig_cameras import build_camera
 from foveacam_hardware.rig_replay import replay_rig
-from foveacam_hardware.sim.far_ends.gige_camera import AcquisitionRequest, GigeCamera
 
 from .gige_cameras import LOOPBACK, alone_on_loopback, aravis_camera, await_on_network, fake_program
+from .gige_far_end import AcquisitionRequest, GigeCamera
 from .mjpeg_server import MjpegServer
 
 NewCamera: TypeAlias = Callable[[], Camera]

@@ -194,6 +194,7 @@ def test_settings_out_of_range_are_refused_and_change_nothing(
 
 
 def test_every_pixel_format_delivers_what_its_name_says(streaming: Camera) -> None:
+    assert streaming.ranges.pixel_formats
     for pixel_format in streaming.ranges.pixel_formats:
         taken = streaming.configure(replace(streaming.settings, pixel_format=pixel_format))
         frame = streaming.read(timeout_ms=PATIENCE_MS)

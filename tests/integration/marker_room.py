@@ -10,11 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from tests.simulated_gaze import gaze
 
 import foveacam_hardware.sim.scenes as scenes
 from foveacam_hardware.contract import MirrorVolts, PixelFormat, Role
 from foveacam_hardware.rig import Rig
-from foveacam_hardware.sim.optics import WideLens, gaze
+from foveacam_hardware.sim.optics import WideLens
 from foveacam_pipeline.calibrate.sweep.marker_observation import direction_rad, gaze_on_target
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose

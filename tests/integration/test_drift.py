@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.simulated_gaze import gaze
 
 import foveacam_server
 from foveacam_bench.calibration.truth import EYES, CalibrationModel, random_poses
 from foveacam_hardware.contract import Cancelled, PixelFormat, Role
 from foveacam_hardware.rig import Rig
-from foveacam_hardware.sim.optics import gaze
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.drift.check import run_drift_check

@@ -66,12 +66,12 @@ def test_flat_lays_a_quad_face_up_with_its_top_away_from_the_viewer() -> None:
 def test_only_a_change_of_pose_raises_the_revision() -> None:
     scene = Scene()
     number = scene.add(Quad(width_m=1.0, height_m=1.0), PlainSurface(), np.eye(4), "sheet")
-    added = scene.revision
+    added = scene.snapshot().revision
 
     scene.set_pose(number, np.eye(4))
-    assert scene.revision == added
+    assert scene.snapshot().revision == added
     scene.set_pose(number, place((0.0, 0.0, 1.0)))
-    assert scene.revision > added
+    assert scene.snapshot().revision > added
     assert (scene.pose(number) == place((0.0, 0.0, 1.0))).all()
 
 

@@ -3,13 +3,13 @@
 import math
 
 import pytest
+from tests.simulated_gaze import gaze
 from tests.unit.test_mirror_dynamics import codes, pair_at_rest
 
 from foveacam_hardware.contract import MirrorVolts, Role, VirtualClock
 from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.faults import WorldFaults
 from foveacam_hardware.sim.mirror import MirrorPair
-from foveacam_hardware.sim.optics import gaze
 from foveacam_hardware.sim.presets import find_preset
 from foveacam_hardware.sim.world import World
 from foveacam_hardware.simulated_faults import MIRROR_AXES, MirrorAxis, MountKnock, SimulatedFaults

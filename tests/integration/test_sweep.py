@@ -157,6 +157,7 @@ def test_a_sweep_does_not_go_on_with_another_plan_and_moves_nothing(far: Swept) 
 
 
 def test_the_target_appears_where_the_plan_wants_it_however_crooked_the_base_stands(swept: Swept) -> None:
+    assert len(swept.whole.poses) > 1
     for pose in swept.whole.poses[1:]:
         middle = locate_target(pose.wide, SETTINGS.layout, WIDE).middle_m
         seen: NDArray[np.float64] = np.arctan(middle[:2] / middle[2])

@@ -13,7 +13,6 @@ from foveacam_pipeline.study.visibility.obstacles import (
     clear_probability,
     corridor_m2,
     sample_success,
-    success_by_quadrature,
     success_probability,
     success_slope_per_m,
 )
@@ -24,6 +23,8 @@ from foveacam_pipeline.study.visibility.standoff import (
     resolving_range_m,
     standoff_ring,
 )
+
+from .obstacle_quadrature import success_by_quadrature
 
 DOMAIN_M2 = 3000.0
 RINGS = (

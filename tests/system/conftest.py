@@ -18,7 +18,6 @@ from typing import Any
 import httpx
 import pytest
 
-from foveacam_bench.servers import serving
 from foveacam_hardware.contract import Frame
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render import warm_up
@@ -28,6 +27,7 @@ from foveacam_server.assembly.services import Services
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Document
 from foveacam_server.resources.captures.job_watcher import CaptureJobWatcher
+from tests.local_server import serving
 
 from . import server_state
 

@@ -17,13 +17,14 @@ import pytest
 from fastapi import FastAPI
 from numpy.typing import NDArray
 
-from foveacam_bench.servers import serving
-from foveacam_pipeline.study.visibility.obstacles import RandomObstacles, success_by_quadrature
+from foveacam_pipeline.study.visibility.obstacles import RandomObstacles
 from foveacam_pipeline.study.visibility.standoff import standoff_ring
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 from foveacam_server.resources.planner.maps import MOST_VERTICES
+from tests.local_server import serving
+from tests.paper.obstacle_quadrature import success_by_quadrature
 
 Json = dict[str, Any]  # Any: JSON documents
 

@@ -11,7 +11,6 @@ import httpx
 import numpy as np
 import pytest
 
-from foveacam_bench.servers import serving
 from foveacam_hardware.contract import DeviceInfo, InvalidInput
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RecordingSession, RigDescription
@@ -20,6 +19,7 @@ from foveacam_server.app import create_app
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.rig.replay import open_recording
+from tests.local_server import serving
 from tests.unit.recordings import STREAMS, picture, raw
 
 HEIGHT, WIDTH = 96, 128

@@ -18,7 +18,6 @@ from fastapi import FastAPI
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from foveacam_bench.servers import serving
 from foveacam_bench.stream.clients import StreamViewer, slow_connection
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.foundation import errors
@@ -27,6 +26,7 @@ from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.schema import Direction, OverlayDocument
 from foveacam_server.rig.stream import LiveStreams
 from foveacam_server.rig.stream_messages import HEADER
+from tests.local_server import serving
 
 PATIENCE_S = 10.0
 SOCKET = "/api/v1/views/ws"

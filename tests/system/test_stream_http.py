@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from fastapi import FastAPI
 
-from foveacam_bench.servers import serving
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.foundation import errors
 from foveacam_server.resources.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.stream import MJPEG_PER_ADDRESS, LiveStreams
+from tests.local_server import serving
 
 PATIENCE_S = 10.0
 

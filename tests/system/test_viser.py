@@ -17,12 +17,12 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
-from foveacam_bench.servers import serving
 from foveacam_server.console import security, viser_relay
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.viser_page import viser_subprotocol
+from tests.local_server import serving
 
 PATIENCE_S = 10.0
 

@@ -72,7 +72,7 @@ def test_a_charuco_board_half_out_of_the_image_still_counts_where_it_is_seen() -
     pose = Pose(place_m=(0.24, 0.0, 1.1), turn_rad=(0.1, 0.2, 0.0))
     view = detect_board(board_picture(CHARUCO, pose), CHARUCO)
     assert view is not None
-    assert not view.complete
+    assert len(view.ids) < CHARUCO.corners
     truth = DivisionLens().pixels(board_points_m(CHARUCO, view.places_m, pose))
     assert np.abs(view.corners_px - truth).max() < 0.06
 

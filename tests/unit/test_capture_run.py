@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from foveacam_bench.capture.stub_rig import READOUT_NS, StubRail, StubRig
+from foveacam_bench.capture.stub_rig import READOUT_NS, StubRig
 from foveacam_hardware.contract import (
     Cancelled,
     DeviceFault,
@@ -41,6 +41,7 @@ from foveacam_pipeline.capture.run import CapturePhase, CaptureReport, RunSettin
 from foveacam_pipeline.storage.disk import write_part
 
 from .dataset_scenes import CALIBRATION
+from .stub_rail import StubRail
 
 SETTLE_US, EXPOSURE_NS = 14_000, 5_000_000
 LINE_MS = 0.004

@@ -58,6 +58,7 @@ class Running:
         ]
         self.server = WatchedServer(server_config(Starlette(routes=routes)))
         self.listener = listen("127.0.0.1", 0)
+        self.aborted = 0
 
     async def connect(self, sent: bytes) -> socket.socket:
         peer = socket.socket()
@@ -70,9 +71,10 @@ class Running:
 
     def look(self, *, later_s: float = 0.0) -> int:
         """Let the watch look as if time had passed; return how many it has aborted."""
-        watch = self.server.watch
-        watch.check(self.server.watched, now_s=time.monotonic() + later_s)
-        return watch.aborted
+        connections = [peer for peer in self.server.watched if not peer.transport.is_closing()]
+        self.server.watch.check(connections, now_s=time.monotonic() + later_s)
+        self.aborted += sum(peer.transport.is_closing() for peer in connections)
+        return self.aborted
 
     async def connected(self, count: int) -> None:
         await until(lambda: len(self.server.watched) == count)

@@ -101,7 +101,7 @@ def test_an_error_on_the_way_ends_it_as_partial_and_says_why(folder: Path) -> No
 
 def test_a_point_that_was_passed_over_says_why(folder: Path) -> None:
     with DatasetWriter.create(folder, header(2)) as writer:
-        writer.skip(PlanPosition(index=0), why="out of reach of the right eye")
+        writer.add(CapturedPoint(place=PlanPosition(index=0), skipped="out of reach of the right eye"))
         writer.add(noise_point(1))
         writer.finish()
     dataset = Dataset.open(folder)

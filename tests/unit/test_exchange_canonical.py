@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.exchange import camera_key, record_id, triple_hash
+from foveacam_pipeline.calibrate.exchange import record_id
 from foveacam_pipeline.calibrate.exchange.canonical import Json, canonical_text, number_text
 
 # By the rules of ECMA-262, Number::toString: plain from 1e-6 to below 1e21, else with an exponent.
@@ -118,14 +118,6 @@ def test_ids_are_those_of_the_authors_application() -> None:
     # The right-hand sides were printed by their application for these inputs.
     assert record_id(EXTRINSIC) == "7f6bd7ed983aa068fdaff8b49d4e6d96"
     assert record_id(INTRINSIC) == "51f376456b3aca6f34ea88c1690ae4a0"
-    key = "FLIR_Blackfly-S-BFS-U3-16S2C_"
-    assert camera_key("FLIR", "Blackfly S BFS-U3-16S2C", "22071833") == key + "22071833"
-    found = triple_hash(left=key + "24044020", centre=key + "22071833", right=key + "24044021")
-    assert found == "6a93f101f9b1cc316e432a69b4fdc07b"
-
-
-def test_the_order_of_the_cameras_counts() -> None:
-    assert triple_hash(left="a", centre="b", right="c") != triple_hash(left="c", centre="b", right="a")
 
 
 def _node() -> str | None:

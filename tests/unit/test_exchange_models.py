@@ -7,7 +7,6 @@ import pytest
 
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, Role
 from foveacam_pipeline.calibrate.exchange import (
-    CameraKeys,
     ExchangeRecord,
     ImportedRig,
     NominalOptics,
@@ -19,8 +18,6 @@ from foveacam_pipeline.calibrate.exchange import (
     record_of,
     rig_sweep_of,
     settings_of,
-    sweep_of,
-    triple_hash,
 )
 from foveacam_pipeline.calibrate.exchange.canonical import Json
 from foveacam_pipeline.calibrate.exchange.intrinsic import typed_array
@@ -30,7 +27,7 @@ from foveacam_pipeline.models import Calibration
 from .exchange_rig import F_PX, GAIN, SIZE, WIDE, Bench
 
 CREATED = "2026-02-01T10:00:00+00:00"
-RIG = ImportedRig(rig_id="lab-1", wide_size=SIZE, fovea_size=SIZE, distance_m=5.0)
+RIG = ImportedRig(rig_id="lab-1", fovea_size=SIZE, distance_m=5.0)
 
 
 @pytest.fixture(scope="module")
@@ -103,31 +100,7 @@ def test_a_record_in_the_wrong_place_is_refused(records: tuple[ExchangeRecord, E
     with pytest.raises(InvalidInput, match="is extrinsic, intrinsic is needed"):
         intrinsics_of(records[0])
     with pytest.raises(InvalidInput, match="is of the right camera, one of the left camera is needed"):
-        sweep_of(records[1], records[0], rig=RIG)
-
-
-def test_a_sweep_survives_there_and_back(records: tuple[ExchangeRecord, ExchangeRecord]) -> None:
-    before = Bench().sweep()
-    after = sweep_of(*records, rig=RIG)
-    assert len(after.poses) == len(before.poses) == 81
-    assert after.complete
-    for was, now in zip(before.poses, after.poses, strict=True):
-        for role in (Role.LEFT, Role.RIGHT):
-            one, other = was.eye(role), now.eye(role)
-            assert one is not None
-            assert other is not None
-            assert other.volts_v == one.volts_v
-            np.testing.assert_array_equal(other.corners.corners_px, one.corners.corners_px)
-            np.testing.assert_allclose(other.corners.places_m, one.corners.places_m, atol=1e-15)
-        for marker_id in (0, 1, 2):
-            np.testing.assert_array_equal(now.wide[marker_id].corners_px, was.wide[marker_id].corners_px[:4])
-
-
-def test_an_imported_sweep_exports_under_the_same_id(
-    records: tuple[ExchangeRecord, ExchangeRecord],
-) -> None:
-    again = extrinsic_record(sweep_of(*records, rig=RIG), Role.LEFT, wide=WIDE)
-    assert again.id == records[0].id
+        rig_sweep_of(records[1], records[0], wide=WIDE, rig=RIG, optics=NominalOptics())
 
 
 def test_a_fit_to_records_points_where_the_eyes_look(calibration: Calibration) -> None:
@@ -168,8 +141,6 @@ def test_an_older_recording_is_fitted_by_its_angles_alone(
     records: tuple[ExchangeRecord, ExchangeRecord],
 ) -> None:
     old = edited(records[0], 5, wide_img_points=None, wide_center_points=None)
-    with pytest.raises(InvalidInput, match="lacks the markers' corners in the wide view"):
-        sweep_of(old, records[1], rig=RIG)
     samples = rig_sweep_of(old, records[1], wide=WIDE, rig=RIG, optics=NominalOptics())
     assert len(samples.left.volts_v) == 81
 
@@ -179,48 +150,31 @@ def test_angles_without_a_distance_are_refused(records: tuple[ExchangeRecord, Ex
         rig_sweep_of(*records, wide=WIDE, rig=replace(RIG, distance_m=None), optics=NominalOptics())
 
 
-def test_swapped_markers_are_named(records: tuple[ExchangeRecord, ExchangeRecord]) -> None:
-    unnamed = [replace(record, role=None) for record in records]
-    with pytest.raises(InvalidInput, match="left eye's marker stands on the wrong side"):
-        sweep_of(unnamed[1], unnamed[0], rig=RIG)
-
-
 def test_one_record_for_both_eyes_is_refused(records: tuple[ExchangeRecord, ExchangeRecord]) -> None:
     unnamed = replace(records[0], role=None)
     with pytest.raises(InvalidInput, match="was given for both eyes"):
-        sweep_of(unnamed, unnamed, rig=RIG)
+        rig_sweep_of(unnamed, unnamed, wide=WIDE, rig=RIG, optics=NominalOptics())
 
 
 def test_corners_outside_the_image_are_another_camera_s(
     records: tuple[ExchangeRecord, ExchangeRecord],
 ) -> None:
+    small = replace(RIG, fovea_size=(640, 480))
     with pytest.raises(InvalidInput, match="this fovea has 640 x 480; give the record of this camera"):
-        sweep_of(*records, rig=replace(RIG, fovea_size=(640, 480)))
-
-
-def test_poses_of_one_eye_alone_are_kept(records: tuple[ExchangeRecord, ExchangeRecord]) -> None:
-    dataset = records[1].inner["dataset"]
-    assert isinstance(dataset, list)
-    fewer = replace(records[1], inner={**records[1].inner, "dataset": dataset[:40]})
-    sweep = sweep_of(records[0], fewer, rig=RIG)
-    assert len(sweep.accepted(Role.LEFT)) == 81
-    assert len(sweep.accepted(Role.RIGHT)) == 40
-    assert sweep.poses[60].refusal(Role.RIGHT) == "its record has no pose at this angle"
+        rig_sweep_of(*records, wide=WIDE, rig=small, optics=NominalOptics())
 
 
 def test_an_empty_record_is_refused(records: tuple[ExchangeRecord, ExchangeRecord]) -> None:
     empty = replace(records[0], inner={"kind": "extrinsic", "dataset": []})
     with pytest.raises(InvalidInput, match="holds no pose"):
-        sweep_of(empty, records[1], rig=RIG)
+        rig_sweep_of(empty, records[1], wide=WIDE, rig=RIG, optics=NominalOptics())
 
 
 def test_a_bundle_holds_the_whole_rig_and_gives_it_back(calibration: Calibration) -> None:
     near, far = Bench(distance_m=2.5, name="markers near").sweep(), Bench().sweep()
-    keys = CameraKeys(left="l", centre="c", right="r")
     drift = ((1e-3, 0.0), (0.0, -1e-3))
     settings = RigSettings(nickname="Lab", settle_us=2000.0, drift_rad=drift)
-    bundle = bundle_of(calibration, [near, far], keys=keys, settings=settings)
-    assert bundle.triple == triple_hash(left="l", centre="c", right="r")
+    bundle = bundle_of(calibration, [near, far], settings=settings)
     back = settings_of(bundle)
     assert back.baseline_m == pytest.approx(calibration.baseline_m, rel=1e-12)
     assert replace(back, baseline_m=None) == settings

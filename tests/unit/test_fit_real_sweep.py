@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.fit.mirror_models import fit_mirror, fit_mirror_models
+from foveacam_pipeline.calibrate.fit.mirror_models import fit_mirror_models
 from foveacam_pipeline.geometry import fit_polynomial
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 
@@ -40,7 +40,7 @@ def test_a_plane_is_not_enough(name: str) -> None:
 @pytest.mark.parametrize("name", ["left", "right"])
 def test_the_order_chosen_predicts_left_out_poses_as_well_as_the_cubic(name: str) -> None:
     volts, angles = eye(name)
-    mirror = fit_mirror(volts, angles)
+    mirror = fit_mirror_models(volts, angles).model
     assert mirror.forward.order in (3, 4)
     cubic = fit_polynomial(volts, angles, 3).loo_rms
     assert (np.array(mirror.loo_rad) < 1.1 * cubic).all()

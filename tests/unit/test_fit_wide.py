@@ -42,7 +42,7 @@ def test_the_true_error_is_within_the_stated_one_19_times_of_20() -> None:
     for seed in range(20):
         poses = many_poses(20, np.random.default_rng(100 + seed))
         fit = fit_wide(board_samples(BOARD, poses, noise_px=0.02, seed=seed))
-        ratios.append(_error_px(fit) / fit.accuracy.bound_px)
+        ratios.append(_error_px(fit) / (2.0 * fit.accuracy.sigma_px))
     assert sum(ratio <= 1.0 for ratio in ratios) >= 19
     assert np.median(ratios) > 0.15, "and it is not stated far larger than it is"
 
@@ -57,7 +57,7 @@ def test_errors_that_a_view_shares_are_counted_by_view() -> None:
         bow = np.column_stack([places[:, 0] * places[:, 1], places[:, 0] ** 2]) @ rng.normal(0, 0.03, (2, 2))
         samples.add(_moved(sample, sample.view.corners_px + bow))
     fit = fit_wide(samples)
-    assert _error_px(fit) <= fit.accuracy.bound_px
+    assert _error_px(fit) <= (2.0 * fit.accuracy.sigma_px)
 
 
 def test_five_coefficients_are_recommended_where_the_rational_model_predicts_no_better() -> None:
@@ -97,7 +97,7 @@ def test_a_few_wrong_corners_do_not_move_the_lens() -> None:
         corners[rng.integers(len(corners))] += rng.uniform(-5.0, 5.0, 2)
         spoilt.add(_moved(sample, corners))
     fit = fit_wide(spoilt)
-    assert _error_px(fit) < fit.accuracy.bound_px
+    assert _error_px(fit) < (2.0 * fit.accuracy.sigma_px)
     assert fit.accuracy.sigma_px < 2.0 * fit_wide(clean).accuracy.sigma_px
 
 

@@ -7,8 +7,8 @@ import pytest
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, StreamingResponse
 from sse_starlette import EventSourceResponse
+from tests.local_server import serving
 
-from foveacam_bench.servers import serving
 from foveacam_server.doors.middleware import HeadRequests
 from foveacam_server.foundation import errors
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.fit.fit_homography import fit_homography
+from foveacam_pipeline.calibrate.fit.fit_homography import fit_fields
 from foveacam_pipeline.geometry import homography_apply
 from foveacam_pipeline.models import HomographyField
 
@@ -65,7 +65,7 @@ def misses_px(field: HomographyField, *, seed: int = 1) -> NDArray[np.float64]:
 
 @pytest.fixture(scope="module")
 def field() -> HomographyField:
-    return fit_homography(poses(), *corners(poses(), 0.3), width=WIDTH, height=HEIGHT)
+    return fit_fields(poses(), *corners(poses(), 0.3), width=WIDTH, height=HEIGHT).field
 
 
 def test_noisy_corners_give_a_field_good_to_a_fraction_of_their_noise(field: HomographyField) -> None:
@@ -79,8 +79,8 @@ def test_leave_one_out_error_is_the_noise_of_a_corner_in_two_directions(field: H
 
 def test_a_mirrored_assembly_of_poses_needs_more_than_order_one() -> None:
     raw, plane = corners(poses(), 0.0)
-    low = fit_homography(poses(), raw, plane, width=WIDTH, height=HEIGHT, orders=(1,))
-    best = fit_homography(poses(), raw, plane, width=WIDTH, height=HEIGHT)
+    low = fit_fields(poses(), raw, plane, width=WIDTH, height=HEIGHT, orders=(1,)).field
+    best = fit_fields(poses(), raw, plane, width=WIDTH, height=HEIGHT).field
     assert best.polynomial.order >= 3
     assert best.loo_px < 0.01 * low.loo_px
 
@@ -107,11 +107,11 @@ def test_missing_corners_and_wrong_ones_are_survived() -> None:
     rng = np.random.default_rng(5)
     raw[rng.random(raw.shape[:2]) < 0.2] = np.nan
     raw[[3, 44, 70], 5] += 80.0  # three corners taken for their neighbours
-    fitted = fit_homography(poses(), raw, plane, width=WIDTH, height=HEIGHT)
+    fitted = fit_fields(poses(), raw, plane, width=WIDTH, height=HEIGHT).field
     assert np.sqrt(np.mean(misses_px(fitted) ** 2)) < 0.08
 
 
 def test_too_few_poses_are_refused_with_the_number_needed() -> None:
     few = poses(2)
     with pytest.raises(InvalidInput, match="order 1 need at least 6 poses with four corners each, 4 poses"):
-        fit_homography(few, *corners(few, 0.3), width=WIDTH, height=HEIGHT)
+        fit_fields(few, *corners(few, 0.3), width=WIDTH, height=HEIGHT)

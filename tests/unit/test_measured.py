@@ -12,7 +12,6 @@ from foveacam_pipeline.calibrate.fit.measured import (
     DistanceSource,
     NominalRig,
     SweepMeasurements,
-    eq1_rad,
     reduce_sweeps,
 )
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep
@@ -86,7 +85,9 @@ def test_parallax_is_that_of_eq_1_and_is_taken_out(measured: SweepMeasurements) 
     assert far.corrected
     assert far.print_m == pytest.approx(5.0, rel=1e-3)
     assert near.print_m == pytest.approx(2.5, rel=1e-3)
-    largest = float(np.abs(eq1_rad(np.deg2rad([-9.3, 9.3]), spacing_m=0.1, distance_m=5.0)).max())
+    turn_rad, spacing_m = np.deg2rad([-9.3, 9.3]), 0.1
+    eq1_rad = np.arctan(spacing_m * (1.0 - np.cos(turn_rad)) / (5.0 + spacing_m * np.sin(turn_rad)))
+    largest = float(np.abs(eq1_rad).max())
     assert far.largest_rad == pytest.approx(largest, rel=0.5)  # Eq. 1 leaves the second axis out
     assert near.largest_rad == pytest.approx(2.0 * far.largest_rad, rel=0.1)
     assert "taken out" in far.words

@@ -5,11 +5,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy import signal
 from scipy.linalg import expm
+from tests.simulated_gaze import gaze
 
 from foveacam_hardware.contract import MirrorVolts, Role
 from foveacam_hardware.sim.low_pass import DriveHistory, ResonantMode, bessel_polynomial
 from foveacam_hardware.sim.mirror import FULL_SCALE_CODE, FULL_SCALE_V, MirrorPair, built_law
-from foveacam_hardware.sim.optics import FoldedEye, built_assembly, gaze
+from foveacam_hardware.sim.optics import FoldedEye, built_assembly
 from foveacam_hardware.sim.presets import PAPER, PRESETS, RIG120, RigPreset, find_preset
 
 STIFF = ResonantMode(frequency_hz=50_000.0, quality=0.7)

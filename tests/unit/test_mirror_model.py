@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, OutOfRange
-from foveacam_pipeline.calibrate.fit.mirror_models import fit_mirror
+from foveacam_pipeline.calibrate.fit.mirror_models import fit_mirror_models
 from foveacam_pipeline.geometry import fit_polynomial
 from foveacam_pipeline.models import MirrorModel
 from foveacam_pipeline.models.mirror import DAC_STEP_V
@@ -30,7 +30,7 @@ def sweep_v(side: int = 13) -> NDArray[np.float64]:
 
 @pytest.fixture(scope="module")
 def mirror() -> MirrorModel:
-    return fit_mirror(sweep_v(), law(sweep_v()))
+    return fit_mirror_models(sweep_v(), law(sweep_v())).model
 
 
 VOLT = st.floats(-165.0, 165.0)
@@ -93,7 +93,7 @@ def test_every_calibrated_direction_but_the_rim_is_inside(mirror: MirrorModel) -
 def test_stated_error_is_that_of_unseen_volts() -> None:
     noise_rad = math.radians(0.005)
     rng = np.random.default_rng(7)
-    fitted = fit_mirror(sweep_v(), law(sweep_v()) + noise_rad * rng.standard_normal((169, 2)))
+    fitted = fit_mirror_models(sweep_v(), law(sweep_v()) + noise_rad * rng.standard_normal((169, 2))).model
     unseen = rng.uniform(-165.0, 165.0, (400, 2))
     rms = np.sqrt(np.mean((fitted.angles_of(unseen) - law(unseen)) ** 2, axis=0))
     # One draw of some 20 coefficients: their mean square scatters by sqrt(2/20), a third; 1.6 is two such.
@@ -103,7 +103,7 @@ def test_stated_error_is_that_of_unseen_volts() -> None:
 
 
 def test_what_a_low_order_cannot_follow_is_in_the_stated_error() -> None:
-    coarse = fit_mirror(sweep_v(), law(sweep_v()), orders=(2,))
+    coarse = fit_mirror_models(sweep_v(), law(sweep_v()), orders=(2,)).model
     unseen = np.random.default_rng(8).uniform(-165.0, 165.0, (400, 2))
     rms = np.sqrt(np.mean((coarse.angles_of(unseen) - law(unseen)) ** 2, axis=0))
     np.testing.assert_allclose(coarse.sigma_rad, rms, rtol=0.35)  # a smooth misfit, judged on other points

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.simulated_gaze import gaze
 
 from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.optics import (
@@ -13,7 +14,6 @@ from foveacam_hardware.sim.optics import (
     EyeProjection,
     FoldedEye,
     built_assembly,
-    gaze,
     nominal_assembly,
     reflection,
     rotation,

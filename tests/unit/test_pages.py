@@ -8,8 +8,8 @@ from pathlib import Path
 import httpx
 import pytest
 from fastapi import FastAPI
+from tests.local_server import serving
 
-from foveacam_bench.servers import serving
 from foveacam_server.console import pages
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import foveacam_server
 from foveacam_hardware.contract import OutOfRange, Role
-from foveacam_pipeline.capture.plan import PlanCoverage, RasterPlan, coverage_of, draw_coverage, plan_from
+from foveacam_pipeline.capture.plan import PlanCoverage, RasterPlan, coverage_of, plan_from
 from foveacam_pipeline.models import eye_volts, fovea_footprint_px, load_calibration
 
 RIG120 = load_calibration(
@@ -89,15 +89,3 @@ def test_a_single_point_has_no_neighbour() -> None:
 def test_a_point_beyond_reach_has_no_footprint() -> None:
     with pytest.raises(OutOfRange, match="point 0"):
         coverage_of(grid(3, 3, half_width_deg=12.0), RIG120)
-
-
-def test_the_picture_shows_what_is_seen_over_the_wide_view(dense: PlanCoverage, loose: PlanCoverage) -> None:
-    ground = np.full((1080, 1440), 100, dtype=np.uint8)
-    picture = draw_coverage(loose, ground)
-    assert picture.shape == (540, 720, 3) and picture.dtype == np.uint8
-    assert picture[5, 5].tolist() == [100, 100, 100]  # beyond the field nothing is drawn
-    unseen = loose.field & (loose.counts == 0).all(axis=0)
-    both = (loose.counts > 0).all(axis=0)
-    assert np.median(picture[unseen][:, 1]) == 100
-    assert np.median(picture[both][:, 1]) > 120  # green
-    assert (draw_coverage(dense) != draw_coverage(loose)).any()

@@ -9,7 +9,6 @@ import pytest
 import foveacam_server
 from foveacam_hardware.contract import InvalidInput, OutOfRange, RailLimits
 from foveacam_pipeline.capture.plan import (
-    PAPER_RAIL_MM,
     GridPoints,
     PlanPoint,
     RasterPlan,
@@ -28,6 +27,8 @@ from foveacam_pipeline.capture.plan import (
 from foveacam_pipeline.capture.plan.plan_field import beyond_hull_rad
 from foveacam_pipeline.geometry import point_from_direction
 from foveacam_pipeline.models import load_calibration
+
+PAPER_RAIL_MM = (-300.0, -100.0, 0.0, 100.0, 300.0)
 
 RIG120 = load_calibration(
     Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"

@@ -1,12 +1,8 @@
 """PLY files: what is written can be read by anybody who knows the format."""
 
-from pathlib import Path
-
 import numpy as np
-import pytest
 
-from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.stereo.ply import ply_bytes, write_ply
+from foveacam_pipeline.stereo.ply import ply_bytes
 from foveacam_pipeline.stereo.values import Cloud
 
 KINDS = {"float": "<f4", "uchar": "u1"}
@@ -50,16 +46,3 @@ def test_the_header_names_format_frame_and_units() -> None:
 def test_an_empty_cloud_is_a_valid_file() -> None:
     _, rows = read(ply_bytes(some_cloud(0)))
     assert len(rows) == 0
-
-
-def test_a_file_is_written_whole_over_an_older_one(tmp_path: Path) -> None:
-    path = tmp_path / "cloud.ply"
-    path.write_text("older")
-    write_ply(some_cloud(), path)
-    assert path.read_bytes() == ply_bytes(some_cloud())
-    assert [p.name for p in tmp_path.iterdir()] == ["cloud.ply"]
-
-
-def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"no-such/cloud\.ply: No such file"):
-        write_ply(some_cloud(), tmp_path / "no-such" / "cloud.ply")

@@ -9,7 +9,6 @@ from pydantic import ValidationError
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.plan import (
-    PAPER_RAIL_MM,
     GridPoints,
     RasterPlan,
     SetPoint,
@@ -18,6 +17,8 @@ from foveacam_pipeline.capture.plan import (
     plan_from,
     points_of_plan,
 )
+
+PAPER_RAIL_MM = (-300.0, -100.0, 0.0, 100.0, 300.0)
 
 THREE_BY_TWO: dict[str, Any] = {  # Any: as JSON comes
     "points": {"kind": "grid", "columns": 3, "rows": 2, "half_width_deg": 4.0, "half_height_deg": 1.5},
@@ -41,7 +42,7 @@ def test_the_document_comes_back_the_same_from_json() -> None:
     document = plan.model_dump(mode="json")
     assert document["format"] == "foveacam-raster-plan" and document["version"] == 1
     again = plan_from(json.loads(json.dumps(document)))
-    assert again == plan and again.id == plan.id
+    assert again == plan
 
 
 def test_a_rest_body_is_taken_as_parsed_json() -> None:
@@ -124,7 +125,6 @@ def test_the_sequence_stays_the_same_over_versions() -> None:
     assert (point.index, point.scan, point.column, point.row, point.rail_m) == (174, 2, 5, 1, 0.0)
     assert point.ax_rad == math.radians(7.3 * 2 / 8)
     assert point.ay_rad == math.radians(-7.5 * 6 / 8)
-    assert plan.id == "ad329ef9f9b24fa0"
 
 
 def test_set_points_keep_their_order_distance_and_shift() -> None:

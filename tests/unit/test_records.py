@@ -43,7 +43,7 @@ def test_keeping_it_twice_changes_nothing(store: CalibrationStore) -> None:
     before = path.stat()
     store.add(CERTIFICATE)
     assert path.stat().st_mtime_ns == before.st_mtime_ns
-    assert [entry.name for entry in store.folder.iterdir()] == [path.name]
+    assert [entry.name for entry in path.parent.iterdir()] == [path.name]
 
 
 def test_a_damaged_file_is_never_written_over(store: CalibrationStore) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.viewer import viewer_of
 from viser import LineSegmentsHandle
 
 from foveacam_hardware.contract import NotConnected
@@ -73,7 +74,7 @@ def fixation_in(scene: ViewerScene, name: str) -> FixationNode:
 
 
 def nodes(scene: ViewerScene) -> set[str]:
-    return set(scene._running().scene._handle_from_node_name)
+    return set(viewer_of(scene).scene._handle_from_node_name)
 
 
 @pytest.mark.parametrize(("ax_deg", "ay_deg"), [(0.0, 0.0), (9.0, -7.0), (-10.0, 10.0)])
@@ -163,7 +164,7 @@ def test_a_cloud_is_sent_around_its_own_centre(scene: ViewerScene) -> None:
 def test_showing_a_fixation_again_replaces_it(scene: ViewerScene) -> None:
     show(scene, "fix-1")
     show(scene, "fix-1", with_mesh=False)
-    assert scene.fixations == ("fix-1",)
+    assert tuple(scene._fixations) == ("fix-1",)
     assert "/fixations/fix-1/surface" not in nodes(scene)
 
 
@@ -184,7 +185,7 @@ def test_a_removed_fixation_leaves_nothing(scene: ViewerScene) -> None:
     scene.remove_fixation("fix-1")
     scene.remove_fixation("never there")
     assert nodes(scene) - before <= {"/fixations"}
-    assert scene.fixations == ()
+    assert tuple(scene._fixations) == ()
 
 
 def test_the_oldest_fixation_makes_room_but_never_the_selected_one(scene: ViewerScene) -> None:
@@ -192,8 +193,8 @@ def test_the_oldest_fixation_makes_room_but_never_the_selected_one(scene: Viewer
     scene.select("fix-0")
     for index in range(1, MAX_FIXATIONS + 1):
         show(scene, f"fix-{index}", with_cloud=False, with_mesh=False)
-    assert len(scene.fixations) == MAX_FIXATIONS
-    assert scene.fixations[:2] == ("fix-0", "fix-2")
+    assert len(scene._fixations) == MAX_FIXATIONS
+    assert tuple(scene._fixations)[:2] == ("fix-0", "fix-2")
 
 
 def test_a_click_is_handed_over_to_the_servers_loop(scene: ViewerScene) -> None:
@@ -207,7 +208,7 @@ def test_a_click_is_handed_over_to_the_servers_loop(scene: ViewerScene) -> None:
             taken.set_result((fixation_id, threading.current_thread() is here))
 
         scene.on_select(take, asyncio.get_running_loop())
-        viser_loop = scene._running().get_event_loop()
+        viser_loop = viewer_of(scene).get_event_loop()
         asyncio.run_coroutine_threadsafe(scene._clicked("fix-1"), viser_loop)
         return await asyncio.wait_for(taken, timeout=5.0)
 
@@ -231,7 +232,7 @@ def test_a_stopped_scene_ignores_what_it_is_told() -> None:
     stopped = ViewerScene()
     show(stopped, "fix-1")
     stopped.show_rig(SHAPE)
-    assert stopped.fixations == ()
+    assert tuple(stopped._fixations) == ()
     with pytest.raises(RuntimeError, match="start"):
         _ = stopped.socket_path
 
@@ -283,7 +284,7 @@ def test_no_viewer_can_open_a_public_tunnel(
         raise AssertionError("a tunnel was opened")
 
     monkeypatch.setattr("viser._viser.ViserTunnel", tunnel)
-    assert scene._running().request_share_url() is None
+    assert viewer_of(scene).request_share_url() is None
     assert "refused" in caplog.text
 
 
@@ -325,16 +326,16 @@ def test_limits_are_a_line_along_the_sight(farthest_m: float | None, end_m: floa
 def test_limits_stand_in_the_scene_until_removed(scene: ViewerScene) -> None:
     scene.show_limits("sky", label="sky", direction_deg=(0.0, 0.0), nearest_m=1.3, farthest_m=None)
     scene.select("sky")
-    assert list(scene.fixations) == ["sky"]
+    assert list(scene._fixations) == ["sky"]
     scene.remove_fixation("sky")
-    assert not list(scene.fixations)
+    assert not list(scene._fixations)
 
 
 def test_the_newest_and_the_selected_alone_are_labelled_for_more_would_cover_each_other(
     scene: ViewerScene,
 ) -> None:
     def labelled() -> set[str]:
-        return {name for name in scene.fixations if fixation_in(scene, name)._label.visible}
+        return {name for name in scene._fixations if fixation_in(scene, name)._label.visible}
 
     names = [f"fix-{number}" for number in range(LABELLED + 2)]
     for name in names:
@@ -352,7 +353,7 @@ def test_a_followed_target_leaves_a_trail_until_it_is_let_go(scene: ViewerScene)
     assert {"/follows/fol-1/marker", "/follows/fol-1/label"} <= nodes(scene)
     assert "/follows/fol-1/line" not in nodes(scene)
     scene.show_trail("fol-1", "walker", points)
-    line = scene._running().scene._handle_from_node_name["/follows/fol-1/line"]
+    line = viewer_of(scene).scene._handle_from_node_name["/follows/fol-1/line"]
     assert isinstance(line, LineSegmentsHandle)
     np.testing.assert_allclose(np.asarray(line.points), trail_segments(np.array(points)))
     assert trail_segments(np.array(points)).shape == (3, 2, 3)

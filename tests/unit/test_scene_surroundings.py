@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.viewer import viewer_of
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.scene import ViewerScene
@@ -27,10 +28,14 @@ def test_viewers_stand_before_the_nearest_thing_and_look_at_the_middle() -> None
 
 def test_surfaces_follow_each_other_and_go() -> None:
     with ViewerScene() as scene:
+        nodes = viewer_of(scene).scene._handle_from_node_name
         scene.remove_surroundings()
         scene.show_surroundings(_mesh(3.0))
+        first = nodes["/surroundings"]
         scene.show_surroundings(_mesh(4.0), bring=True)
+        assert nodes["/surroundings"] is not first
         scene.remove_surroundings()
+        assert "/surroundings" not in nodes
         scene.remove_surroundings()
     scene.show_surroundings(_mesh(3.0))  # closed: harmless
 
@@ -38,4 +43,4 @@ def test_surfaces_follow_each_other_and_go() -> None:
 def test_whoever_comes_later_begins_where_the_surroundings_are_seen() -> None:
     with ViewerScene() as scene:
         scene.show_surroundings(_mesh(3.0))
-        assert tuple(scene._running().initial_camera.position) == pytest.approx(outlook(_mesh(3.0))[0])
+        assert tuple(viewer_of(scene).initial_camera.position) == pytest.approx(outlook(_mesh(3.0))[0])

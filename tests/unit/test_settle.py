@@ -202,7 +202,7 @@ def test_every_axis_settles_when_its_mirror_does(report: SettleReport) -> None:
 
 
 def test_a_larger_step_takes_as_much_longer_as_it_should(report: SettleReport) -> None:
-    ten_times = report.settle_for_us(10.0 * 510.0, within_px=1.0)
+    ten_times = max(found.settle_for_us(10.0 * 510.0, within_px=1.0) for found in report.axes)
     assert ten_times == pytest.approx(1e6 / RATE_PER_S * math.log(5100.0), rel=0.05)
 
 
@@ -284,6 +284,7 @@ def test_a_shift_is_found_to_a_fraction_of_a_pixel(shift_px: tuple[float, float]
 
 
 def test_half_of_a_step_is_done_when_the_mirror_has_gone_half_the_way(report: SettleReport) -> None:
+    assert len(report.axes) == 4
     for found in report.axes:
         assert found.response_us == pytest.approx(1e6 / RATE_PER_S * math.log(2.0), abs=150.0)
         assert 0.0 < found.response_open_us <= found.response_us + 150.0

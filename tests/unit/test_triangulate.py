@@ -12,14 +12,12 @@ from foveacam_pipeline.geometry import (
     closest_approach,
     depth_from_disparity_m,
     depth_sigma_m,
-    disparity_from_depth_px,
     eye_angles,
     point_from_direction,
     point_on_ray,
     points_from_plane,
     range_sigma_m,
     ray,
-    total_disparity_px,
     vergence_angles,
 )
 
@@ -34,9 +32,7 @@ DISTANCE = st.floats(1.0, 50.0)
 def test_disparity_gives_back_the_point_off_the_axis_too(ax: float, ay: float, distance_m: float) -> None:
     point = point_from_direction(ax, ay, distance_m)
     left, right = (F_PX * (point - eye)[:2] / point[2] for eye in (LEFT_M, RIGHT_M))
-    # The windows lie anywhere: only the total disparity counts.
-    d = total_disparity_px(left[0] - 311.0, right[0] + 87.5, u0_left_px=311.0, u0_right_px=-87.5)
-    z = depth_from_disparity_m(d, f_px=F_PX, baseline_m=B_M)
+    z = depth_from_disparity_m(left[0] - right[0], f_px=F_PX, baseline_m=B_M)
     found = points_from_plane([left], z.reshape(1), f_px=F_PX, baseline_m=B_M)[0]
     np.testing.assert_allclose(found, point, rtol=1e-9, atol=1e-9)
 
@@ -83,7 +79,6 @@ def test_vertical_mismatch_is_the_angle_between_the_gazes() -> None:
 def test_no_disparity_is_infinity_and_unknown_stays_unknown() -> None:
     z = depth_from_disparity_m([0.0, -3.0, np.nan, F_PX * B_M], f_px=F_PX, baseline_m=B_M)
     np.testing.assert_array_equal(z, [np.inf, np.inf, np.nan, 1.0])
-    assert disparity_from_depth_px(np.inf, f_px=F_PX, baseline_m=B_M) == 0.0
 
 
 def test_depth_sigma_is_the_slope_of_depth() -> None:
@@ -106,7 +101,7 @@ def test_range_sigma_follows_the_left_ray() -> None:
 
 def test_simulated_noise_of_disparity_spreads_depth_as_stated() -> None:
     noise_px, z_m = 0.25, 12.0
-    d = disparity_from_depth_px(z_m, f_px=F_PX, baseline_m=B_M)
+    d = F_PX * B_M / z_m
     drawn = d + noise_px * np.random.default_rng(0).standard_normal(20_000)
     spread = np.std(depth_from_disparity_m(drawn, f_px=F_PX, baseline_m=B_M))
     stated = depth_sigma_m(z_m, noise_px, f_px=F_PX, baseline_m=B_M)

@@ -43,6 +43,7 @@ def test_views_survive_a_folder_bit_for_bit(tmp_path: Path) -> None:
 def test_thumbnails_lie_beside_as_jpeg_named_by_their_view(tmp_path: Path) -> None:
     samples = _samples()
     samples.save(tmp_path)
+    assert len(list((tmp_path / "wide").glob("*.jpg"))) == len(list(samples)) == 3
     for sample in samples:
         picture = cv2.imread(str(tmp_path / "wide" / f"{sample.id}.jpg"))
         assert picture is not None

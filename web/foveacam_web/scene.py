@@ -274,18 +274,6 @@ class ViewerScene:
                 node.select(selected=name == fixation_id)
             self._show_parts()
 
-    @property
-    def fixations(self) -> tuple[str, ...]:
-        """Ids of the fixations in the scene, oldest first."""
-        with self._lock:
-            return tuple(self._fixations)
-
-    def _running(self) -> viser.ViserServer:
-        with self._lock:
-            if self._server is None:
-                raise RuntimeError("the 3D scene is not started; call start() first")
-            return self._server
-
     def _drop(self, fixation_id: str) -> None:
         node = self._fixations.pop(fixation_id, None)
         if node is not None:

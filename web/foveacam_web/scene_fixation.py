@@ -185,7 +185,7 @@ class LimitsNode:
         self._root = scene.add_frame(f"/fixations/{fixation_id}", show_axes=False)
         ends_m = drawing.ends_rig_m()
         self._nearest_m = ends_m[0]
-        self._line = scene.add_line_segments(
+        scene.add_line_segments(
             f"{self._root.name}/limits",
             (ends_m - ends_m[0])[None].astype(np.float32),
             LIMITS_COLOR,

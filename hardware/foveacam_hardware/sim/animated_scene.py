@@ -59,11 +59,6 @@ class AnimatedScene:
         self._lock = threading.Lock()
         self.rig_pose: RigPoseAtTime = unmoved_rig
 
-    @property
-    def moves(self) -> bool:
-        """Whether any object of the scene moves."""
-        return bool(self._moving)
-
     def radiance(self, projection: Projection, t_s: float, *, channels: int) -> NDArray[np.float32]:
         """Return the radiance (h, w) or (h, w, 3) float32, 0..1, in a camera at scene time `t_s`."""
         with self._lock:

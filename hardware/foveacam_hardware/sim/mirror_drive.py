@@ -94,11 +94,6 @@ class MirrorDrive:
         self.words: list[tuple[int, int]] = []
         """The last words written to the left and right DAC, for tests of the SPI bus."""
 
-    @property
-    def rail_on(self) -> bool:
-        """Whether the high voltage is on."""
-        return self._rail
-
     def set_rail(self, t_ns: int, *, on: bool) -> None:
         """Switch the high voltage."""
         if on != self._rail:

@@ -119,7 +119,6 @@ class FoldedEye:
         mounting = rotation(np.array([*assembly.mirror_turn_rad, 0.0]))
         self._normal = mounting @ nominal_normal
         self._outer = mounting @ np.array([0.0, 1.0, 0.0])
-        self._inner = np.cross(self._normal, self._outer)
         nominal_camera_from_rig = READOUT_FLIP @ reflection(nominal_normal)
         self._camera_from_rig = rotation(np.array(assembly.camera_turn_rad)) @ nominal_camera_from_rig
         offset_m = np.array([*assembly.axis_offset_m, -PUPIL_BEFORE_MIRROR_M])
@@ -152,11 +151,6 @@ class FoldedEye:
         matrix = self._k @ READOUT_FLIP @ self._camera_from_rig @ mirror @ mount.T
         centre_m = self.pivot_m + mount @ mirror @ (self._pupil_m - self.pivot_m)
         return EyeProjection(matrix=matrix, centre_m=centre_m)
-
-
-def gaze(view: EyeProjection) -> Vector:
-    """Return the unit ray of the fovea's image centre, rig frame."""
-    return view.direction((FOVEA_WIDTH - 1) / 2, (FOVEA_HEIGHT - 1) / 2)
 
 
 def _side(role: Role) -> int:

@@ -36,9 +36,8 @@ class TrueSurfacePoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrueSurroundings:
-    """The surfaces around a wide pixel: textured share, nearest and farthest range, names."""
+    """The surfaces around a wide pixel: nearest and farthest range, names."""
 
-    textured_fraction: float
     nearest_m: float
     farthest_m: float
     names: tuple[str, ...]
@@ -113,19 +112,14 @@ class Truth:
         rendered = self.world.animated_scene.probe(
             wide, self.world.scene_s(t_ns), roi=(x0, y0, x1 - x0, y1 - y0)
         )
-        numbers, counts = np.unique(rendered.ids, return_counts=True)
-        textured = sum(
-            int(n) for k, n in zip(numbers, counts, strict=True) if self.world.animated_scene.textured(int(k))
-        )
         hit = rendered.ids >= 0
         y, x = np.nonzero(hit)
         ranges_m = wide.range_m(np.column_stack([x + x0, y + y0]), rendered.depth_m[hit])
         names = self.world.animated_scene.scene.names
         return TrueSurroundings(
-            textured_fraction=textured / rendered.ids.size,
             nearest_m=float(ranges_m.min()) if len(ranges_m) else np.inf,
             farthest_m=float(ranges_m.max()) if hit.all() else np.inf,
-            names=tuple(names[int(k)] for k in numbers if k >= 0),
+            names=tuple(names[int(k)] for k in np.unique(rendered.ids) if k >= 0),
         )
 
     def _contrast(self, ray: NDArray[np.float64], t_ns: int) -> float:

@@ -15,7 +15,6 @@ from foveacam_hardware.wire.cobs import cobs_encode
 
 USB_VENDOR_ID = 0x16C0
 USB_PRODUCT_ID = 0x0483
-BAUD = 115_200
 MAX_PACKET_BYTES = 254
 MAX_SEQUENCE = 0xFFFF
 SILENT = 0

@@ -23,7 +23,6 @@ REALTIME = STATUS + FEED_HOLD + RESUME + RESET + JOG_CANCEL
 LETTERS = "XYZ"
 """Axes in the order of the positions in reports."""
 HOME = "$H"
-UNLOCK = "$X"
 SETTINGS = "$$"
 BUILD_INFO = "$I"
 

@@ -9,9 +9,7 @@ from foveacam_pipeline.geometry.angles import (
 )
 from foveacam_pipeline.geometry.pinhole import (
     PinholeWindow,
-    angles_from_plane,
     homography_apply,
-    plane_from_angles,
 )
 from foveacam_pipeline.geometry.polynomial import (
     BivariatePolynomial,
@@ -25,10 +23,8 @@ from foveacam_pipeline.geometry.triangulate import (
     closest_approach,
     depth_from_disparity_m,
     depth_sigma_m,
-    disparity_from_depth_px,
     points_from_plane,
     range_sigma_m,
-    total_disparity_px,
 )
 from foveacam_pipeline.geometry.verging import (
     eye_angles,
@@ -42,19 +38,16 @@ __all__ = [
     "PinholeWindow",
     "PolynomialFit",
     "RayIntersection",
-    "angles_from_plane",
     "angles_from_rays",
     "angles_from_tan",
     "closest_approach",
     "depth_from_disparity_m",
     "depth_sigma_m",
-    "disparity_from_depth_px",
     "eye_angles",
     "fit_best_order",
     "fit_polynomial",
     "homography_apply",
     "monomials",
-    "plane_from_angles",
     "point_from_direction",
     "point_on_ray",
     "points_from_plane",
@@ -62,6 +55,5 @@ __all__ = [
     "ray",
     "rays_from_angles",
     "tan_from_angles",
-    "total_disparity_px",
     "vergence_angles",
 ]

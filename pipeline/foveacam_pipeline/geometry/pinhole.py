@@ -9,18 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from foveacam_pipeline.geometry.angles import angles_from_tan, tan_from_angles
 from foveacam_pipeline.geometry.shapes import as_rows
-
-
-def plane_from_angles(angles_rad: ArrayLike, *, f_px: float) -> NDArray[np.float64]:
-    """Return (n, 2) float64 plane coordinates (u, v), px, of `angles_rad`: (n, 2)."""
-    return f_px * tan_from_angles(angles_rad)
-
-
-def angles_from_plane(plane_px: ArrayLike, *, f_px: float) -> NDArray[np.float64]:
-    """Return (n, 2) float64 angles, rad, of `plane_px`: (n, 2) (u, v)."""
-    return angles_from_tan(as_rows(plane_px, columns=2, name="plane_px") / f_px)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,16 +31,6 @@ class PinholeWindow:
         """Return (n, 2) window pixels of `plane_px`: (n, 2)."""
         rows = as_rows(plane_px, columns=2, name="plane_px")
         return np.column_stack([rows[:, 0] - self.u0_px, rows[:, 1] - self.v0_px])
-
-    def scaled(self, scale: float) -> "PinholeWindow":
-        """Return the window of the same field at `scale` times the resolution (pixel edges kept)."""
-        return PinholeWindow(
-            u0_px=scale * (self.u0_px - 0.5) + 0.5,
-            v0_px=scale * (self.v0_px - 0.5) + 0.5,
-            width=round(self.width * scale),
-            height=round(self.height * scale),
-            f_px=self.f_px * scale,
-        )
 
 
 def homography_apply(homography: NDArray[np.float64], points: ArrayLike) -> NDArray[np.float64]:

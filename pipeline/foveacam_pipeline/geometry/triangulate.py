@@ -14,25 +14,12 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.geometry.shapes import as_rows
 
 
-def total_disparity_px(
-    left_x_px: ArrayLike, right_x_px: ArrayLike, *, u0_left_px: float, u0_right_px: float
-) -> NDArray[np.float64]:
-    """Return d of window columns: the plane coordinate in the left window minus that in the right one."""
-    left = np.asarray(left_x_px, dtype=np.float64) + u0_left_px
-    return left - (np.asarray(right_x_px, dtype=np.float64) + u0_right_px)
-
-
 def depth_from_disparity_m(disparity_px: ArrayLike, *, f_px: float, baseline_m: float) -> NDArray[np.float64]:
     """Return Z, m, of total disparity: any shape; inf where d <= 0, NaN where d is NaN."""
     d = np.asarray(disparity_px, dtype=np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
         z = np.where(d > 0.0, f_px * baseline_m / d, np.inf)
     return np.where(np.isnan(d), np.nan, z)
-
-
-def disparity_from_depth_px(depth_m: ArrayLike, *, f_px: float, baseline_m: float) -> NDArray[np.float64]:
-    """Return the total disparity, px, of depths Z > 0 (inf gives 0)."""
-    return f_px * baseline_m / np.asarray(depth_m, dtype=np.float64)
 
 
 def depth_sigma_m(

@@ -71,11 +71,10 @@ class _Samples:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Fit:
-    """Coefficients (a, b, c), their covariance from matching, residuals, px, and the inliers."""
+    """Coefficients (a, b, c), their covariance from matching, and the inliers."""
 
     abc: NDArray[np.float64]
     cov: NDArray[np.float64]
-    residual_px: NDArray[np.float64]
     inlier: NDArray[np.bool_]
 
 
@@ -133,7 +132,6 @@ def _robust(samples: _Samples) -> _Fit:
     return _Fit(
         abc=shift @ abc,
         cov=shift @ cov @ shift.T,
-        residual_px=samples.d_px - design @ abc,
         inlier=inlier,
     )
 

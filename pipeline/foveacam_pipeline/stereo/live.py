@@ -144,27 +144,6 @@ def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> Dispar
     )
 
 
-def compile_kernels() -> None:
-    """Compile the kernels of depth, once on a machine; otherwise the first map takes some seconds longer."""
-    image = np.random.default_rng(0).integers(0, 255, (64, 64), dtype=np.uint8)
-    valid = np.ones(image.shape, dtype=np.bool_)
-    match_live(
-        RectifiedPair(
-            left=image,
-            right=image,
-            valid_left=valid,
-            valid_right=valid,
-            f_px=1_000.0,
-            baseline_m=0.2,
-            u0_left_px=0.0,
-            u0_right_px=-20.0,
-            v0_px=0.0,
-            pose_sigma_px=0.0,
-            t_ns=0,
-        )
-    )
-
-
 def _seen(cells_px: FloatImage, valid_right: NDArray[np.uint8]) -> NDArray[np.bool_]:
     """Return whether the matched cell lies in the valid part of the right window."""
     rows, columns = (np.arange(side, dtype=np.float32) for side in cells_px.shape)

@@ -1,12 +1,8 @@
-"""Write a point cloud as PLY: binary little endian, one vertex a point, units and frame in comments."""
-
-from pathlib import Path
+"""A point cloud as PLY: binary little endian, one vertex a point, units and frame in comments."""
 
 import numpy as np
 
-from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.stereo.values import Cloud
-from foveacam_pipeline.storage.disk import write_file
 
 VERTEX = np.dtype(
     [
@@ -20,16 +16,6 @@ VERTEX = np.dtype(
     ]
 )
 TYPES = {"<f4": "float", "|u1": "uchar"}
-
-
-def write_ply(cloud: Cloud, path: Path) -> None:
-    """Write the cloud to `path`, atomically; raise InvalidInput where it cannot be written."""
-    try:
-        write_file(path, ply_bytes(cloud))
-    except OSError as error:
-        raise InvalidInput(
-            f"cloud to {path}: {error.strerror or error}; choose a folder that can be written"
-        ) from error
 
 
 def ply_bytes(cloud: Cloud) -> bytes:

@@ -53,7 +53,6 @@ class TargetReport:
     looks: int
     hits: int
     """Looks that showed it."""
-    last_look_ns: int
     last_hit_ns: int
     score: float
     """Weaker correlation of both eyes in the last look that showed it."""
@@ -102,7 +101,7 @@ class FollowedTarget:
         self._wide: tuple[int, TrackMatch] | None = None
         self._misses, self._other, self._rests = 0, 0, False
         self._looks, self._hits, self._score = 0, 0, 1.0
-        self._last_look_ns = self._last_hit_ns = t_ns
+        self._last_hit_ns = t_ns
         self.use_tracker(tracker, wide, t_ns)
 
     def use_tracker(self, kind: TrackerKind, wide: NDArray[np.uint8], t_ns: int) -> None:
@@ -180,7 +179,6 @@ class FollowedTarget:
             least_score=AGAIN_SCORE if self.lost else FOUND_SCORE,
         )
         self._looks += 1
-        self._last_look_ns = t_ns
         if reading is None or not self._possible(reading):
             self._misses += 1
             if by_wide:
@@ -201,7 +199,6 @@ class FollowedTarget:
             estimate=self.at(t_ns),
             looks=self._looks,
             hits=self._hits,
-            last_look_ns=self._last_look_ns,
             last_hit_ns=self._last_hit_ns,
             score=self._score,
             wide_score=None if self._wide is None else self._wide[1].score,

@@ -9,7 +9,6 @@ judged by the simulation's truth at the moment of the last look. A distance with
 import json
 import math
 import sys
-import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -52,7 +51,6 @@ class JudgedClick:
     fixation: Fixation
     off_centre_px: float
     """Distance of the point from the centre of the nearer fovea image, fovea px."""
-    wall_ms: float
 
     @property
     def error_m(self) -> float:
@@ -113,10 +111,8 @@ def judge(
     x_px, y_px = pixel.tolist()
     shown = rig.head.wide()  # a click refers to the shown picture, which is a moment old
     click = classify_click(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
-    began_s = time.perf_counter()
     target, known = PixelTarget(x_px=x_px, y_px=y_px), PriorKnowledge(context=context)
     fixation = fixate(rig.head, calibration, target, clock=rig.clock, known=known, clicked=shown)
-    wall_ms = 1e3 * (time.perf_counter() - began_s)
     if context is not None:
         fuse_fixation(context, fixation, calibration)
     t_ns = rig.clock.now_ns() if fixation.sighting is None else fixation.sighting.left.t_ns
@@ -129,7 +125,6 @@ def judge(
         range_m=math.inf if point is None else float(np.linalg.norm(point)),
         fixation=replace(fixation, sighting=None),  # frees the frames
         off_centre_px=_off_centre_px(truth, fixation, truth.wide_rays(pixel[None])[0], point),
-        wall_ms=wall_ms,
     )
 
 

@@ -56,7 +56,6 @@ class RigKnowledge:
 class DisplayServices:
     """Views, live streams, the overlay of the wide view, and the 3D pane."""
 
-    boot_id: str
     hub: FrameHub
     tap: FrameTap
     """Where frames and pictures are published: it passes them to the hub and to recordings."""
@@ -100,16 +99,14 @@ def open_displays(
     foundation: ServerFoundation, knowledge: RigKnowledge, *, loop: asyncio.AbstractEventLoop
 ) -> DisplayServices:
     """Open the views and, unless it is switched off, the 3D pane."""
-    boot_id = secrets.token_hex(6)
     hub = FrameHub(clock=foundation.clock)
-    streams = LiveStreams(hub, boot_id=boot_id)
+    streams = LiveStreams(hub, boot_id=secrets.token_hex(6))
     foundation.stack.callback(streams.close)
     tap = FrameTap(hub)
     stereo = LiveStereo(tap, calibration=lambda: knowledge.calibration.current, clock=foundation.clock)
     stereo.start()
     foundation.stack.callback(stereo.close)
     return DisplayServices(
-        boot_id=boot_id,
         hub=hub,
         tap=tap,
         streams=streams,

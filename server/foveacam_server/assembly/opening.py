@@ -79,7 +79,6 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     _start_scene_follower(foundation, knowledge, displays, hardware)
     return Services(
         settings=settings,
-        boot_id=displays.boot_id,
         clock=foundation.clock,
         store=foundation.store,
         events=foundation.events,

@@ -48,7 +48,6 @@ class Services:
     """The services of one running server."""
 
     settings: Settings
-    boot_id: str
     """Changes at every start, so that a page detects a restart."""
     clock: Clock
     store: Store

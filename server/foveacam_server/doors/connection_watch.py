@@ -54,7 +54,6 @@ class ConnectionWatch:
 
     def __init__(self) -> None:
         self._progress: dict[object, _Progress] = {}
-        self.aborted = 0
 
     async def run(self, connections: Iterable[Connection]) -> None:
         """Check once a second, until cancelled; `connections` is the server's own set."""
@@ -71,7 +70,6 @@ class ConnectionWatch:
             if reason is None:
                 self._progress[connection] = progress
                 continue
-            self.aborted += 1
             _log.info("connection of %s aborted: %s", connection.client, reason)
             connection.transport.abort()
 

@@ -19,10 +19,10 @@ import numpy as np
 from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
 from fastapi.responses import JSONResponse, StreamingResponse
 
-from foveacam_bench.servers import serving
 from foveacam_server.console import pages
 from foveacam_server.console.page_policy import content_policy
 from foveacam_server.rig.stream_messages import HEADER
+from tests.local_server import serving
 
 from . import calibration_documents as documents
 from . import rig_documents

@@ -17,10 +17,10 @@ import pytest
 from fastapi import FastAPI
 from playwright.sync_api import Locator, Page, Route, expect
 
-from foveacam_bench.servers import serving
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
+from tests.local_server import serving
 
 from .console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of
 from .stub_server import StubServer, application

@@ -12,13 +12,14 @@ from fastapi import FastAPI
 from fastapi.responses import HTMLResponse
 from playwright.sync_api import Browser, Page
 
-from foveacam_bench.servers import serving
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.console import security, viser_relay
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import RigShape
+from tests.local_server import serving
+from tests.viewer import viewer_of
 
 pytestmark = pytest.mark.browser
 
@@ -105,7 +106,7 @@ def test_the_pane_draws_and_a_click_on_a_surface_selects_it(
     page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.goto(f"http://127.0.0.1:{port}/viser/")
-    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
     wait_until(page, lambda: any(frame.url.endswith("/view") for frame in page.frames))
 
     def click() -> bool:
@@ -123,7 +124,7 @@ def test_inside_the_console_nothing_is_drawn_while_nothing_changes(
 ) -> None:
     page.add_init_script(COUNT_DRAWINGS)
     page.goto(f"http://127.0.0.1:{port}/viser/?embedded=1")
-    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
 
     def rests() -> bool:
         drawings: int = page.evaluate("window.drawings")
@@ -138,7 +139,7 @@ def test_inside_the_console_the_panels_are_folded_and_the_views_not_loaded_again
     scene: ViewerScene, port: int, page: Page
 ) -> None:
     page.goto(f"http://127.0.0.1:{port}/viser/?embedded=1")
-    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
     panel = page.locator('[data-testid="floating-panel"] [data-dock-minimize]')
     wait_until(page, lambda: panel.count() == 1 and panel.get_attribute("aria-expanded") == "false")
     wait_until(page, lambda: page.locator('[data-dock-region-collapse="left"]').count() == 0)
@@ -152,22 +153,22 @@ def test_a_frame_without_focus_reconnects_when_the_pane_comes_back(
     scene: ViewerScene, port: int, page: Page
 ) -> None:
     page.goto(f"http://127.0.0.1:{port}/")
-    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
     page.get_by_role("button", name="here").click()
     gone = threading.Event()
 
-    @scene._running().on_client_disconnect
+    @viewer_of(scene).on_client_disconnect
     async def _(_client: object) -> None:
         gone.set()
 
-    scene._running()._websock_server.disconnect_all_clients()
+    viewer_of(scene)._websock_server.disconnect_all_clients()
     wait_until(page, gone.is_set)
-    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
 
 
 def test_viewers_are_brought_to_what_was_seen_last(scene: ViewerScene, port: int, page: Page) -> None:
     page.goto(f"http://127.0.0.1:{port}/viser/")
-    wait_until(page, lambda: len(scene._running().get_clients()) == 1)
+    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
     scene.show_fixation(
         "fix-2",
         label="Farther wall",
@@ -176,7 +177,7 @@ def test_viewers_are_brought_to_what_was_seen_last(scene: ViewerScene, port: int
         distance_sigma_m=0.01,
         mesh=wall(8.0),
     )
-    (viewer,) = scene._running().get_clients().values()
+    (viewer,) = viewer_of(scene).get_clients().values()
 
     def arrived() -> bool:  # as the browser tells it back
         offset_m = np.asarray(viewer.camera.position) - (1.0, 0.0, 8.0)

@@ -30,16 +30,6 @@ class CameraClock:
         self._origin: Pair = (0, 0)
         self._drift = 0.0
 
-    @property
-    def known(self) -> bool:
-        """Whether any pair was observed."""
-        return bool(self._minima)
-
-    @property
-    def drift_ppm(self) -> float:
-        """How much faster the host's clock runs, parts per million."""
-        return self._drift * 1e6
-
     def reset(self) -> None:
         """Discard all pairs: the camera's clock was reset."""
         self._minima.clear()

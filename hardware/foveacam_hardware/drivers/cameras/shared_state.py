@@ -17,7 +17,6 @@ from foveacam_hardware.contract import (
     ValueRange,
 )
 
-_OPENED = (CameraPhase.READY, CameraPhase.STREAMING, CameraPhase.DEGRADED)
 OUTAGE = (CameraPhase.LOST, CameraPhase.BACKOFF, CameraPhase.OPENING)
 """Phases of an outage, during which `since_ns` and `reason` remain those of the loss."""
 NEXT = {
@@ -66,11 +65,6 @@ class LinkState:
             reason=reason or (before.reason if same_outage else ""),
             epoch=before.epoch + opened,
         )
-
-    @property
-    def opened(self) -> bool:
-        """Whether the device is open."""
-        return self._link.phase in _OPENED
 
 
 class BackOff:

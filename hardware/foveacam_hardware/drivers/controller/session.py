@@ -83,11 +83,6 @@ class ControllerSession:
         with self._lock:
             self._crc, self._crc_after = False, None
 
-    @property
-    def crc(self) -> bool:
-        """Whether packets carry a CRC now."""
-        return self._crc
-
     def post(self, *messages: Message) -> None:
         """Send requests that the controller executes without a reply."""
         with self._lock:

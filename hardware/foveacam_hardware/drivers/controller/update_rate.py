@@ -33,7 +33,6 @@ class UpdateRateGovernor:
     def begin(self, t_ns: int, *, baseline_ms: float) -> None:
         """Start at the ceiling; `baseline_ms`: p95 of the round trips at the connect."""
         self.rate_hz = self.ceiling_hz
-        self.halvings = 0
         self._baseline_ms = max(baseline_ms, LEAST_BASELINE_MS)
         self._stalls = 0
         self._adjusted_ns = t_ns
@@ -53,7 +52,6 @@ class UpdateRateGovernor:
         slow = rtt_p95_ms is not None and rtt_p95_ms > SLOWER_BY * self._baseline_ms
         if stalled or slow or queued_bytes > QUEUE_LIMIT_BYTES:
             self.rate_hz = max(self.floor_hz, self.rate_hz / 2)
-            self.halvings += 1
         else:
             self.rate_hz = min(self.ceiling_hz, self.rate_hz + STEP_HZ * periods)
 

@@ -77,8 +77,6 @@ class GrblSession:
         """Whether the board is silent because of its alarm."""
         self.restarts = 0
         """Number of greetings received."""
-        self.bad_lines = 0
-        """Number of received lines that could not be parsed."""
 
     def realtime(self, byte: bytes) -> None:
         """Send a real-time byte, without waiting."""
@@ -145,7 +143,6 @@ class GrblSession:
                 try:
                     self._process(parse(text))
                 except BadGrblLine:
-                    self.bad_lines += 1
                     logger.warning("%s: not a line of Grbl's: %r", self._name, text[:80])
 
     def close(self) -> None:

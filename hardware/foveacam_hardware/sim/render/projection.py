@@ -60,12 +60,6 @@ class RayTable:
         self.width, self.height = width, height
         self.digest = hashlib.blake2b(self.shift_px.tobytes(), digest_size=16).digest()
 
-    def undistorted_px(self) -> F64:
-        """Return the table as it was given, (h, w, 2)."""
-        x, y = np.meshgrid(np.arange(self.width), np.arange(self.height))
-        grid: F64 = np.stack([x, y], axis=-1).astype(np.float64) + self.shift_px
-        return grid
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Projection:

@@ -169,11 +169,6 @@ class Scene:
         self._flat: tuple[SceneGeometry, MaterialTables] | None = None
 
     @property
-    def revision(self) -> int:
-        """A number that grows with every change."""
-        return self._revision
-
-    @property
     def names(self) -> tuple[str, ...]:
         """Return the objects' names by number."""
         return tuple(self._names)

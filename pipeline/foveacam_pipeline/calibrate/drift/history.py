@@ -92,15 +92,6 @@ class DriftHistory:
         found = (self._parsed(line, number) for number, line in lines if line)
         return [record for record in found if record is not None]
 
-    def find(self, record_id: str) -> DriftRecord:
-        """Return one check by its id; raise InvalidInput when there is none."""
-        for record in self.records():
-            if record.id == record_id:
-                return record
-        raise InvalidInput(
-            f"drift check {record_id!r} is not in {self._path}; list the checks and give one's id"
-        )
-
     def _parsed(self, line: str, number: int) -> DriftRecord | None:
         """Return the check of a line; None when writing it was interrupted."""
         try:

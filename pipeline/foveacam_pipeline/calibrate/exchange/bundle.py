@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.calibrate.exchange.canonical import Json, triple_hash
+from foveacam_pipeline.calibrate.exchange.canonical import Json
 from foveacam_pipeline.calibrate.exchange.extrinsic import extrinsic_record
 from foveacam_pipeline.calibrate.exchange.files import DeviceBundle
 from foveacam_pipeline.calibrate.exchange.intrinsic import intrinsic_record
@@ -13,15 +13,6 @@ from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.models.calibration import Calibration
 
 NO_DRIFT = ((0.0, 0.0), (0.0, 0.0))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CameraKeys:
-    """Keys of the three cameras of a rig (`canonical.camera_key`)."""
-
-    left: str
-    centre: str
-    right: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +29,6 @@ def bundle_of(
     calibration: Calibration,
     sweeps: Sequence[Sweep],
     *,
-    keys: CameraKeys | None = None,
     settings: RigSettings | None = None,
     rms_px: float | None = None,
 ) -> DeviceBundle:
@@ -65,7 +55,6 @@ def bundle_of(
     return DeviceBundle(
         config=_config(calibration, settings or RigSettings()),
         records=tuple(records),
-        triple=None if keys is None else triple_hash(left=keys.left, centre=keys.centre, right=keys.right),
     )
 
 

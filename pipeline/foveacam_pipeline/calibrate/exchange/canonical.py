@@ -14,7 +14,7 @@ from foveacam_hardware.contract import InvalidInput
 Json: TypeAlias = Mapping[str, "Json"] | Sequence["Json"] | str | float | int | bool | None
 """A value of a JSON document."""
 ID_DIGITS = 32
-"""Hexadecimal digits of the SHA-256 that name a record or a triple of cameras (FEATURES: authors' files)."""
+"""Hexadecimal digits of the SHA-256 that name a record (FEATURES: authors' files)."""
 _LONGEST_PLAIN = 21  # ECMA-262, Number::toString: from 1e21 on with an exponent
 _SMALLEST_PLAIN = -6  # and below 1e-6
 
@@ -63,22 +63,7 @@ def canonical_text(value: Json) -> str:
 
 def record_id(inner: Json) -> str:
     """Return the id of a record with this inner document."""
-    return _name(canonical_text(inner))
-
-
-def triple_hash(*, left: str, centre: str, right: str) -> str:
-    """Return the name of a rig: the hash of the keys of its three cameras."""
-    text = f'{{"L":{string_text(left)},"C":{string_text(centre)},"R":{string_text(right)}}}'
-    return _name(text)
-
-
-def camera_key(vendor: str, model: str, serial: str) -> str:
-    """Return the key of a camera: vendor_model_serial without spaces."""
-    return "_".join((vendor, model, serial)).replace(" ", "-")
-
-
-def _name(text: str) -> str:
-    return hashlib.sha256(text.encode("utf-8")).hexdigest()[:ID_DIGITS]
+    return hashlib.sha256(canonical_text(inner).encode("utf-8")).hexdigest()[:ID_DIGITS]
 
 
 def _shortest_digits(number: float) -> tuple[str, int]:

@@ -123,32 +123,8 @@ class IntrinsicInner(_Document):
     calibration: Solve
 
 
-class Association(_Document):
-    """A camera that a record belongs to, alone or in a rig."""
-
-    camera_key: Annotated[str, Field(alias="cameraKey", min_length=1)]
-    triple_hash: Annotated[str | None, Field(alias="tripleHash")] = None
-    role: RoleLetter | None = None
-
-
-class Outer(_Document):
-    """The fields of a record that may change without changing its id."""
-
-    created: str
-    label: str | None = None
-    associations: list[Association] = []
-    sources: list[Id] | None = None
-
-
-class StoredRecord(_Document):
-    """A record in the store of the authors' application."""
-
-    id: str
-    outer: Outer
-
-
 class ExportedRecord(_Document):
-    """A record as exported, without its associations."""
+    """A record as exported."""
 
     id: str
     created: str

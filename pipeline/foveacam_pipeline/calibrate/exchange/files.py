@@ -1,19 +1,13 @@
-"""Reading and writing of the authors' files: single records, stored records and device bundles.
+"""Device bundles of the authors' application as JSON documents; invalid ones are refused by name."""
 
-Invalid files are refused by name; existing files are never overwritten.
-"""
-
-import json
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
-from typing import NoReturn
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.exchange.canonical import Json
-from foveacam_pipeline.calibrate.exchange.documents import DeviceConfig, ExportedRecord, StoredRecord
+from foveacam_pipeline.calibrate.exchange.documents import DeviceConfig, ExportedRecord
 from foveacam_pipeline.calibrate.exchange.record import (
     LETTER_OF,
     LETTERS,
@@ -22,12 +16,8 @@ from foveacam_pipeline.calibrate.exchange.record import (
     checked_date,
     parsed,
 )
-from foveacam_pipeline.calibrate.records.new_file import write_new
 
-RECORD_SCHEMA = "fovea-calibration-record@1"
 BUNDLE_SCHEMA = "fovea-device-config@1"
-LARGEST_BYTES = 64 * 2**20
-"""Maximum size of a file that is read; a record of 1000 poses has about 2 MB."""
 
 logger = logging.getLogger(__name__)
 
@@ -36,12 +26,11 @@ logger = logging.getLogger(__name__)
 class DeviceBundle:
     """A rig's settings with all its records.
 
-    `config`: the document, unchanged; `settings`: its parsed form. `triple`: hash of its three cameras' keys.
+    `config`: the document, unchanged; `settings`: its parsed form.
     """
 
     config: Mapping[str, Json]
     records: tuple[ExchangeRecord, ...]
-    triple: str | None = None
 
     @property
     def settings(self) -> DeviceConfig:
@@ -49,51 +38,12 @@ class DeviceBundle:
         return parsed(DeviceConfig, self.config, what="device bundle")
 
 
-def read_record(path: Path) -> ExchangeRecord:
-    """Read a record that was exported, or one from the store of the authors' application."""
-    return record_from(_read(path), what=str(path))
-
-
-def read_bundle(path: Path) -> DeviceBundle:
-    """Read a device bundle."""
-    return bundle_from(_read(path), what=str(path))
-
-
-def write_record(record: ExchangeRecord, path: Path, *, exported: datetime) -> None:
-    """Write a record as the authors' application exports it; `path` must be free."""
-    write_new(path, _text(record_document(record, exported=exported)))
-
-
-def write_bundle(bundle: DeviceBundle, path: Path, *, exported: datetime) -> None:
-    """Write a device bundle; `path` must be free."""
-    write_new(path, _text(bundle_document(bundle, exported=exported)))
-
-
-def record_document(record: ExchangeRecord, *, exported: datetime) -> dict[str, Json]:
-    """Return the export document of a record."""
-    return {"schema": RECORD_SCHEMA, "exported": date_text(exported), "record": _exported(record)}
-
-
 def bundle_document(bundle: DeviceBundle, *, exported: datetime) -> dict[str, Json]:
     """Return the document of a bundle."""
     document: dict[str, Json] = {"schema": BUNDLE_SCHEMA, "exported": date_text(exported)}
-    if bundle.triple is not None:
-        document["sourceTripleHash"] = bundle.triple
     document["config"] = bundle.config
     document["records"] = [_exported(record) for record in bundle.records]
     return document
-
-
-def record_from(document: Mapping[str, Json], *, what: str) -> ExchangeRecord:
-    """Return the record of an export document or of a stored one; `what` names it in refusals."""
-    if document.get("schema") == RECORD_SCHEMA:
-        return _from_export(_mapping(document, "record", what=what), what=what)
-    if "schema" not in document and "inner" in document and "outer" in document:
-        return _from_store(document, what=what)
-    raise InvalidInput(
-        f"{what}: a document {RECORD_SCHEMA!r} is needed, {document.get('schema')!r} was found; "
-        "give the file of a calibration record"
-    )
 
 
 def bundle_from(document: Mapping[str, Json], *, what: str) -> DeviceBundle:
@@ -106,14 +56,12 @@ def bundle_from(document: Mapping[str, Json], *, what: str) -> DeviceBundle:
     records = document.get("records")
     if not isinstance(records, list):
         raise InvalidInput(f"{what}: records: a list is needed; give the file as it was exported")
-    triple = document.get("sourceTripleHash")
     bundle = DeviceBundle(
         config=_mapping(document, "config", what=what),
         records=tuple(
             _from_export(_as_mapping(item, what=f"{what}: records.{k}"), what=f"{what}: records.{k}")
             for k, item in enumerate(records)
         ),
-        triple=triple if isinstance(triple, str) else None,
     )
     parsed(DeviceConfig, bundle.config, what=f"{what}: config")
     return bundle
@@ -134,23 +82,6 @@ def _from_export(document: Mapping[str, Json], *, what: str) -> ExchangeRecord:
         label=facts.label,
         sources=tuple(facts.sources or ()),
         role=LETTERS[facts.role] if facts.role else None,
-        stated_id=facts.id,
-    )
-    return _checked(record, what=what)
-
-
-def _from_store(document: Mapping[str, Json], *, what: str) -> ExchangeRecord:
-    facts = parsed(StoredRecord, document, what=what)
-    inner = _mapping(document, "inner", what=what)
-    roles = {association.role for association in facts.outer.associations if association.role}
-    record = ExchangeRecord(
-        kind=_kind(inner, what=what),
-        inner=inner,
-        created_utc=checked_date(facts.outer.created, what=what),
-        label=facts.outer.label,
-        sources=tuple(facts.outer.sources or ()),
-        role=LETTERS[roles.pop()] if len(roles) == 1 else None,
-        associations=tuple(facts.outer.associations),
         stated_id=facts.id,
     )
     return _checked(record, what=what)
@@ -196,28 +127,3 @@ def _as_mapping(value: Json, *, what: str) -> Mapping[str, Json]:
     if not isinstance(value, Mapping):
         raise InvalidInput(f"{what}: an object is needed; give the file as it was exported")
     return value
-
-
-def _text(document: Mapping[str, Json]) -> str:
-    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def _read(path: Path) -> Mapping[str, Json]:
-    try:
-        if path.stat().st_size > LARGEST_BYTES:
-            raise InvalidInput(
-                f"{path} has {path.stat().st_size} bytes, a record has {LARGEST_BYTES} at most; "
-                "give the file of a record"
-            )
-        document = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse_constant)
-    except FileNotFoundError as error:
-        raise InvalidInput(f"there is no file {path}; give the path of an exported record") from error
-    except (OSError, ValueError, RecursionError) as error:
-        raise InvalidInput(
-            f"{path} cannot be read as JSON ({error}); it is damaged or cut off, export it again"
-        ) from error
-    return _as_mapping(document, what=str(path))
-
-
-def _refuse_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number")

@@ -16,16 +16,9 @@ COEFFICIENTS = (4, 5, 8, 12, 14)
 """Numbers of distortion coefficients of OpenCV's models."""
 
 
-def intrinsics_of(
-    record: ExchangeRecord, *, size: tuple[int, int] | None = None, key: str | None = None
-) -> Intrinsics:
-    """Return the wide camera's intrinsics of a record.
-
-    `size`: (width, height), px, and `key`, of the rig's camera; a record of another one is refused.
-    """
+def intrinsics_of(record: ExchangeRecord, *, size: tuple[int, int] | None = None) -> Intrinsics:
+    """Return the wide camera's intrinsics of a record; refuse one of another `size`: (width, height), px."""
     record.check(kind=RecordKind.INTRINSIC, role=Role.WIDE)
-    if key is not None:
-        record.check_camera(key)
     solve = record.intrinsic().calibration
     found = solve.sensor_size.width, solve.sensor_size.height
     if size is not None and found != size:

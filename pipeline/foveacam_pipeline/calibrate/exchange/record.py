@@ -14,7 +14,6 @@ from pydantic import BaseModel, ValidationError
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.exchange.canonical import Json, record_id
 from foveacam_pipeline.calibrate.exchange.documents import (
-    Association,
     ExtrinsicInner,
     IntrinsicInner,
 )
@@ -47,7 +46,6 @@ class ExchangeRecord:
     label: str | None = None
     sources: tuple[str, ...] = ()
     role: Role | None = None
-    associations: tuple[Association, ...] = ()
     stated_id: str | None = None
 
     @property
@@ -72,15 +70,6 @@ class ExchangeRecord:
             raise InvalidInput(
                 f"record {self.id} is of the {self.role.value} camera, one of the {role.value} camera is "
                 "needed here; give the records in their places"
-            )
-
-    def check_camera(self, key: str) -> None:
-        """Raise InvalidInput when the record belongs to cameras, but not to the one with this key."""
-        keys = sorted({association.camera_key for association in self.associations})
-        if keys and key not in keys:
-            raise InvalidInput(
-                f"record {self.id} belongs to {', '.join(keys)}, this camera is {key}; "
-                "give the record of this camera"
             )
 
     def extrinsic(self) -> ExtrinsicInner:

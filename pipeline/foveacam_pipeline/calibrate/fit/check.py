@@ -57,21 +57,18 @@ class CheckSettings:
 class RowMatch:
     """One point seen by both foveae. `gaze_rad`: mean (ax, ay) of the eyes. `offset_px`: from the gazes.
 
-    `rows_px`: how much lower the point is in the left rectified image than in the right, fovea px, and
-    `sigma_px` the error of that match.
+    `rows_px`: how much lower the point is in the left rectified image than in the right, fovea px.
     """
 
     gaze_rad: tuple[float, float]
     offset_px: tuple[float, float]
     rows_px: float
-    sigma_px: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointingError:
     """Gaze of the eyes at a point minus its direction by the wide camera, (x, y) fovea px, mean of both."""
 
-    gaze_rad: tuple[float, float]
     missed_px: tuple[float, float]
 
 
@@ -226,7 +223,6 @@ class _CheckRun:
         """Add the pointing error of a place and the row matches of its look."""
         gazes = gazes_under(self._calibration, sighting.volts)
         middle = (gazes.left + gazes.right) / 2.0
-        ax_rad, ay_rad = np.arctan(middle).tolist()
         true = aim_at(
             self._calibration,
             np.array(place.target),
@@ -234,7 +230,7 @@ class _CheckRun:
         )
         missed = (place.seen(Role.LEFT) - true.left + place.seen(Role.RIGHT) - true.right) / 2.0
         x_px, y_px = (self._calibration.fovea_f_px * missed).tolist()
-        self._pointings.append(PointingError(gaze_rad=(ax_rad, ay_rad), missed_px=(x_px, y_px)))
+        self._pointings.append(PointingError(missed_px=(x_px, y_px)))
         beside = place.seen(Role.LEFT) - gazes.left, place.seen(Role.RIGHT) - gazes.right
         self._rows += match_rows(sighting, self._calibration, self._settings, beside=beside)
         reach = float(np.linalg.norm(middle))
@@ -287,7 +283,6 @@ def match_rows(
                 gaze_rad=(ax_rad, ay_rad),
                 offset_px=(float(place[0]), float(place[1])),
                 rows_px=_centre_row_difference_px(sighting, calibration, guess) + fine.residual_y_px,
-                sigma_px=fine.sigma_y_px,
             )
         )
     return found

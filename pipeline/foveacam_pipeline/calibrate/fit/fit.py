@@ -14,7 +14,6 @@ from foveacam_pipeline.calibrate.fit.mirror_models import (
     ORDERS,
     SPRING_ORDERS,
     MirrorFit,
-    fit_mirror,
     fit_mirror_models,
 )
 from foveacam_pipeline.calibrate.fit.pivot import PIVOT_TOLERANCE_M, PivotFit, fit_pivot, mount_sigma_rad
@@ -37,7 +36,6 @@ __all__ = [
     "PivotFit",
     "RigFit",
     "fit_calibration",
-    "fit_mirror",
     "fit_pivot",
     "fit_rig",
 ]
@@ -65,14 +63,13 @@ class FitChoice:
 class RigFit:
     """A calibration and, for each eye, the scores and residuals of the candidate models.
 
-    `pivots`: the points from which gazes leave. `sweeps`: the measurements as they were fitted, with gazes
+    `sweeps`: the measurements as they were fitted, with gazes
     from the eyes' reference points.
     """
 
     calibration: Calibration
     mirrors: dict[Role, MirrorFit]
     fields: dict[Role, FieldFit]
-    pivots: dict[Role, PivotFit]
     sweeps: dict[Role, EyeSweep]
 
 
@@ -135,7 +132,7 @@ def _fit_eyes(sweep: RigSweep, choice: FitChoice, *, pupil_m: float, watch: Proc
         fovea_height=sweep.fovea_height,
         pupil_m=pupil_m,
     )
-    return RigFit(calibration=calibration, mirrors=mirrors, fields=fields, pivots=pivots, sweeps=eyes)
+    return RigFit(calibration=calibration, mirrors=mirrors, fields=fields, sweeps=eyes)
 
 
 def _eye_calibration(

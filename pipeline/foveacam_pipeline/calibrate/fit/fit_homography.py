@@ -61,23 +61,6 @@ class _Corners:
     seen: NDArray[np.float64]
 
 
-def fit_homography(
-    angles_rad: NDArray[np.float64],
-    raw_px: NDArray[np.float64],
-    plane_px: NDArray[np.float64],
-    *,
-    width: int,
-    height: int,
-    orders: tuple[int, ...] = ORDERS,
-) -> HomographyField:
-    """Fit the field of lowest order whose leave-one-pose-out error is about the best.
-
-    `angles_rad`: (n, 2) gazes. `raw_px`, `plane_px`: (n, m, 2), corners in the image (NaN: not seen) and on
-    the virtual pinhole plane relative to the gaze. `width`, `height`: of the fovea image, px.
-    """
-    return fit_fields(angles_rad, raw_px, plane_px, width=width, height=height, orders=orders).field
-
-
 def fit_fields(
     angles_rad: NDArray[np.float64],
     raw_px: NDArray[np.float64],
@@ -88,7 +71,11 @@ def fit_fields(
     orders: tuple[int, ...] = ORDERS,
     pose_by_pose: bool = False,
 ) -> FieldFit:
-    """Fit the fields of all orders with enough poses, and choose one; arguments as for `fit_homography`."""
+    """Fit the fields of all orders; choose the lowest whose leave-one-pose-out error is about the best.
+
+    `angles_rad`: (n, 2) gazes. `raw_px`, `plane_px`: (n, m, 2), corners in the image (NaN: not seen) and on
+    the virtual pinhole plane relative to the gaze. `width`, `height`: of the fovea image, px.
+    """
     centre = ((width - 1) / 2.0, (height - 1) / 2.0)
     scale = width / 2.0
     corners = _scaled(raw_px, plane_px, centre=np.array(centre), scale=scale)

@@ -73,12 +73,6 @@ class StationParallax:
         )
 
 
-def eq1_rad(theta_rad: NDArray[np.float64], *, spacing_m: float, distance_m: float) -> NDArray[np.float64]:
-    """Return Eq. 1 for a base turned by `theta_rad`: any shape; `spacing_m` < 0 for the left eye."""
-    behind = spacing_m - spacing_m * np.cos(theta_rad)
-    return np.asarray(np.arctan(behind / (distance_m + spacing_m * np.sin(theta_rad))), dtype=np.float64)
-
-
 def station_parallax(
     station: Station, targets: Sequence[TargetPose], *, baseline_m: float, corrected: bool
 ) -> StationParallax:

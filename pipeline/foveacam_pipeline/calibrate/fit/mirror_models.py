@@ -107,12 +107,11 @@ class MirrorScore:
 class MirrorFit:
     """The chosen model of a mirror, the scores of all candidates, and its residuals at each pose.
 
-    `residuals_rad`, `loo_residuals_rad`, `weights`: (n, 2), measured minus fitted.
+    `loo_residuals_rad`, `weights`: (n, 2), measured minus fitted.
     """
 
     model: MirrorModel
     scores: tuple[MirrorScore, ...]
-    residuals_rad: NDArray[np.float64]
     loo_residuals_rad: NDArray[np.float64]
     weights: NDArray[np.float64]
 
@@ -181,17 +180,9 @@ def fit_mirror_models(
     return MirrorFit(
         model=_as_mirror_model(candidates[best], volts_v, angles_rad),
         scores=scores,
-        residuals_rad=fit.residuals,
         loo_residuals_rad=fit.loo_residuals,
         weights=fit.weights,
     )
-
-
-def fit_mirror(
-    volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64], *, orders: tuple[int, ...] = ORDERS
-) -> MirrorModel:
-    """Fit a mirror to (n, 2) volts and the (n, 2) gaze angles, rad, measured under them."""
-    return fit_mirror_models(volts_v, angles_rad, orders=orders).model
 
 
 def _candidates(

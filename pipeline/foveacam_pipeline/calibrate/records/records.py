@@ -36,11 +36,6 @@ class CalibrationStore:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    @property
-    def folder(self) -> Path:
-        """The folder of the files."""
-        return self._folder
-
     def path_of(self, calibration_id: str) -> Path:
         """Return the path for the calibration of this id, whether or not it exists."""
         return self._folder / f"{calibration_id}.json"

@@ -113,18 +113,10 @@ class SettleReport:
     limit_share: float
     axes: tuple[AxisSettle, ...]
 
-    def axis(self, role: Role, axis: str) -> AxisSettle:
-        """Return one axis of one eye."""
-        return next(found for found in self.axes if found.role is role and found.axis == axis)
-
     @property
     def settle_us(self) -> float:
         """Time after which the slowest axis is within `limit_px`."""
         return max(found.settle_us for found in self.axes)
-
-    def settle_for_us(self, step_px: float, *, within_px: float = 1.0) -> float:
-        """Return the wait after a step of `step_px` in any direction, as for a raster or a trigger, µs."""
-        return max(found.settle_for_us(step_px, within_px=within_px) for found in self.axes)
 
 
 def _first_half_us(trace: StepTrace, step_px: float) -> float:

@@ -61,11 +61,6 @@ class BoardView:
         return places
 
     @property
-    def complete(self) -> bool:
-        """Whether every corner of the board was found."""
-        return len(self.ids) == self.board.corners
-
-    @property
     def centre_px(self) -> tuple[float, float]:
         """Mean of the corners, px."""
         x_px, y_px = self.corners_px.mean(axis=0).tolist()

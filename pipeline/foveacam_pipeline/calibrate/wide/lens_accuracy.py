@@ -11,35 +11,26 @@ from foveacam_pipeline.geometry.angles import tan_from_angles
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 GRID = (25, 19)
-COVERAGE_FACTOR = 2.0
-"""Ratio of a 95 % bound to a standard error."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LensAccuracy:
     """Error of the conversion from pixel to angle, in px of the image.
 
-    `sigma_px`: standard error, rms over the image; `shape_px`: its part that no rotation of the camera would
-    remove (the rest is a common rotation, which everything measured with this camera shares). `map_px`: (19,
-    25) standard error over the image. `covariance`: of the lens's parameters.
+    `sigma_px`: standard error, rms over the image. `map_px`: (19, 25) standard error over the image.
+    `covariance`: of the lens's parameters.
     """
 
     sigma_px: float
     sigma_rad: float
-    shape_px: float
     map_px: NDArray[np.float64]
     covariance: NDArray[np.float64]
-
-    @property
-    def bound_px(self) -> float:
-        """95 % bound of the rms error over the image, px."""
-        return COVERAGE_FACTOR * self.sigma_px
 
 
 def accuracy_of(bundle: LensBundle, lens: Intrinsics) -> LensAccuracy:
     """Return the accuracy by the noise, or by the jackknife over views, whichever is worse."""
     pixels = grid_px(lens.width, lens.height)
-    slopes, turns = _slopes(lens, pixels)
+    slopes = _slopes(lens, pixels)
     best: LensAccuracy | None = None
     for covariance in (_by_noise(bundle), _by_leaving_out(bundle)):
         variances = np.einsum("nij,jk,nik->n", slopes, covariance, slopes)
@@ -48,7 +39,6 @@ def accuracy_of(bundle: LensBundle, lens: Intrinsics) -> LensAccuracy:
             best = LensAccuracy(
                 sigma_px=sigma_px,
                 sigma_rad=sigma_px / float(np.sqrt(lens.fx_px * lens.fy_px)),
-                shape_px=_shape_px(slopes, turns, covariance),
                 map_px=np.sqrt(np.maximum(variances, 0.0)).reshape(GRID[1], GRID[0]),
                 covariance=covariance,
             )
@@ -78,21 +68,12 @@ def _by_leaving_out(bundle: LensBundle) -> NDArray[np.float64]:
     return np.asarray((views - 1.0) / views * centred.T @ centred)
 
 
-def _slopes(lens: Intrinsics, pixels: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return derivatives of the pixels of fixed directions by the lens (n, 2, p) and a rotation (n, 2, 3)."""
+def _slopes(lens: Intrinsics, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n, 2, p) derivatives of the pixels of fixed directions by the lens."""
     tangents = tan_from_angles(lens.angles_rad(pixels))
     points = np.column_stack([tangents, np.ones(len(tangents))])
     zero = np.zeros(3)
     _, slopes = cv2.projectPoints(points, zero, zero, lens.matrix, np.array(lens.distortion))
     rows = np.asarray(slopes, dtype=np.float64).reshape(len(points), 2, -1)
     count = FOCAL_AND_CENTRE + len(lens.distortion)
-    return rows[:, :, POSE : POSE + count], rows[:, :, :3]
-
-
-def _shape_px(
-    slopes: NDArray[np.float64], turns: NDArray[np.float64], covariance: NDArray[np.float64]
-) -> float:
-    flat, turn = slopes.reshape(-1, slopes.shape[-1]), turns.reshape(-1, 3)
-    basis, _ = np.linalg.qr(turn)
-    left = flat - basis @ (basis.T @ flat)
-    return float(np.sqrt(max(np.einsum("ij,jk,ik->", left, covariance, left) / len(slopes), 0.0)))
+    return rows[:, :, POSE : POSE + count]

@@ -2,7 +2,7 @@
 
 from foveacam_pipeline.capture.dataset.checking import DatasetInfo, check_dataset, dataset_info
 from foveacam_pipeline.capture.dataset.document import DatasetDocument, DatasetHeader
-from foveacam_pipeline.capture.dataset.images import ImageCodec, largest_bytes
+from foveacam_pipeline.capture.dataset.images import ImageCodec
 from foveacam_pipeline.capture.dataset.labels import change_labels, dataset_name
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint, PointPose
 from foveacam_pipeline.capture.dataset.rectified import RectifyChoice, rectify_dataset
@@ -35,6 +35,5 @@ __all__ = [
     "check_dataset",
     "dataset_info",
     "dataset_name",
-    "largest_bytes",
     "rectify_dataset",
 ]

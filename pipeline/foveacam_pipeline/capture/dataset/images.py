@@ -31,7 +31,6 @@ _PARAMETERS = {
         cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY,
     ],
 }
-_OVERHEAD_BYTES = 4096
 
 
 def encode(image: Image, codec: ImageCodec) -> memoryview:
@@ -57,11 +56,6 @@ def decode(content: bytes, *, what: str) -> Image:
         raise InvalidInput(f"{what} holds no image that can be read; restore it from a copy")
     image = read if read.ndim == 2 else cv2.cvtColor(read, cv2.COLOR_BGR2RGB)
     return _as_image(np.asarray(image))
-
-
-def largest_bytes(*, width: int, height: int, channels: int, bits: int) -> int:
-    """Return the largest file size of such an image, for estimates."""
-    return width * height * channels * (1 if bits <= 8 else 2) + _OVERHEAD_BYTES
 
 
 def _as_image(array: NDArray[np.generic]) -> Image:

@@ -38,7 +38,6 @@ from foveacam_pipeline.capture.dataset.point_store import (
 from foveacam_pipeline.capture.dataset.values import (
     CapturedPoint,
     DatasetState,
-    PlanPosition,
     PointRecord,
     WriterProgress,
     normalize_point,
@@ -176,10 +175,6 @@ class DatasetWriter:
             )
         self._queue.put(point)
         self._next += 1
-
-    def skip(self, place: PlanPosition, *, why: str) -> None:
-        """Skip the next point; the dataset records the reason."""
-        self.add(CapturedPoint(place=place, skipped=why))
 
     def check(self) -> None:
         """Raise the disk's error when it failed for a point that was added."""

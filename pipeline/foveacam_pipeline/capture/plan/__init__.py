@@ -3,9 +3,8 @@
 No device is used.
 """
 
-from foveacam_pipeline.capture.plan.plan_coverage import PlanCoverage, coverage_of, draw_coverage
+from foveacam_pipeline.capture.plan.plan_coverage import PlanCoverage, coverage_of
 from foveacam_pipeline.capture.plan.plan_document import (
-    PAPER_RAIL_MM,
     GridPoints,
     RasterPlan,
     SetPoints,
@@ -19,7 +18,6 @@ from foveacam_pipeline.capture.plan.plan_estimate import (
     KindSize,
     assumed_ratio,
     check_disk,
-    corrected_ratio,
     estimate_capture,
     point_limit_ms,
     shot_limit_ms,
@@ -40,10 +38,9 @@ from foveacam_pipeline.capture.plan.plan_reach import (
     fill_in_plan,
     survey_directions_rad,
 )
-from foveacam_pipeline.capture.plan.set_points import SetPoint, format_set_points, parse_set_points
+from foveacam_pipeline.capture.plan.set_points import SetPoint, parse_set_points
 
 __all__ = [
-    "PAPER_RAIL_MM",
     "CaptureEstimate",
     "CapturePace",
     "GridPoints",
@@ -61,12 +58,9 @@ __all__ = [
     "check_disk",
     "check_plan",
     "check_rail",
-    "corrected_ratio",
     "coverage_of",
-    "draw_coverage",
     "estimate_capture",
     "fill_in_plan",
-    "format_set_points",
     "gazes_rad",
     "largest_field_deg",
     "parse_set_points",

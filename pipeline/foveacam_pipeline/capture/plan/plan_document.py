@@ -19,15 +19,12 @@ from foveacam_pipeline.capture.plan.set_points import (
     SetPoint,
     parse_set_points,
 )
-from foveacam_pipeline.models.content import content_id
 
 FORMAT = "foveacam-raster-plan"
 VERSION = 1
 MOST_POINTS = 20_000
 """Limit over all scans: with three grey images of 1.6 MB each, 93 GB."""
 MOST_ALONG_AN_AXIS = 101
-PAPER_RAIL_MM = (-300.0, -100.0, 0.0, 100.0, 300.0)
-"""Sec. 5.1: five positions along the x axis, each with a full scan."""
 
 HalfDeg: TypeAlias = Annotated[float, Field(gt=0.0, le=45.0)]
 ExposureMs: TypeAlias = Annotated[float, Field(gt=0.0, le=10_000.0)]
@@ -178,11 +175,6 @@ class RasterPlan(PlanModel):
     def needs_field(self) -> bool:
         """Whether the size of the grid has to be filled in from the calibration."""
         return isinstance(self.points, GridPoints) and self.points.half_width_deg is None
-
-    @property
-    def id(self) -> str:
-        """Identifier of the plan: a hash of its content."""
-        return content_id(self.model_dump(mode="json"))
 
 
 def plan_from(document: object, *, what: str = "raster plan") -> RasterPlan:

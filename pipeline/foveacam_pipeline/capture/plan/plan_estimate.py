@@ -20,12 +20,10 @@ REVERGE_MS = 100.0
 """Deduced: two steps of the vergence loop, each a look of 20 ms and 29 ms of one core."""
 STORED_RATIO = {1: 0.6, 2: 0.7}
 """Size of PNG over raw, by bytes a sample; deduced: simulated and real images have 0.41 to 0.63 and 0.62 to
-0.69. A running capture corrects it (`corrected_ratio`)."""
+0.69."""
 RECORD_BYTES = 2_000
 """Size of index and journal entries, for each image."""
 DISK_REMEDY = "free some, choose another folder, or take fewer points"
-ASSUMED_WEIGHT_BYTES = 16 << 20
-"""The assumed ratio counts as much as this many measured bytes: some ten images."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,11 +177,6 @@ def estimate_capture(
         hand_moves=hand_moves,
         kinds=_kinds(plan, done, fovea=fovea, wide=wide, stored_ratio=stored_ratio),
     )
-
-
-def corrected_ratio(assumed: float, *, raw_bytes: int, stored_bytes: int) -> float:
-    """Return the ratio to continue with: the assumed one loses weight as images are written."""
-    return (assumed * ASSUMED_WEIGHT_BYTES + stored_bytes) / (ASSUMED_WEIGHT_BYTES + raw_bytes)
 
 
 def assumed_ratio(image: ImageSize, *, mean: bool = False) -> float:

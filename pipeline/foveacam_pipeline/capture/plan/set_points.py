@@ -6,7 +6,6 @@ selection that selects nothing) is refused here, with the line and the word.
 
 import math
 import re
-from collections.abc import Sequence
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -85,20 +84,6 @@ def parse_set_points(text: str) -> tuple[SetPoint, ...]:
             "set points: there is no point in the text; write at least one line `x deg, y deg`"
         )
     return tuple(_point(row) for row in rows)
-
-
-def format_set_points(points: Sequence[SetPoint]) -> str:
-    """Return the points as text, one a line; parsing it returns the same points to the last bit."""
-    return "".join(f"{', '.join(_words(point))}\n" for point in points)
-
-
-def _words(point: SetPoint) -> list[str]:
-    words = [repr(point.ax_deg), repr(point.ay_deg)]
-    if point.distance_m is not None:
-        words.append("inf" if point.distance_m == INFINITY else repr(metres(point.distance_m)))
-    if point.shift_deg != 0.0:
-        words += [*([OMITTED] if point.distance_m is None else []), repr(point.shift_deg)]
-    return words
 
 
 def _command(rows: list[SetPointRow], words: str, line: int) -> list[SetPointRow]:

@@ -22,7 +22,7 @@ from foveacam_pipeline.capture.recording.index import (
 )
 from foveacam_pipeline.capture.recording.pixels import picture_of, pixels_of
 from foveacam_pipeline.capture.recording.session import FINALIZE, RigDescription, read_rig
-from foveacam_pipeline.capture.recording.telemetry import parse_descriptor, parse_message, telemetry_pose
+from foveacam_pipeline.capture.recording.telemetry import parse_message, telemetry_pose
 from foveacam_pipeline.capture.recording.values import (
     DESCRIPTOR_PREFIX,
     RAW_ENCODING,
@@ -31,7 +31,6 @@ from foveacam_pipeline.capture.recording.values import (
     RecordedFrame,
     RecordedStream,
     StreamFormat,
-    TrackedBox,
     nearest_index,
     role_of,
 )
@@ -158,18 +157,6 @@ class Recording:
             moments.extend((int(stream.t_ns[index]), stream.name, index) for index in range(low, high))
         for _, name, index in sorted(moments):
             yield self._frame(self.streams[name], index)
-
-    def descriptors(self, slot: str | None = None) -> Iterator[TrackedBox]:
-        """Yield the tracked boxes of one slot, or of all, in order of time."""
-        for channel_id, channel in self._index.channels.items():
-            own = channel.topic.removeprefix(DESCRIPTOR_PREFIX)
-            if own == channel.topic or slot not in (None, own):
-                continue
-            for number in self._order.get(channel_id, ()):
-                entry = self._index.entries[number]
-                found = parse_descriptor(own, bytes(self._message(entry)[1]), t_ns=entry.t_ns)
-                if found is not None:
-                    yield found
 
     def close(self) -> None:
         """Close the file; do nothing when closed."""

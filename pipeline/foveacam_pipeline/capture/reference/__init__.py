@@ -1,7 +1,7 @@
 """Depth triangulated over a rail's long baselines, as a reference for the depth of the rig's own baseline."""
 
 from foveacam_pipeline.capture.reference.build import build_reference
-from foveacam_pipeline.capture.reference.output import read_rows, write_reference
+from foveacam_pipeline.capture.reference.output import write_reference
 from foveacam_pipeline.capture.reference.values import (
     RailTrust,
     ReferenceFigures,
@@ -15,6 +15,5 @@ __all__ = [
     "ReferenceSettings",
     "WideBaselineReference",
     "build_reference",
-    "read_rows",
     "write_reference",
 ]

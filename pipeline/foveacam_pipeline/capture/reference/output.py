@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset.reference_folder import (
     REFERENCE,
     REFERENCE_DOCUMENT,
@@ -68,20 +67,6 @@ def write_reference(dataset: Path, reference: WideBaselineReference) -> Path:
         finally:
             remove_unfinished_reference(dataset)
     return folder
-
-
-def read_rows(dataset: Path) -> tuple[ReferenceSample, ...]:
-    """Return the samples of a dataset's reference; raise InvalidInput when they cannot be read."""
-    path = dataset / REFERENCE / REFERENCE_SAMPLES
-    kinds = {field.name: field.type for field in fields(ReferenceSample)}
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            return tuple(
-                ReferenceSample(**{name: kinds[name](text) for name, text in row.items()})  # type: ignore[operator]  # field types are classes here
-                for row in csv.DictReader(file)
-            )
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InvalidInput(f"{path} cannot be read ({error}); make the reference again") from error
 
 
 def rows_text(rows: Sequence[ReferenceSample]) -> str:

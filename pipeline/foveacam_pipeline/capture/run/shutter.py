@@ -39,8 +39,6 @@ class ShotTaker:
         self._before: tuple[CameraSettings, CameraSettings] | None = None
         self._asked_ns: int | None = None
         self._ended_ns = access.clock.now_ns()
-        self.retaken = 0
-        """Number of shots that had to be repeated."""
 
     @property
     def ended_ns(self) -> int:
@@ -79,8 +77,6 @@ class ShotTaker:
                 last = error
                 self._await_pending()
                 self._commanded = None
-                self.retaken += 1
-        self.retaken -= 1
         raise DeviceFault(
             f"capture: an exposure was tried {self._tries} times and its frames did not come ({last});"
             " mend that, then resume",

@@ -76,23 +76,6 @@ def success_probability(ring: StandoffRing, clutter: RandomObstacles, *, domain_
     return float(2.0 * math.pi / domain_m2 * nearest * integral)
 
 
-def success_by_quadrature(ring: StandoffRing, clutter: RandomObstacles, *, domain_m2: float) -> float:
-    """Return the same by adaptive quadrature of Eq. 12."""
-    from scipy.integrate import quad  # slow to import
-
-    _check_domain(ring, domain_m2)
-    if ring.empty:
-        return 0.0
-    found = quad(
-        lambda r: float(clear_probability(r, clutter)) * r,
-        ring.inner_m,
-        ring.outer_m,
-        epsrel=1e-10,
-        limit=200,
-    )
-    return 2.0 * math.pi / domain_m2 * float(found[0])
-
-
 def success_slope_per_m(d_max_m: float, clutter: RandomObstacles, *, domain_m2: float) -> float:
     """Return the derivative of the probability of success by D_max, per m, never negative (Eq. 13)."""
     return 2.0 * math.pi * d_max_m / domain_m2 * float(clear_probability(d_max_m, clutter))

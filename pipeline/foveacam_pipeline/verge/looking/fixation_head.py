@@ -105,11 +105,6 @@ class FixationHead:
         return None if self.last is None else self.last.sighting.missing
 
     @property
-    def out_of_time(self) -> bool:
-        """Whether the deadline has passed or no look is left."""
-        return self.elapsed_ms > self._deadline_ms or len(self._steps) >= self._max_looks
-
-    @property
     def elapsed_ms(self) -> float:
         """Time since the fixation began, on the rig's clock."""
         return (self._clock.now_ns() - self._started_ns) / 1e6

@@ -55,18 +55,13 @@ SURVEY_SCALE = SupportScale(window_sigma_px=2.5, point_px=3.0, around_px=24.0, t
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SupportReport:
-    """The verdict and what it rests on: shares of the point's pixels, and sectors with matched texture.
-
-    `contradicted`: sectors around in which more differs than is alike.
+    """The verdict, and the number of sectors around the point with matched texture.
 
     `alike_offset_px`: (x, y) from the point to the middle of the matched texture around it.
     """
 
     support: MatchSupport
-    alike_share: float
-    different_share: float
     sectors: int
-    contradicted: int
     alike_offset_px: tuple[float, float]
 
 
@@ -79,17 +74,11 @@ def support_of(one: NDArray[np.float32], other: NDArray[np.float32], *, scale: S
     point = radius_px <= scale.point_px
     alike_share, different_share = float(alike[point].mean()), float(different[point].mean())
     sector = np.floor((angle_rad + np.pi) / (2.0 * np.pi) * SECTORS).astype(np.intp) % SECTORS
-    inside = radius_px <= scale.around_px
-    around = alike & inside
-    alike_counts = np.bincount(sector[around], minlength=SECTORS)
-    different_counts = np.bincount(sector[different & inside], minlength=SECTORS)
-    sectors = int(np.count_nonzero(alike_counts))
+    around = alike & (radius_px <= scale.around_px)
+    sectors = int(np.count_nonzero(np.bincount(sector[around], minlength=SECTORS)))
     return SupportReport(
         support=_verdict(alike_share, different_share, sectors),
-        alike_share=alike_share,
-        different_share=different_share,
         sectors=sectors,
-        contradicted=int(np.count_nonzero(different_counts > alike_counts)),
         alike_offset_px=_middle(around),
     )
 

@@ -12,7 +12,6 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reaches
-from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
 from foveacam_pipeline.verge.looking.fixation_head import FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.looking.motion import TargetMotion
 from foveacam_pipeline.verge.matching.fine import MatchGuess, match_fine
@@ -63,7 +62,6 @@ class EyeSighting:
     """
 
     match: EyeMatch
-    observation: Observation
     support: MatchSupport
     between_score: float | None
 
@@ -79,11 +77,6 @@ class EyeSighting:
         What is hidden from an eye is not there at all.
         """
         return self.between_score is not None and self.between_score >= HALF_SHOWN_SCORE
-
-    def place(self, motion: TargetMotion) -> LocatedPoint:
-        """Return the point of the rig frame."""
-        target = motion.at(self.observation.sighting.left.t_ns)
-        return place_on_ray(target, self.match.inverse_z_per_m, self.match.sigma_per_m)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,7 +159,6 @@ class SingleEyeSearch:
             if moved_px <= CENTRED_PX:
                 return EyeSighting(
                     match=better,
-                    observation=observation,
                     support=self._support(eye, view, target, better, f_px),
                     between_score=self._between(observation, gazes),
                 )

@@ -100,7 +100,6 @@ def _from_bundle(document: Mapping[str, object], facts: ImportFacts) -> Calibrat
     settings = settings_of(bundle)
     rig = ImportedRig(
         rig_id=facts.rig_id,
-        wide_size=(wide.width, wide.height),
         fovea_size=facts.fovea_size,
         distance_m=facts.distance_m,
     )

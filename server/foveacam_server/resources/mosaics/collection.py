@@ -213,10 +213,6 @@ class MosaicCollection:
             (home / MAKING).rename(made)
             shutil.rmtree(home / "older", ignore_errors=True)
 
-    def drop_making(self, capture_id: str) -> None:
-        """Delete the mosaic in progress."""
-        shutil.rmtree(self.making(capture_id), ignore_errors=True)
-
     def remove(self, capture_id: str) -> None:
         """Delete all mosaics of a capture; a rename makes them disappear at once."""
         home = self.home(capture_id)

@@ -38,7 +38,6 @@ class RecordedDepth:
     exposures. `looks`: number of fused looks. `picture`: JPEG.
     """
 
-    left_index: int
     t_ns: int
     z_m: float | None
     sigma_m: float | None
@@ -79,7 +78,6 @@ class RecordedDepthService:
                 z_m, sigma_m = centre_of(depth)
                 verged_z_m = rectified.verged_z_m
                 found = RecordedDepth(
-                    left_index=pair[0].index,
                     t_ns=pair[0].t_ns,
                     z_m=z_m,
                     sigma_m=sigma_m,

@@ -34,11 +34,6 @@ class SourceKind(StrEnum):
     MOVIE = "video file"
     IMAGES = "image sequence"
 
-    @property
-    def live(self) -> bool:
-        """Whether images arrive by themselves rather than when read."""
-        return self in (SourceKind.DEVICE, SourceKind.STREAM)
-
 
 class OpenCvCapture(Protocol):
     """The part of `cv2.VideoCapture` that is used."""

@@ -13,8 +13,6 @@ Nodes: TypeAlias = Vendor
 
 EXPOSURE_US = ("ExposureTimeAbs", "ExposureTime")
 GAIN_DB = ("Gain", "GainAbs")
-GAIN_STEPS = ("GainRaw",)
-"""Gain of cameras that count it in their own steps, which cannot be converted to dB."""
 BLACK_LEVEL = ("BlackLevel", "BlackLevelAbs", "BlackLevelRaw")
 FRAME_RATE_HZ = ("AcquisitionFrameRateAbs", "AcquisitionFrameRate")
 RESULTING_RATE_HZ = ("ResultingFrameRateAbs", "ResultingFrameRate", "BslResultingAcquisitionFrameRate")
@@ -38,8 +36,8 @@ FORMAT_NAMES: dict[PixelFormat, tuple[str, ...]] = {
     PixelFormat.RGB8: ("RGB8", "RGB8Packed"),
 }
 
-NOT_AVAILABLE, WRITE_ONLY, READ_ONLY, READ_WRITE = 1, 2, 3, 4
-"""The vendor's access modes; 0 means that the camera does not have the feature."""
+WRITE_ONLY, READ_ONLY, READ_WRITE = 2, 3, 4
+"""The vendor's access modes; 0: the camera does not have the feature, 1: not at present."""
 
 
 def find(nodes: Nodes, names: tuple[str, ...]) -> Vendor:

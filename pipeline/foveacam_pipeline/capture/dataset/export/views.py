@@ -49,8 +49,6 @@ class ExportView:
     """
 
     name: str
-    role: Role
-    point: int
     camera: ExportPinhole
     world_from_camera: Matrix
     image: NDArray[np.uint8]
@@ -103,8 +101,6 @@ def fovea_views(
         views.append(
             ExportView(
                 name=f"{frame.role.value}/{point.index:05d}-b{bracket}.png",
-                role=frame.role,
-                point=point.index,
                 camera=camera,
                 world_from_camera=pose,
                 image=warp(raw, window, scale=scale, size=(camera.width, camera.height)),
@@ -161,8 +157,6 @@ def wide_view(point: DatasetPoint, calibration: Calibration) -> ExportView:
     pose[0, 3] = point.place.rail_m or 0.0
     return ExportView(
         name=f"wide/{point.index:05d}.png",
-        role=Role.WIDE,
-        point=point.index,
         camera=camera,
         world_from_camera=pose,
         image=np.asarray(flat, dtype=np.uint8),

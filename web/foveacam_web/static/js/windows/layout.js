@@ -19,7 +19,7 @@ export const SOURCES = Object.freeze(
     "scene",
   ]),
 );
-export const WINDOWS_ADDRESS = "/windows";
+const WINDOWS_ADDRESS = "/windows";
 const LEAST_SHARE = 0.1;
 const DEEPEST = SOURCES.length;
 
