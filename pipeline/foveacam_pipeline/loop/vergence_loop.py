@@ -92,6 +92,7 @@ class VergenceLoop:
         """Commands are to settle so far beside where the errors are 0."""
         self.gate = FaultGate()
         self._command = np.zeros(len(AXES))
+        self._before_drag = np.zeros(len(AXES))
         self._manual: NDArray[np.float64] | None = None
         self._pids = {axis: Pid() for axis in AXES}
         self._guide: TargetGuide | None = None
@@ -172,10 +173,17 @@ class VergenceLoop:
         self._pids[axis].reset()
 
     def drag(self, target: NDArray[np.float64] | None) -> None:
-        """Let both eyes look in parallel along (2,) tangents, corrections off; None: the loop goes on."""
+        """Let both eyes look in parallel along (2,) tangents, corrections off.
+
+        None: the loop goes on with its target, from the commands that it had.
+        """
         if target is not None and self._manual is None:
+            self._before_drag = self.command_rad
             for axis in set(AXES) - self.held:
                 self.set_command(axis, 0.0)
+        elif target is None and self._manual is not None:
+            for axis in set(AXES) - self.held:
+                self.set_command(axis, float(self._before_drag[AXES.index(axis)]))
         self._manual = target
 
     def step(self, head: Head) -> LoopStep:
