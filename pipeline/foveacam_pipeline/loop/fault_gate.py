@@ -2,7 +2,7 @@
 
 import re
 
-from foveacam_hardware.contract import DeviceFault, FoveaError, Timeout
+from foveacam_hardware.contract import DeviceFault, FoveaError, NotConnected, Timeout
 
 LATCH_AFTER = 10
 """After so many equal failures in a row the loop waits for the operator."""
@@ -32,8 +32,8 @@ class FaultGate:
         self.in_a_row, self.reason = 0, None
 
     def failed(self, error: FoveaError) -> bool:
-        """Count a failure; return False where it is not one of the trigger: the caller raises it."""
-        if not isinstance(error, DeviceFault | Timeout):
+        """Count a failure; return False where it is not one of a device: the caller raises it."""
+        if not isinstance(error, DeviceFault | Timeout | NotConnected):
             return False
         message = str(error)
         same = self.reason is not None and _kind(self.reason) == _kind(message)

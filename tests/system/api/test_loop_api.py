@@ -5,6 +5,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.loop.fault_gate import LATCH_AFTER
 from foveacam_server.foundation.store import Document
 from tests.system import server_state
 from tests.system.conftest import API, CENTRE, Running
@@ -201,3 +203,17 @@ def test_a_place_outside_the_fovea_is_refused_and_the_loop_goes_on(server: Runni
     assert answer.status_code == 422
     assert "outside the fovea" in answer.json()["detail"]
     assert server.get("/loop").json()["eyes"] == []
+
+
+def test_equal_failures_of_the_exposure_latch_the_loop_until_the_trigger_is_reset(server: Running) -> None:
+    tracking(server)
+    faults = server.truth.world.faults
+    faults.no_strobe.update((Role.LEFT, Role.RIGHT))
+    try:
+        latched = server.poll("/loop", lambda loop: loop["trigger"]["latched"])
+        assert latched["trigger"]["in_a_row"] == LATCH_AFTER
+        assert "strobe" in server.poll("/loop", lambda loop: loop["status"] == "trigger_fault")["detail"]
+    finally:
+        faults.no_strobe.clear()
+    assert server.post("/loop/trigger/reset", {}).status_code == 200
+    assert server.poll("/loop", lambda loop: loop["status"] == "tracking")["trigger"]["in_a_row"] == 0

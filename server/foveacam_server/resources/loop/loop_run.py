@@ -20,6 +20,8 @@ from foveacam_server.rig.hardware import HardwareThread
 
 WAIT_S = 0.02
 """So often the rig is asked for again while another job has it, and a latched trigger looked at."""
+FAILED_PAUSE_S = 0.2
+"""Pause after an exposure that failed."""
 REPORT_PERIOD_NS = 2_000_000_000
 HISTORY = 900
 SMOOTHING = 0.2
@@ -88,6 +90,11 @@ class LoopRun:
             self.status = "waiting"
             self.stop_wanted.wait(WAIT_S)
             return
+        if self.loop.gate.latched and self._orders.empty():  # the rig is free meanwhile
+            self._check(context)
+            self.status = "trigger_fault"
+            self.stop_wanted.wait(WAIT_S)
+            return
         with hardware.session(f"job {context.job.id}", cancelled=context.cancelled, gives_way=True) as head:
             while not (self.stop_wanted.is_set() or hardware.session_wanted):
                 self._check(context)
@@ -95,8 +102,10 @@ class LoopRun:
                 if self.split is not None:
                     self._look_apart(self.split, head)
                     continue
-                if self.loop.guide is None or self.loop.gate.latched:
-                    self.status = "initializing" if self.loop.guide is None else "trigger_fault"
+                if self.loop.gate.latched:
+                    return
+                if self.loop.guide is None:
+                    self.status = "initializing"
                     self.stop_wanted.wait(WAIT_S)
                     continue
                 self._tune_if_asked(head, context)
@@ -135,6 +144,8 @@ class LoopRun:
         if (early_ns := due_ns - self._clock.now_ns()) > 0:
             self.stop_wanted.wait(early_ns / 1e9)
         step = self.loop.step(head)
+        if step.sighting is None:
+            self.stop_wanted.wait(FAILED_PAUSE_S)
         self.status = "auto_tune" if self.tune_job_id is not None else step.status.value
         self._keep(step)
         if (now_ns := self._clock.now_ns()) >= self._told_ns + REPORT_PERIOD_NS:
