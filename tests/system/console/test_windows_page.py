@@ -71,10 +71,10 @@ def test_every_source_has_its_pane_and_then_none_can_be_split(
 ) -> None:
     page = open_window(open_console, server, "wide").page
     split = page.get_by_role("button", name=re.compile("^Split"))
-    for _ in range(7):
+    for _ in range(8):
         page.locator("button:enabled:is([data-act=row], [data-act=column])").first.click()
     assert sources(page) == sorted(
-        ["wide", "left", "right", "anaglyph", "difference", "depth", "wide_depth", "scene"]
+        ["wide", "left", "right", "anaglyph", "difference", "depth", "wide_depth", "wide_zoom", "scene"]
     )
     for button in split.all():
         expect(button).to_be_disabled()
@@ -162,7 +162,7 @@ def test_the_console_opens_a_view_in_a_window_of_its_own(open_console: OpenConso
     expect(window.locator(".slot[data-source=left] canvas")).to_be_visible()
     assert window.url.endswith("/windows#left")
     names = [each.get_attribute("aria-label") for each in console.page.locator("a.opener").all()]
-    assert len(names) == 8
+    assert len(names) == 9
 
 
 def test_a_phone_has_one_button_for_windows_and_room_for_the_others(
