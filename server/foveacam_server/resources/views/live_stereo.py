@@ -37,7 +37,7 @@ SHARE = 0.6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FoveaPair:
+class LivePair:
     """Both foveae's frames of one exposure, and the newest wide frame then; None before the first."""
 
     left: Frame
@@ -51,7 +51,7 @@ class PairJoiner:
 
     def __init__(self) -> None:
         self._frames: dict[Role, Frame] = {}
-        self._newest: FoveaPair | None = None
+        self._newest: LivePair | None = None
         self._changed = threading.Condition()
 
     def take(self, frame: Frame) -> None:
@@ -64,10 +64,10 @@ class PairJoiner:
             if frame.role is Role.WIDE or left.volts is None or right.volts is None:
                 return
             volts = StereoVolts(left=left.volts, right=right.volts)
-            self._newest = FoveaPair(left=left, right=right, volts=volts, wide=self._frames.get(Role.WIDE))
+            self._newest = LivePair(left=left, right=right, volts=volts, wide=self._frames.get(Role.WIDE))
             self._changed.notify()
 
-    def newest(self, timeout_s: float) -> FoveaPair | None:
+    def newest(self, timeout_s: float) -> LivePair | None:
         """Return the newest pair that was not returned yet, waiting for one; None where none came."""
         with self._changed:
             self._changed.wait_for(lambda: self._newest is not None, timeout_s)
@@ -128,7 +128,7 @@ class LiveStereo:
     def _watched(self) -> list[str]:
         return [view for view in VIEWS if self._tap.watched(view)]
 
-    def _show(self, frames: FoveaPair, calibration: Calibration, views: list[str]) -> None:
+    def _show(self, frames: LivePair, calibration: Calibration, views: list[str]) -> None:
         t_ns = frames.left.t_ns
         if frames.wide is not None and "wide_zoom" in views:
             zoomed = rgb(wide_zoom(frames.wide, calibration, frames.volts, scale=SCALE))
