@@ -205,8 +205,14 @@ def test_a_place_outside_the_fovea_is_refused_and_the_loop_goes_on(server: Runni
     assert server.get("/loop").json()["eyes"] == []
 
 
-def test_equal_failures_of_the_exposure_latch_the_loop_until_the_trigger_is_reset(server: Running) -> None:
+@pytest.mark.parametrize("apart", [False, True])
+def test_equal_failures_of_the_exposure_latch_the_loop_until_the_trigger_is_reset(
+    server: Running, apart: bool
+) -> None:
     tracking(server)
+    if apart:
+        answer = server.http.put(f"{API}/loop/eyes/right", json={"x_px": 700.0, "y_px": 500.0})
+        assert answer.status_code == 200, answer.text
     faults = server.truth.world.faults
     faults.no_strobe.update((Role.LEFT, Role.RIGHT))
     try:
@@ -215,5 +221,20 @@ def test_equal_failures_of_the_exposure_latch_the_loop_until_the_trigger_is_rese
         assert "strobe" in server.poll("/loop", lambda loop: loop["status"] == "trigger_fault")["detail"]
     finally:
         faults.no_strobe.clear()
+    server.poll("/rig", lambda rig: not rig["problems"])  # a live look has shown that it works again
     assert server.post("/loop/trigger/reset", {}).status_code == 200
-    assert server.poll("/loop", lambda loop: loop["status"] == "tracking")["trigger"]["in_a_row"] == 0
+    goes_on = "split" if apart else "tracking"
+    assert server.poll("/loop", lambda loop: loop["status"] == goes_on)["trigger"]["in_a_row"] == 0
+
+
+def test_a_failure_that_passes_is_survived_without_a_reset(server: Running) -> None:
+    tracking(server)
+    faults = server.truth.world.faults
+    faults.no_strobe.add(Role.LEFT)
+    try:
+        server.poll("/loop", lambda loop: loop["trigger"]["failures"] > 0)
+    finally:
+        faults.no_strobe.clear()
+    loop = server.poll("/loop", lambda loop: loop["status"] == "tracking")
+    assert not loop["trigger"]["latched"]
+    assert loop["running"]

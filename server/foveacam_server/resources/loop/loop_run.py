@@ -20,8 +20,8 @@ from foveacam_server.rig.hardware import HardwareThread
 
 WAIT_S = 0.02
 """So often the rig is asked for again while another job has it, and a latched trigger looked at."""
-FAILED_PAUSE_S = 0.2
-"""Pause after an exposure that failed."""
+FAILED_PAUSE_S = 0.5
+"""Pause after an exposure that failed: meanwhile a live look shows whether the rig works again."""
 REPORT_PERIOD_NS = 2_000_000_000
 HISTORY = 900
 SMOOTHING = 0.2
@@ -90,26 +90,30 @@ class LoopRun:
             self.status = "waiting"
             self.stop_wanted.wait(WAIT_S)
             return
-        if self.loop.gate.latched and self._orders.empty():  # the rig is free meanwhile
+        gate = self.loop.gate
+        if gate.in_a_row and self._orders.empty():  # the rig is free meanwhile
             self._check(context)
             self.status = "trigger_fault"
-            self.stop_wanted.wait(WAIT_S)
-            return
+            self.stop_wanted.wait(FAILED_PAUSE_S)
+            if gate.latched:
+                return
         with hardware.session(f"job {context.job.id}", cancelled=context.cancelled, gives_way=True) as head:
             while not (self.stop_wanted.is_set() or hardware.session_wanted):
                 self._check(context)
                 self._obey(head)
-                if self.split is not None:
-                    self._look_apart(self.split, head)
-                    continue
-                if self.loop.gate.latched:
+                if gate.latched:
                     return
-                if self.loop.guide is None:
+                if self.split is None and self.loop.guide is None:
                     self.status = "initializing"
                     self.stop_wanted.wait(WAIT_S)
                     continue
-                self._tune_if_asked(head, context)
-                self._look(head, context)
+                if self.split is not None:
+                    self._look_apart(self.split, head)
+                else:
+                    self._tune_if_asked(head, context)
+                    self._look(head, context)
+                if gate.in_a_row:
+                    return
 
     def close(self, error: FoveaError | None) -> None:
         """Refuse what was not done."""
@@ -144,8 +148,6 @@ class LoopRun:
         if (early_ns := due_ns - self._clock.now_ns()) > 0:
             self.stop_wanted.wait(early_ns / 1e9)
         step = self.loop.step(head)
-        if step.sighting is None:
-            self.stop_wanted.wait(FAILED_PAUSE_S)
         self.status = "auto_tune" if self.tune_job_id is not None else step.status.value
         self._keep(step)
         if (now_ns := self._clock.now_ns()) >= self._told_ns + REPORT_PERIOD_NS:
@@ -154,8 +156,15 @@ class LoopRun:
         return step
 
     def _look_apart(self, split: SplitEyes, head: Head) -> None:
-        settings = self.loop.settings
-        step = split.step(head, gains=settings.pan, sensitivity=settings.sensitivity)
+        settings, gate = self.loop.settings, self.loop.gate
+        try:
+            step = split.step(head, gains=settings.pan, sensitivity=settings.sensitivity)
+        except FoveaError as error:
+            if not gate.failed(error):
+                raise
+            self.status = "trigger_fault"
+            return
+        gate.passed()
         self._count(step.t_ns, None if self.split_step is None else self.split_step.t_ns)
         self.status, self.split_step = "split", step
 
