@@ -10,7 +10,7 @@ import pytest
 from foveacam_hardware.contract import OutOfRange, Sighting, StereoVolts
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.track import target as target_module
+from foveacam_pipeline.track import trackers
 from foveacam_pipeline.track.follow import MOST_TARGETS, Follower
 from foveacam_pipeline.track.image_tracker import GreyImage, ImageTracker, TrackBox, TrackerKind, TrackMatch
 from foveacam_pipeline.track.target import FollowedTarget, FollowState
@@ -151,7 +151,7 @@ def test_a_tracker_that_runs_away_is_caught_by_the_foveae(monkeypatch: pytest.Mo
         made.append(RunawayTracker(TemplateTracker(), good_frames=10))
         return made[-1]
 
-    monkeypatch.setattr(target_module, "TemplateTracker", runaway)
+    monkeypatch.setattr(trackers, "TemplateTracker", runaway)
     head = head_with(lambda t_ns: (0.05 * t_ns / 1e9, 0.0))
     follower = Follower(head.calibration, clock=head.clock)
     follower.add(begin(head))

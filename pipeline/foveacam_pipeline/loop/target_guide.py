@@ -10,10 +10,9 @@ from foveacam_pipeline.loop.settings import LoopSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.track.correlation_filter import CorrelationFilterTracker
-from foveacam_pipeline.track.image_tracker import ImageTracker, TrackBox, TrackerKind
+from foveacam_pipeline.track.image_tracker import ImageTracker, TrackBox
 from foveacam_pipeline.track.position_filter import PositionFilter
-from foveacam_pipeline.track.template_tracker import TemplateTracker
+from foveacam_pipeline.track.trackers import start_tracker
 from foveacam_pipeline.verge.distance import LocatedPoint
 
 PLACE_SIGMA_PX = 1.0
@@ -118,11 +117,7 @@ class TargetGuide:
 def _started(frame: Frame, pixel: tuple[float, float], settings: LoopSettings) -> ImageTracker | None:
     if settings.tracker is None:
         return None
-    tracker: ImageTracker = (
-        TemplateTracker() if settings.tracker is TrackerKind.TEMPLATE else CorrelationFilterTracker()
-    )
     box = TrackBox(
         x_px=pixel[0], y_px=pixel[1], width_px=settings.box_width_px, height_px=settings.box_height_px
     )
-    tracker.start(gray(to_uint8(frame)), box)
-    return tracker
+    return start_tracker(settings.tracker, gray(to_uint8(frame)), box)

@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Sighting
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.track.correlation_filter import CorrelationFilterTracker
 from foveacam_pipeline.track.fovea_match import FOUND_SCORE, FoveaPicture, FoveaReading
-from foveacam_pipeline.track.image_tracker import ImageTracker, TrackBox, TrackerKind, TrackMatch
+from foveacam_pipeline.track.image_tracker import TrackBox, TrackerKind, TrackMatch
 from foveacam_pipeline.track.position_filter import PositionEstimate, PositionFilter
-from foveacam_pipeline.track.template_tracker import TemplateTracker
+from foveacam_pipeline.track.trackers import start_tracker
 from foveacam_pipeline.verge.aim import aim_at, reaches
 
 WIDE_SIGMA_PX = 1.0
@@ -111,10 +110,7 @@ class FollowedTarget:
         """
         x_px, y_px = self._wide_place(t_ns).tolist()
         box = TrackBox(x_px=x_px, y_px=y_px, width_px=self._box_px[0], height_px=self._box_px[1])
-        tracker: ImageTracker = (
-            TemplateTracker() if kind is TrackerKind.TEMPLATE else CorrelationFilterTracker()
-        )
-        tracker.start(wide, box)
+        tracker = start_tracker(kind, wide, box)
         self._tracker, self.tracker = tracker, kind
         self._bias_px = np.zeros(2)
 
