@@ -19,6 +19,7 @@ from foveacam_server.assembly.first_services import (
     open_foundation,
     open_rig_knowledge,
 )
+from foveacam_server.assembly.following import open_following
 from foveacam_server.assembly.services import Services
 from foveacam_server.datasets.collection import CaptureCollection
 from foveacam_server.foundation.compute_queue import ComputeQueue
@@ -36,10 +37,9 @@ from foveacam_server.resources.clouds.shapes import ShapeWorker
 from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
-from foveacam_server.resources.follows.follow_job import FollowTools
-from foveacam_server.resources.follows.rounds import FollowRounds, RoundTools
+from foveacam_server.resources.follows.rounds import FollowRounds
 from foveacam_server.resources.follows.service import FollowService
-from foveacam_server.resources.loop.service import LoopService, LoopTools
+from foveacam_server.resources.loop.service import LoopService
 from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
@@ -199,7 +199,7 @@ def _hardware(
         keeper=knowledge.cameras,
     )
     foundation.stack.callback(hardware.close)
-    displays.stereo.spare_while(lambda: hardware.pressed)
+    displays.stereo.spare_while(lambda: hardware.used_exclusively)
     return hardware
 
 
@@ -234,7 +234,7 @@ def _open_observation(
         context=wide_depth,
     )
     fixations = FixationService(foundation.store, tools)
-    follows, rounds, vergence = _open_following(
+    follows, rounds, vergence = open_following(
         foundation,
         knowledge,
         displays,
@@ -258,60 +258,6 @@ def _open_observation(
         wide_depth=wide_depth,
         measurements=measurements,
     )
-
-
-def _open_following(
-    foundation: ServerFoundation,
-    knowledge: RigKnowledge,
-    displays: DisplayServices,
-    *,
-    hardware: HardwareThread,
-    jobs: JobRunner,
-    fixations: FixationService,
-    context: WideDepthService,
-    captures: CaptureCollection,
-) -> tuple[FollowService, FollowRounds, LoopService]:
-    """Open what follows targets, one or many, and let the wide view mark them."""
-    follows = FollowService(
-        FollowTools(
-            hardware=hardware,
-            calibration=knowledge.calibration,
-            jobs=jobs,
-            events=foundation.events,
-            clock=foundation.clock,
-            targets=fixations.targets,
-            context=context,
-            viewer=displays.viewer,
-            on_distance=displays.overlay.look_at_distance,
-            looping=lambda: vergence.running,
-        )
-    )
-    vergence = LoopService(
-        LoopTools(
-            hardware=hardware,
-            calibration=knowledge.calibration,
-            jobs=jobs,
-            events=foundation.events,
-            clock=foundation.clock,
-            context=context,
-            folder=foundation.store.subfolder("loop"),
-            following=lambda: follows.following,
-            on_distance=displays.overlay.look_at_distance,
-        )
-    )
-    displays.overlay.show_follows(lambda: [*follows.marks(), *vergence.marks()])
-    displays.tap.boxes_from(lambda frame: [*follows.boxes(frame), *vergence.boxes(frame)])
-    rounds = FollowRounds(
-        RoundTools(
-            take=follows.take_round,
-            collection=captures,
-            hardware=hardware,
-            calibration=knowledge.calibration,
-            jobs=jobs,
-            events=foundation.events,
-        )
-    )
-    return follows, rounds, vergence
 
 
 def _wide_depth(

@@ -124,7 +124,7 @@ class HardwareThread:
         return self._session_of
 
     @property
-    def pressed(self) -> bool:
+    def used_exclusively(self) -> bool:
         """Whether a job that gives no way has the rig: its looks come before everything that can wait."""
         return self._session_of is not None and not self._gives_way
 

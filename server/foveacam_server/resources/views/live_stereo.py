@@ -30,7 +30,7 @@ SAME_EXPOSURE_NS = 2_000_000
 IDLE_S = 0.1
 """So often it is asked whether somebody looks."""
 SHORTEST_PERIOD_S = 0.08
-PRESSED_PERIOD_S = 0.5
+SPARING_PERIOD_S = 0.5
 """So long a pair waits while a job has the rig: its looks and what it computes come first."""
 SHARE = 0.6
 """At most such a share of one core's time goes into these views."""
@@ -82,7 +82,7 @@ class LiveStereo:
         self._tap = tap
         self._calibration = calibration
         self._clock = clock
-        self._pressed: Callable[[], bool] = lambda: False
+        self._needed_elsewhere: Callable[[], bool] = lambda: False
         self.style = AnaglyphStyle.RED_CYAN
         """Colours of the anaglyph, for all viewers."""
         self._ended = threading.Event()
@@ -92,9 +92,9 @@ class LiveStereo:
         """Start the thread."""
         self._thread.start()
 
-    def spare_while(self, pressed: Callable[[], bool]) -> None:
-        """Make few pictures while `pressed` says that something else needs the machine."""
-        self._pressed = pressed
+    def spare_while(self, needed_elsewhere: Callable[[], bool]) -> None:
+        """Make few pictures while `needed_elsewhere` says that something else needs the machine."""
+        self._needed_elsewhere = needed_elsewhere
 
     def close(self) -> None:
         """End the thread."""
@@ -115,7 +115,7 @@ class LiveStereo:
             pair, calibration = joiner.newest(IDLE_S), self._calibration()
             if pair is None or calibration is None:
                 continue
-            if self._pressed() and self._ended.wait(PRESSED_PERIOD_S):
+            if self._needed_elsewhere() and self._ended.wait(SPARING_PERIOD_S):
                 return
             began_ns = self._clock.now_ns()
             try:
