@@ -4,7 +4,7 @@ import pytest
 from sqlalchemy import text
 
 from foveacam_hardware.contract import Busy, InvalidInput
-from foveacam_server.foundation.store import SCHEMA_VERSION, Store
+from foveacam_server.foundation.store import Store
 
 
 def test_second_server_on_the_same_folder_is_refused(tmp_path: Path) -> None:
@@ -22,15 +22,6 @@ def test_folder_that_cannot_be_made_is_named_with_a_remedy(tmp_path: Path) -> No
     in_the_way.write_text("")
     with pytest.raises(InvalidInput, match=r"file.*--data"):
         Store(in_the_way / "data")
-
-
-def test_database_of_a_newer_version_is_refused(tmp_path: Path) -> None:
-    with Store(tmp_path) as store, store.session() as session:
-        session.execute(text(f"PRAGMA user_version = {SCHEMA_VERSION + 1}"))
-    with pytest.raises(InvalidInput, match="newer version"):
-        Store(tmp_path)
-    with pytest.raises(InvalidInput):  # and the folder was released
-        Store(tmp_path)
 
 
 def test_database_keeps_a_write_ahead_log(tmp_path: Path) -> None:

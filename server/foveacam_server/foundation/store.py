@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Any, TypeVar
 
 from pydantic import BaseModel
-from sqlalchemy import JSON, Dialect, Engine, Index, String, TypeDecorator, create_engine, event, text
+from sqlalchemy import JSON, Dialect, Engine, Index, String, TypeDecorator, create_engine, event
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column
@@ -20,9 +20,9 @@ from sqlalchemy.pool import ConnectionPoolEntry
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_pipeline.storage.disk import disk_fault
+from foveacam_server.foundation.migrate import migrate
 from foveacam_server.foundation.schema import EventDocument, Problem
 
-SCHEMA_VERSION = 1
 Document = dict[str, Any]
 """A JSON object, as stored in a row or sent by REST."""
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
@@ -98,7 +98,8 @@ class Store:
         self.folder = folder
         self._lock_fd = _lock_folder(folder)
         try:
-            self._engine = _open_engine(folder / "foveacam.sqlite")
+            with _disk_faults(folder):
+                self._engine = _open_engine(folder / "foveacam.sqlite")
         except BaseException:
             os.close(self._lock_fd)
             raise
@@ -117,17 +118,12 @@ class Store:
 
         Raise StorageFull when the disk is full or cannot be written, DeviceFault when it failed.
         """
-        try:
-            with Session(self._engine, expire_on_commit=False) as session, session.begin():
-                yield session
-        except OperationalError as error:
-            number = _DISK_ERRORS.get(getattr(error.orig, "sqlite_errorcode", 0) & 0xFF)
-            if number is None:
-                raise
-            if number == errno.EIO and shutil.disk_usage(self.folder).free < _LEAST_FREE_BYTES:
-                number = errno.ENOSPC  # SQLite cannot create its files beside the database
-            disk_error = OSError(number, str(error.orig))
-            raise disk_fault(disk_error, what="the database", folder=self.folder) from error
+        with (
+            _disk_faults(self.folder),
+            Session(self._engine, expire_on_commit=False) as session,
+            session.begin(),
+        ):
+            yield session
 
     def subfolder(self, name: str) -> Path:
         """Return a folder of the data directory, made when missing."""
@@ -139,6 +135,22 @@ class Store:
         """Close the database and release the data directory."""
         self._engine.dispose()
         os.close(self._lock_fd)
+
+
+@contextmanager
+def _disk_faults(folder: Path) -> Iterator[None]:
+    """Raise StorageFull or DeviceFault where SQLite met a disk that is full, read-only or broken."""
+    try:
+        yield
+    except (OperationalError, sqlite3.OperationalError) as error:
+        cause = error.orig if isinstance(error, OperationalError) else error
+        number = _DISK_ERRORS.get(getattr(cause, "sqlite_errorcode", 0) & 0xFF)
+        if number is None:
+            raise
+        if number == errno.EIO and shutil.disk_usage(folder).free < _LEAST_FREE_BYTES:
+            number = errno.ENOSPC  # SQLite cannot create its files beside the database
+        disk_error = OSError(number, str(cause))
+        raise disk_fault(disk_error, what="the database", folder=folder) from error
 
 
 def _lock_folder(folder: Path) -> int:
@@ -177,13 +189,5 @@ def _open_engine(path: Path) -> Engine:
         cursor.execute("PRAGMA synchronous=NORMAL")
         cursor.close()
 
-    with engine.begin() as connection:
-        found = int(connection.execute(text("PRAGMA user_version")).scalar_one())
-        if found > SCHEMA_VERSION:
-            raise InvalidInput(
-                f"{path} was written by a newer version (schema {found}, this one knows {SCHEMA_VERSION}); "
-                "update the program, or use --data DIR",
-            )
-        TableRow.metadata.create_all(connection)
-        connection.execute(text(f"PRAGMA user_version = {SCHEMA_VERSION}"))
+    migrate(path)
     return engine

@@ -1,0 +1,94 @@
+"""Brings the database to the present revision by Alembic, in one transaction, and copies it before."""
+
+import logging
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+from alembic import command
+from alembic.config import Config
+from alembic.script import ScriptDirectory
+from alembic.util import CommandError
+from sqlalchemy import Connection, create_engine, event, inspect
+from sqlalchemy.engine.interfaces import DBAPIConnection
+from sqlalchemy.pool import ConnectionPoolEntry, NullPool
+
+from foveacam_hardware.contract import InvalidInput
+
+FIRST_REVISION = "0001"
+"""What databases have that were made before revisions were numbered."""
+_FOLDER = Path(__file__).parent / "migrations"
+
+
+def migration_config() -> Config:
+    """Return Alembic's configuration of this database's migrations."""
+    config = Config()
+    config.set_main_option("script_location", str(_FOLDER).replace("%", "%%"))
+    return config
+
+
+def migrate(path: Path) -> None:
+    """Bring the database at `path` to the newest revision; a missing one is created.
+
+    A database that has tables is first copied to `NAME.before-REVISION` beside it. All changes are one
+    transaction: a database whose migration fails stays as it was.
+
+    Raise `InvalidInput` for a database of a newer version, `OperationalError` (SQLAlchemy's or sqlite3's)
+    for a disk that cannot be written.
+    """
+    config = migration_config()
+    newest = ScriptDirectory.from_config(config).get_current_head()
+    engine = create_engine(f"sqlite:///{path}", connect_args={"timeout": 5.0}, poolclass=NullPool)
+    event.listen(engine, "connect", _leave_transactions_to_sqlalchemy)
+    event.listen(engine, "begin", _begin)
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        found = _revision(connection)
+        if found == newest:
+            return
+        if found is not None:
+            _copy(path, path.with_name(f"{path.name}.before-{newest}"))
+            logging.getLogger(__name__).info("migrating %s from %s to %s", path, found, newest)
+            if not inspect(connection).has_table("alembic_version"):
+                command.stamp(config, FIRST_REVISION)
+        _upgrade(config, path, found=found, newest=newest)
+
+
+def _upgrade(config: Config, path: Path, *, found: str | None, newest: str | None) -> None:
+    try:
+        command.upgrade(config, "head")
+    except CommandError as error:
+        raise InvalidInput(
+            f"{path} was written by a newer version (revision {found}, this one knows {newest}); "
+            "update the program, or use --data DIR",
+            asked=str(path),
+            found=f"revision {found}",
+            remedy="update the program, or use --data DIR",
+        ) from error
+
+
+def _revision(connection: Connection) -> str | None:
+    """Return the revision of a database; None when it is empty."""
+    tables = inspect(connection)
+    if tables.has_table("alembic_version"):
+        row = connection.exec_driver_sql("SELECT version_num FROM alembic_version").first()
+        return None if row is None else str(row[0])
+    return FIRST_REVISION if tables.has_table("jobs") else None
+
+
+def _copy(path: Path, copy: Path) -> None:
+    partial = copy.with_name(f"{copy.name}.part")
+    try:
+        with closing(sqlite3.connect(path)) as source, closing(sqlite3.connect(partial)) as target:
+            source.backup(target)
+        partial.replace(copy)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _leave_transactions_to_sqlalchemy(connection: DBAPIConnection, _entry: ConnectionPoolEntry) -> None:
+    connection.isolation_level = None  # else Python's driver commits before each CREATE TABLE
+
+
+def _begin(connection: Connection) -> None:
+    connection.exec_driver_sql("BEGIN IMMEDIATE")
