@@ -6,13 +6,14 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, MirrorVolts, MonotonicClock, Role
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_pipeline.verge.wide_zoom import wide_zoom
 from foveacam_server.resources.calibrations.service import SHIPPED
-from foveacam_server.resources.views.live_stereo import LiveStereo, PairJoiner
+from foveacam_server.resources.views.live_stereo import LiveStereo, PairJoiner, SteadySpan
 from foveacam_server.rig.frame_tap import FrameTap
 
 from .fake_rig import Pictures
@@ -40,6 +41,20 @@ def test_frames_of_one_exposure_are_joined_once() -> None:
     pair = joiner.newest(0.0)
     assert pair is not None and (pair.left, pair.right) == (left, right)
     assert joiner.newest(0.0) is None
+
+
+def test_the_scale_of_the_live_depth_changes_only_when_it_must() -> None:
+    span = SteadySpan()
+    near, far = span.of(ramp(4.0, 6.0))
+    assert near < 4.0 and far > 6.0
+    assert span.of(ramp(3.9, 6.1)) == (near, far)
+    assert span.of(ramp(4.5, 5.7)) == (near, far)
+    assert span.of(ramp(4.0, 9.0))[1] > 9.0
+    assert span.of(ramp(4.0, 4.1))[1] < 5.0
+
+
+def ramp(near_m: float, far_m: float) -> NDArray[np.float32]:
+    return np.linspace(near_m, far_m, 400, dtype=np.float32).reshape(20, 20)
 
 
 def test_frames_of_two_exposures_or_without_volts_are_no_pair() -> None:

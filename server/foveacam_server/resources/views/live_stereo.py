@@ -16,7 +16,7 @@ from foveacam_hardware.contract import Clock, FoveaError, Frame, Role, StereoVol
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import depth_map, rgb
 from foveacam_pipeline.stereo.match import match
-from foveacam_pipeline.stereo.pictures import AnaglyphStyle, anaglyph, depth_picture, difference
+from foveacam_pipeline.stereo.pictures import AnaglyphStyle, anaglyph, depth_picture, depth_span, difference
 from foveacam_pipeline.stereo.rectify import halved, rectify_frames
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_pipeline.verge.wide_zoom import wide_zoom
@@ -75,6 +75,21 @@ class PairJoiner:
             return pair
 
 
+class SteadySpan:
+    """Scale of the live depth: changed only when depths leave it, or need less than a third of it."""
+
+    def __init__(self) -> None:
+        self._span_m = (0.0, 0.0)
+
+    def of(self, z_m: NDArray[np.float32]) -> tuple[float, float]:
+        """Return nearest and farthest depth, m, of the scale for `z_m` (h, w)."""
+        (low, high), (near, far) = self._span_m, depth_span(z_m)
+        if near < low or far > high or far - near < 0.3 * (high - low):
+            margin = 0.25 * (far - near)
+            self._span_m = max(near - margin, 0.0), far + margin
+        return self._span_m
+
+
 class LiveStereo:
     """Publishes the views of both eyes on a thread of its own."""
 
@@ -85,6 +100,7 @@ class LiveStereo:
         self._needed_elsewhere: Callable[[], bool] = lambda: False
         self.style = AnaglyphStyle.RED_CYAN
         """Colours of the anaglyph, for all viewers."""
+        self._depth_span = SteadySpan()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="foveacam-live-stereo", daemon=True)
 
@@ -139,16 +155,18 @@ class LiveStereo:
         pictures: dict[str, Callable[[], NDArray[np.uint8]]] = {
             "anaglyph": lambda: anaglyph(pair, self.style),
             "difference": lambda: difference(pair),
-            "depth": lambda: _depth(pair),
+            "depth": lambda: _depth(pair, self._depth_span),
         }
         for view, picture in pictures.items():
             if view in views:
                 self._tap.publish_picture(view, picture(), t_ns=t_ns)
 
 
-def _depth(pair: RectifiedPair) -> NDArray[np.uint8]:
+def _depth(pair: RectifiedPair, span: SteadySpan) -> NDArray[np.uint8]:
     """Return the picture of the depth of a pair, matched at half its size and drawn at its own."""
     depth = depth_map(half := halved(pair), match(half))
     height, width = pair.left.shape[:2]
     z_m = cv2.resize(depth.z_m, (width, height), interpolation=cv2.INTER_NEAREST)
-    return depth_picture(replace(depth, z_m=np.asarray(z_m, dtype=np.float32)))
+    near_m, far_m = span.of(depth.z_m)
+    full = replace(depth, z_m=np.asarray(z_m, dtype=np.float32))
+    return depth_picture(full, near_m=near_m, far_m=far_m)
