@@ -21,6 +21,7 @@ from foveacam_server.resources.cameras import routes as cameras
 from foveacam_server.resources.captures import routes as captures
 from foveacam_server.resources.clouds import depth_routes as depth
 from foveacam_server.resources.clouds import routes as clouds
+from foveacam_server.resources.depth_backends import routes as depth_backends
 from foveacam_server.resources.displays import routes as displays
 from foveacam_server.resources.drift_checks import routes as drift_checks
 from foveacam_server.resources.events import routes as events
@@ -77,6 +78,7 @@ _RESOURCES = (
     measurements,
     calibrations,
     calibration_sessions,
+    depth_backends,
     displays,
     drift_checks,
     settle_time,

@@ -1,4 +1,4 @@
-"""The `foveacam` program: serve, calibrate, board, capture, still, dataset, record, study, doctor and more.
+"""The `foveacam` program: serve, calibrate, board, capture, still, dataset, depth, record, study and more.
 
 Errors are one line; no traceback reaches a user.
 """
@@ -19,6 +19,7 @@ from foveacam_server.commands.calibrate import app as calibrate_app
 from foveacam_server.foundation.settings import checked_settings
 from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
+from foveacam_server.resources.depth_backends.cli import app as depth_app
 from foveacam_server.resources.displays.cli import app as board_app
 from foveacam_server.resources.positioners.cli import confirm_zero
 from foveacam_server.resources.recordings.cli import app as recording_app
@@ -36,6 +37,7 @@ app = typer.Typer(
 
 app.add_typer(calibrate_app)
 app.add_typer(board_app)
+app.add_typer(depth_app)
 app.add_typer(dataset_app)
 app.add_typer(recording_app)
 app.command()(record)

@@ -41,7 +41,15 @@ def shape(*, faces: int = 1, n: int = 100) -> FixationShape:
         sigma_m=np.full((3, 3), 0.01, np.float32),
     )
     picture = np.zeros((8, 8, 3), np.uint8)
-    return FixationShape(fixation_id="fix-1", cloud=cloud, mesh=mesh, depth_picture=picture, patch=patch)
+    return FixationShape(
+        fixation_id="fix-1",
+        cloud=cloud,
+        mesh=mesh,
+        depth_picture=picture,
+        backend="sgbm",
+        network_sha256=None,
+        patch=patch,
+    )
 
 
 def test_cloud_comes_back_as_it_was_put(store: Store) -> None:

@@ -15,6 +15,7 @@ from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.resources.clouds.shapes import WAITING, ShapeWorker, VergedLook
+from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.fixations.documents import stored_look
 from foveacam_server.resources.fixations.schema import TargetDocument
 
@@ -79,7 +80,14 @@ class Setup:
         self.shelf = CloudCollection(self.store)
         self.pictures = Pictures()
         self.pane = Pane()
-        self.worker = ShapeWorker(clouds=self.shelf, sink=self.pictures, viewer=self.pane, events=self.events)
+        self.depth_backends = DepthBackendService(folder / "networks", events=self.events)
+        self.worker = ShapeWorker(
+            clouds=self.shelf,
+            matcher=self.depth_backends,
+            sink=self.pictures,
+            viewer=self.pane,
+            events=self.events,
+        )
         self.came: dict[str, CloudDocument] = {}
 
     def seen(self, sighting: Sighting, calibration: Calibration, *, fixation_id: str = "fix-1") -> VergedLook:
@@ -137,6 +145,7 @@ def test_textured_look_becomes_pictures_a_cloud_and_what_stands_in_the_pane(
     assert cloud is not None
     assert float(np.median(cloud.points_rig_m[:, 2])) == pytest.approx(4.0, rel=0.05)  # eyes roll a little
     assert setup.came["fix-1"].points == len(cloud)
+    assert setup.came["fix-1"].backend == "sgbm"
     assert {"anaglyph", "difference", "depth"} <= setup.pictures.counts.keys()
 
 

@@ -340,6 +340,8 @@ export interface components {
         };
         /** @description The point cloud of a fixation; the files' axes are in server/README.md. */
         CloudDocument: {
+            /** @default sgbm */
+            backend: string;
             centre_rig_m: [
                 number,
                 number,
@@ -350,6 +352,7 @@ export interface components {
             fixation_id: string;
             glb_url: string | null;
             id: string;
+            network_sha256: string | null;
             ply_url: string;
             points: number;
             sigma_median_m: number;
@@ -443,6 +446,28 @@ export interface components {
             clear: number[];
             d_max_m: number[];
             success: number[];
+        };
+        /** @description Which backend computes the depth of looks from now on. */
+        DepthBackendChoice: {
+            name: string;
+            /** @default false */
+            research_confirmed?: boolean;
+        };
+        /** @description One backend. */
+        DepthBackendDocument: {
+            /** @enum {string} */
+            kind: "built_in" | "network";
+            licence: string;
+            name: string;
+            problem: string | null;
+            research_only: boolean;
+            sha256: string | null;
+        };
+        /** @description All backends and the one in use. */
+        DepthBackendsDocument: {
+            backends: components["schemas"]["DepthBackendDocument"][];
+            fallback: string | null;
+            in_use: string;
         };
         /** @description Depth at one wide pixel. */
         DepthDocument: {
@@ -1493,6 +1518,22 @@ export interface components {
             shift_x_deg: number;
             /** @default 0 */
             shift_y_deg: number;
+        };
+        /** @description What a check of a network found on a pair whose disparities are known. */
+        NetworkCheckDocument: {
+            compute_ms: number | null;
+            error_median_px: number | null;
+            findings: components["schemas"]["NetworkFindingDocument"][];
+            name: string;
+            passed: boolean;
+            sgbm_ms: number | null;
+        };
+        /** @description One check of a network. */
+        NetworkFindingDocument: {
+            found: string;
+            passed: boolean;
+            remedy: string;
+            what: string;
         };
         /** @description A square without obstacles and with one target in its middle. */
         OpenMapRequest: {
@@ -2602,6 +2643,9 @@ export type CorrectionDocument = components['schemas']['CorrectionDocument'];
 export type CorrectionRequest = components['schemas']['CorrectionRequest'];
 export type CoverageDocument = components['schemas']['CoverageDocument'];
 export type CurveDocument = components['schemas']['CurveDocument'];
+export type DepthBackendChoice = components['schemas']['DepthBackendChoice'];
+export type DepthBackendDocument = components['schemas']['DepthBackendDocument'];
+export type DepthBackendsDocument = components['schemas']['DepthBackendsDocument'];
 export type DepthDocument = components['schemas']['DepthDocument'];
 export type DeviceInfoDocument = components['schemas']['DeviceInfoDocument'];
 export type DeviceProblemDocument = components['schemas']['DeviceProblemDocument'];
@@ -2687,6 +2731,8 @@ export type MosaicRequest = components['schemas']['MosaicRequest'];
 export type MosaicSeams = components['schemas']['MosaicSeams'];
 export type MountDriftDocument = components['schemas']['MountDriftDocument'];
 export type MountKnock = components['schemas']['MountKnock'];
+export type NetworkCheckDocument = components['schemas']['NetworkCheckDocument'];
+export type NetworkFindingDocument = components['schemas']['NetworkFindingDocument'];
 export type OpenMapRequest = components['schemas']['OpenMapRequest'];
 export type PanTiltDocument = components['schemas']['PanTiltDocument'];
 export type PanTiltLimitsDocument = components['schemas']['PanTiltLimitsDocument'];

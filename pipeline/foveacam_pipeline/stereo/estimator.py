@@ -30,6 +30,16 @@ class DepthEstimator(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MatchedPair:
+    """The disparities of a pair, and who computed them."""
+
+    disparity: DisparityMap
+    backend: str
+    sha256: str | None
+    """Of the graph of a network; None of what is built in."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SemiGlobalEstimator:
     """Semi-global matching at full size."""
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.stereo.errors import SEMI_GLOBAL, ErrorModel, match_errors
+from foveacam_pipeline.stereo.errors import SEMI_GLOBAL, ErrorModel, MatchErrors, match_errors
 from foveacam_pipeline.stereo.occlusion import occluded_pixels
 from foveacam_pipeline.stereo.refine import FloatImage, Refinement, refine
 from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings, scene_window, semi_global
@@ -58,13 +58,21 @@ def accept_matches(
     `found_px`: (h, w) disparities of a matcher, NaN where it gave none. Overwrites `refinement.residual_px`.
     """
     errors = match_errors(found_px, refinement, model)
-    known = np.isfinite(found_px) & refinement.seen & (errors.sigma_px <= settings.max_sigma_px)
-    known &= gradients_correlate(refinement)
-    known &= errors.wrong_log_odds <= math.log(settings.max_wrong / (1.0 - settings.max_wrong))
+    known = acceptable(found_px, refinement, errors, settings=settings)
     residual, sigma = refinement.residual_px, errors.sigma_px
     residual[~known] = np.nan
     sigma[~known] = np.nan
     return residual, sigma
+
+
+def acceptable(
+    found_px: FloatImage, refinement: Refinement, errors: MatchErrors, *, settings: MatchSettings
+) -> NDArray[np.bool_]:
+    """Return (h, w) bool: where a disparity was found, is seen by both eyes, and is not too doubtful."""
+    known = np.isfinite(found_px) & refinement.seen & (errors.sigma_px <= settings.max_sigma_px)
+    known &= gradients_correlate(refinement)
+    known &= errors.wrong_log_odds <= math.log(settings.max_wrong / (1.0 - settings.max_wrong))
+    return known
 
 
 def gradients_correlate(refinement: Refinement) -> NDArray[np.bool_]:

@@ -34,6 +34,7 @@ from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.shapes import ShapeWorker
+from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
@@ -105,6 +106,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         overlay=displays.overlay,
         jobs=jobs,
         clouds=observation.clouds,
+        depth_backends=observation.depth_backends,
         captures=collected.captures,
         stills=collected.stills,
         recordings=collected.recordings,
@@ -177,6 +179,7 @@ class _ObservationServices:
     """Services that turn looks into fixations, clouds, wide depth and measurements."""
 
     clouds: CloudCollection
+    depth_backends: DepthBackendService
     fixations: FixationService
     follows: FollowService
     rounds: FollowRounds
@@ -220,7 +223,14 @@ def _open_observation(
         knowledge.health.add(fixation, calibration)
         wide_depth.add(fixation, calibration)
 
-    shapes = ShapeWorker(clouds=clouds, sink=displays.hub, viewer=displays.viewer, events=foundation.events)
+    depth_backends = DepthBackendService(foundation.store.subfolder("networks"), events=foundation.events)
+    shapes = ShapeWorker(
+        clouds=clouds,
+        matcher=depth_backends,
+        sink=displays.hub,
+        viewer=displays.viewer,
+        events=foundation.events,
+    )
     tools = FixationTools(
         hardware=hardware,
         calibration=knowledge.calibration,
@@ -251,6 +261,7 @@ def _open_observation(
     measurements = _open_measurements(foundation, knowledge, displays, hardware=hardware, clouds=clouds)
     return _ObservationServices(
         clouds=clouds,
+        depth_backends=depth_backends,
         fixations=fixations,
         follows=follows,
         rounds=rounds,

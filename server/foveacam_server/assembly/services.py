@@ -18,6 +18,7 @@ from foveacam_server.resources.cameras.service import CameraSettingsService
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.clouds.collection import CloudCollection
+from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.fixations.service import FixationService
@@ -75,6 +76,7 @@ class Services:
     overlay: GazeOverlay
     jobs: JobRunner
     clouds: CloudCollection
+    depth_backends: DepthBackendService
     captures: CaptureService
     recordings: RecordingService
     stills: StillService
@@ -99,6 +101,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.captures.routes import CaptureRouteServices
     from foveacam_server.resources.clouds.depth_routes import DepthRouteServices
     from foveacam_server.resources.clouds.routes import CloudRouteServices
+    from foveacam_server.resources.depth_backends.routes import DepthBackendRouteServices
     from foveacam_server.resources.displays.routes import DisplayRouteServices
     from foveacam_server.resources.drift_checks.routes import DriftCheckRouteServices
     from foveacam_server.resources.events.routes import EventRouteServices
@@ -136,6 +139,7 @@ if TYPE_CHECKING:
         _depth: DepthRouteServices = services
         _cloud: CloudRouteServices = services
         _correction: CorrectionRouteServices = services
+        _depth_backend: DepthBackendRouteServices = services
         _display: DisplayRouteServices = services
         _drift_check: DriftCheckRouteServices = services
         _event: EventRouteServices = services

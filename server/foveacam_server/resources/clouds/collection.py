@@ -51,6 +51,8 @@ class FixationShape:
     cloud: Cloud
     mesh: DepthMesh
     depth_picture: NDArray[np.uint8]
+    backend: str
+    network_sha256: str | None
     patch: DepthPatch | None
     look: LookDepth | None = None
 
@@ -165,6 +167,8 @@ def _describe(cloud_id: str, shape: FixationShape, *, has_mesh: bool) -> CloudDo
         z_min_m=round(float(points_m[:, 2].min()), 5),
         z_max_m=round(float(points_m[:, 2].max()), 5),
         sigma_median_m=round(float(np.median(shape.cloud.sigma_m)), 6),
+        backend=shape.backend,
+        network_sha256=shape.network_sha256,
         ply_url=f"{url}.ply",
         glb_url=f"{url}.glb" if has_mesh else None,
         depth_url=f"{url}/depth.png",

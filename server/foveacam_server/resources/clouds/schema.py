@@ -14,6 +14,10 @@ class CloudDocument(ResponseModel):
     z_min_m: float
     z_max_m: float
     sigma_median_m: float
+    backend: str = "sgbm"
+    """Depth backend that matched the look."""
+    network_sha256: str | None = None
+    """Of the graph, where the backend is a network."""
     ply_url: str
     glb_url: str | None
     depth_url: str

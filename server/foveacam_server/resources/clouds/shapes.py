@@ -8,6 +8,7 @@ import queue
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,11 @@ from foveacam_pipeline.measure.look import look_depth
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import cloud as cloud_of
 from foveacam_pipeline.stereo.depth import depth_map
-from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.estimator import MatchedPair
 from foveacam_pipeline.stereo.mesh import depth_mesh
 from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, difference
 from foveacam_pipeline.stereo.rectify import rectify
-from foveacam_pipeline.stereo.values import Cloud, DepthMap, DepthMesh, RectifiedPair
+from foveacam_pipeline.stereo.values import Cloud, DepthMesh, RectifiedPair
 from foveacam_pipeline.verge.values import Basis
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
@@ -41,6 +42,14 @@ MAX_POINTS = 50_000
 MESH_STEP_PX = 4
 SCALE = 0.5
 """Scale of the rectified windows."""
+
+
+class PairMatcher(Protocol):
+    """Computes the disparities of a pair by the backend that was chosen."""
+
+    def estimate(self, pair: RectifiedPair) -> MatchedPair:
+        """Return the disparities and who computed them."""
+        ...
 
 
 OnCloud = Callable[[str, CloudDocument], None]
@@ -93,11 +102,13 @@ class ShapeWorker:
         self,
         *,
         clouds: CloudCollection,
+        matcher: PairMatcher,
         sink: PictureSink,
         viewer: SceneViewer | None,
         events: EventLog,
     ) -> None:
         self._clouds = clouds
+        self._matcher = matcher
         self._sink = sink
         self._viewer = viewer
         self._events = events
@@ -171,8 +182,8 @@ class ShapeWorker:
         pair = rectify(seen.sighting, seen.calibration, scale=SCALE)
         self._publish("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
         self._publish("difference", difference(pair), t_ns=pair.t_ns)
-        depth = depth_map(pair, match(pair))
-        shape = self._shape(seen, pair, depth)
+        matched = self._matcher.estimate(pair)
+        shape = self._shape(seen, pair, matched)
         cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
         self._publish("depth", shape.depth_picture, t_ns=pair.t_ns)
         self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
@@ -227,7 +238,8 @@ class ShapeWorker:
             mesh=None,
         )
 
-    def _shape(self, seen: VergedLook, pair: RectifiedPair, depth: DepthMap) -> FixationShape:
+    def _shape(self, seen: VergedLook, pair: RectifiedPair, matched: MatchedPair) -> FixationShape:
+        depth = depth_map(pair, matched.disparity)
         cloud = cloud_of(pair, depth, max_points=MAX_POINTS)
         if len(cloud) == 0:
             raise NotFound("no pixel of the last look could be matched between the foveae")
@@ -239,6 +251,8 @@ class ShapeWorker:
             cloud=cloud,
             mesh=depth_mesh(pair, depth, step_px=MESH_STEP_PX),
             depth_picture=depth_picture(depth),
+            backend=matched.backend,
+            network_sha256=matched.sha256,
             patch=patch,
             look=look_depth(
                 pair, depth, calibration=seen.calibration, volts=seen.sighting.volts, scale=SCALE

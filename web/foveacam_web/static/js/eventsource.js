@@ -83,6 +83,8 @@ const KINDS = [
   "loop.ended",
   "loop.latched",
   "loop.tuned",
+  "depth.backend",
+  "depth.fallback",
   "display.pattern",
   "display.changed",
 ];

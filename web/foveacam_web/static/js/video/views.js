@@ -3,6 +3,7 @@
 import { h } from "../dom.js";
 import { openStream } from "./link.js";
 import { anaglyphColours } from "./anaglyph_colours.js";
+import { depthBackend } from "./depth_backend.js";
 import { ANNOTATED, Pane, VIEWS } from "./pane.js";
 import { WideView } from "./wide.js";
 
@@ -126,6 +127,7 @@ export class Views {
     pane.resized = () => this.#subscribe();
     this.#panes.set(name, pane);
     if (name === "anaglyph") pane.tools.prepend(anaglyphColours(this.#commands));
+    if (name === "depth") pane.tools.prepend(depthBackend(this.#commands));
     this.#stream.addCanvas(name, pane.canvas);
   }
 

@@ -1,0 +1,174 @@
+"""The card of a network, YAML: which ONNX file, what goes in, what comes out, and under which licence."""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+
+from foveacam_hardware.contract import InvalidInput
+
+LARGEST_CARD_BYTES = 65_536
+LARGEST_SIDE_PX = 8192
+SidePx = Annotated[int, Field(ge=8, le=LARGEST_SIDE_PX)]
+TensorName = Annotated[str, StringConstraints(min_length=1, max_length=200)]
+Scaling = Literal["0..255", "0..1", "-1..1", "imagenet"]
+"""Values of a pixel as the network takes them; `imagenet`: the mean and deviation of ImageNet taken out."""
+
+
+class _CardPart(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class NetworkInputs(_CardPart):
+    """How the graph's inputs are named and filled."""
+
+    left: TensorName = "left"
+    right: TensorName = "right"
+    layout: Literal["NCHW", "NHWC"] = "NCHW"
+    channels: Literal[1, 3] = 3
+    order: Literal["RGB", "BGR"] = "RGB"
+    scaling: Scaling = "0..255"
+    divisor: Annotated[int, Field(ge=1, le=512)] = 32
+    """Sides must be multiples of it; pictures are padded by repeating their last row and column."""
+    size_px: Annotated[tuple[SidePx, SidePx], Field(strict=False)] | None = None
+    """Width and height of a graph that takes no other; larger pictures are cut into tiles that overlap."""
+
+
+class NetworkOutput(_CardPart):
+    """What the graph returns, as disparity."""
+
+    name: TensorName = "disp"
+    sign: Literal[1, -1] = 1
+    """-1 where the output is the flow from left to right, which is negative for what is near."""
+    scale: Annotated[float, Field(gt=0.0, le=1e5)] = 1.0
+    """Pixels of the input for each unit of the output."""
+    positive_only: bool = False
+    """The network finds no negative disparities: the right picture is shifted so that there are none."""
+
+
+class NetworkCard(_CardPart):
+    """What the file of a card says."""
+
+    format: Literal["foveacam-network"]
+    version: Literal[1]
+    name: Annotated[str, StringConstraints(pattern=r"^[a-z0-9][a-z0-9_-]{0,39}$")]
+    file: Annotated[str, StringConstraints(pattern=r"^[^/\\]{1,120}\.onnx$")]
+    sha256: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
+    licence: Annotated[str, StringConstraints(min_length=1, max_length=200)]
+    research_only: bool = False
+    inputs: NetworkInputs = NetworkInputs()
+    output: NetworkOutput = NetworkOutput()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StereoNetwork:
+    """A network on the disk: its card and the folder with its graph."""
+
+    card: NetworkCard
+    folder: Path
+
+    @property
+    def name(self) -> str:
+        """Name by which the network is chosen."""
+        return self.card.name
+
+    @property
+    def graph(self) -> Path:
+        """Path of the ONNX file, beside the card."""
+        return self.folder / self.card.file
+
+
+def load_network(path: Path) -> StereoNetwork:
+    """Return the network of a card; raise InvalidInput that names the key and what was found.
+
+    The graph itself is not read.
+    """
+    try:
+        if path.stat().st_size > LARGEST_CARD_BYTES:
+            raise InvalidInput(
+                f"{path}: a card has at most {LARGEST_CARD_BYTES} bytes; give the card, not the graph"
+            )
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidInput(f"{path}: {error.strerror}; give the path of a card (YAML)") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InvalidInput(
+            f"{path}: not YAML: {error}; `foveacam depth card` prints one to begin with"
+        ) from error
+    if not isinstance(document, dict):
+        raise InvalidInput(
+            f"{path}: a card is a table of keys; `foveacam depth card` prints one to begin with"
+        )
+    try:
+        return StereoNetwork(card=NetworkCard.model_validate(document), folder=path.parent)
+    except ValidationError as error:
+        raise _refusal(path, error) from error
+
+
+def check_digest(network: StereoNetwork) -> None:
+    """Raise InvalidInput when the graph is missing or is not the file that the card was written for."""
+    try:
+        with network.graph.open("rb") as file:
+            found = hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise InvalidInput(
+            f"{network.name}: its graph {network.graph}: {error.strerror}; put it beside the card",
+            asked=str(network.graph),
+            found=error.strerror,
+            remedy="put it beside the card",
+        ) from error
+    card = network.card
+    if found != card.sha256:
+        raise InvalidInput(
+            f"{card.name}: the SHA-256 of {card.file} is {found}, its card says {card.sha256}: it is another "
+            "file, or was damaged; get the right one, or correct the card when you trust this one",
+            asked=card.sha256,
+            found=found,
+            remedy="get the right file, or correct the card when you trust this one",
+        )
+
+
+def example_card() -> str:
+    """Return a card to begin with, every key explained."""
+    return _EXAMPLE
+
+
+def _refusal(path: Path, error: ValidationError) -> InvalidInput:
+    first = error.errors(include_url=False)[0]
+    where = ".".join(str(part) for part in first["loc"]) or "card"
+    found = first.get("input")
+    said = "" if first["type"] == "missing" else f", found {str(found)[:80]!r}"
+    return InvalidInput(
+        f"{path}: {where}: {first['msg']}{said}; see `foveacam depth card`",
+        asked=where,
+        found=str(found)[:80],
+        remedy="correct the card; see `foveacam depth card`",
+    )
+
+
+_EXAMPLE = """\
+format: foveacam-network
+version: 1
+name: my-network            # small letters, digits, - and _: how the backend is chosen
+file: my-network.onnx       # beside this card
+sha256: "0000000000000000000000000000000000000000000000000000000000000000"  # sha256sum my-network.onnx
+licence: MIT                # shown wherever the network is chosen
+research_only: false        # true: whoever chooses it must confirm that the use is research
+inputs:
+  left: left                # names of the graph's inputs
+  right: right
+  layout: NCHW              # or NHWC
+  channels: 3               # or 1: grey
+  order: RGB                # or BGR
+  scaling: 0..255           # 0..1, -1..1, or imagenet
+  divisor: 32               # sides are padded to multiples of it
+  size_px: null             # [width, height] of a graph with a fixed size; larger pictures are tiled
+output:
+  name: disp                # (h, w) with any leading or trailing ones, at the size of the input
+  sign: 1                   # -1: the output is flow from left to right
+  scale: 1.0                # pixels for each unit of the output
+  positive_only: false      # true: the network finds no disparity below zero; it is fed shifted pictures
+"""

@@ -1,0 +1,154 @@
+"""Runs an ONNX graph by onnxruntime; its errors in words. The only importer of onnxruntime."""
+
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import DeviceFault, InvalidInput, install_command
+from foveacam_pipeline.networks.card import NetworkCard, StereoNetwork, check_digest
+
+_OUT_OF_MEMORY = ("allocate", "out of memory", "bad_alloc")
+
+
+class GraphPort(Protocol):
+    """One input or output of a graph: its name, and its shape with names or None where it is free."""
+
+    name: str
+    shape: Sequence[int | str | None]
+    type: str
+
+
+class GraphSession(Protocol):
+    """The part of onnxruntime's session that is used here."""
+
+    def get_inputs(self) -> Sequence[GraphPort]:
+        """Return the graph's inputs."""
+        ...
+
+    def get_outputs(self) -> Sequence[GraphPort]:
+        """Return the graph's outputs."""
+        ...
+
+    def run(
+        self, outputs: Sequence[str], inputs: Mapping[str, NDArray[np.float32]]
+    ) -> Sequence[NDArray[np.generic]]:
+        """Return the named outputs."""
+        ...
+
+
+class NetworkFault(DeviceFault):
+    """A network that failed on a picture: out of memory, numbers that are none, a wrong shape."""
+
+    code = "network_fault"
+
+
+def open_session(network: StereoNetwork) -> GraphSession:
+    """Return a session of a network's graph on the processor; raise InvalidInput in words.
+
+    The file must be the one whose SHA-256 the card has: a graph is data, and is never unpickled.
+    """
+    check_digest(network)
+    card = network.card
+    try:
+        runtime = import_module("onnxruntime")
+    except ImportError as error:
+        command = install_command("onnx")
+        raise InvalidInput(
+            f"{card.name} needs onnxruntime, which is not installed; {command}", remedy=command
+        ) from error
+    options = runtime.SessionOptions()
+    options.log_severity_level = 4  # what fails is raised and said in words
+    try:
+        opened = runtime.InferenceSession(str(network.graph), options, providers=["CPUExecutionProvider"])
+    except Exception as error:
+        raise InvalidInput(
+            f"{card.name}: onnxruntime cannot load {card.file}: {_first_line(error)}; export it again, for "
+            f"onnxruntime {runtime.__version__}",
+            found=_first_line(error),
+        ) from error
+    session = cast(GraphSession, opened)
+    _check_ports(card, session)
+    return session
+
+
+def run_graph(
+    card: NetworkCard, session: GraphSession, left: NDArray[np.float32], right: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Return the graph's output (h, w) for one pair of tensors; raise NetworkFault in words."""
+    try:
+        found = session.run([card.output.name], {card.inputs.left: left, card.inputs.right: right})[0]
+    except Exception as error:
+        raise _run_fault(card, error, left) from error
+    array = np.asarray(found, dtype=np.float32)
+    vertical, horizontal = (2, 3) if card.inputs.layout == "NCHW" else (1, 2)
+    wanted = left.shape[vertical], left.shape[horizontal]
+    plane = array.squeeze()
+    if plane.shape != wanted:
+        raise NetworkFault(
+            f"{card.name}: its output {card.output.name} has the shape {array.shape} for pictures of "
+            f"{wanted[1]} x {wanted[0]} px; one disparity a pixel is needed: export it with its upsampling",
+            asked=f"{wanted[1]} x {wanted[0]}",
+            found=str(array.shape),
+        )
+    if not np.isfinite(plane).all():
+        share = 100.0 * (1.0 - float(np.isfinite(plane).mean()))
+        raise NetworkFault(
+            f"{card.name}: {share:.3g} % of its output is no finite number; check scaling and divisor in its "
+            "card, and the graph in 32 bits",
+            found=f"{share:.3g} % not finite",
+        )
+    return np.ascontiguousarray(plane)
+
+
+def _check_ports(card: NetworkCard, session: GraphSession) -> None:
+    inputs = {port.name: port for port in session.get_inputs()}
+    outputs = [port.name for port in session.get_outputs()]
+    for key, name in (("inputs.left", card.inputs.left), ("inputs.right", card.inputs.right)):
+        if name not in inputs:
+            raise _port_error(card, key, name, list(inputs))
+        if inputs[name].type != "tensor(float)":
+            raise InvalidInput(
+                f"{card.name}: its input {name} takes {inputs[name].type}, only tensor(float) is fed; "
+                "export it with 32-bit inputs",
+                found=inputs[name].type,
+            )
+    if card.output.name not in outputs:
+        raise _port_error(card, "output.name", card.output.name, outputs)
+    others = sorted(set(inputs) - {card.inputs.left, card.inputs.right})
+    if others:
+        raise InvalidInput(
+            f"{card.name}: the graph wants further inputs ({', '.join(others)}), only two pictures are "
+            "fed; export it with those as constants",
+            found=", ".join(others),
+        )
+
+
+def _port_error(card: NetworkCard, key: str, name: str, there: list[str]) -> InvalidInput:
+    return InvalidInput(
+        f"{card.name}: {key} is {name!r}, the graph has {', '.join(there)}; correct the card",
+        asked=name,
+        found=", ".join(there),
+        remedy=f"set {key} to one of them",
+    )
+
+
+def _run_fault(card: NetworkCard, error: Exception, tensor: NDArray[np.float32]) -> NetworkFault:
+    said = _first_line(error)
+    shape = " x ".join(str(side) for side in tensor.shape)
+    if any(word in said.lower() for word in _OUT_OF_MEMORY) or isinstance(error, MemoryError):
+        return NetworkFault(
+            f"{card.name}: not enough memory for a tensor of {shape}; set inputs.size_px of its card",
+            found=said,
+        )
+    return NetworkFault(
+        f"{card.name}: it failed on a tensor of {shape}: {said}; compare layout, channels and divisor of its "
+        "card with the graph, by `foveacam depth check`",
+        found=said,
+    )
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).strip().splitlines() or [type(error).__name__])[0][:300]

@@ -1,0 +1,71 @@
+"""Networks in the data directory: one folder each, with `card.yaml` and the graph."""
+
+import shutil
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.networks.card import StereoNetwork, check_digest, load_network
+from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_server.foundation.errors import NotFound
+
+CARD = "card.yaml"
+RESERVED = ("sgbm", "live")
+"""Names of what is built in."""
+
+
+class NetworkFolder:
+    """Adds, lists, finds and removes networks; used by the server and, beside it, by commands."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def add(self, card: Path) -> StereoNetwork:
+        """Copy a card and its graph; raise InvalidInput for a name that is taken or reserved."""
+        network = load_network(card)
+        check_digest(network)
+        target = self._folder / network.name
+        if network.name in RESERVED or target.exists():
+            raise InvalidInput(
+                f"there is a depth backend {network.name} already; give the card another name, or "
+                f"remove that one with `foveacam depth remove {network.name}`",
+                asked=network.name,
+                remedy="give the card another name, or remove the other",
+            )
+        partial = target.with_suffix(".part")
+        with disk_errors(f"the network {network.name}", self._folder):
+            shutil.rmtree(partial, ignore_errors=True)
+            partial.mkdir(parents=True)
+            shutil.copyfile(network.graph, partial / network.card.file)
+            shutil.copyfile(card, partial / CARD)
+            partial.rename(target)
+        return StereoNetwork(card=network.card, folder=target)
+
+    def remove(self, name: str) -> None:
+        """Delete a network and its graph; raise NotFound when there is none."""
+        folder = self._existing(name)
+        with disk_errors(f"the network {name}", self._folder):
+            shutil.rmtree(folder)
+
+    def get(self, name: str) -> StereoNetwork:
+        """Return a network; raise NotFound when there is none, InvalidInput when its card cannot be read."""
+        return load_network(self._existing(name) / CARD)
+
+    def every(self) -> dict[str, StereoNetwork | str]:
+        """Return all networks by name; of one whose card cannot be read, why."""
+        found: dict[str, StereoNetwork | str] = {}
+        for card in sorted(self._folder.glob(f"*/{CARD}")):
+            try:
+                found[card.parent.name] = load_network(card)
+            except FoveaError as error:
+                found[card.parent.name] = str(error)
+        return found
+
+    def _existing(self, name: str) -> Path:
+        folder = self._folder / name
+        if Path(name).name != name or not (folder / CARD).is_file():
+            raise NotFound(
+                f"there is no depth network {name}; `foveacam depth list` and GET /api/v1/depth/backends "
+                "name those there are",
+                asked=name,
+            )
+        return folder

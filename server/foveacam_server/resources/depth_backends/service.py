@@ -1,0 +1,150 @@
+"""Computes the disparities of looks by the backend in use; by semi-global matching where a network fails."""
+
+import logging
+import threading
+from pathlib import Path
+from typing import Final
+
+from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.networks.card import StereoNetwork
+from foveacam_pipeline.networks.check import NetworkCheck, check_network
+from foveacam_pipeline.networks.estimator import NetworkEstimator
+from foveacam_pipeline.stereo.estimator import BACKENDS, DepthEstimator, MatchedPair
+from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.whole_file import read_document, write_document
+from foveacam_server.resources.depth_backends.networks import NetworkFolder
+from foveacam_server.resources.depth_backends.schema import (
+    DepthBackendChange,
+    DepthBackendChoice,
+    DepthBackendDocument,
+    DepthBackendsDocument,
+    StoredChoice,
+)
+
+_log = logging.getLogger(__name__)
+BUILT_IN: Final = "sgbm"
+FORM, VERSION = "foveacam-depth-backend", 1
+
+
+class DepthBackendService:
+    """Callable from any thread; the choice is kept over a restart."""
+
+    def __init__(self, folder: Path, *, events: EventLog) -> None:
+        self.networks = NetworkFolder(folder)
+        self._choice_file = folder / "in_use.json"
+        self._events = events
+        self._changing = threading.Lock()
+        self._in_use: DepthEstimator = BACKENDS[BUILT_IN]
+        self._sha256: str | None = None
+        self._fallback: str | None = None
+        self._restore()
+
+    def estimate(self, pair: RectifiedPair) -> MatchedPair:
+        """Return the disparities of a pair by the backend in use; when it fails, by semi-global matching."""
+        with self._changing:
+            backend, sha256 = self._in_use, self._sha256
+        try:
+            matched = MatchedPair(disparity=backend.estimate(pair), backend=backend.name, sha256=sha256)
+        except FoveaError as error:
+            if sha256 is None:
+                raise
+            self._tell_fallback(backend.name, str(error))
+            matched = MatchedPair(disparity=BACKENDS[BUILT_IN].estimate(pair), backend=BUILT_IN, sha256=None)
+        else:
+            self._fallback = None
+        return matched
+
+    def describe(self) -> DepthBackendsDocument:
+        """Return all backends and the one in use."""
+        built_in = DepthBackendDocument(
+            name=BUILT_IN,
+            kind="built_in",
+            licence="that of this program",
+            research_only=False,
+            sha256=None,
+            problem=None,
+        )
+        networks = [_describe(name, network) for name, network in self.networks.every().items()]
+        return DepthBackendsDocument(
+            in_use=self._in_use.name, fallback=self._fallback, backends=[built_in, *networks]
+        )
+
+    def choose(self, choice: DepthBackendChoice) -> DepthBackendsDocument:
+        """Use a backend from now on; raise InvalidInput when it cannot be used or needs a confirmation."""
+        if choice.name == BUILT_IN:
+            estimator, sha256 = BACKENDS[BUILT_IN], None
+        else:
+            network = self.networks.get(choice.name)
+            if network.card.research_only and not choice.research_confirmed:
+                raise InvalidInput(
+                    f"{choice.name} is for research only ({network.card.licence}); confirm that this is "
+                    "research with research_confirmed: true, or choose another",
+                    asked=choice.name,
+                    found=network.card.licence,
+                    remedy="confirm with research_confirmed: true",
+                )
+            estimator, sha256 = NetworkEstimator.open(network), network.card.sha256
+        write_document(
+            self._choice_file,
+            {"format": FORM, "version": VERSION, **StoredChoice(name=choice.name).model_dump()},
+            what="the choice of the depth backend",
+        )
+        self._use(estimator, sha256)
+        self._events.emit(
+            "depth.backend",
+            f"depth of looks is computed by {choice.name}",
+            data=DepthBackendChange(name=choice.name, detail="chosen"),
+        )
+        return self.describe()
+
+    def check(self, name: str) -> NetworkCheck:
+        """Check a network on a pair whose disparities are known."""
+        return check_network(self.networks.get(name))
+
+    def _use(self, estimator: DepthEstimator, sha256: str | None) -> None:
+        with self._changing:
+            self._in_use, self._sha256, self._fallback = estimator, sha256, None
+
+    def _restore(self) -> None:
+        """Use what was chosen before the restart; told, and `sgbm`, where that cannot be."""
+        try:
+            stored = read_document(self._choice_file, StoredChoice, form=FORM, version=VERSION)
+        except FileNotFoundError:
+            return
+        except (OSError, ValueError) as error:
+            _log.warning("%s cannot be read: %s", self._choice_file, error)
+            return
+        if stored.name == BUILT_IN:
+            return
+        try:
+            network = self.networks.get(stored.name)
+            self._use(NetworkEstimator.open(network), network.card.sha256)
+        except FoveaError as error:
+            self._tell_fallback(stored.name, str(error))
+
+    def _tell_fallback(self, name: str, reason: str) -> None:
+        told = self._fallback == reason
+        self._fallback = reason
+        if not told:
+            self._events.emit(
+                "depth.fallback",
+                f"depth by sgbm instead of {name}: {reason}",
+                level=EventLevel.WARNING,
+                data=DepthBackendChange(name=name, detail=reason),
+            )
+
+
+def _describe(name: str, network: StereoNetwork | str) -> DepthBackendDocument:
+    if isinstance(network, str):
+        return DepthBackendDocument(
+            name=name, kind="network", licence="unknown", research_only=True, sha256=None, problem=network
+        )
+    return DepthBackendDocument(
+        name=name,
+        kind="network",
+        licence=network.card.licence,
+        research_only=network.card.research_only,
+        sha256=network.card.sha256,
+        problem=None,
+    )

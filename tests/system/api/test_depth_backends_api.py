@@ -1,0 +1,83 @@
+"""Depth backends by REST: listed, chosen for looks, checked, and what is refused."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from foveacam_server.foundation.store import Document
+from foveacam_server.resources.depth_backends.networks import NetworkFolder
+from tests.system.conftest import API, Running
+from tests.unit.network_graphs import constant, matcher, write_card
+
+pytestmark = pytest.mark.timeout(120)
+
+
+@pytest.fixture
+def networks(server: Running) -> Iterator[NetworkFolder]:
+    folder = NetworkFolder(server.services.settings.data / "networks")
+    yield folder
+    choose(server, "sgbm")
+    for name in folder.every():
+        folder.remove(name)
+
+
+def choose(server: Running, name: str, **more: object) -> Document:
+    answer = server.http.put(f"{API}/depth/backend", json={"name": name, **more})
+    found: Document = answer.json()
+    return found
+
+
+def new_cloud(server: Running) -> Document:
+    fixation = server.fixate()
+    told = f"/fixations/{fixation['id']}"
+    cloud_id = server.poll(told, lambda found: found["cloud_id"] is not None)["cloud_id"]
+    cloud: Document = server.get(f"/clouds/{cloud_id}").json()
+    return cloud
+
+
+def test_the_chosen_network_computes_the_cloud_of_a_look_which_says_so(
+    server: Running, networks: NetworkFolder, tmp_path: Path
+) -> None:
+    network = networks.add(write_card(matcher(tmp_path / "a.onnx", first_px=-16, last_px=16)))
+    listed = server.get("/depth/backends").json()
+    assert [backend["name"] for backend in listed["backends"]] == ["sgbm", "shifts"]
+    assert listed["in_use"] == "sgbm"
+    before = server.last_event
+    assert choose(server, "shifts")["in_use"] == "shifts"
+    assert server.wait_for_event("depth.backend", after=before)["name"] == "shifts"
+    cloud = new_cloud(server)
+    assert (cloud["backend"], cloud["network_sha256"]) == ("shifts", network.card.sha256)
+
+
+def test_a_look_of_a_network_that_fails_is_matched_by_sgbm_and_the_list_says_why(
+    server: Running, networks: NetworkFolder, tmp_path: Path
+) -> None:
+    networks.add(write_card(constant(tmp_path / "nan.onnx", float("nan")), name="broken"))
+    choose(server, "broken")
+    before = server.last_event
+    assert new_cloud(server)["backend"] == "sgbm"
+    told = server.wait_for_event("depth.fallback", after=before)
+    assert told["name"] == "broken" and "no finite number" in told["detail"]
+    assert server.get("/depth/backends").json()["fallback"] == told["detail"]
+
+
+def test_a_check_names_the_key_of_the_card_that_is_wrong(
+    server: Running, networks: NetworkFolder, tmp_path: Path
+) -> None:
+    networks.add(write_card(matcher(tmp_path / "a.onnx", sign=-1.0)))
+    found = server.post("/depth/backends/shifts/check").json()
+    assert not found["passed"]
+    assert "output.sign" in found["findings"][-1]["remedy"]
+
+
+def test_what_cannot_be_chosen_is_refused_in_words(
+    server: Running, networks: NetworkFolder, tmp_path: Path
+) -> None:
+    assert choose(server, "nothing")["status"] == 404
+    card = write_card(matcher(tmp_path / "a.onnx"), research_only=True, licence="CC BY-NC 4.0")
+    networks.add(card)
+    refused = choose(server, "shifts")
+    assert refused["status"] == 422 and "research_confirmed" in refused["detail"]
+    assert choose(server, "shifts", research_confirmed=True)["in_use"] == "shifts"
+    assert choose(server, "Shifts!")["status"] == 422

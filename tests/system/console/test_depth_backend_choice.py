@@ -1,0 +1,77 @@
+"""The choice of what computes the depth of looks, beside the depth view."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+from playwright.sync_api import expect
+
+from foveacam_server.resources.depth_backends.networks import NetworkFolder
+from tests.unit.network_graphs import constant, matcher, write_card
+
+from .console_page import Console, OpenConsole
+from .server_process import Server
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+LIST = "What computes the depth of a look"
+
+
+@pytest.fixture
+def console(open_console: OpenConsole, server: Server) -> Console:
+    server.be_idle()
+    found = open_console(server.url)
+    found.wait_for_frames("wide")
+    return found
+
+
+@pytest.fixture
+def networks(server: Server, tmp_path: Path) -> Iterator[NetworkFolder]:
+    folder = NetworkFolder(server.data / "networks")
+    graph = matcher(tmp_path / "a.onnx", first_px=-16, last_px=16)
+    folder.add(write_card(graph, research_only=True, licence="CC BY-NC 4.0"))
+    folder.add(write_card(constant(tmp_path / "nan.onnx", float("nan")), name="broken"))
+    yield folder
+    httpx.put(f"{server.url}api/v1/depth/backend", json={"name": "sgbm"}).raise_for_status()
+    for name in folder.every():
+        folder.remove(name)
+
+
+def in_use(server: Server) -> str:
+    return str(httpx.get(f"{server.url}api/v1/depth/backends").json()["in_use"])
+
+
+def test_without_a_network_there_is_no_list(console: Console) -> None:
+    console.page.locator("#tab-depth").click()
+    expect(console.page.get_by_label(LIST)).to_be_hidden()
+
+
+def test_a_network_for_research_is_chosen_after_a_confirmation_and_one_that_fails_says_why(
+    console: Console, server: Server, networks: NetworkFolder
+) -> None:
+    page = console.page
+    page.reload()
+    page.locator("#tab-depth").click()
+    choice = page.get_by_label(LIST)
+    expect(choice.locator("option")).to_have_text(
+        ["Semi-global matching", "broken (Apache-2.0)", "shifts (research only, CC BY-NC 4.0)"]
+    )
+    choice.select_option("shifts")
+    with page.expect_response(lambda answer: answer.url.endswith("/depth/backend")):
+        page.get_by_role("button", name="Use shifts for research").click()
+    assert in_use(server) == "shifts"
+    with page.expect_response(lambda answer: answer.url.endswith("/depth/backend")):
+        choice.select_option("broken")
+    answer = httpx.post(
+        f"{server.url}api/v1/fixations",
+        json={"pixel": {"x_px": 720, "y_px": 540}},
+        headers={"Prefer": "wait=30"},
+        timeout=60,
+    )
+    assert answer.status_code == 200
+    console.wait_until(
+        "fetch('/api/v1/depth/backends').then(answer => answer.json()).then(found => found.fallback !== null)"
+    )
+    choice.focus()
+    expect(choice).to_have_attribute("title", re.compile("instead of broken: .*no finite number"))

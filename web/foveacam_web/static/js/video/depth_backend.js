@@ -1,0 +1,48 @@
+// Chooses what computes the depth of looks: semi-global matching, or a network. Nothing is shown while there is none.
+
+import { request } from "../api.js";
+import { fill, h } from "../dom.js";
+import { backendWords, choiceWords } from "./depth_words.js";
+
+/**
+ * @import { DepthBackendsDocument } from "#api"
+ * @import { Commands } from "../commands.js"
+ */
+
+/** Return a list of the backends, with a button that confirms research use. @param {Commands} commands */
+export function depthBackend(commands) {
+  const select = h("select", { class: "tool depth-backend", "aria-label": "What computes the depth of a look" });
+  const confirm = h("button", { class: "tool", type: "button", hidden: true });
+  /** @param {DepthBackendsDocument} found */
+  const show = (found) => {
+    const options = found.backends.map((backend) => {
+      const text = backendWords(backend);
+      return h("option", { value: backend.name, text, disabled: backend.problem !== null });
+    });
+    fill(select, ...options);
+    select.value = found.in_use;
+    select.hidden = found.backends.length < 2;
+    select.title = choiceWords(found);
+    select.classList.toggle("warn", found.fallback !== null);
+    confirm.hidden = true;
+    research = new Set(found.backends.filter(({ research_only }) => research_only).map(({ name }) => name));
+  };
+  /** @type {Set<string>} */
+  let research = new Set();
+  const refresh = async () => show(/** @type {DepthBackendsDocument} */ (await request("GET", "/depth/backends")));
+  /** @param {boolean} research_confirmed */
+  const choose = async (research_confirmed) => {
+    const body = { name: select.value, research_confirmed };
+    await commands.send("PUT", "/depth/backend", { body });
+    await refresh().catch(() => {});
+  };
+  select.addEventListener("focus", () => void refresh().catch(() => {})); // another viewer may have chosen
+  select.addEventListener("change", () => {
+    confirm.hidden = !research.has(select.value);
+    confirm.textContent = `Use ${select.value} for research`;
+    if (confirm.hidden) void choose(false);
+  });
+  confirm.addEventListener("click", () => void choose(true));
+  void refresh().catch(() => {}); // the server is not there yet: asked again when it is opened
+  return h("span", { class: "depth-backends" }, select, confirm);
+}

@@ -1,0 +1,19 @@
+// Says which backend computes the depth of looks, and why one does not.
+
+/** @import { DepthBackendDocument, DepthBackendsDocument } from "#api" */
+
+const BUILT_IN = "sgbm";
+
+/** Return the words of a backend in the list. @param {DepthBackendDocument} backend */
+export function backendWords({ kind, name, licence, problem, research_only }) {
+  if (kind === "built_in") return "Semi-global matching";
+  if (problem) return `${name} (cannot be used)`;
+  return research_only ? `${name} (research only, ${licence})` : `${name} (${licence})`;
+}
+
+/** Return what a list's title says. @param {DepthBackendsDocument} found */
+export function choiceWords({ fallback, in_use }) {
+  return fallback
+    ? `The last look was computed by ${BUILT_IN} instead of ${in_use}: ${fallback}`
+    : "What computes the depth of a look, from the next one on, for all viewers";
+}
