@@ -621,6 +621,30 @@ export interface components {
             reason: string;
             sees_target: boolean;
         };
+        /**
+         * @description A fault or warning, counted: `name` says which of the scope, such as a device or a kind of job.
+         *
+         *     `present`: whether it lasts; what only happened, such as a failed job, is over at once. `over_utc`: when
+         *     it ended, null while it is present.
+         */
+        FaultDocument: {
+            count: number;
+            first_utc: string;
+            id: string;
+            last_utc: string;
+            /** @enum {string} */
+            level: "warning" | "error";
+            name: string;
+            over_utc: string | null;
+            present: boolean;
+            remedy: string | null;
+            scope: string;
+            what: string;
+        };
+        /** @description The faults that were taken off the list. */
+        FaultsDismissed: {
+            ids: string[];
+        };
         /** @description Leave-one-out error of a rectification. */
         FieldScoreDocument: {
             chosen: boolean;
@@ -2620,6 +2644,8 @@ export type EventDocument = components['schemas']['EventDocument'];
 export type EyeDocument = components['schemas']['EyeDocument'];
 export type EyeTestDocument = components['schemas']['EyeTestDocument'];
 export type EyeViewDocument = components['schemas']['EyeViewDocument'];
+export type FaultDocument = components['schemas']['FaultDocument'];
+export type FaultsDismissed = components['schemas']['FaultsDismissed'];
 export type FieldScoreDocument = components['schemas']['FieldScoreDocument'];
 export type FilmDocument = components['schemas']['FilmDocument'];
 export type FilmRequest = components['schemas']['FilmRequest'];
