@@ -15,6 +15,7 @@ import type {
   DriftCheckDocument,
   EstimateDocument,
   EventDocument,
+  FaultDocument,
   FilmRequest,
   FixationDocument,
   FixationRequest,
@@ -430,6 +431,8 @@ export type SharedState = {
   selected_target: string | null;
   clouds: CloudDocument[];
   log: EventDocument[];
+  server_faults: FaultDocument[];
+  page_faults: FaultDocument[];
   stop: StopDocument | null;
   lease: LeaseDocument | null;
   lease_token: string | null;

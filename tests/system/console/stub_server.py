@@ -90,6 +90,7 @@ class StubServer:
             "/clouds": [],
             "/follows": [],
             "/events/recent": [],
+            "/faults": [],
             "/stop": {"engaged": False, "since_utc": None, "by": None},
             "/lease": {"holder": None, "expires_in_s": None},
         }

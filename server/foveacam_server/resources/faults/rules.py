@@ -110,7 +110,7 @@ def _lasting(scope: str, name: str, remedy: str | None = None) -> Callable[[Even
     return news
 
 
-_STORAGE = FaultPlace(scope="storage", name="events")
+_STORAGE = FaultPlace(scope="storage", name="event log")
 
 _RULES: Mapping[str, Callable[[Event], FaultNews | None]] = MappingProxyType(
     {
