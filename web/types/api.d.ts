@@ -1002,6 +1002,61 @@ export interface components {
             length_sigma_m: number;
             same_look: boolean;
         };
+        /**
+         * @description The lens of a fovea by views of a board. For information: no calibration uses it.
+         *
+         *     `reason`: which parameters the views tell, or why there is no fit.
+         */
+        LensDocument: {
+            board: components["schemas"]["BoardDocument"];
+            /** @enum {string} */
+            camera: "left" | "right";
+            coverage_fraction: number;
+            fit: components["schemas"]["LensFitDocument"] | null;
+            reason: string;
+            samples: components["schemas"]["WideSampleDocument"][];
+            tilts_covered: number;
+        };
+        /** @description A telephoto lens fitted to the samples. */
+        LensFitDocument: {
+            accuracy_deg: number | null;
+            cx_px: number;
+            cy_px: number;
+            distortion: number[];
+            fov_x_deg: number;
+            fov_y_deg: number;
+            fx_px: number;
+            fy_px: number;
+            model: string;
+            parameters: components["schemas"]["LensParameterDocument"][];
+            rms_px: number;
+        };
+        /**
+         * @description The lens of a fovea, looking where its mirror rests; `views`: number to take.
+         *
+         *     `station`: where a board that fits its field is shown; without, one whose name has `fovea` in it, else the
+         *     rig stays as it stands.
+         */
+        LensOptions: {
+            board?: components["schemas"]["BoardOption"] | null;
+            /** @enum {string} */
+            camera: "left" | "right";
+            station?: string | null;
+            views?: number | null;
+        };
+        /** @description A parameter of a lens with its standard error; `assumed`: the views do not tell it. */
+        LensParameterDocument: {
+            assumed: boolean;
+            name: string;
+            sigma: number;
+            value: number;
+        };
+        /** @description Find the lens of a fovea, or add views to those taken; no other step needs it. */
+        LensRun: {
+            options: components["schemas"]["LensOptions"];
+            /** @constant */
+            step: "lens";
+        };
         /** @description The process is alive. */
         Liveness: {
             status: string;
@@ -2084,6 +2139,7 @@ export interface components {
             fit: components["schemas"]["FitDocument"] | null;
             id: string;
             label: string;
+            lenses: components["schemas"]["LensDocument"][];
             pictures: components["schemas"]["PictureDocument"][];
             problems: string[];
             rig_id: string;
@@ -2672,6 +2728,11 @@ export type LeaseDocument = components['schemas']['LeaseDocument'];
 export type LeaseGrant = components['schemas']['LeaseGrant'];
 export type LeaseRequest = components['schemas']['LeaseRequest'];
 export type LengthDocument = components['schemas']['LengthDocument'];
+export type LensDocument = components['schemas']['LensDocument'];
+export type LensFitDocument = components['schemas']['LensFitDocument'];
+export type LensOptions = components['schemas']['LensOptions'];
+export type LensParameterDocument = components['schemas']['LensParameterDocument'];
+export type LensRun = components['schemas']['LensRun'];
 export type Liveness = components['schemas']['Liveness'];
 export type LoopAxisDocument = components['schemas']['LoopAxisDocument'];
 export type LoopDocument = components['schemas']['LoopDocument'];

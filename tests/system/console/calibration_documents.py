@@ -145,6 +145,7 @@ def empty_session(session_id: str = SESSION_ID, label: str = "Bench, spring") ->
         "bytes": 12_400_000,
         "board": {"kind": "charuco", "columns": 9, "rows": 6, "square_mm": 30.0, "marker_mm": 22.0},
         "wide": None,
+        "lenses": [],
         "sweeps": [],
         "fit": None,
         "settle": None,
