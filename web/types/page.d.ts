@@ -269,7 +269,7 @@ export type StillPress = { job_id: string; over: boolean; done: number; total: n
 // The calibration page.
 
 export type WizardPage = "overview" | "wide" | "mirrors" | "fit" | "check" | "settle";
-export type RunStep = "wide" | "mirrors" | "fit" | "check" | "settle" | "all";
+export type RunStep = "wide" | "lens" | "mirrors" | "fit" | "check" | "settle" | "all";
 
 /** What one addition to the paper's plain model brings. */
 export type VariantStep = {
