@@ -49,8 +49,8 @@ test("the tray has 50 rows at most", () => {
   assert.equal(trayRows(rows, [fault()]).length, MOST);
 });
 
-test("the button is plain without faults, red while an error is present, else amber", () => {
-  assert.equal(trayTone([]), "plain");
+test("the button has no colour without faults, red while an error is present, else amber", () => {
+  assert.equal(trayTone([]), "none");
   assert.equal(trayTone([fault({ level: "warning" }), fault()]), "bad");
   assert.equal(trayTone([fault({ present: false })]), "warn");
 });

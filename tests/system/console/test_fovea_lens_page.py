@@ -26,7 +26,7 @@ def test_views_are_asked_for_by_camera_and_the_panel_says_what_it_is_for(
     panel(page).get_by_label("Camera").select_option("Right fovea")
     panel(page).get_by_text("Board and options").click()
     panel(page).get_by_label("Views wanted").fill("12")
-    with page.expect_request(lambda request: request.url.endswith("/runs")):
+    with page.expect_response(lambda response: response.url.endswith("/runs")):
         panel(page).get_by_role("button", name="Take views").click()
 
     assert stub.posted_bodies(f"{URL}/runs") == [

@@ -36,7 +36,7 @@ export function trayRows(server, page) {
 
 /** Return the tone of the button: of the worst that is present, softer for what is over. @param {FaultDocument[]} rows */
 export function trayTone(rows) {
-  if (rows.length === 0) return "plain";
+  if (rows.length === 0) return "none";
   return rows.some(({ level, present }) => level === "error" && present) ? "bad" : "warn";
 }
 
