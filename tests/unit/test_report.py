@@ -180,7 +180,12 @@ def test_parts_that_were_not_measured_say_so_and_how() -> None:
 
 
 def test_lenses_of_the_foveae_are_told_as_information() -> None:
-    few = {"camera": "right", "samples": [{}], "fit": None, "reason": "1 views, at least 3 are needed"}
+    few: dict[str, object] = {
+        "camera": "right",
+        "samples": [{}],
+        "fit": None,
+        "reason": "1 views, at least 3 are needed",
+    }
     facts = session_facts(session_document(lenses=[FOVEA_LENS, few]))
     text = read(report_html(CALIBRATION, session=facts)).text
     assert "for information" in text
