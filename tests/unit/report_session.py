@@ -22,6 +22,23 @@ LENS: Document = {
 }
 
 
+FOVEA_LENS: Document = {
+    "camera": "left",
+    "samples": [{}] * 18,
+    "fit": LENS
+    | {
+        "fov_x_deg": 2.8686,
+        "fov_y_deg": 2.1517,
+        "rms_px": 0.031,
+        "parameters": [
+            {"name": "fx_px", "value": 28758.91, "sigma": 2.13, "assumed": False},
+            {"name": "k2", "value": 0.0, "sigma": 1e-6, "assumed": True},
+        ],
+    },
+    "reason": "the views tell fx_px; assumed: k2",
+}
+
+
 def node(index: int, ax_deg: float, ay_deg: float, *, left: str = "centred") -> Document:
     reason = "blurred: 3.1 px, 2 px is the limit" if left == "refused" else None
     return {
@@ -81,6 +98,7 @@ def session_document(**changes: object) -> Document:
         "created_utc": "2026-03-01T10:00:00+00:00",
         "bytes": 12,
         "board": {"kind": "charuco", "columns": 9, "rows": 6, "square_mm": 30.0, "marker_mm": 22.0},
+        "lenses": [FOVEA_LENS],
         "wide": {
             "samples": [{"id": str(k)} for k in range(38)],
             "coverage_fraction": 0.93,

@@ -6,10 +6,12 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import pytest
 
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.calibrate.settle.settle_report import save_settle
+from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli
@@ -19,6 +21,7 @@ from foveacam_server.resources.calibration_sessions.sessions import SETTLE, SETT
 from foveacam_server.resources.calibrations.in_force import write_pin
 from foveacam_server.resources.calibrations.service import SHIPPED
 
+from .board_scenes import DivisionLens, Pose, board_picture
 from .settle_report import REPORT
 
 RIG = "sim-rig120"
@@ -203,3 +206,25 @@ def test_server_starts_without_loading_fits_and_figures() -> None:
     )
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
+
+
+def test_lens_of_a_fovea_is_found_in_images_and_informs(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    lens = DivisionLens(focal_px=14_380.0, centre_px=(361.0, 268.0), bend=0.0, width=720, height=540)
+    board, folder = Charuco(columns=4, rows=3, square_m=0.02, marker_m=0.015), tmp_path / "views"
+    folder.mkdir()
+    turns = [(0.6, 0.1, 0.0), (-0.5, 0.4, 0.2), (0.1, -0.7, 0.0), (0.2, 0.6, -0.3), (-0.6, -0.3, 0.1)]
+    for number, turn in enumerate(turns):
+        picture = board_picture(board, Pose(place_m=(0.0, 0.0, 2.6), turn_rad=turn), lens=lens, noise=1.0)
+        cv2.imwrite(str(folder / f"left{number}.png"), picture)
+    shown = ["--board", "4x3", "--square-mm", "20", "--marker-mm", "15"]
+
+    assert run(monkeypatch, "lens", "--camera", "left", "--images", str(folder), *shown, "--json") == 0
+    (found,) = json.loads(capsys.readouterr().out)["lenses"]
+    focal = found["fit"]["parameters"][0]
+    assert abs(focal["value"] - 14_380.0) < 3.0 * focal["sigma"] < 0.03 * 14_380.0
+    assert [sample["corners"] for sample in found["samples"]] == [12] * len(turns)
+
+    assert run(monkeypatch, "lens", "--camera", "middle", "--images", str(folder), *shown) == 2
+    assert "'middle'" in capsys.readouterr().err

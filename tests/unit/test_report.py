@@ -19,7 +19,7 @@ from foveacam_pipeline.calibrate.report import (
 )
 from foveacam_pipeline.models import load_calibration
 
-from .report_session import drift_document, node, picture, session_document
+from .report_session import FOVEA_LENS, drift_document, node, picture, session_document
 
 CALIBRATION = load_calibration(
     Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
@@ -177,6 +177,22 @@ def test_parts_that_were_not_measured_say_so_and_how() -> None:
     for command in ("wide", "mirrors", "rectify", "check", "settle", "drift"):
         assert f"foveacam calibrate {command}" in text
     assert text.count("not measured") == 3  # aperture, response, settling
+
+
+def test_lenses_of_the_foveae_are_told_as_information() -> None:
+    few: dict[str, object] = {
+        "camera": "right",
+        "samples": [{}],
+        "fit": None,
+        "reason": "1 views, at least 3 are needed",
+    }
+    facts = session_facts(session_document(lenses=[FOVEA_LENS, few]))
+    text = read(report_html(CALIBRATION, session=facts)).text
+    assert "for information" in text
+    assert "fx_px 28758.9 ± 2.1; assumed: k2" in text
+    assert "2.869° × 2.152°" in text
+    assert "at least 3 are needed" in text
+    assert "for information" not in read(report_html(CALIBRATION)).text
 
 
 @pytest.mark.parametrize("part", ["board", "wide", "fit", "settle", "check"])

@@ -48,8 +48,8 @@ def test_the_room_to_calibrate_in_has_boards_and_markers_at_two_distances() -> N
     file = load_scene("calibration")
     stations = {table.name: table.station() for table in file.stations}
 
-    assert set(stations) == {"board", "checkerboard", "markers", "markers near"}
-    assert [station.target for station in stations.values()].count(StationTarget.BOARD) == 2
+    assert set(stations) == {"board", "checkerboard", "fovea boards", "markers", "markers near"}
+    assert [station.target for station in stations.values()].count(StationTarget.BOARD) == 3
     assert stations["markers"].distance_m == 5.0
     assert stations["markers near"].distance_m == 2.5
     assert build_scene(file, folder=Path()).names == tuple(thing.name for thing in file.objects)

@@ -9,7 +9,7 @@ import pytest
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.wide.boards import Charuco, Checkerboard
-from foveacam_pipeline.calibrate.wide.wide_samples import FILE, WideSample, WideSamples, thumbnail
+from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples, thumbnail, views_path
 
 from .board_scenes import SMALL, board_samples, board_view, many_poses
 
@@ -84,17 +84,17 @@ def test_a_view_of_another_size_is_refused() -> None:
 
 def test_another_boards_views_are_not_overwritten(tmp_path: Path) -> None:
     _samples().save(tmp_path)
-    before = (tmp_path / FILE).read_bytes()
+    before = (views_path(tmp_path)).read_bytes()
     other = board_samples(Charuco(square_m=0.04, marker_m=0.03), many_poses(2, np.random.default_rng(3)))
     with pytest.raises(InvalidInput, match="nothing was overwritten"):
         other.save(tmp_path)
-    assert (tmp_path / FILE).read_bytes() == before
+    assert (views_path(tmp_path)).read_bytes() == before
 
 
 def test_a_truncated_file_is_refused_and_left_alone(tmp_path: Path) -> None:
     samples = _samples()
     samples.save(tmp_path)
-    path = tmp_path / FILE
+    path = views_path(tmp_path)
     path.write_bytes(path.read_bytes()[:-200])
     cut = path.read_bytes()
     with pytest.raises(InvalidInput, match=r"wide\.json cannot be read"):
@@ -106,7 +106,7 @@ def test_a_truncated_file_is_refused_and_left_alone(tmp_path: Path) -> None:
 
 def test_a_file_whose_corners_are_not_on_its_board_is_refused(tmp_path: Path) -> None:
     _samples().save(tmp_path)
-    path = tmp_path / FILE
+    path = views_path(tmp_path)
     document = json.loads(path.read_text(encoding="utf-8"))
     document["samples"][0]["ids"][-1] = 54
     path.write_text(json.dumps(document), encoding="utf-8")

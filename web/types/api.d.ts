@@ -646,6 +646,30 @@ export interface components {
             reason: string;
             sees_target: boolean;
         };
+        /**
+         * @description A fault or warning, counted: `name` says which of the scope, such as a device or a kind of job.
+         *
+         *     `present`: whether it lasts; what only happened, such as a failed job, is over at once. `over_utc`: when
+         *     it ended, null while it is present.
+         */
+        FaultDocument: {
+            count: number;
+            first_utc: string;
+            id: string;
+            last_utc: string;
+            /** @enum {string} */
+            level: "warning" | "error";
+            name: string;
+            over_utc: string | null;
+            present: boolean;
+            remedy: string | null;
+            scope: string;
+            what: string;
+        };
+        /** @description The faults that were taken off the list. */
+        FaultsDismissed: {
+            ids: string[];
+        };
         /** @description Leave-one-out error of a rectification. */
         FieldScoreDocument: {
             chosen: boolean;
@@ -1002,6 +1026,61 @@ export interface components {
             length_m: number;
             length_sigma_m: number;
             same_look: boolean;
+        };
+        /**
+         * @description The lens of a fovea by views of a board. For information: no calibration uses it.
+         *
+         *     `reason`: which parameters the views tell, or why there is no fit.
+         */
+        LensDocument: {
+            board: components["schemas"]["BoardDocument"];
+            /** @enum {string} */
+            camera: "left" | "right";
+            coverage_fraction: number;
+            fit: components["schemas"]["LensFitDocument"] | null;
+            reason: string;
+            samples: components["schemas"]["WideSampleDocument"][];
+            tilts_covered: number;
+        };
+        /** @description A telephoto lens fitted to the samples. */
+        LensFitDocument: {
+            accuracy_deg: number | null;
+            cx_px: number;
+            cy_px: number;
+            distortion: number[];
+            fov_x_deg: number;
+            fov_y_deg: number;
+            fx_px: number;
+            fy_px: number;
+            model: string;
+            parameters: components["schemas"]["LensParameterDocument"][];
+            rms_px: number;
+        };
+        /**
+         * @description The lens of a fovea, looking where its mirror rests; `views`: number to take.
+         *
+         *     `station`: where a board that fits its field is shown; without, one whose name has `fovea` in it, else the
+         *     rig stays as it stands.
+         */
+        LensOptions: {
+            board?: components["schemas"]["BoardOption"] | null;
+            /** @enum {string} */
+            camera: "left" | "right";
+            station?: string | null;
+            views?: number | null;
+        };
+        /** @description A parameter of a lens with its standard error; `assumed`: the views do not tell it. */
+        LensParameterDocument: {
+            assumed: boolean;
+            name: string;
+            sigma: number;
+            value: number;
+        };
+        /** @description Find the lens of a fovea, or add views to those taken; no other step needs it. */
+        LensRun: {
+            options: components["schemas"]["LensOptions"];
+            /** @constant */
+            step: "lens";
         };
         /** @description The process is alive. */
         Liveness: {
@@ -2101,6 +2180,7 @@ export interface components {
             fit: components["schemas"]["FitDocument"] | null;
             id: string;
             label: string;
+            lenses: components["schemas"]["LensDocument"][];
             pictures: components["schemas"]["PictureDocument"][];
             problems: string[];
             rig_id: string;
@@ -2664,6 +2744,8 @@ export type EventDocument = components['schemas']['EventDocument'];
 export type EyeDocument = components['schemas']['EyeDocument'];
 export type EyeTestDocument = components['schemas']['EyeTestDocument'];
 export type EyeViewDocument = components['schemas']['EyeViewDocument'];
+export type FaultDocument = components['schemas']['FaultDocument'];
+export type FaultsDismissed = components['schemas']['FaultsDismissed'];
 export type FieldScoreDocument = components['schemas']['FieldScoreDocument'];
 export type FilmDocument = components['schemas']['FilmDocument'];
 export type FilmRequest = components['schemas']['FilmRequest'];
@@ -2690,6 +2772,11 @@ export type LeaseDocument = components['schemas']['LeaseDocument'];
 export type LeaseGrant = components['schemas']['LeaseGrant'];
 export type LeaseRequest = components['schemas']['LeaseRequest'];
 export type LengthDocument = components['schemas']['LengthDocument'];
+export type LensDocument = components['schemas']['LensDocument'];
+export type LensFitDocument = components['schemas']['LensFitDocument'];
+export type LensOptions = components['schemas']['LensOptions'];
+export type LensParameterDocument = components['schemas']['LensParameterDocument'];
+export type LensRun = components['schemas']['LensRun'];
 export type Liveness = components['schemas']['Liveness'];
 export type LoopAxisDocument = components['schemas']['LoopAxisDocument'];
 export type LoopDocument = components['schemas']['LoopDocument'];

@@ -15,6 +15,7 @@ import type {
   DriftCheckDocument,
   EstimateDocument,
   EventDocument,
+  FaultDocument,
   FilmRequest,
   FixationDocument,
   FixationRequest,
@@ -268,7 +269,7 @@ export type StillPress = { job_id: string; over: boolean; done: number; total: n
 // The calibration page.
 
 export type WizardPage = "overview" | "wide" | "mirrors" | "fit" | "check" | "settle";
-export type RunStep = "wide" | "mirrors" | "fit" | "check" | "settle" | "all";
+export type RunStep = "wide" | "lens" | "mirrors" | "fit" | "check" | "settle" | "all";
 
 /** What one addition to the paper's plain model brings. */
 export type VariantStep = {
@@ -430,6 +431,8 @@ export type SharedState = {
   selected_target: string | null;
   clouds: CloudDocument[];
   log: EventDocument[];
+  server_faults: FaultDocument[];
+  page_faults: FaultDocument[];
   stop: StopDocument | null;
   lease: LeaseDocument | null;
   lease_token: string | null;

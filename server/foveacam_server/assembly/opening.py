@@ -37,6 +37,7 @@ from foveacam_server.resources.clouds.shapes import ShapeWorker
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
+from foveacam_server.resources.faults.service import FaultService
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
 from foveacam_server.resources.follows.rounds import FollowRounds
 from foveacam_server.resources.follows.service import FollowService
@@ -58,6 +59,7 @@ from foveacam_server.rig.stop import StopSwitch
 def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.AbstractEventLoop) -> Services:
     """Open all services; the rig opens on its own thread, so that a missing device delays nothing."""
     foundation = open_foundation(settings, stack=stack)
+    faults = FaultService(foundation.events)
     knowledge = open_rig_knowledge(foundation)
     displays = open_displays(foundation, knowledge, loop=loop)
     hardware = _hardware(foundation, knowledge, displays)
@@ -83,6 +85,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         clock=foundation.clock,
         store=foundation.store,
         events=foundation.events,
+        faults=faults,
         lease=Lease(clock=foundation.clock, events=foundation.events),
         hub=displays.hub,
         streams=displays.streams,

@@ -21,6 +21,7 @@ from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
+from foveacam_server.resources.faults.service import FaultService
 from foveacam_server.resources.fixations.service import FixationService
 from foveacam_server.resources.follows.rounds import FollowRounds
 from foveacam_server.resources.follows.service import FollowService
@@ -53,6 +54,7 @@ class Services:
     clock: Clock
     store: Store
     events: EventLog
+    faults: FaultService
     lease: Lease
     hub: FrameHub
     streams: LiveStreams
@@ -105,6 +107,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.displays.routes import DisplayRouteServices
     from foveacam_server.resources.drift_checks.routes import DriftCheckRouteServices
     from foveacam_server.resources.events.routes import EventRouteServices
+    from foveacam_server.resources.faults.routes import FaultRouteServices
     from foveacam_server.resources.fixations.correction_routes import CorrectionRouteServices
     from foveacam_server.resources.fixations.routes import FixationRouteServices
     from foveacam_server.resources.fixations.target_routes import TargetRouteServices
@@ -143,6 +146,7 @@ if TYPE_CHECKING:
         _display: DisplayRouteServices = services
         _drift_check: DriftCheckRouteServices = services
         _event: EventRouteServices = services
+        _fault: FaultRouteServices = services
         _fixation: FixationRouteServices = services
         _target: TargetRouteServices = services
         _follow: FollowRouteServices = services

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_server.commands.calibrate_records import app as records_app
 from foveacam_server.commands.options import (
     LabelOption,
@@ -36,6 +36,8 @@ ROOM = "calibration"
 BoardOption = Annotated[str | None, typer.Option(help="inner corners of the board, such as 9x6")]
 SquareOption = Annotated[float | None, typer.Option(help="side of a square of the board, mm")]
 MarkerOption = Annotated[float | None, typer.Option(help="side of a marker, mm: a ChArUco board")]
+ImagesOption = Annotated[Path | None, typer.Option(help="folder of images to use instead of the rig")]
+PatternOption = Annotated[str, typer.Option(help="which images of the folder, such as 'left*'")]
 ModelOption = Annotated[str | None, typer.Option(help="lens model: five or rational")]
 ViewsOption = Annotated[int | None, typer.Option(help="how many views of the board to take")]
 StationOption = Annotated[list[str] | None, typer.Option(help="where to sweep; may be given again")]
@@ -48,8 +50,8 @@ OrderOption = Annotated[int | None, typer.Option(help="order of the mirrors' pol
 def wide(
     rig_options: RigOptions,
     *,
-    images: Annotated[Path | None, typer.Option(help="folder of images to use instead of the rig")] = None,
-    pattern: Annotated[str, typer.Option(help="which images of the folder, such as 'left*'")] = "*",
+    images: ImagesOption = None,
+    pattern: PatternOption = "*",
     station: Annotated[str | None, typer.Option(help="where the board is shown")] = None,
     board: BoardOption = None,
     square_mm: SquareOption = None,
@@ -60,13 +62,6 @@ def wide(
     label: LabelOption = None,
 ) -> None:
     """Stage 1: measure the wide camera with a board, or from a folder of images."""
-    from foveacam_server.commands.calibrate_runs import (
-        SessionChoice,
-        run_in_session,
-        run_on_images,
-    )
-    from foveacam_server.resources.calibration_sessions.wide_step import ImageFolder
-
     options = validated(
         of_step.WideOptions,
         {
@@ -76,14 +71,36 @@ def wide(
             "model": model,
         },
     )
-    chosen = SessionChoice(session=session, label=label, begin=True)
-    if images is None:
-        run = of_step.WideRun(step="wide", options=options)
-        run_in_session(rig_options, run, chosen)
-        return
-    if options.board is None:
-        raise InvalidInput("--images: say which board they show, such as --board 9x6 --square-mm 25")
-    run_on_images(rig_options, ImageFolder(folder=images, pattern=pattern), options, chosen)
+    run = of_step.WideRun(step="wide", options=options)
+    _run_with_board(rig_options, run, session=session, label=label, images=images, pattern=pattern)
+
+
+@app.command()
+@on_rig(usual_scene=ROOM)
+def lens(
+    rig_options: RigOptions,
+    *,
+    camera: Annotated[Role, typer.Option(help="whose lens; that of wide as the command wide finds it")],
+    images: ImagesOption = None,
+    pattern: PatternOption = "*",
+    station: Annotated[str | None, typer.Option(help="where the board is shown")] = None,
+    board: BoardOption = None,
+    square_mm: SquareOption = None,
+    marker_mm: MarkerOption = None,
+    views: ViewsOption = None,
+    session: SessionOption = None,
+    label: LabelOption = None,
+) -> None:
+    """Find the lens of any camera with a board; a fovea's informs, no other step uses it."""
+    shown = {"station": station, "board": _board(board, square_mm, marker_mm), "views": views}
+    if camera is Role.WIDE:
+        wide_options = validated(of_step.WideOptions, shown)
+        run: of_step.WideRun | of_step.LensRun = of_step.WideRun(step="wide", options=wide_options)
+    else:
+        run = of_step.LensRun(
+            step="lens", options=validated(of_step.LensOptions, {"camera": camera.value, **shown})
+        )
+    _run_with_board(rig_options, run, session=session, label=label, images=images, pattern=pattern)
 
 
 @app.command()
@@ -279,6 +296,28 @@ def settle_time(
 
 
 app.registered_commands.extend(records_app.registered_commands)
+
+
+def _run_with_board(
+    rig_options: RigOptions,
+    run: of_step.WideRun | of_step.LensRun,
+    *,
+    session: str | None,
+    label: str | None,
+    images: Path | None,
+    pattern: str,
+) -> None:
+    """Run a step that looks at a board, in the session or a new one: with the rig, or on images."""
+    from foveacam_server.commands.calibrate_runs import SessionChoice, run_in_session, run_on_images
+    from foveacam_server.resources.calibration_sessions.wide_step import ImageFolder
+
+    chosen = SessionChoice(session=session, label=label, begin=True)
+    if images is None:
+        run_in_session(rig_options, run, chosen)
+        return
+    if run.options.board is None:
+        raise InvalidInput("--images: say which board they show, such as --board 9x6 --square-mm 25")
+    run_on_images(rig_options, ImageFolder(folder=images, pattern=pattern), run.options, chosen)
 
 
 def _board(

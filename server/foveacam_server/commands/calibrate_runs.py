@@ -16,8 +16,12 @@ from foveacam_server.commands.rig import RigChoice, open_enabled_rig
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.progress_bar import progress_bar
 from foveacam_server.resources.calibration_sessions.descriptions import describe_session
-from foveacam_server.resources.calibration_sessions.options import FitOptions, Run, WideOptions
-from foveacam_server.resources.calibration_sessions.schema import SessionDocument, SettleAxisDocument
+from foveacam_server.resources.calibration_sessions.options import FitOptions, LensOptions, Run, WideOptions
+from foveacam_server.resources.calibration_sessions.schema import (
+    LensDocument,
+    SessionDocument,
+    SettleAxisDocument,
+)
 from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession
 from foveacam_server.resources.calibration_sessions.step_environment import (
     StepEnvironment,
@@ -76,9 +80,9 @@ def run_fit_in_session(
 
 
 def run_on_images(
-    rig_options: RigOptions, images: ImageFolder, options: WideOptions, chosen: SessionChoice
+    rig_options: RigOptions, images: ImageFolder, options: WideOptions | LensOptions, chosen: SessionChoice
 ) -> None:
-    """Measure the wide camera on image files and print the session; it runs beside a server."""
+    """Find the lens of a camera by image files and print the session; it runs beside a server."""
     console = Console(stderr=True)
     if not images.folder.is_dir():
         raise InvalidInput(f"--images {images.folder}: there is no such folder; give a folder of images")
@@ -197,12 +201,25 @@ def _measured_rows(found: SessionDocument) -> Iterator[tuple[str, str]]:
             f"{len(found.wide.samples)} views, {fit.model}: {fit.rms_px:.3f} px rms, "
             f"{fit.fov_x_deg:.2f}° x {fit.fov_y_deg:.2f}°",
         )
+    for lens in found.lenses:
+        yield f"lens of the {lens.camera} fovea", _lens_words(lens)
     for sweep in found.sweeps:
         yield f"sweep at {sweep.station}", f"{sweep.done} of {sweep.nodes} poses"
     for model in found.fit.models if found.fit is not None else ():
         if model.chosen:
             across, down = model.loo_deg
             yield f"{model.eye} mirror", f"{model.name}: left out {across:.4f}°, {down:.4f}°"
+
+
+def _lens_words(found: LensDocument) -> str:
+    if found.fit is None:
+        return f"{len(found.samples)} views: {found.reason}"
+    focal = found.fit.parameters[0]
+    return (
+        f"{len(found.samples)} views: {focal.value:.0f} ± {focal.sigma:.0f} px, "
+        f"{found.fit.rms_px:.3f} px rms, {found.fit.fov_x_deg:.3f}° x {found.fit.fov_y_deg:.3f}°; "
+        f"{found.reason}"
+    )
 
 
 def _drift_rows(found: SessionDocument) -> Iterator[tuple[str, str]]:

@@ -10,7 +10,7 @@ import logging
 import queue
 import threading
 from collections import deque
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -98,6 +98,7 @@ class EventLog:
         self._lock = threading.Lock()
         self._ring: deque[Event] = deque(maxlen=RING)
         self._listeners: set[_Listener] = set()
+        self._callbacks: list[Callable[[Event], None]] = []
         self._to_write: queue.Queue[Event | None] = queue.Queue(maxsize=UNWRITTEN)
         self._closing = threading.Event()
         self.unwritten = 0
@@ -133,7 +134,13 @@ class EventLog:
             self._to_write.put_nowait(event)
         except queue.Full:
             self.unwritten += 1
+        for callback in self._callbacks:
+            callback(event)
         return event
+
+    def on_event(self, callback: Callable[[Event], None]) -> None:
+        """Call `callback` with every later event, in the thread that emits it; it must not wait."""
+        self._callbacks.append(callback)
 
     def recent(self, limit: int) -> list[Event]:
         """Return the newest events, oldest of them first."""

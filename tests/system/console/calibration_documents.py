@@ -145,6 +145,7 @@ def empty_session(session_id: str = SESSION_ID, label: str = "Bench, spring") ->
         "bytes": 12_400_000,
         "board": {"kind": "charuco", "columns": 9, "rows": 6, "square_mm": 30.0, "marker_mm": 22.0},
         "wide": None,
+        "lenses": [],
         "sweeps": [],
         "fit": None,
         "settle": None,
@@ -204,6 +205,38 @@ def _sample(index: int) -> Document:
         "tilt_deg": 5.0 + (index * 7) % 32,
         "centre_px": [720.0 + 560.0 * math.sin(index * 2.4), 540.0 + 400.0 * math.cos(index * 1.7)],
         "corners": 54,
+    }
+
+
+def fovea_lens(camera: str = "left", *, views: int = 6, told: bool = True) -> Document:
+    """The lens of a fovea; `told`: by enough views."""
+    parameters = [
+        ("fx_px", 28758.91, 2.13, False),
+        ("fy_px", 28758.87, 1.97, False),
+        ("cx_px", 719.5, 71.2, True),
+        ("cy_px", 541.09, 1.91, False),
+        ("k1", -0.00638, 0.00332, False),
+        *((name, 0.0, 1e-6, True) for name in ("k2", "p1", "p2", "k3")),
+    ]
+    fit = _lens("telephoto", 0.031) | {"fov_x_deg": 2.8686, "fov_y_deg": 2.1517}
+    fit |= {"fx_px": 28758.91, "fy_px": 28758.87, "cx_px": 719.5, "cy_px": 541.09}
+    fit["parameters"] = [
+        dict(zip(("name", "value", "sigma", "assumed"), each, strict=True)) for each in parameters
+    ]
+    refusal = f"{camera} calibration: {views} views of the board, at least 3 are needed; take more"
+    return {
+        "camera": camera,
+        "board": {"kind": "charuco", "columns": 9, "rows": 6, "square_mm": 12.0, "marker_mm": 9.0},
+        "samples": [
+            _sample(index) | {"thumbnail_url": f"{_url()}/lenses/{camera}/samples/view{index}.jpg"}
+            for index in range(views)
+        ],
+        "coverage_fraction": 0.68,
+        "tilts_covered": 5,
+        "fit": fit if told else None,
+        "reason": "the views tell fx_px, fy_px, cy_px, k1; assumed: cx_px, k2, p1, p2, k3"
+        if told
+        else refusal,
     }
 
 

@@ -90,6 +90,7 @@ class StubServer:
             "/clouds": [],
             "/follows": [],
             "/events/recent": [],
+            "/faults": [],
             "/stop": {"engaged": False, "since_utc": None, "by": None},
             "/lease": {"holder": None, "expires_in_s": None},
         }
@@ -201,6 +202,8 @@ class StubServer:
             session["wide"]["samples"] = [each for each in session["wide"]["samples"] if each["id"] != gone]
             self.session = session
             return 200, session
+        if method == "DELETE" and "/lenses/" in path:
+            return 200, self.session
         return 200, self.answers.get(path, {})
 
 

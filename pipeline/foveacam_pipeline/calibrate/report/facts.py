@@ -53,6 +53,36 @@ class WideFacts:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LensParameterFacts:
+    """A parameter of a fovea's lens; `assumed`: the views do not tell it."""
+
+    name: str
+    value: float
+    sigma: float
+    assumed: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoveaFitFacts:
+    """The fit of a fovea's lens."""
+
+    rms_px: float
+    fov_x_deg: float
+    fov_y_deg: float
+    parameters: tuple[LensParameterFacts, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoveaLensFacts:
+    """The lens of a fovea; of `samples` only the number is used."""
+
+    camera: str
+    samples: tuple[dict[str, Any], ...] = ()  # Any: documents of views, not read
+    fit: FoveaFitFacts | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class NodeFacts:
     """One pose of a sweep; `left`, `right`: centred, rim, refused or waiting."""
 
@@ -162,6 +192,7 @@ class SessionFacts:
     created_utc: str
     board: BoardFacts | None = None
     wide: WideFacts | None = None
+    lenses: tuple[FoveaLensFacts, ...] = ()
     sweeps: tuple[SweepFacts, ...] = ()
     fit: FitFacts | None = None
     closing: ClosingFacts | None = None

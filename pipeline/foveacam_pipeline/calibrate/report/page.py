@@ -15,6 +15,8 @@ from foveacam_pipeline.models.calibration import Calibration
 PICTURES = (
     "coverage",
     "wide_residuals",
+    "lens_left",
+    "lens_right",
     "quiver_left",
     "quiver_right",
     "loo",

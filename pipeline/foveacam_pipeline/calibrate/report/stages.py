@@ -9,6 +9,7 @@ from foveacam_pipeline.calibrate.report.candidates import candidate_parts
 from foveacam_pipeline.calibrate.report.drawings import field_drawing, sweep_drawing
 from foveacam_pipeline.calibrate.report.facts import (
     ClosingFacts,
+    FoveaLensFacts,
     LensFacts,
     MountDriftFacts,
     SessionFacts,
@@ -62,7 +63,40 @@ def wide_stage(calibration: Calibration, session: SessionFacts | None, pictures:
         "wide_residuals": "What the lens model leaves at every corner",
     }
     parts.append(figures(pictures, captions))
+    parts += fovea_lenses(session, pictures)
     return section("wide", "Stage 1: the wide camera", *parts)
+
+
+def fovea_lenses(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> list[str]:
+    """Return the lenses of the foveae, for information; nothing when none was looked for."""
+    lenses = session.lenses if session is not None else ()
+    if not lenses:
+        return []
+    heads = ("fovea", "views", "rms", "field of view", "parameters, with one standard error")
+    captions = {
+        "lens_left": "Left fovea: what its lens model leaves at every corner",
+        "lens_right": "Right fovea: what its lens model leaves at every corner",
+    }
+    return [
+        paragraph(
+            "Lenses of the foveae, for information: the rectification depends on the mirrors and is fitted "
+            "in stage 3, so that nothing of this enters the calibration."
+        ),
+        table(heads, [_fovea_row(lens) for lens in lenses]),
+        figures(pictures, captions),
+    ]
+
+
+def _fovea_row(lens: FoveaLensFacts) -> tuple[str, ...]:
+    views = str(len(lens.samples))
+    if lens.fit is None:
+        return (lens.camera, views, "–", "–", lens.reason)
+    fit = lens.fit
+    told = [f"{each.name} {each.value:.6g} ± {each.sigma:.2g}" for each in fit.parameters if not each.assumed]
+    assumed = [each.name for each in fit.parameters if each.assumed]
+    words = "; ".join([", ".join(told), *([f"assumed: {', '.join(assumed)}"] if assumed else [])])
+    field = f"{fit.fov_x_deg:.3f}° × {fit.fov_y_deg:.3f}°"
+    return (lens.camera, views, f"{fit.rms_px:.3f} px", field, words)
 
 
 def mirror_stage(

@@ -7,9 +7,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
 from foveacam_pipeline.calibrate.wide.wide_bundle import (
     FOCAL_OVER_WIDTH,
+    FOVEA_FOCAL_OVER_WIDTH,
     BoardObservation,
     first_pose,
     lens_vector,
@@ -52,9 +54,9 @@ class BoardPose:
         return TILTS[3] if y < 0.0 else TILTS[4]
 
 
-def nominal_lens(width: int, height: int) -> Intrinsics:
-    """Return the nominal intrinsics of a wide camera that is not calibrated."""
-    focal_px = FOCAL_OVER_WIDTH * width
+def nominal_lens(width: int, height: int, role: Role = Role.WIDE) -> Intrinsics:
+    """Return the nominal intrinsics of a camera that is not calibrated."""
+    focal_px = (FOCAL_OVER_WIDTH if role is Role.WIDE else FOVEA_FOCAL_OVER_WIDTH) * width
     return Intrinsics(
         width=width,
         height=height,
@@ -65,9 +67,9 @@ def nominal_lens(width: int, height: int) -> Intrinsics:
     )
 
 
-def pose_of_view(view: BoardView, lens: Intrinsics | None = None) -> BoardPose:
-    """Return the pose of a view's board, by a calibrated lens or the nominal one."""
-    known = lens or nominal_lens(view.width, view.height)
+def pose_of_view(view: BoardView, lens: Intrinsics | None = None, *, role: Role = Role.WIDE) -> BoardPose:
+    """Return the pose of a view's board, by a calibrated lens or the nominal one of the camera `role`."""
+    known = lens or nominal_lens(view.width, view.height, role)
     seen = BoardObservation(places_m=view.places_m, corners_px=view.corners_px)
     return board_pose_from(first_pose(seen, lens_vector(known)), middle_m=view.board.places_m().mean(axis=0))
 

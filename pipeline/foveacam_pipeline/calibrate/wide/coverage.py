@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
 from foveacam_pipeline.calibrate.wide.board_pose import TILTS, BoardPose, pose_of_view
 from foveacam_pipeline.models.intrinsics import Intrinsics
@@ -47,8 +48,10 @@ class BoardCoverage:
 class CoverageTracker:
     """Coverage of the views so far, and whether another view would add to it."""
 
-    def __init__(self, views: Iterable[BoardView] = (), lens: Intrinsics | None = None) -> None:
-        self._lens = lens
+    def __init__(
+        self, views: Iterable[BoardView] = (), lens: Intrinsics | None = None, *, role: Role = Role.WIDE
+    ) -> None:
+        self._lens, self._role = lens, role
         self._cells = np.zeros((ROWS, COLUMNS), dtype=np.int64)
         self._tilts = [0] * len(TILTS)
         self._known: list[tuple[BoardView, BoardPose]] = []
@@ -62,7 +65,7 @@ class CoverageTracker:
 
     def add(self, view: BoardView) -> None:
         """Add a view."""
-        pose = pose_of_view(view, self._lens)
+        pose = pose_of_view(view, self._lens, role=self._role)
         self._cells += cells_of(view)
         self._tilts[TILTS.index(pose.tilt)] += 1
         self._known.append((view, pose))
@@ -71,13 +74,15 @@ class CoverageTracker:
         """Return whether a view shows new parts of the image, or differs from each one so far."""
         if int((cells_of(view) & (self._cells == 0)).sum()) >= _NEW_CELLS:
             return True
-        pose = pose_of_view(view, self._lens)
+        pose = pose_of_view(view, self._lens, role=self._role)
         return not any(_are_alike(view, pose, *known) for known in self._known)
 
 
-def coverage_of(views: Iterable[BoardView], lens: Intrinsics | None = None) -> BoardCoverage:
-    """Return the coverage of views, with tilts by a calibrated lens or the nominal one."""
-    return CoverageTracker(views, lens).coverage
+def coverage_of(
+    views: Iterable[BoardView], lens: Intrinsics | None = None, *, role: Role = Role.WIDE
+) -> BoardCoverage:
+    """Return the coverage of views, with tilts by a calibrated lens or the nominal one of the camera."""
+    return CoverageTracker(views, lens, role=role).coverage
 
 
 def cells_of(view: BoardView) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.wide.board_pose import pose_of_view
 from foveacam_pipeline.calibrate.wide.coverage import coverage_of
 from foveacam_pipeline.calibrate.wide.lens_accuracy import LensAccuracy, accuracy_of
@@ -32,6 +32,7 @@ LensModel: TypeAlias = Literal["five", "rational"]
 MODELS: dict[LensModel, int] = {"five": 5, "rational": 8}
 """Number of distortion coefficients, in OpenCV's order."""
 LEAST_VIEWS = 5
+LEAST_FOVEA_VIEWS = 3
 FOLDS = 5
 MAX_ERROR_RATIO = 0.98
 """The rational model is recommended when its error on views left out is below this share of the other's."""
@@ -60,7 +61,7 @@ class ViewFit:
 class WideFit:
     """A lens fitted to views of a board; `rms_px` over all corners, as OpenCV defines it."""
 
-    model: LensModel
+    model: LensModel | Literal["telephoto"]
     intrinsics: Intrinsics
     rms_px: float
     accuracy: LensAccuracy
@@ -83,13 +84,18 @@ class WideChoice:
     reason: str
 
 
+def least_views(role: Role) -> int:
+    """Return the number of views that the fit of a camera's lens needs."""
+    return LEAST_VIEWS if role is Role.WIDE else LEAST_FOVEA_VIEWS
+
+
 def fit_wide(samples: WideSamples, model: LensModel = "five") -> WideFit:
     """Fit a lens; raise InvalidInput when the views are too few, too similar, or not of such a board."""
     if model not in MODELS:
         raise InvalidInput(f"lens model {model!r}: no such model; use one of {', '.join(MODELS)}")
     taken = list(samples)
-    _check_number(taken)
-    bundle = _fit(_board_observations(taken), model, samples.size)
+    check_number(samples)
+    bundle = _fit(observations_of(taken), model, samples.size)
     lens = intrinsics_from(bundle.lens, samples.size)
     accuracy = accuracy_of(bundle, lens)
     _check_lens(samples, bundle, accuracy)
@@ -97,9 +103,9 @@ def fit_wide(samples: WideSamples, model: LensModel = "five") -> WideFit:
     fit = WideFit(
         model=model,
         intrinsics=lens,
-        rms_px=_rms(residuals),
+        rms_px=rms_length_px(residuals),
         accuracy=accuracy,
-        views=tuple(_view(s, r) for s, r in zip(taken, bundle.residuals_px, strict=True)),
+        views=tuple(view_fit(s, r) for s, r in zip(taken, bundle.residuals_px, strict=True)),
     )
     logger.info(
         "lens of model %s from %d views: rms %.3f px, angles to %.4f deg",
@@ -126,7 +132,7 @@ def choose_model(samples: WideSamples) -> WideChoice:
 
 def left_out_px(samples: WideSamples, model: LensModel) -> float:
     """Return the rms residual, px, of corners in views left out of the fit, whose poses alone are fitted."""
-    views = _board_observations(list(samples))
+    views = observations_of(list(samples))
     misses = []
     for fold in range(min(FOLDS, len(views))):
         others = [view for k, view in enumerate(views) if k % FOLDS != fold]
@@ -151,7 +157,8 @@ def intrinsics_from(lens: NDArray[np.float64], size: tuple[int, int]) -> Intrins
     )
 
 
-def _board_observations(samples: Sequence[WideSample]) -> list[BoardObservation]:
+def observations_of(samples: Sequence[WideSample]) -> list[BoardObservation]:
+    """Return the corners of views, as the fit takes them."""
     return [BoardObservation(places_m=s.view.places_m, corners_px=s.view.corners_px) for s in samples]
 
 
@@ -163,33 +170,43 @@ def _fit(views: Sequence[BoardObservation], model: LensModel, size: tuple[int, i
     return fit_bundle(views, pinhole.lens, prior=prior, poses=pinhole.poses)
 
 
-def _view(sample: WideSample, residuals_px: NDArray[np.float64]) -> ViewFit:
+def view_fit(sample: WideSample, residuals_px: NDArray[np.float64]) -> ViewFit:
+    """Return a view with its residuals (n, 2), px."""
     return ViewFit(
         id=sample.id,
         corners_px=sample.view.corners_px,
         residuals_px=residuals_px,
-        rms_px=_rms(residuals_px),
+        rms_px=rms_length_px(residuals_px),
     )
 
 
-def _rms(residuals_px: NDArray[np.float64]) -> float:
+def rms_length_px(residuals_px: NDArray[np.float64]) -> float:
+    """Return the rms length of residuals (n, 2), px."""
     return float(np.sqrt(np.mean(np.sum(residuals_px**2, axis=1))))
 
 
-def _check_number(samples: Sequence[WideSample]) -> None:
-    if len(samples) < LEAST_VIEWS:
+def check_number(samples: WideSamples) -> None:
+    """Raise InvalidInput when the views are too few for a fit."""
+    least = least_views(samples.role)
+    if len(samples) < least:
         raise InvalidInput(
-            f"wide calibration: {len(samples)} views of the board, at least {LEAST_VIEWS} are needed; "
-            "take more, in every part of the image and tilted every way"
+            f"{samples.role.value} calibration: {len(samples)} views of the board, at least {least} are "
+            "needed; take more, in every part of the image and tilted every way"
+        )
+
+
+def check_noise(samples: WideSamples, bundle: LensBundle) -> None:
+    """Raise InvalidInput when no lens explains the views."""
+    if bundle.sigma_px > _MAX_CORNER_NOISE * samples.size[0]:
+        raise InvalidInput(
+            f"{samples.role.value} calibration: no lens explains the views, corners are off by "
+            f"{bundle.sigma_px:.1f} px; check that they show a flat {samples.board} and nothing else, "
+            "one camera, one focus"
         )
 
 
 def _check_lens(samples: WideSamples, bundle: LensBundle, accuracy: LensAccuracy) -> None:
-    if bundle.sigma_px > _MAX_CORNER_NOISE * samples.size[0]:
-        raise InvalidInput(
-            f"wide calibration: no lens explains the views, corners are off by {bundle.sigma_px:.1f} px; "
-            f"check that they show a flat {samples.board} and nothing else, one camera, one focus"
-        )
+    check_noise(samples, bundle)
     unsure = float(np.sqrt(np.diag(accuracy.covariance)[:2]).max() / bundle.lens[:2].min())
     covered = coverage_of(sample.view for sample in samples).fraction
     if unsure < _MAX_FOCAL_SIGMA and covered > _MIN_COVERAGE:

@@ -46,6 +46,12 @@ def accuracy_of(bundle: LensBundle, lens: Intrinsics) -> LensAccuracy:
     return best
 
 
+def parameter_sigmas(bundle: LensBundle) -> NDArray[np.float64]:
+    """Return the (p,) standard errors of the lens's parameters, each by the worse of both ways."""
+    both = [np.diag(covariance) for covariance in (_by_noise(bundle), _by_leaving_out(bundle))]
+    return np.asarray(np.sqrt(np.maximum(*both)))
+
+
 def grid_px(width: int, height: int) -> NDArray[np.float64]:
     """Return (475, 2) pixels on a grid over an image, row by row."""
     x, y = np.meshgrid(np.linspace(-0.5, width - 0.5, GRID[0]), np.linspace(-0.5, height - 0.5, GRID[1]))

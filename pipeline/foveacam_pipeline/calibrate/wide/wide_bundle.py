@@ -36,6 +36,8 @@ _PRIOR_CENTRE = 0.25
 views do not determine the lens, and show in its accuracy there."""
 FOCAL_OVER_WIDTH = 2.2
 """Focal length of the wide camera (Table 2), used where the views do not determine it."""
+FOVEA_FOCAL_OVER_WIDTH = 20.0
+"""Focal length of a fovea: a 100 mm lens on 1440 pixels of 3.45 µm (Table 2)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

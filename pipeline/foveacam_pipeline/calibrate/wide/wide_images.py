@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, raise_if_cancelled
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board, explain_absence
 from foveacam_pipeline.calibrate.wide.boards import Board
@@ -20,7 +20,12 @@ logger = logging.getLogger(__name__)
 
 
 def samples_from_images(
-    folder: Path, board: Board, *, pattern: str = "*", watch: ProcedureWatcher | None = None
+    folder: Path,
+    board: Board,
+    *,
+    pattern: str = "*",
+    watch: ProcedureWatcher | None = None,
+    role: Role = Role.WIDE,
 ) -> WideSamples:
     """Return the views of a board in the images of a folder whose names match `pattern`, sorted by name.
 
@@ -29,7 +34,7 @@ def samples_from_images(
     """
     watcher = watch or SilentWatcher()
     paths = _paths(folder, pattern)
-    samples, without = WideSamples(board), []
+    samples, without = WideSamples(board, role=role), []
     first_size: tuple[str, int, int] | None = None
     for done, path in enumerate(paths):
         raise_if_cancelled(watcher, doing=f"reading images of {folder}")

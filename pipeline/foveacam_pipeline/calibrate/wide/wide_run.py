@@ -1,4 +1,4 @@
-"""Stage 1 as a procedure: views are captured automatically while the operator shows a board."""
+"""Views of a board as a procedure: captured automatically while the operator shows it to one camera."""
 
 import logging
 from dataclasses import dataclass
@@ -9,15 +9,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Clock, Frame, Head, Timeout
+from foveacam_hardware.contract import PARKED, Clock, Frame, Head, Role, Timeout
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, raise_if_cancelled
 from foveacam_pipeline.calibrate.wide.auto_capture import STATE_NOTES, AutoCapture, AutoCaptureVerdict
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView, detect_board, explain_absence
 from foveacam_pipeline.calibrate.wide.board_pose import TILTS
 from foveacam_pipeline.calibrate.wide.boards import Board
 from foveacam_pipeline.calibrate.wide.coverage import COLUMNS, ROWS, BoardCoverage, CoverageTracker
-from foveacam_pipeline.calibrate.wide.fit_wide import LEAST_VIEWS
-from foveacam_pipeline.calibrate.wide.wide_samples import FILE, WideSample, WideSamples, thumbnail
+from foveacam_pipeline.calibrate.wide.fit_wide import least_views
+from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples, thumbnail, views_path
 
 _ENOUGH_VIEWS = 15
 _ENOUGH_COVERAGE = 0.9
@@ -42,7 +42,8 @@ class WideSettings:
     or for `content_s` once the image is covered and the board was tilted every way; an image that takes
     longer counts as a quarter of a second. `every_s`: time between images, twice that while nothing changes.
     `still_px`: maximum movement of a corner of a still board. `frames`: averaged for a view. `folder`: where
-    views are stored as they are captured, and from where an earlier run continues.
+    views are stored as they are captured, and from where an earlier run continues. `role`: the camera; a
+    fovea looks where its mirror rests at 0 V.
     """
 
     views: int = 40
@@ -52,6 +53,7 @@ class WideSettings:
     still_px: float = 0.4
     frames: int = 3
     folder: Path | None = None
+    role: Role = Role.WIDE
 
 
 @runtime_checkable
@@ -71,7 +73,7 @@ def calibrate_wide(
     Views captured before a cancellation or timeout are in `settings.folder`, and count in the next run.
     """
     settings = settings or WideSettings()
-    samples = load_samples(board, settings.folder)
+    samples = load_samples(board, settings.folder, settings.role)
     run = _CaptureRun(head, samples, settings, watch)
     now_ns = news_ns = clock.now_ns()
     waited_ns = 0
@@ -90,11 +92,11 @@ def calibrate_wide(
     return samples
 
 
-def load_samples(board: Board, folder: Path | None) -> WideSamples:
+def load_samples(board: Board, folder: Path | None, role: Role = Role.WIDE) -> WideSamples:
     """Return the views of an earlier run in a folder, or none; those of another board are refused."""
-    samples = WideSamples(board)
-    if folder is not None and (folder / FILE).exists():
-        for sample in WideSamples.load(folder):
+    samples = WideSamples(board, role=role)
+    if folder is not None and views_path(folder, role).exists():
+        for sample in WideSamples.load(folder, role):
             samples.add(sample)
     return samples
 
@@ -107,7 +109,7 @@ class _CaptureRun:
     ) -> None:
         self._head, self._samples, self._settings, self._watch = head, samples, settings, watch
         self._capture = AutoCapture(still_px=settings.still_px, frames=settings.frames)
-        self._covering = CoverageTracker(sample.view for sample in samples)
+        self._covering = CoverageTracker((sample.view for sample in samples), role=samples.role)
         self._last: NDArray[np.uint8] | None = None
         self._seen = False
         self._report(AutoCaptureVerdict(state="no board"))
@@ -121,7 +123,7 @@ class _CaptureRun:
 
     def look(self) -> float:
         """Read one image, add its view when captured, and return the pause before the next image, s."""
-        frame = self._head.wide(max_age_ms=0.5e3 * self._settings.every_s)
+        frame = self._read_frame()
         image = _eight_bits(frame)
         gray = _gray(image)
         board = self._samples.board
@@ -137,27 +139,36 @@ class _CaptureRun:
             self._add_view(verdict.view, verdict.frames, image)
         self._report(verdict)
         cover = self._covering.coverage
-        self._watch.show("wide", draw_overlay(image, quick, cover=cover, words=STATE_NOTES[verdict.state]))
+        overlay = draw_overlay(image, quick, cover=cover, words=STATE_NOTES[verdict.state])
+        self._watch.show(self._samples.role.value, overlay)
         idle = verdict.state in ("taken", "nothing new")
         return self._settings.every_s * (2.0 if idle else 1.0)
 
+    def _read_frame(self) -> Frame:
+        role = self._samples.role
+        if role is Role.WIDE:
+            return self._head.wide(max_age_ms=0.5e3 * self._settings.every_s)
+        sighting = self._head.look(PARKED)
+        return sighting.left if role is Role.LEFT else sighting.right
+
     def finish_or_raise(self, *, waited_s: float) -> None:
         """Return when there are enough views, else raise Timeout with the reason."""
-        taken = len(self._samples)
-        if taken >= LEAST_VIEWS:
+        taken, least = len(self._samples), least_views(self._samples.role)
+        camera = f"{self._samples.role.value} calibration"
+        if taken >= least:
             logger.info("nothing new for %.0f s: %d views", waited_s, taken)
             return
         if not self._seen and self._last is not None:
             found = explain_absence(self._last, self._samples.board)
             raise Timeout(
-                f"wide calibration: no {self._samples.board} was found in {waited_s:.0f} s; {found}",
+                f"{camera}: no {self._samples.board} was found in {waited_s:.0f} s; {found}",
                 asked=str(self._samples.board),
                 found=found,
-                remedy="show the board to the wide camera, and check its size",
+                remedy=f"show the board to the {self._samples.role.value} camera, and check its size",
             )
         raise Timeout(
-            f"wide calibration: nothing new was shown for {waited_s:.0f} s; {taken} views were taken, "
-            f"{LEAST_VIEWS} are the least; show the board in other places and tilts, held still each time"
+            f"{camera}: nothing new was shown for {waited_s:.0f} s; {taken} views were taken, "
+            f"{least} are the least; show the board in other places and tilts, held still each time"
         )
 
     def _add_view(self, view: BoardView, frames: int, image: NDArray[np.uint8]) -> None:

@@ -1,6 +1,7 @@
-"""The views of a board for one calibration of the wide camera, in memory and in a session's folder.
+"""The views of a board by one camera, in memory and in a session's folder.
 
-`wide.json` holds the corners, `wide/<id>.jpg` a thumbnail of each view.
+`wide.json` holds the corners, `wide/<id>.jpg` a thumbnail of each view; those of a fovea are named by
+its role.
 """
 
 import json
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
 from foveacam_pipeline.models.content import Plain, content_id, plain
@@ -22,8 +23,6 @@ from foveacam_pipeline.storage.disk import write_file
 
 FORMAT = "foveacam-wide-samples"
 VERSION = 1
-FILE = "wide.json"
-THUMBNAILS = "wide"
 THUMBNAIL_WIDTH = 320
 _QUALITY = 80
 
@@ -46,8 +45,9 @@ class WideSample:
 class WideSamples:
     """Views of one board by one camera, in the order of capture."""
 
-    def __init__(self, board: Board, samples: Iterable[WideSample] = ()) -> None:
+    def __init__(self, board: Board, samples: Iterable[WideSample] = (), *, role: Role = Role.WIDE) -> None:
         self.board = board
+        self.role = role
         self._samples: dict[str, WideSample] = {}
         for sample in samples:
             self.add(sample)
@@ -94,28 +94,29 @@ class WideSamples:
 
     def save(self, folder: Path) -> None:
         """Write all views to a folder atomically; refuse to overwrite another board's views."""
-        if (folder / FILE).exists():
-            found = WideSamples.load(folder)
+        path = views_path(folder, self.role)
+        if path.exists():
+            found = WideSamples.load(folder, self.role)
             if found.board != self.board or (len(found) and len(self) and found.size != self.size):
                 raise InvalidInput(
-                    f"{folder / FILE} holds views of a {found.board} ({_sizes(found.board)}), "
+                    f"{path} holds views of a {found.board} ({_sizes(found.board)}), "
                     f"{found.size[0]} x {found.size[1]} px; nothing was overwritten: use another folder"
                 )
-        thumbnails = folder / THUMBNAILS
+        thumbnails = thumbnails_folder(folder, self.role)
         thumbnails.mkdir(parents=True, exist_ok=True)
         for sample in self:
-            path = thumbnails / f"{sample.id}.jpg"
-            if not path.exists():
-                write_file(path, sample.thumbnail_jpeg)
-        write_file(folder / FILE, json.dumps(self._document(), allow_nan=False, indent=1).encode())
-        for path in thumbnails.glob("*.jpg"):
-            if path.stem not in self._samples:
-                path.unlink()
+            picture = thumbnails / f"{sample.id}.jpg"
+            if not picture.exists():
+                write_file(picture, sample.thumbnail_jpeg)
+        write_file(path, json.dumps(self._document(), allow_nan=False, indent=1).encode())
+        for picture in thumbnails.glob("*.jpg"):
+            if picture.stem not in self._samples:
+                picture.unlink()
 
     @staticmethod
-    def load(folder: Path) -> "WideSamples":
+    def load(folder: Path, role: Role = Role.WIDE) -> "WideSamples":
         """Read the views of a folder; raise InvalidInput naming the file and what is wrong with it."""
-        path = folder / FILE
+        path = views_path(folder, role)
         try:
             document = _Document.model_validate_json(path.read_bytes())
         except FileNotFoundError as error:
@@ -125,7 +126,7 @@ class WideSamples:
             raise InvalidInput(
                 f"{path} cannot be read ({why}); restore it, or take the views again"
             ) from error
-        return document.build(folder / THUMBNAILS, path)
+        return document.build(role, thumbnails_folder(folder, role), path)
 
     def _document(self) -> Plain:
         width, height = self.size
@@ -146,6 +147,16 @@ class WideSamples:
                 for sample in self
             ],
         }
+
+
+def views_path(folder: Path, role: Role = Role.WIDE) -> Path:
+    """Return the file of a camera's views in a session's folder."""
+    return folder / f"{role.value}.json"
+
+
+def thumbnails_folder(folder: Path, role: Role = Role.WIDE) -> Path:
+    """Return the folder of the thumbnails of a camera's views in a session's folder."""
+    return folder / role.value
 
 
 def thumbnail(image: NDArray[np.uint8], view: BoardView) -> bytes:
@@ -198,9 +209,9 @@ class _Document(_Strict):
     height: Annotated[int, Field(ge=0)]
     samples: list[_Sample]
 
-    def build(self, thumbnails: Path, path: Path) -> WideSamples:
+    def build(self, role: Role, thumbnails: Path, path: Path) -> WideSamples:
         board = self.board.build()
-        samples = WideSamples(board)
+        samples = WideSamples(board, role=role)
         for stored in self.samples:
             numbered = max(stored.ids, default=-1) < board.corners
             if len(stored.ids) != len(stored.corners_px) or not numbered:

@@ -13,6 +13,7 @@ from foveacam_pipeline.calibrate.settle.settle_report import load_settle
 from foveacam_pipeline.calibrate.settle.settle_values import SettleReport
 from foveacam_pipeline.calibrate.sweep.sweep import SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
+from foveacam_server.resources.calibration_sessions.lens_stage import EYES, describe_lens
 from foveacam_server.resources.calibration_sessions.pictures import describe_pictures, picture_bytes
 from foveacam_server.resources.calibration_sessions.schema import (
     EyeState,
@@ -58,6 +59,7 @@ def describe_session(
             return None
 
     board, wide = part(lambda: describe_wide(session, url=url)) or (None, None)
+    lenses = [part(partial(describe_lens, session, role, url=url)) for role in EYES]
     sweeps = [part(partial(describe_sweep, path)) for path in sweep_paths(session.folder)]
     return SessionDocument(
         id=session.id,
@@ -67,6 +69,7 @@ def describe_session(
         bytes=session.bytes,
         board=board,
         wide=wide,
+        lenses=[lens for lens in lenses if lens is not None],
         sweeps=[sweep for sweep in sweeps if sweep is not None],
         fit=part(lambda: session.read(FIT)),
         closing=part(lambda: session.read(DRIFT)),

@@ -34,6 +34,19 @@ class WideOptions(_Options):
     model: LensModel | None = None
 
 
+class LensOptions(_Options):
+    """The lens of a fovea, looking where its mirror rests; `views`: number to take.
+
+    `station`: where a board that fits its field is shown; without, one whose name has `fovea` in it, else the
+    rig stays as it stands.
+    """
+
+    camera: Literal["left", "right"]
+    station: Name | None = None
+    board: BoardOption | None = None
+    views: Annotated[int, Field(ge=3, le=200)] | None = None
+
+
 class MirrorsOptions(_Options):
     """Stage 2: stations, nodes and extent of the sweep; `restart`: set earlier sweeps aside."""
 
@@ -96,6 +109,13 @@ class WideRun(_Options):
     options: WideOptions = WideOptions()
 
 
+class LensRun(_Options):
+    """Find the lens of a fovea, or add views to those taken; no other step needs it."""
+
+    step: Literal["lens"]
+    options: LensOptions
+
+
 class MirrorsRun(_Options):
     """Sweep the mirrors, or continue an interrupted sweep."""
 
@@ -131,5 +151,7 @@ class AllRun(_Options):
     options: AllOptions = AllOptions()
 
 
-Run = Annotated[WideRun | MirrorsRun | FitRun | CheckRun | SettleRun | AllRun, Field(discriminator="step")]
-STEPS = ("wide", "mirrors", "fit", "check", "settle", "all")
+Run = Annotated[
+    WideRun | LensRun | MirrorsRun | FitRun | CheckRun | SettleRun | AllRun, Field(discriminator="step")
+]
+STEPS = ("wide", "lens", "mirrors", "fit", "check", "settle", "all")

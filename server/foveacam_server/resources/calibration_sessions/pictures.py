@@ -13,6 +13,8 @@ from foveacam_server.resources.calibration_sessions.sessions import CalibrationS
 TITLES = {
     "coverage": "Where the board was seen, and how it was tilted",
     "wide_residuals": "What the lens model leaves",
+    "lens_left": "Left fovea: what its lens model leaves",
+    "lens_right": "Right fovea: what its lens model leaves",
     "mount_drift": "How the mounts drifted during the sweeps",
     "quiver_left": "Left eye: residual of every pose",
     "quiver_right": "Right eye: residual of every pose",
@@ -26,7 +28,7 @@ TITLES = {
     "settle": "How the mirrors settle",
 }
 """Titles of the pictures, in display order."""
-MEASURED = frozenset({"coverage", "wide_residuals", "settle"})
+MEASURED = frozenset({"coverage", "wide_residuals", "lens_left", "lens_right", "settle"})
 """Pictures of measurements alone, independent of the fit."""
 
 _log = logging.getLogger(__name__)

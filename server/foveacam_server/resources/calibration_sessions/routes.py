@@ -5,6 +5,7 @@ from typing import Annotated, Protocol
 from fastapi import APIRouter, Depends, Path
 from fastapi.responses import FileResponse, JSONResponse
 
+from foveacam_hardware.contract import Role
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -20,6 +21,7 @@ from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.calibration_sessions.options import Run
 from foveacam_server.resources.calibration_sessions.schema import (
     CombineRequest,
+    Eye,
     SessionDocument,
     SessionRequest,
 )
@@ -128,6 +130,32 @@ def remove_sample(session_id: SessionId, sample_id: SampleId, services: Services
 def thumbnail(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> FileResponse:
     """Return what the wide camera saw, small, with the corners found."""
     return FileResponse(services.sessions.thumbnail(session_id, sample_id), media_type="image/jpeg")
+
+
+@router.delete(
+    "/{session_id}/lenses/{camera}/samples/{sample_id}",
+    summary="Take a fovea's view of the board out of the fit",
+    responses=problems(404, 409),
+)
+def remove_lens_sample(
+    session_id: SessionId, camera: Eye, sample_id: SampleId, services: ServicesDep
+) -> SessionDocument:
+    """Remove one view and fit the fovea's lens to the others."""
+    return services.sessions.remove_lens_sample(session_id, Role(camera), sample_id)
+
+
+@router.get(
+    "/{session_id}/lenses/{camera}/samples/{sample_id}.jpg",
+    summary="Thumbnail of a fovea's view of the board",
+    response_class=FileResponse,
+    responses=file_responses("image/jpeg"),
+)
+def lens_thumbnail(
+    session_id: SessionId, camera: Eye, sample_id: SampleId, services: ServicesDep
+) -> FileResponse:
+    """Return what the fovea saw, small, with the corners found."""
+    path = services.sessions.thumbnail(session_id, sample_id, Role(camera))
+    return FileResponse(path, media_type="image/jpeg")
 
 
 @router.get(

@@ -69,6 +69,36 @@ class WideFitDocument(ResponseModel):
     accuracy_deg: float | None
 
 
+class LensParameterDocument(ResponseModel):
+    """A parameter of a lens with its standard error; `assumed`: the views do not tell it."""
+
+    name: str
+    value: float
+    sigma: float
+    assumed: bool
+
+
+class LensFitDocument(WideFitDocument):
+    """A telephoto lens fitted to the samples."""
+
+    parameters: list[LensParameterDocument]
+
+
+class LensDocument(ResponseModel):
+    """The lens of a fovea by views of a board. For information: no calibration uses it.
+
+    `reason`: which parameters the views tell, or why there is no fit.
+    """
+
+    camera: Eye
+    board: BoardDocument
+    samples: list[WideSampleDocument]
+    coverage_fraction: float
+    tilts_covered: int
+    fit: LensFitDocument | None
+    reason: str
+
+
 class WideStageDocument(ResponseModel):
     """Stage 1 so far."""
 
@@ -237,6 +267,8 @@ class SessionDocument(ResponseModel):
     bytes: int
     board: BoardDocument | None
     wide: WideStageDocument | None
+    lenses: list[LensDocument]
+    """Lenses of the foveae that were looked for."""
     sweeps: list[SweepDocument]
     fit: FitDocument | None
     closing: ClosingDocument | None = None

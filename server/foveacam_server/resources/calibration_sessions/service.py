@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.resources.calibration_sessions.descriptions import describe_session, measured_time
@@ -77,13 +78,25 @@ class CalibrationSessionService:
             remove_sample(session, sample_id)
         return self._describe(session)
 
+    def remove_lens_sample(self, session_id: str, role: Role, sample_id: str) -> SessionDocument:
+        """Remove a fovea's view of the board and fit its lens again."""
+        from foveacam_server.resources.calibration_sessions.lens_step import (
+            remove_lens_sample,  # fits and figures load for seconds
+        )
+
+        session = self._sessions.get(session_id)
+        self._runs.check_idle(session_id, "remove a view")
+        with disk_errors(f"the views of calibration session {session.id}", session.folder):
+            remove_lens_sample(session, role, sample_id)
+        return self._describe(session)
+
     def settle_time(self, session_id: str) -> SettleTime:
         """Return the settle time that a session has measured; raise `NotCalibrated` before it has."""
         return measured_time(self._sessions.get(session_id))
 
-    def thumbnail(self, session_id: str, sample_id: str) -> Path:
-        """Return the file of a view's thumbnail or raise `NotFound`."""
-        return thumbnail_path(self._sessions.get(session_id), sample_id)
+    def thumbnail(self, session_id: str, sample_id: str, role: Role = Role.WIDE) -> Path:
+        """Return the file of the thumbnail of a camera's view or raise `NotFound`."""
+        return thumbnail_path(self._sessions.get(session_id), sample_id, role)
 
     def picture(self, session_id: str, name: str) -> Path:
         """Return the file of a picture or raise `NotFound`."""

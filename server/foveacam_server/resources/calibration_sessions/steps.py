@@ -10,6 +10,7 @@ from foveacam_server.resources.calibration_sessions.check_step import (
 from foveacam_server.resources.calibration_sessions.descriptions import measured_time
 from foveacam_server.resources.calibration_sessions.drift_step import close_drift
 from foveacam_server.resources.calibration_sessions.fit_step import earlier_fit, fit_session
+from foveacam_server.resources.calibration_sessions.lens_step import measure_lens, measure_lens_images
 from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
 from foveacam_server.resources.calibration_sessions.options import (
     AllOptions,
@@ -17,6 +18,8 @@ from foveacam_server.resources.calibration_sessions.options import (
     CheckRun,
     FitOptions,
     FitRun,
+    LensOptions,
+    LensRun,
     MirrorsRun,
     Run,
     SettleOptions,
@@ -127,6 +130,8 @@ def run_step(
         match run:
             case WideRun(options=options):
                 measure_wide(session, options, environment=environment, watch=watch)
+            case LensRun(options=options):
+                measure_lens(session, options, environment=environment, watch=watch)
             case MirrorsRun(options=options):
                 measure_mirrors(session, options, lens_of(session), environment=environment, watch=watch)
             case FitRun(options=options):
@@ -148,8 +153,15 @@ def run_fit(
 
 
 def measure_on_images(
-    session: CalibrationSession, images: ImageFolder, options: WideOptions, *, watch: StepWatcher
+    session: CalibrationSession,
+    images: ImageFolder,
+    options: WideOptions | LensOptions,
+    *,
+    watch: StepWatcher,
 ) -> None:
-    """Run stage 1 on image files, without a rig; raise `Busy` as `run_step`."""
+    """Run stage 1, or the step lens, on image files, without a rig; raise `Busy` as `run_step`."""
     with session.writing():
-        measure_wide_images(session, images, options, watch=watch)
+        if isinstance(options, LensOptions):
+            measure_lens_images(session, images, options, watch=watch)
+        else:
+            measure_wide_images(session, images, options, watch=watch)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from foveacam_hardware.contract import NotCalibrated
+from foveacam_hardware.contract import NotCalibrated, Role
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.calibration_sessions.options import LensModel
@@ -26,8 +26,6 @@ class WideResult(BaseModel):
 
 
 RESULT = SessionFile(name="wide-result.json", schema=WideResult)
-THUMBNAILS = "wide"
-"""Folder of the views' thumbnails."""
 _VIEW_ID = re.compile(r"[0-9a-f]{1,64}")
 
 
@@ -50,9 +48,9 @@ def describe_wide(session: CalibrationSession, *, url: str) -> tuple[BoardDocume
     return found.board, found.wide.model_copy(update={"samples": samples})
 
 
-def views_id(folder: Path) -> str:
-    """Return the hash of the views' file, which stays the same when the folder is copied."""
-    return hashlib.sha256((folder / VIEWS).read_bytes()).hexdigest()[:16]
+def views_id(folder: Path, file: str = VIEWS) -> str:
+    """Return the hash of the file of views, which stays the same when the folder is copied."""
+    return hashlib.sha256((folder / file).read_bytes()).hexdigest()[:16]
 
 
 @lru_cache(maxsize=4)
@@ -77,9 +75,9 @@ def lens_of(session: CalibrationSession) -> Intrinsics:
     return found.lens
 
 
-def thumbnail_path(session: CalibrationSession, sample_id: str) -> Path:
-    """Return the path of a view's thumbnail or raise `NotFound`."""
-    path = session.folder / THUMBNAILS / f"{sample_id}.jpg"
+def thumbnail_path(session: CalibrationSession, sample_id: str, role: Role = Role.WIDE) -> Path:
+    """Return the path of the thumbnail of a camera's view or raise `NotFound`."""
+    path = session.folder / role.value / f"{sample_id}.jpg"
     if not _VIEW_ID.fullmatch(sample_id) or not path.is_file():
         raise no_view(session, sample_id)
     return path

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from foveacam_hardware.contract import FoveaError, InvalidInput, Station, StationTarget
+from foveacam_hardware.contract import FoveaError, InvalidInput, Role, Station, StationTarget
 from foveacam_pipeline.calibrate.wide.board_pose import pose_of_view
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, board_from
 from foveacam_pipeline.calibrate.wide.coverage import coverage_of
@@ -50,7 +50,7 @@ def measure_wide(
     """Turn the rig to the board, add views to the session's, and fit the lens."""
     watch.stage(STEP)
     known = _samples_of(session)
-    board = _board(options.board, known)
+    board = chosen_board(options.board, known)
     settings = WideSettings(folder=session.folder)
     if options.views is not None:
         settings = WideSettings(folder=session.folder, views=options.views)
@@ -70,7 +70,7 @@ def is_measured(session: CalibrationSession, options: WideOptions) -> bool:
         return False
     if found.views_id != views_id(session.folder) or (options.views or 0) > how.views:
         return False
-    if options.board is not None and _describe_board(_board(options.board, None)) != found.board:
+    if options.board is not None and describe_board(chosen_board(options.board, None)) != found.board:
         return False
     fitted = None if found.wide.fit is None else found.wide.fit.model
     return options.model in (None, fitted)
@@ -82,7 +82,7 @@ def measure_wide_images(
     """Find the board in the image files and fit the lens."""
     watch.stage(STEP)
     samples = samples_from_images(
-        images.folder, _board(options.board, None), pattern=images.pattern, watch=watch
+        images.folder, chosen_board(options.board, None), pattern=images.pattern, watch=watch
     )
     samples.save(session.folder)
     _conclude(session, samples, options, watch=watch)
@@ -100,10 +100,12 @@ def _conclude(
     watch.progress(taken, total=taken, note=f"{fits[0].rms_px:.3f} px rms")
 
 
-def _board(given: BoardOption | None, known: WideSamples | None) -> Board:
-    """Return the board of the options, else of the session's views, else the default one."""
+def chosen_board(
+    given: BoardOption | None, known: WideSamples | None, *, usual: Board | None = None
+) -> Board:
+    """Return the board of the options, else of the session's views, else the usual one."""
     if given is None:
-        return Charuco() if known is None else known.board
+        return usual or Charuco() if known is None else known.board
     return board_from(
         given.kind,
         columns=given.columns,
@@ -171,17 +173,15 @@ def _result(
     lens = fits[0].intrinsics if fits else None
     coverage = coverage_of((sample.view for sample in samples), lens)
     stage = WideStageDocument(
-        samples=[_sample(sample, rms_px.get(sample.id), lens) for sample in samples],
+        samples=[describe_sample(sample, rms_px.get(sample.id), lens) for sample in samples],
         coverage_fraction=round(coverage.fraction, 4),
         cells=coverage.cells.tolist(),
         tilts_covered=coverage.tilts_covered,
-        fit=_fit(fits[0]) if fits else None,
-        other_model=_fit(fits[1]) if len(fits) > 1 else None,
+        fit=describe_fit(fits[0]) if fits else None,
+        other_model=describe_fit(fits[1]) if len(fits) > 1 else None,
         reason=reason,
     )
-    return WideResult(
-        views_id=views, board=_describe_board(samples.board), model=model, lens=lens, wide=stage
-    )
+    return WideResult(views_id=views, board=describe_board(samples.board), model=model, lens=lens, wide=stage)
 
 
 def _fitted(samples: WideSamples, model: LensModel | None) -> tuple[list[WideFit], str]:
@@ -192,25 +192,29 @@ def _fitted(samples: WideSamples, model: LensModel | None) -> tuple[list[WideFit
     return [fit_wide(samples, model), fit_wide(samples, other)], f"{model}: as asked"
 
 
-def _sample(sample: WideSample, rms_px: float | None, lens: Intrinsics | None) -> WideSampleDocument:
+def describe_sample(
+    sample: WideSample, rms_px: float | None, lens: Intrinsics | None, *, role: Role = Role.WIDE
+) -> WideSampleDocument:
+    """Return a camera's view of the board as REST shows it."""
     x_px, y_px = sample.view.corners_px.mean(axis=0).tolist()
     return WideSampleDocument(
         id=sample.id,
         rms_px=None if rms_px is None else round(rms_px, 4),
-        tilt_deg=_tilt_deg(sample, lens),
+        tilt_deg=_tilt_deg(sample, lens, role),
         centre_px=(round(x_px, 1), round(y_px, 1)),
         corners=len(sample.view.ids),
     )
 
 
-def _tilt_deg(sample: WideSample, lens: Intrinsics | None) -> float | None:
+def _tilt_deg(sample: WideSample, lens: Intrinsics | None, role: Role) -> float | None:
     try:
-        return round(math.degrees(pose_of_view(sample.view, lens).tilt_rad), 1)
+        return round(math.degrees(pose_of_view(sample.view, lens, role=role).tilt_rad), 1)
     except FoveaError:
         return None
 
 
-def _fit(fit: WideFit) -> WideFitDocument:
+def describe_fit(fit: WideFit) -> WideFitDocument:
+    """Return a fitted lens as REST shows it."""
     lens = fit.intrinsics
     fov_x_rad, fov_y_rad = fit.field_rad
     return WideFitDocument(
@@ -227,7 +231,8 @@ def _fit(fit: WideFit) -> WideFitDocument:
     )
 
 
-def _describe_board(board: Board) -> BoardDocument:
+def describe_board(board: Board) -> BoardDocument:
+    """Return a board as REST shows it."""
     return BoardDocument(
         kind="charuco" if isinstance(board, Charuco) else "checkerboard",
         columns=board.columns,

@@ -10,6 +10,8 @@ const NOISE = new Set([
   "calibration.progress",
   "calibration.sample",
   "calibration.pose",
+  "fault.changed",
+  "fault.dismissed",
 ]); // shown elsewhere on the page
 
 /**

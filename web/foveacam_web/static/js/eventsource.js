@@ -41,6 +41,8 @@ const KINDS = [
   "cloud.failed",
   "storage.fault",
   "storage.recovered",
+  "fault.changed",
+  "fault.dismissed",
   "rig.settle_time",
   "camera.self_test",
   "camera.settings",

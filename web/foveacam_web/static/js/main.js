@@ -20,6 +20,8 @@ import { stillPanel } from "./capture/still.js";
 import { StillReader } from "./capture/still_reader.js";
 import { Commands } from "./commands.js";
 import { fill, html, need } from "./dom.js";
+import { FaultReader } from "./faults/reader.js";
+import { mountFaultTray } from "./faults/tray.js";
 import { Fixations } from "./fixations.js";
 import { FollowOrders } from "./follow/orders.js";
 import { mountFollowPage } from "./follow/page.js";
@@ -81,6 +83,7 @@ const followOrders = new FollowOrders({ store, commands });
 const loopReader = new LoopReader({ store, commands });
 const loopOrders = new LoopOrders({ store, commands });
 const wideDepth = new WideDepth({ store, commands });
+const faultReader = new FaultReader({ store, commands });
 const measureOrders = new MeasureOrders({ store, commands });
 const sync = new Sync({
   store,
@@ -96,6 +99,7 @@ const sync = new Sync({
     galleryReader,
     stillReader,
     recording,
+    faultReader,
   ],
 });
 rigReader.readRig = () => sync.readRig();
@@ -111,6 +115,7 @@ const measure = new MeasureTool({ store, views, orders: measureOrders });
 const help = makeHelp({ showHints: () => changeSettings(store, { hints: true }) });
 const settings = makeSettings(store);
 const lease = makeLease({ store, commands });
+const faultTray = mountFaultTray(need("faults"), { store, reader: faultReader });
 
 const keyboard = new Keyboard({
   stop: () => void commands.stop(),
@@ -120,6 +125,7 @@ const keyboard = new Keyboard({
     "?": () => help.showModal(),
     i: () => flip("readout"),
     f: () => flip("footprints"),
+    e: () => faultTray.open(),
     d: onWide(() => void views.wide.probe()),
     "+": onWide(() => views.wide.zoom(1.5)),
     "=": onWide(() => views.wide.zoom(1.5)),

@@ -45,6 +45,8 @@ function sharedState() {
     selected_target: null,
     clouds: [],
     log: [],
+    server_faults: [],
+    page_faults: [],
     stop: null,
     lease: null,
     lease_token: sessionStorage.getItem("foveacam.lease"),

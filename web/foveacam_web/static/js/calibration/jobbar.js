@@ -17,6 +17,7 @@ import { isRunning, placeOf } from "./state.js";
 const NAMES = Object.freeze(
   /** @type {Record<string, string>} */ ({
     wide: "Wide camera",
+    lens: "Lens of a fovea",
     mirrors: "Mirrors",
     fit: "Fit",
     check: "Check",
@@ -26,7 +27,7 @@ const NAMES = Object.freeze(
     activate: "Taking it into use",
   }),
 );
-const RESUMABLE = new Set(["wide", "mirrors", "all"]);
+const RESUMABLE = new Set(["wide", "lens", "mirrors", "all"]);
 
 /**
  * @param {HTMLElement} place
@@ -105,12 +106,12 @@ function leftOf(eta_s) {
 }
 
 /**
- * Return whether the procedure can be continued where it ended. The options of a complete calibration started by
- * another page are unknown.
+ * Return whether the procedure can be continued where it ended. The options of a complete calibration, or which fovea
+ * it was, are unknown where another page started it.
  * @param {Work} work
  */
 function canGoOn({ state, step, options }) {
-  return state !== "succeeded" && RESUMABLE.has(step) && (step !== "all" || options !== null);
+  return state !== "succeeded" && RESUMABLE.has(step) && (options !== null || (step !== "all" && step !== "lens"));
 }
 
 /** @param {Work} work */
@@ -135,7 +136,11 @@ function runningWords(work) {
 function endedWords(work, found) {
   const tone = toneOf(work);
   const end = work.state === "succeeded" ? "done" : work.state === "cancelled" ? "cancelled" : "failed";
-  const how = canGoOn(work) ? "“Go on” continues from there." : "“Calibrate everything” goes on from there.";
+  const how = canGoOn(work)
+    ? "“Go on” continues from there."
+    : work.step === "lens"
+      ? "“Take views” adds to it."
+      : "“Calibrate everything” goes on from there.";
   const kept = work.state !== "succeeded" && RESUMABLE.has(work.step) ? `What was measured is kept. ${how}` : "";
   const { problem } = work;
   return [

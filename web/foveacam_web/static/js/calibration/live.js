@@ -37,7 +37,7 @@ export class Live {
       { class: "live" },
       ROLES.map((role) => this.#place(role)),
     );
-    store.on(["wizard"], ({ wizard }) => this.#show(wizard));
+    store.on(["wizard", "work"], (state) => this.#show(shownRoles(state)));
     store.on(["wizard", "work", "server_stats", "views"], (state) => this.#choose(state));
   }
 
@@ -48,9 +48,8 @@ export class Live {
     return place;
   }
 
-  /** @param {WizardPage | null} wizard */
-  #show(wizard) {
-    const shown = (wizard && SHOWN[wizard]) || [];
+  /** @param {Role[]} shown */
+  #show(shown) {
     this.element.dataset["shows"] = shown.join(" ");
     for (const [role, slot] of this.slots) slot.hidden = !shown.includes(role);
     this.element.hidden = shown.length === 0;
@@ -78,6 +77,13 @@ export class Live {
       this.#views.pane(role).element.hidden = drawn && wizard !== null;
     }
   }
+}
+
+/** Return whose pictures belong to the open step, or to the fovea whose lens is looked for. @param {ConsoleState} state */
+function shownRoles({ wizard, work }) {
+  if (wizard === "wide" && work?.step === "lens" && isRunning(work))
+    return ROLES.filter((role) => role !== "wide" && role === (work.options?.["camera"] ?? role));
+  return (wizard && SHOWN[wizard]) || [];
 }
 
 /** @param {Role} role @returns {AnnotatedName} */

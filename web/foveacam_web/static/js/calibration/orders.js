@@ -107,11 +107,12 @@ export class CalibrationOrders {
     return id ? this.#commands.send("POST", `/jobs/${id}/cancel`) : Promise.resolve(null);
   }
 
-  /** @param {string} sample_id */
-  async removeSample(sample_id) {
+  /** Take a camera's view of the board out of the fit. @param {string} sample_id @param {string} camera */
+  async removeSample(sample_id, camera) {
     const id = this.#store.state.session?.id;
     if (!id) return;
-    const path = `/calibration_sessions/${id}/wide_samples/${sample_id}`;
+    const samples = camera === "wide" ? "wide_samples" : `lenses/${camera}/samples`;
+    const path = `/calibration_sessions/${id}/${samples}/${sample_id}`;
     const patience_ms = SLOW_MS;
     const session = /** @type {SessionDocument | null} */ (await this.#commands.send("DELETE", path, { patience_ms }));
     if (session) this.#store.set({ session });

@@ -7,14 +7,19 @@ import { nothing } from "../parts.js";
 import { isRunning } from "./state.js";
 
 /**
- * @import { WideSampleDocument } from "#api"
+ * @import { SessionDocument, WideSampleDocument } from "#api"
  * @import { WizardContext } from "./page.js"
  */
 
 const MUCH = 1.8; // times the median: the error of an outlier
 
-/** @param {HTMLElement} place @param {WizardContext} context */
-export function mountSamples(place, { store, orders }) {
+/**
+ * @param {HTMLElement} place
+ * @param {{store: WizardContext["store"], samplesOf: (session: SessionDocument | null) => WideSampleDocument[],
+ *   remove: (id: string) => unknown}} context
+ * @returns {{show: () => void}} shows them anew, where `samplesOf` returns others without a change of the session
+ */
+export function mountSamples(place, { store, samplesOf, remove }) {
   const list = h("ul", { class: "samples", "aria-label": "Views taken" });
   const empty = h(
     "div",
@@ -25,14 +30,17 @@ export function mountSamples(place, { store, orders }) {
   const show = changing(list, (/** @type {{samples: WideSampleDocument[], busy: boolean}} */ { samples, busy }) => {
     const limit = MUCH * median(samples.flatMap(({ rms_px }) => (rms_px === null ? [] : [rms_px])));
     return samples.map((sample, index) =>
-      card(sample, { index, far: (sample.rms_px ?? 0) > limit, busy, remove: () => orders.removeSample(sample.id) }),
+      card(sample, { index, far: (sample.rms_px ?? 0) > limit, busy, remove: () => remove(sample.id) }),
     );
   });
-  store.on(["session", "work"], ({ session, work }) => {
-    const samples = session?.wide?.samples ?? [];
+  const showAll = () => {
+    const { session, work } = store.state;
+    const samples = samplesOf(session);
     empty.hidden = samples.length > 0;
     show({ samples, busy: isRunning(work) });
-  });
+  };
+  store.on(["session", "work"], showAll);
+  return { show: showAll };
 }
 
 /**

@@ -2,14 +2,16 @@
 
 import { changing, h, html } from "../dom.js";
 import { number, pixels } from "../format.js";
+import { boardForm } from "./board_form.js";
 import { drawCoverage, drawTilts } from "./coverage.js";
+import { makeFoveaLens } from "./fovea_lens.js";
 import { lensTable } from "./lens.js";
 import { allHold, choiceField, numberField, panel, starter } from "../parts.js";
 import { figure, picturesOf } from "./pictures.js";
 import { mountSamples } from "./samples.js";
 
 /**
- * @import { BoardDocument, SessionDocument } from "#api"
+ * @import { SessionDocument } from "#api"
  * @import { ConsoleState } from "#page"
  * @import { WizardContext } from "./page.js"
  */
@@ -29,7 +31,11 @@ export function makeWideStep(context) {
   const showDiagrams = changing(diagrams, (/** @type {import("#api").PictureDocument[]} */ pictures) =>
     pictures.map(figure),
   );
-  mountSamples(samples, context);
+  mountSamples(samples, {
+    store,
+    samplesOf: (session) => session?.wide?.samples ?? [],
+    remove: (id) => context.orders.removeSample(id, "wide"),
+  });
   store.on(["session", "rig"], ({ session, rig }) => {
     const camera = rig?.cameras.find(({ role }) => role === "wide");
     showCover({ wide: session?.wide ?? null, width: camera?.width ?? 1440, height: camera?.height ?? 1080 });
@@ -42,6 +48,7 @@ export function makeWideStep(context) {
     html`<div class="seeing">${live}${panel("Views of the board", runForm(context), cover)}</div>`,
     panel("Views taken", samples),
     panel("The lens", lens, diagrams),
+    makeFoveaLens(context),
   );
   return { element, live };
 }
@@ -65,33 +72,18 @@ function coverOf({ wide, width, height }) {
 
 /** @param {WizardContext} context */
 function runForm({ store, orders }) {
-  const kind = choiceField(
-    "Board",
-    [
-      ["charuco", "ChArUco"],
-      ["checkerboard", "Checkerboard"],
-    ],
-    () => offer(),
-  );
-  const columns = numberField("Columns", { min: 3, max: 40 });
-  const rows = numberField("Rows", { min: 3, max: 40 });
-  const square = numberField("Square", { min: 0.5, max: 500, step: "any", unit: "mm" });
-  const marker = numberField("Marker", { min: 0.3, max: 500, step: "any", unit: "mm" });
+  const board = boardForm();
   const views = numberField("Views wanted", { min: 3, max: 200, hint: "as usual" });
   const model = choiceField("Lens model", [
     ["", "the better one"],
     ["five", "five coefficients"],
     ["rational", "rational"],
   ]);
-  const offer = () => (marker.element.hidden = kind.value() !== "charuco");
   const act = () =>
-    allHold(columns, rows, square, marker, views) &&
-    orders.run("wide", {
-      board: boardOf(kind.value(), columns.value(), rows.value(), square.value(), marker.value()),
-      views: views.value(),
-      model: model.value() || null,
-    });
-  fillBoard(store, { kind, columns, rows, square, marker, offer });
+    board.holds() &&
+    allHold(views) &&
+    orders.run("wide", { board: board.value(), views: views.value(), model: model.value() || null });
+  store.on(["session"], ({ session }) => board.put(session?.board ?? null));
   const start = starter({
     label: "Take views",
     store,
@@ -107,53 +99,11 @@ function runForm({ store, orders }) {
     </p>
     <details class="options">
       <summary>Board and options</summary>
-      <div class="fields">${[kind, columns, rows, square, marker, views, model].map(({ element }) => element)}</div>
+      <div class="fields">${[...board.elements, views.element, model.element]}</div>
       <p class="legend">Columns and rows count inner corners: one less than the squares.</p>
     </details>
     <p class="actions">${start}</p>
   </form>`;
-}
-
-/**
- * Return the board that the options name; null when the fields are empty and the session's own is used.
- * @param {string} kind
- * @param {number | null} columns
- * @param {number | null} rows
- * @param {number | null} square_mm
- * @param {number | null} marker_mm
- * @returns {BoardDocument | null}
- */
-function boardOf(kind, columns, rows, square_mm, marker_mm) {
-  if (columns === null || rows === null || square_mm === null) return null;
-  return {
-    kind: kind === "checkerboard" ? "checkerboard" : "charuco",
-    columns,
-    rows,
-    square_mm,
-    marker_mm: kind === "charuco" ? marker_mm : null,
-  };
-}
-
-/**
- * Fill the fields with the session's board whenever it changes.
- * @param {import("../store.js").Store} store
- * @param {{kind: {input: HTMLSelectElement}, columns: import("../parts.js").NumberField, rows: import("../parts.js").NumberField,
- *   square: import("../parts.js").NumberField, marker: import("../parts.js").NumberField, offer: () => unknown}} fields
- */
-function fillBoard(store, { kind, columns, rows, square, marker, offer }) {
-  let known = "";
-  store.on(["session"], ({ session }) => {
-    const now = JSON.stringify(session?.board ?? null);
-    if (now === known) return;
-    known = now;
-    const board = session?.board;
-    kind.input.value = board?.kind ?? "charuco";
-    columns.input.value = String(board?.columns ?? "");
-    rows.input.value = String(board?.rows ?? "");
-    square.input.value = String(board?.square_mm ?? "");
-    marker.input.value = String(board?.marker_mm ?? "");
-    offer();
-  });
 }
 
 /** @param {ConsoleState} state */

@@ -57,6 +57,7 @@ const HELP = [
       ["Escape", "Cancel the fixation; close what is open"],
       ["I", "Rate and age of every view, on and off"],
       ["F", "Footprints of the foveae, on and off"],
+      ["E", "Faults and warnings"],
       ["?", "This sheet"],
     ],
   ],

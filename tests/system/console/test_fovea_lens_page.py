@@ -1,0 +1,72 @@
+"""The lens of a fovea on the page of the step wide: its order, its result, its views, what it is for."""
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from . import calibration_documents as documents
+from .calibration_documents import SESSION_ID
+from .console_page import TOUCH, OpenConsole, OpenWizard
+from .stub_server import StubServer
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+URL = f"/calibration_sessions/{SESSION_ID}"
+
+
+def panel(page: Page) -> Locator:
+    return page.get_by_role("region", name="Lens of a fovea")
+
+
+def test_views_are_asked_for_by_camera_and_the_panel_says_what_it_is_for(
+    stub: StubServer, open_wizard: OpenWizard
+) -> None:
+    stub.session = documents.empty_session()
+    page = open_wizard("wide").page
+    expect(panel(page)).to_contain_text("Nothing here changes a calibration")
+    panel(page).get_by_label("Camera").select_option("Right fovea")
+    panel(page).get_by_text("Board and options").click()
+    panel(page).get_by_label("Views wanted").fill("12")
+    with page.expect_response(lambda response: response.url.endswith("/runs")):
+        panel(page).get_by_role("button", name="Take views").click()
+
+    assert stub.posted_bodies(f"{URL}/runs") == [
+        {"step": "lens", "options": {"camera": "right", "views": 12}}
+    ]
+    expect(page.locator(".jobbar")).to_contain_text("Lens of a fovea")
+    expect(page.locator(".live-right")).to_be_visible()
+    expect(page.locator(".live-wide")).to_be_hidden()
+
+
+def test_result_says_what_the_views_tell_and_views_are_taken_out(
+    stub: StubServer, open_wizard: OpenWizard
+) -> None:
+    stub.session = documents.empty_session() | {"lenses": [documents.fovea_lens("left")]}
+    page = open_wizard("wide").page
+    table = panel(page).locator("table")
+    expect(panel(page)).to_contain_text("2.869° × 2.152°")
+    expect(table).to_contain_text("28758.9 ± 2.1 px")
+    expect(table.locator("tr", has_text="Centre, x")).to_contain_text("assumed")
+    expect(table.locator("tr", has_text="k2, p1, p2, k3")).to_contain_text("assumed")
+    expect(panel(page).locator(".samples li")).to_have_count(6)
+
+    with page.expect_response(lambda response: response.request.method == "DELETE"):
+        panel(page).get_by_role("button", name="Remove view 6").click()
+    assert ("DELETE", f"{URL}/lenses/left/samples/view5", None) in stub.requests
+
+    panel(page).get_by_label("Camera").select_option("Right fovea")
+    expect(panel(page).locator(".samples li")).to_have_count(0)
+    expect(table).to_have_count(0)
+
+
+def test_too_few_views_say_so(stub: StubServer, open_wizard: OpenWizard) -> None:
+    few = documents.fovea_lens("left", views=2, told=False)
+    stub.session = documents.empty_session() | {"lenses": [few]}
+    page = open_wizard("wide").page
+    expect(panel(page)).to_contain_text("2 views of the board, at least 3 are needed")
+
+
+def test_a_phone_shows_the_result_within_its_width(stub: StubServer, open_console: OpenConsole) -> None:
+    stub.session = documents.empty_session() | {"lenses": [documents.fovea_lens("left")]}
+    console = open_console(f"{stub.url}#/calibration/wide", options=TOUCH)
+    expect(panel(console.page).locator("table")).to_contain_text("28758.9 ± 2.1 px")
+    assert console.overflow_px() <= 0
