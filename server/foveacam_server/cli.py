@@ -21,6 +21,7 @@ from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
 from foveacam_server.resources.depth_backends.cli import app as depth_app
 from foveacam_server.resources.displays.cli import app as board_app
+from foveacam_server.resources.learning.cli import app as learn_app
 from foveacam_server.resources.positioners.cli import confirm_zero
 from foveacam_server.resources.recordings.cli import app as recording_app
 from foveacam_server.resources.recordings.cli import record
@@ -38,6 +39,7 @@ app = typer.Typer(
 app.add_typer(calibrate_app)
 app.add_typer(board_app)
 app.add_typer(depth_app)
+app.add_typer(learn_app)
 app.add_typer(dataset_app)
 app.add_typer(recording_app)
 app.command()(record)

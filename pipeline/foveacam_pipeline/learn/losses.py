@@ -1,0 +1,148 @@
+"""Losses of self-supervised stereo (Eq. 15): photometric, smoothness, and attention reconstruction.
+
+The last is needed in addition to the paper's: the gradient of a warped picture reaches one or two pixels,
+residual disparities are tens of pixels. It rebuilds each left cell from right cells by the shares of the
+matching, and so reaches along the whole row.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from foveacam_pipeline.learn.network.correlation import RowMatches, consistent
+from foveacam_pipeline.learn.network.network import Prediction
+from foveacam_pipeline.learn.network.refinement import CELL_PX
+
+SSIM_SHARE = 0.85
+SSIM_C1, SSIM_C2 = 0.01**2, 0.03**2
+STEP_DECAY = 0.8
+"""A refinement counts so much of the next one."""
+EDGE_FALL = 10.0
+"""How fast smoothness is asked for less where the picture changes."""
+LEAST_SCALE_PX = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LossWeights:
+    """Weights of the parts; zero leaves one out."""
+
+    photometric: float = 1.0
+    reconstruction: float = 1.0
+    smoothness: float = 0.01
+    scale: float = 0.02
+    """Of the likelihood of what left and right disagree by, under the stated scale of the error."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairBatch:
+    """Pictures (n, 3, h, w) of 0 to 1, and where the left window looks at something, (n, 1, h, w) bool."""
+
+    left: Tensor
+    right: Tensor
+    valid_left: Tensor
+
+
+def self_supervised(
+    prediction: Prediction, batch: PairBatch, weights: LossWeights, *, masked: bool
+) -> tuple[Tensor, dict[str, float]]:
+    """Return the loss of a batch and its parts for the curves.
+
+    `masked`: whether what only one eye sees is left out; not at the start of training, when nothing is known
+    of it yet.
+    """
+    seen = batch.valid_left
+    if masked:
+        cells = consistent(prediction.matches.disparity, prediction.matches.scores)
+        seen = seen & _enlarged_mask(cells)
+    parts = {
+        "photometric": weights.photometric * _over_steps(prediction, batch, seen),
+        "reconstruction": weights.reconstruction * reconstruction(prediction.matches, batch, seen),
+        "smoothness": weights.smoothness * smoothness(prediction.disparity, batch.left),
+        "scale": weights.scale * scale_likelihood(prediction, batch, seen),
+    }
+    total = torch.stack(list(parts.values())).sum()
+    return total, {name: float(part.detach()) for name, part in parts.items()}
+
+
+def warped(right: Tensor, disparity: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the right pictures as the left eye would see them, and where that is inside, (n, 1, h, w)."""
+    _, _, h, w = right.shape
+    columns = torch.arange(w, device=right.device, dtype=right.dtype) - disparity.squeeze(1)
+    rows = torch.arange(h, device=right.device, dtype=right.dtype)[None, :, None].expand_as(columns)
+    grid = torch.stack([2.0 * columns / (w - 1) - 1.0, 2.0 * rows / (h - 1) - 1.0], dim=3)
+    seen = ((columns >= 0.0) & (columns <= w - 1.0))[:, None]
+    return functional.grid_sample(right, grid, padding_mode="border", align_corners=True), seen
+
+
+def photometric_error(left: Tensor, rebuilt: Tensor) -> Tensor:
+    """Return (n, 1, h, w): 0.85 (1 - SSIM) / 2 over 3 x 3 pixels + 0.15 of the absolute difference."""
+    difference = (left - rebuilt).abs().mean(dim=1, keepdim=True)
+    dissimilarity = ((1.0 - _ssim(left, rebuilt)) / 2.0).clamp(0.0, 1.0).mean(dim=1, keepdim=True)
+    return SSIM_SHARE * dissimilarity + (1.0 - SSIM_SHARE) * difference
+
+
+def reconstruction(matches: RowMatches, batch: PairBatch, seen: Tensor) -> Tensor:
+    """Return how badly left cells are rebuilt from right cells by the shares of the matching."""
+    left, right = (_centred_cells(picture) for picture in (batch.left, batch.right))
+    rebuilt = torch.einsum("nhxy,nchy->nchx", matches.share, right)
+    cells = functional.avg_pool2d(seen.to(left), CELL_PX)
+    return ((left - rebuilt).abs().mean(dim=1, keepdim=True) * cells).sum() / cells.sum().clamp_min(1.0)
+
+
+def smoothness(disparity: Tensor, left: Tensor) -> Tensor:
+    """Return the mean change between neighbours, in px, where the picture does not change."""
+    grey = left.mean(dim=1, keepdim=True)
+    total = disparity.new_zeros(())
+    for dim in (2, 3):
+        change = disparity.diff(dim=dim).abs()
+        total = total + (change * torch.exp(-EDGE_FALL * grey.diff(dim=dim).abs())).mean()
+    return total
+
+
+def scale_likelihood(prediction: Prediction, batch: PairBatch, seen: Tensor) -> Tensor:
+    """Return the negative log-likelihood of the last change of the disparity under the stated Laplace scale.
+
+    Without truth, what the last refinement still changed and what the pictures still differ by stand for the
+    error; the disparity itself gets no gradient from it.
+    """
+    rebuilt, inside = warped(batch.right, prediction.disparity.detach())
+    slope = batch.left.diff(dim=3, append=batch.left[..., -1:]).abs().mean(dim=1, keepdim=True)
+    off_px = photometric_error(batch.left, rebuilt) / (slope + 0.02)
+    change_px = (prediction.disparity - prediction.disparities[-2]).detach().abs()
+    scale = prediction.log_scale.exp() + LEAST_SCALE_PX
+    likelihood = torch.maximum(off_px, change_px).detach().clamp_max(16.0) / scale + scale.log()
+    shown = (seen & inside).to(likelihood)
+    return (likelihood * shown).sum() / shown.sum().clamp_min(1.0)
+
+
+def _over_steps(prediction: Prediction, batch: PairBatch, seen: Tensor) -> Tensor:
+    last = len(prediction.disparities) - 1
+    total, weight = batch.left.new_zeros(()), 0.0
+    for number, disparity in enumerate(prediction.disparities):
+        rebuilt, inside = warped(batch.right, disparity)
+        shown = (seen & inside).to(rebuilt)
+        share = STEP_DECAY ** (last - number)
+        error = (photometric_error(batch.left, rebuilt) * shown).sum() / shown.sum().clamp_min(1.0)
+        total, weight = total + share * error, weight + share
+    return total / weight
+
+
+def _ssim(x: Tensor, y: Tensor) -> Tensor:
+    x, y = (functional.pad(picture, (1, 1, 1, 1), mode="reflect") for picture in (x, y))
+    mean_x, mean_y = functional.avg_pool2d(x, 3, 1), functional.avg_pool2d(y, 3, 1)
+    var_x = functional.avg_pool2d(x * x, 3, 1) - mean_x.square()
+    var_y = functional.avg_pool2d(y * y, 3, 1) - mean_y.square()
+    covariance = functional.avg_pool2d(x * y, 3, 1) - mean_x * mean_y
+    above = (2.0 * mean_x * mean_y + SSIM_C1) * (2.0 * covariance + SSIM_C2)
+    return above / ((mean_x.square() + mean_y.square() + SSIM_C1) * (var_x + var_y + SSIM_C2))
+
+
+def _centred_cells(picture: Tensor) -> Tensor:
+    """Return (n, 48, h / 4, w / 4): the pixels of each cell, without the picture's mean."""
+    return functional.pixel_unshuffle(picture - picture.mean(dim=(1, 2, 3), keepdim=True), CELL_PX)
+
+
+def _enlarged_mask(cells: Tensor) -> Tensor:
+    return functional.interpolate(cells.float(), scale_factor=float(CELL_PX), mode="nearest") > 0.5

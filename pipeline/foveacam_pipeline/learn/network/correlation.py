@@ -1,0 +1,73 @@
+"""Signed correlation of all cells of a row: disparities of either sign, from one matrix for both eyes.
+
+Stereo networks usually look to one side alone. Verged foveae have residual disparities of both signs, so
+that nothing is cut off here but what is farther than the reach.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+NEIGHBOURHOOD = 2
+"""Cells on either side of the best match that its disparity is the mean of."""
+FAR_BELOW = -1e4
+
+
+@dataclass(frozen=True, slots=True)
+class RowMatches:
+    """Matches of the left cells: scores (n, h, w, w) of left and right columns, disparity (n, 1, h, w)."""
+
+    scores: Tensor
+    share: Tensor
+    """Softmax over the right columns, (n, h, w, w): how a left cell is made of right ones."""
+    disparity: Tensor
+    """Left column minus right column, cells."""
+    peak: Tensor
+    """Largest share, (n, 1, h, w): how clear the match is."""
+
+
+def row_scores(left: Tensor, right: Tensor, *, reach: int) -> Tensor:
+    """Return scores (n, h, w, w) of features (n, c, h, w); far below zero beyond the reach, in cells."""
+    width, columns = left.shape[1], left.shape[3]
+    scores: Tensor = torch.einsum("nchx,nchy->nhxy", left, right) / width**0.5
+    place = torch.arange(columns, device=left.device)
+    beyond = (place[:, None] - place[None, :]).abs() > reach
+    return scores.masked_fill(beyond, FAR_BELOW)
+
+
+def match_rows(scores: Tensor) -> RowMatches:
+    """Return the matches of the left cells: the mean column about the best one."""
+    share = scores.softmax(dim=3)
+    columns = scores.shape[3]
+    peak, best = share.max(dim=3, keepdim=True)
+    offsets = torch.arange(-NEIGHBOURHOOD, NEIGHBOURHOOD + 1, device=scores.device)
+    near = (best + offsets).clamp(0, columns - 1)
+    weight = share.gather(3, near)
+    matched = (weight * near).sum(dim=3) / weight.sum(dim=3).clamp_min(1e-6)
+    place = torch.arange(columns, device=scores.device, dtype=matched.dtype)
+    disparity = (place - matched)[:, None]
+    return RowMatches(scores=scores, share=share, disparity=disparity, peak=peak.squeeze(3)[:, None])
+
+
+def sample_scores(scores: Tensor, disparity: Tensor, offsets: Tensor) -> Tensor:
+    """Return scores (n, k, h, w) at a disparity (n, 1, h, w) and beside it, in cells, interpolated."""
+    columns = scores.shape[3]
+    place = torch.arange(columns, device=scores.device, dtype=disparity.dtype)
+    at = place[:, None] - disparity.squeeze(1)[..., None] - offsets
+    at = at.clamp(0.0, columns - 1.001)
+    low = at.floor().long()
+    part = at - low
+    found = scores.gather(3, low) * (1.0 - part) + scores.gather(3, low + 1) * part
+    return found.permute(0, 3, 1, 2).clamp_min(-20.0)
+
+
+def consistent(left: Tensor, scores: Tensor, *, within: float = 1.0) -> Tensor:
+    """Return (n, 1, h, w) bool: where the right eye's matches lead back to the left cell."""
+    right = match_rows(scores.transpose(2, 3)).disparity
+    columns = left.shape[3]
+    place = torch.arange(columns, device=left.device, dtype=left.dtype)
+    target = (place - left).round().long()
+    inside = (target >= 0) & (target < columns)
+    back = right.gather(3, target.clamp(0, columns - 1))
+    return inside & ((left + back).abs() <= within)

@@ -1,0 +1,84 @@
+"""The whole network: two pictures to signed disparity with the scale of its error."""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from foveacam_pipeline.learn.network.config import NetworkConfig
+from foveacam_pipeline.learn.network.correlation import RowMatches, match_rows, row_scores
+from foveacam_pipeline.learn.network.encoder import Encoder, standardised
+from foveacam_pipeline.learn.network.refinement import Enlargement, RefinementStep
+from foveacam_pipeline.learn.network.row_attention import AttentionBlock, column_code
+
+DIVISOR = 8
+"""Sides of the pictures are multiples of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """What the network says of a pair; disparities (n, 1, h, w) in px of the picture, of the left picture."""
+
+    disparities: tuple[Tensor, ...]
+    """After the matching and after each refinement; the last one counts."""
+    log_scale: Tensor
+    """Log of the scale of a Laplace error of the last disparity, px."""
+    matches: RowMatches
+
+    @property
+    def disparity(self) -> Tensor:
+        """The last disparity."""
+        return self.disparities[-1]
+
+
+class FoveatedStereo(nn.Module):
+    """The network of one configuration."""
+
+    def __init__(self, config: NetworkConfig) -> None:
+        super().__init__()
+        self.config = config
+        cells, tokens = config.cells_width, config.tokens_width
+        self.encoder = Encoder(cells, tokens)
+        self.blocks = nn.ModuleList([AttentionBlock(tokens, config.heads) for _ in range(config.blocks)])
+        self.join = nn.Conv2d(cells + tokens, cells, 1)
+        self.start = nn.Conv2d(2 * cells, 2 * cells, 3, 1, 1)
+        self.step = RefinementStep(cells)
+        self.enlargement = Enlargement(cells)
+        self.sharpness = nn.Parameter(torch.tensor(2.0))
+
+    def forward(self, left: Tensor, right: Tensor) -> Prediction:
+        """Return the prediction for pictures (n, 3, h, w), 0 to 1, whose sides are multiples of 8."""
+        (cells_left, near_left), (_cells, near_right) = self._features(left, right)
+        scores = row_scores(near_left, near_right, reach=self.config.reach_cells) * self.sharpness.exp()
+        matches = match_rows(scores)
+        start = self.start(torch.cat([cells_left, near_left], dim=1))
+        state, context = start.chunk(2, dim=1)
+        state, context = state.tanh(), context.relu()
+        disparity = matches.disparity
+        found = [functional.interpolate(disparity, scale_factor=4.0, mode="bilinear") * 4.0]
+        log_scale = found[0]
+        for _ in range(self.config.steps):
+            disparity = disparity.detach()
+            state, disparity = self.step(state, context, disparity, scores=scores, peak=matches.peak)
+            larger, log_scale = self.enlargement(state, disparity)
+            found.append(larger)
+        return Prediction(disparities=tuple(found), log_scale=log_scale, matches=matches)
+
+    def _features(self, left: Tensor, right: Tensor) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
+        """Return cells, and features that are compared, of both eyes; each (n, c, h / 4, w / 4)."""
+        (cells_left, left), (cells_right, right) = (self.encoder(standardised(x)) for x in (left, right))
+        code = column_code(left.shape[1], left.shape[3]).to(left)
+        left, right = left + code, right + code
+        for block in self.blocks:
+            left, right = block(left, right)
+        return (cells_left, self._compared(cells_left, left)), (
+            cells_right,
+            self._compared(cells_right, right),
+        )
+
+    def _compared(self, cells: Tensor, tokens: Tensor) -> Tensor:
+        larger = functional.interpolate(tokens, size=cells.shape[2:], mode="bilinear")
+        joined: Tensor = self.join(torch.cat([cells, larger], dim=1))
+        # Two features then have a product of at most the root of their width, which row_scores divides by
+        return functional.normalize(joined, dim=1) * float(joined.shape[1] ** 0.25)

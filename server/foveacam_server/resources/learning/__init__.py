@@ -1,0 +1,1 @@
+"""Training a stereo network on what the rig captured."""

@@ -1,0 +1,84 @@
+"""The commands `foveacam learn train|evaluate|export|info`; they need the extra `learn`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from foveacam_server.commands.options import JsonOption, parse_pair
+
+app = typer.Typer(
+    name="learn",
+    help="Train a stereo network on what the rig captured, without truth (Sec. 5).",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+DatasetsArgument = Annotated[list[Path], typer.Argument(help="datasets of verged pairs: folders of captures")]
+CheckpointArgument = Annotated[Path, typer.Argument(help="checkpoint (.safetensors)")]
+CROP = "256x160"
+
+
+@app.command()
+def train(
+    datasets: DatasetsArgument,
+    *,
+    out: Annotated[Path, typer.Option(help="folder for checkpoint and curves; one that is there goes on")],
+    held_out: Annotated[
+        list[Path] | None,
+        typer.Option(help="dataset of another scene to judge the network by; again for more"),
+    ] = None,
+    size: Annotated[str, typer.Option(help="nano, tiny, small or base")] = "nano",
+    steps: Annotated[int, typer.Option(help="steps in all", min=1, max=10_000_000)] = 2000,
+    batch: Annotated[int, typer.Option(help="crops a step", min=1, max=256)] = 4,
+    crop: Annotated[str, typer.Option(help="width and height of a crop, px, multiples of 8")] = CROP,
+    seed: Annotated[int, typer.Option(help="seed of all that is drawn at random", min=0)] = 0,
+    as_json: JsonOption = False,
+) -> None:
+    """Train on datasets and judge on a held-out scene; after Ctrl-C the same command goes on."""
+    from foveacam_server.resources.learning.run import TrainingOrder, run_training
+
+    order = TrainingOrder(
+        datasets=tuple(datasets),
+        held_out=tuple(held_out or ()),
+        out=out,
+        size=size,
+        steps=steps,
+        batch=batch,
+        crop_px=parse_pair(crop, option="--crop", example=CROP) or (0, 0),
+        seed=seed,
+    )
+    run_training(order, as_json=as_json)
+
+
+@app.command()
+def evaluate(
+    checkpoint: CheckpointArgument, datasets: DatasetsArgument, *, as_json: JsonOption = False
+) -> None:
+    """Compare a network with semi-global matching on datasets, by photometric error."""
+    from foveacam_server.resources.learning.run import run_evaluation
+
+    run_evaluation(checkpoint, datasets, as_json=as_json)
+
+
+@app.command()
+def export(
+    checkpoint: CheckpointArgument,
+    *,
+    name: Annotated[str, typer.Option(help="name of the depth backend: small letters, digits, - and _")],
+    out: Annotated[Path, typer.Option(help="folder for the ONNX file and its card")],
+    licence: Annotated[str, typer.Option(help="licence of the weights")] = "own work",
+) -> None:
+    """Write a network as ONNX with its card, for `foveacam depth add`."""
+    from foveacam_server.resources.learning.run import run_export
+
+    run_export(checkpoint, name=name, out=out, licence=licence)
+
+
+@app.command()
+def info(checkpoint: CheckpointArgument) -> None:
+    """Print what a checkpoint says of its training, as JSON."""
+    from foveacam_server.resources.learning.run import run_info
+
+    run_info(checkpoint)

@@ -1,0 +1,177 @@
+"""Runs the commands of learning: progress with the time left, Ctrl-C, and what is printed at the end."""
+
+import json
+import subprocess
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, get_args
+
+import typer
+from rich.console import Console
+
+from foveacam_hardware.contract import InvalidInput, install_command
+from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
+
+if TYPE_CHECKING:
+    from foveacam_pipeline.learn.evaluation import Evaluation
+    from foveacam_pipeline.learn.network.config import SizeName
+    from foveacam_pipeline.learn.network.network import FoveatedStereo
+    from foveacam_pipeline.learn.pairs import LoadedDataset
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingOrder:
+    """What the command line asked for."""
+
+    datasets: tuple[Path, ...]
+    held_out: tuple[Path, ...]
+    out: Path
+    size: str
+    steps: int
+    batch: int
+    crop_px: tuple[int, int]
+    seed: int
+
+
+def run_training(order: TrainingOrder, *, as_json: bool) -> None:
+    """Train, then judge on the held-out datasets; print what came of it."""
+    _check_torch()
+    from foveacam_pipeline.learn.checkpoint import load_checkpoint
+    from foveacam_pipeline.learn.pairs import load_datasets
+    from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
+
+    _check_split(order)
+    loaded = load_datasets([*order.datasets, *order.held_out])
+    own, held_out = loaded[: len(order.datasets)], loaded[len(order.datasets) :]
+    plan = TrainingPlan(
+        size=_size(order.size),
+        steps=order.steps,
+        batch=order.batch,
+        crop_px=order.crop_px,
+        seed=order.seed,
+    )
+    order.out.mkdir(parents=True, exist_ok=True)
+    with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
+        bar.stage("train")
+        watcher = TrainingWatcher(
+            on_step=lambda done, total, loss: bar.progress(done, total=total, note=f"loss {loss:.4f}"),
+            stopped=bar.cancelled,
+        )
+        facts = train(own, order.out, plan, watcher, commit=_commit())
+        network = load_checkpoint(order.out / CHECKPOINT).network()
+        judged = [] if bar.cancelled() else [_judge(network, dataset, bar) for dataset in held_out]
+    document = {**facts.model_dump(mode="json"), "held_out": [asdict(found) for found in judged]}
+    (order.out / "training.json").write_text(json.dumps(document, indent=1) + "\n")
+    if as_json:
+        typer.echo(json.dumps(document))
+        return
+    left = "" if facts.steps == facts.steps_planned else "; the same command goes on"
+    typer.echo(f"{facts.steps} of {facts.steps_planned} steps: {order.out / CHECKPOINT}{left}")
+    for found in judged:
+        _print(found)
+
+
+def run_evaluation(checkpoint: Path, datasets: Sequence[Path], *, as_json: bool) -> None:
+    """Judge a checkpoint on datasets; print the figures."""
+    _check_torch()
+    from foveacam_pipeline.learn.checkpoint import load_checkpoint
+    from foveacam_pipeline.learn.pairs import load_datasets
+
+    network = load_checkpoint(checkpoint).network()
+    loaded = load_datasets(datasets)
+    with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
+        judged = [_judge(network, dataset, bar) for dataset in loaded]
+    if as_json:
+        typer.echo(json.dumps([asdict(found) for found in judged]))
+        return
+    for found in judged:
+        _print(found)
+
+
+def run_export(checkpoint: Path, *, name: str, out: Path, licence: str) -> None:
+    """Write the ONNX file and its card; say how it is used."""
+    _check_torch()
+    from foveacam_pipeline.learn.checkpoint import load_checkpoint
+    from foveacam_pipeline.learn.export import export_network
+    from foveacam_pipeline.networks.card import load_network
+
+    card = export_network(load_checkpoint(checkpoint), out, name=name, licence=licence)
+    load_network(card)
+    typer.echo(f"{card}\nuse it with: foveacam depth add {card}")
+
+
+def run_info(checkpoint: Path) -> None:
+    """Print what a checkpoint says of its training."""
+    _check_torch()
+    from foveacam_pipeline.learn.checkpoint import load_checkpoint
+
+    typer.echo(load_checkpoint(checkpoint).facts.model_dump_json(indent=1))
+
+
+def _judge(network: "FoveatedStereo", dataset: "LoadedDataset", bar: ProgressBar) -> "Evaluation":
+    from foveacam_pipeline.learn.evaluation import evaluate
+
+    bar.stage(f"judge by {dataset.name}")
+    return evaluate(
+        network,
+        dataset,
+        on_pair=lambda done, total: bar.progress(done, total=total),
+        stopped=bar.cancelled,
+    )
+
+
+def _print(found: "Evaluation") -> None:
+    typer.echo(
+        f"{found.dataset}, {found.pairs} pairs: photometric error, all pixels | seen by both eyes | L1 alone"
+    )
+    for row in found.methods:
+        typer.echo(
+            f"  {row.method:<14}{row.photometric:.4f} | {row.photometric_seen:.4f} | {row.absolute:.4f}"
+        )
+
+
+def _check_split(order: TrainingOrder) -> None:
+    if not order.held_out:
+        raise InvalidInput(
+            "no --held-out dataset: a network is judged by a scene that it was not trained on; capture a "
+            "second scene, and name it with --held-out",
+            remedy="capture a second scene, and name it with --held-out",
+        )
+    both = {path.resolve() for path in order.datasets} & {path.resolve() for path in order.held_out}
+    if both:
+        raise InvalidInput(
+            f"{sorted(both)[0].name} is both trained on and held out; name it once",
+            asked=str(sorted(both)[0]),
+        )
+
+
+def _size(name: str) -> "SizeName":
+    from foveacam_pipeline.learn.network.config import SIZES, SizeName
+
+    for size in get_args(SizeName):
+        if size == name:
+            return SIZES[size].size
+    raise InvalidInput(f"--size {name}: it is one of {', '.join(SIZES)}", asked=name)
+
+
+def _commit() -> str:
+    """Return the commit of the checkout that the program runs from; empty where there is none."""
+    try:
+        found = subprocess.run(  # noqa: S603 - no input from outside
+            ["git", "-C", str(Path(__file__).parent), "rev-parse", "HEAD"],  # noqa: S607 - git, by name
+            capture_output=True,
+            text=True,
+            timeout=5.0,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return found.stdout.strip()
+
+
+def _check_torch() -> None:
+    if find_spec("torch") is None or find_spec("safetensors") is None:
+        command = install_command("learn")
+        raise InvalidInput(f"learning needs torch, which is not installed; {command}", remedy=command)
