@@ -50,10 +50,6 @@ def keep_alive(hardware: HardwareThread, course: SteeringCourse, until: Callable
     assert eventually(shown)
 
 
-def status(hardware: HardwareThread, course: SteeringCourse) -> SteeringStatus:
-    return course.status(time.monotonic_ns())
-
-
 # The slew ---------------------------------------------------------------------------------------------------
 
 
@@ -96,7 +92,7 @@ def test_mirrors_go_to_the_newest_target_and_stay_there_when_released(setup: Har
     assert eventually(lambda: hardware.hand.by is None)
     setup.pictures.wait_for_more("left", more=3)  # live looks go on where it has steered
     assert (mirrors.volts, hardware.gaze) == (ASIDE, ASIDE)
-    assert status(hardware, course) is SteeringStatus.RELEASED
+    assert hardware.hand.status(course) is SteeringStatus.RELEASED
 
 
 def test_a_single_move_needs_nobody_who_holds_on(setup: HardwareSetup) -> None:
@@ -114,11 +110,11 @@ def test_silence_holds_the_mirrors_then_parks_them(
     course = hardware.hand.press("Ada", THERE, held=True)
     keep_alive(hardware, course, lambda: mirrors.volts == THERE)
 
-    assert eventually(lambda: status(hardware, course) is SteeringStatus.SILENT)
+    assert eventually(lambda: hardware.hand.status(course) is SteeringStatus.SILENT)
     assert mirrors.volts == THERE
 
     assert eventually(lambda: mirrors.volts == PARKED)
-    assert eventually(lambda: status(hardware, course) is SteeringStatus.ENDED)
+    assert eventually(lambda: hardware.hand.status(course) is SteeringStatus.ENDED)
     assert "nothing was heard" in (course.over or "")
     assert hardware.gaze == PARKED
     setup.pictures.wait_for_more("left", more=3)
@@ -128,7 +124,7 @@ def test_silence_holds_the_mirrors_then_parks_them(
 def test_a_client_that_speaks_again_in_time_goes_on(setup: HardwareSetup) -> None:
     hardware, mirrors = setup.start(), setup.rig.mirrors
     course = hardware.hand.press("Ada", THERE, held=True)
-    assert eventually(lambda: status(hardware, course) is SteeringStatus.SILENT)
+    assert eventually(lambda: hardware.hand.status(course) is SteeringStatus.SILENT)
 
     hardware.hand.hear(course, ASIDE)
 
@@ -140,7 +136,7 @@ def test_a_client_that_is_gone_holds_the_mirrors_at_once(setup: HardwareSetup) -
     hardware = setup.start()
     course = hardware.hand.press("Ada", THERE, held=True)
     hardware.hand.lose(course)
-    assert status(hardware, course) is SteeringStatus.SILENT
+    assert hardware.hand.status(course) is SteeringStatus.SILENT
     assert hardware.hand.by is None  # another may take them
     other = hardware.hand.press("Bob", ASIDE, held=True)
     assert "Bob steers" in (course.over or "")
@@ -170,7 +166,7 @@ def test_after_a_stop_nothing_moves_until_a_new_press(setup: HardwareSetup) -> N
     hardware.halt()
     hardware.hand.hear(course, ASIDE)
 
-    keep_alive(hardware, course, lambda: status(hardware, course) is SteeringStatus.ENDED)
+    keep_alive(hardware, course, lambda: hardware.hand.status(course) is SteeringStatus.ENDED)
     assert course.over == "the stop is engaged"
     assert (mirrors.commands[-1], mirrors.volts) == ("park", PARKED)
     with pytest.raises(Stopped):

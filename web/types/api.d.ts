@@ -621,6 +621,11 @@ export interface components {
             reason: string;
             sees_target: boolean;
         };
+        /** @description Differential drive of one mirror. */
+        EyeVolts: {
+            x_v: number;
+            y_v: number;
+        };
         /** @description Leave-one-out error of a rectification. */
         FieldScoreDocument: {
             chosen: boolean;
@@ -2468,6 +2473,11 @@ export interface components {
             rate_hz: number;
             width: number;
         };
+        /** @description Differential drive of each eye's mirror; an eye that is left out stays as it is. */
+        VoltsRequest: {
+            left?: components["schemas"]["EyeVolts"] | null;
+            right?: components["schemas"]["EyeVolts"] | null;
+        };
         /** @description What is known of the depth of the whole wide view, on a grid of square cells. */
         WideDepthDocument: {
             age_median_s: number | null;
@@ -2620,6 +2630,7 @@ export type EventDocument = components['schemas']['EventDocument'];
 export type EyeDocument = components['schemas']['EyeDocument'];
 export type EyeTestDocument = components['schemas']['EyeTestDocument'];
 export type EyeViewDocument = components['schemas']['EyeViewDocument'];
+export type EyeVolts = components['schemas']['EyeVolts'];
 export type FieldScoreDocument = components['schemas']['FieldScoreDocument'];
 export type FilmDocument = components['schemas']['FilmDocument'];
 export type FilmRequest = components['schemas']['FilmRequest'];
@@ -2774,6 +2785,7 @@ export type TriggerTestDocument = components['schemas']['TriggerTestDocument'];
 export type TruncationDocument = components['schemas']['TruncationDocument'];
 export type Verging = components['schemas']['Verging'];
 export type ViewDocument = components['schemas']['ViewDocument'];
+export type VoltsRequest = components['schemas']['VoltsRequest'];
 export type WideDepthDocument = components['schemas']['WideDepthDocument'];
 export type WideFitDocument = components['schemas']['WideFitDocument'];
 export type WideLensDocument = components['schemas']['WideLensDocument'];

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from foveacam_hardware.contract import Busy, Clock, FoveaError, Mirrors, MirrorVolts, StereoVolts, Stopped
+from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.rig.hardware_commands import answer_of
 
 TAU_S = 0.008
@@ -111,6 +112,7 @@ class HandSteering:
         check: Callable[[], None],
         park: Callable[[Callable[[], bool]], "Future[None]"],
         on_pose: Callable[[StereoVolts], None],
+        events: EventLog,
     ) -> None:
         """`check` raises while nobody may steer; `park` parks if its argument says so by then."""
         self._clock = clock
@@ -118,6 +120,7 @@ class HandSteering:
         self._check = check
         self._park_if = park
         self._on_pose = on_pose
+        self._events = events
         self._changed = threading.Condition()
         self._sending = threading.Lock()
         self._course: SteeringCourse | None = None
@@ -140,8 +143,12 @@ class HandSteering:
     def by(self) -> str | None:
         """Name of who holds the mirrors now."""
         course = self._course
-        held = course is not None and course.status(self._clock.now_ns()) is SteeringStatus.STEERING
+        held = course is not None and self.status(course) is SteeringStatus.STEERING
         return course.by if course is not None and held else None
+
+    def status(self, course: SteeringCourse) -> SteeringStatus:
+        """Return what a course does now."""
+        return course.status(self._clock.now_ns())
 
     # A course ----------------------------------------------------------------------------------------------
 
@@ -281,7 +288,7 @@ class HandSteering:
                 self._changed.wait(REST_S)
 
     def _heard(self, course: SteeringCourse) -> bool:
-        return course.status(self._clock.now_ns()) is not SteeringStatus.SILENT
+        return self.status(course) is not SteeringStatus.SILENT
 
     def _finish(self, course: SteeringCourse) -> None:
         with self._changed:
@@ -296,7 +303,9 @@ class HandSteering:
         except FoveaError:
             self._mirrors().park()
         if not self._heard(course):
-            self.end(course, f"nothing was heard for {SILENT_S + PARK_S:g} s: the mirrors were parked")
+            reason = f"nothing was heard for {SILENT_S + PARK_S:g} s: the mirrors were parked"
+            self.end(course, reason)
+            self._events.emit("mirrors.parked", f"{course.by}: {reason}", level=EventLevel.WARNING)
 
 
 def held_by(by: str, asked: str) -> Busy:

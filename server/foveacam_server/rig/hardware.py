@@ -80,6 +80,7 @@ class HardwareThread:
             check=lambda: self._check_free("steer by hand", one_eyed=True),
             park=self._park_if,
             on_pose=self._keep_pose,
+            events=events,
         )
         """Steers both mirrors by hand, update after update, while no job has the rig."""
         self._thread = threading.Thread(target=self._run, name="foveacam-hardware", daemon=True)
