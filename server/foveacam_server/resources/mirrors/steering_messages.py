@@ -8,6 +8,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from foveacam_hardware.contract import FoveaError, InvalidInput, MirrorVolts, StereoVolts
 from foveacam_server.foundation.errors import problem_of
 from foveacam_server.foundation.quantities import Label
+from foveacam_server.foundation.rounding import deg
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.resources.mirrors.schema import SteerGaze, VoltsRequest
 from foveacam_server.resources.mirrors.targets import SHIFT_LIMIT_DEG
@@ -73,8 +74,12 @@ def state(
     by: str | None,
     pose: StereoVolts | None,
     target: StereoVolts | None,
+    gaze_rad: tuple[float, float] | None,
 ) -> str:
-    """Return what the session does, who holds the mirrors, and where they stand; null: not known."""
+    """Return what the session does, who holds the mirrors, and where they stand; null: not known.
+
+    `gaze_rad`: (ax, ay) of the middle between both eyes.
+    """
     return json.dumps(
         {
             "type": "state",
@@ -83,6 +88,7 @@ def state(
             "by": by,
             "pose": None if pose is None else _volts(pose),
             "target": None if target is None else _volts(target),
+            "gaze": None if gaze_rad is None else {"ax_deg": deg(gaze_rad[0]), "ay_deg": deg(gaze_rad[1])},
         }
     )
 
