@@ -4,6 +4,7 @@ The thread calls `Mirrors.steer`, which any thread may call. Where to steer, and
 the driver drops an update that a park overtakes.
 """
 
+import logging
 import math
 import threading
 from collections.abc import Callable
@@ -15,10 +16,14 @@ from foveacam_hardware.contract import Busy, Clock, FoveaError, Mirrors, MirrorV
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.rig.hardware_commands import answer_of
 
+_log = logging.getLogger(__name__)
+
 TAU_S = 0.008
 """Time constant of the approach to a target, as in the authors' application."""
 UPDATE_NS = 1_000_000
 """Period of the updates; the link's governor makes it longer."""
+SLEW_SHARE = 0.99
+"""Share of the driver's slew limit that an update uses: the driver counts from rounded volts."""
 ARRIVED_V = 0.01
 """A target nearer than this on an axis is reached: three steps of the DACs."""
 EXPOSURE_HOLD_S = 0.025
@@ -237,6 +242,9 @@ class HandSteering:
                 self._step(course)
         except FoveaError as error:
             self.end(course, error.found or str(error))
+        except Exception as bug:  # noqa: BLE001 - outermost frame: the next press must find the thread alive
+            _log.exception("steering by hand stopped")
+            self.end(course, f"steering failed: {bug}")
 
     def _step(self, course: SteeringCourse) -> None:
         mirrors, now_ns = self._mirrors(), self._clock.now_ns()
@@ -259,11 +267,12 @@ class HandSteering:
     def _move(self, course: SteeringCourse, mirrors: Mirrors) -> None:
         self._wait_for_exposure(course, mirrors)
         with self._sending:
-            if self._course is not course:
+            if not self._awaited(course):
                 return
             now_ns = self._clock.now_ns()
             dt_ns = now_ns - course.sent_ns if course.moving else UPDATE_NS
-            pose = slewed(course.pose, course.target, dt_s=dt_ns / 1e9, most_v=mirrors.limits.max_slew_v)
+            most_v = SLEW_SHARE * mirrors.limits.max_slew_v
+            pose = slewed(course.pose, course.target, dt_s=dt_ns / 1e9, most_v=most_v)
             course.sent = mirrors.steer(pose, unless_parked_since=course.parks)
             course.pose, course.sent_ns, course.moving = pose, now_ns, True
             self._on_pose(course.sent)
@@ -287,6 +296,10 @@ class HandSteering:
             if self._course is course and (arrived or not self._heard(course)):
                 self._changed.wait(REST_S)
 
+    def _awaited(self, course: SteeringCourse) -> bool:
+        """Return whether updates of a course may still be sent."""
+        return self._course is course and self._heard(course)
+
     def _heard(self, course: SteeringCourse) -> bool:
         return self.status(course) is not SteeringStatus.SILENT
 
@@ -297,12 +310,16 @@ class HandSteering:
 
     def _park(self, course: SteeringCourse) -> None:
         """Park by the thread that owns the rig, so that no look undoes that; where it cannot, directly."""
+
+        def silent() -> bool:
+            return self._course is course and not self._heard(course)
+
         try:
-            wanted = self._park_if(lambda: self._course is course and not self._heard(course))
-            answer_of(wanted, asked="a park", within_s=PARKED_WITHIN_S)
+            answer_of(self._park_if(silent), asked="a park", within_s=PARKED_WITHIN_S)
         except FoveaError:
-            self._mirrors().park()
-        if not self._heard(course):
+            if silent():
+                self._mirrors().park()
+        if silent():
             reason = f"nothing was heard for {SILENT_S + PARK_S:g} s: the mirrors were parked"
             self.end(course, reason)
             self._events.emit("mirrors.parked", f"{course.by}: {reason}", level=EventLevel.WARNING)

@@ -66,7 +66,12 @@ STEERING_LIMIT_DEG = 10.0
 
 
 def check_volts(volts: StereoVolts, *, max_v: float) -> None:
-    """Raise `OutOfRange` for a drive beyond the rig's limit, naming eye and axis."""
+    """Raise `OutOfRange` for a drive beyond the rig's limit, naming eye and axis.
+
+    `max_v` of 0: the rig is not open, and the move itself is refused.
+    """
+    if max_v == 0.0:
+        return
     for eye, mirror in (("left", volts.left), ("right", volts.right)):
         for axis, value_v in (("x_v", mirror.x_v), ("y_v", mirror.y_v)):
             if abs(value_v) > max_v:

@@ -99,8 +99,7 @@ async def set_volts(
     services.lease.check(x_lease)
     hardware = services.hardware
     volts = volts_of(request, before=hardware.gaze)
-    if hardware.pose is not None:  # else the move itself is refused, and says why
-        check_volts(volts, max_v=hardware.status.max_v)
+    check_volts(volts, max_v=hardware.status.max_v)
     await asyncio.wrap_future(hardware.steer(volts))
     services.events.emit("mirrors.steered", f"set to {volts_text(volts)}", data=request)
     return mirrors_document(services)

@@ -15,7 +15,7 @@ class SteerRequest(RequestModel):
 
 
 class EyeVolts(RequestModel):
-    """Differential drive of one mirror."""
+    """The differential drive of one mirror."""
 
     x_v: Volts
     y_v: Volts

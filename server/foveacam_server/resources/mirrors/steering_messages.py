@@ -3,7 +3,7 @@
 import json
 from typing import Annotated, Literal
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, MirrorVolts, StereoVolts
 from foveacam_server.foundation.errors import problem_of
@@ -36,6 +36,12 @@ class Steer(RequestModel):
     held: bool
     volts: VoltsRequest | None = None
     gaze: SteerGaze | None = None
+
+    @model_validator(mode="after")
+    def _one_place(self) -> "Steer":
+        if self.volts is not None and self.gaze is not None:
+            raise ValueError("give volts or a gaze, not both")
+        return self
 
 
 _FROM_CLIENT: TypeAdapter[Begin | Steer] = TypeAdapter(Annotated[Begin | Steer, Field(discriminator="type")])

@@ -47,8 +47,8 @@ export function mountRigPage(place, { store, rig_orders, orders, steering }) {
   fill(
     place,
     head(store),
-    html`<div class="rig-cameras">${apart}${[...cameras.values()].map(({ element }) => element)}</div>`,
     html`<div class="rig-steer">${panel("Steer by hand", steer)}</div>`,
+    html`<div class="rig-cameras">${apart}${[...cameras.values()].map(({ element }) => element)}</div>`,
     html`<div class="rig-devices">
       <div class="column">${panel("Trigger", trigger)}${panel("Faults", faults)}</div>
       ${panel("Controller", controller)}

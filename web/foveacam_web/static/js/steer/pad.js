@@ -14,13 +14,15 @@ import { clamp, steppedBy, valueOnPad } from "./words.js";
 
 const SLACK_PX = 3; // a press that moves less is a click, which steers nothing
 const HALF = 100;
+const TOLD_MS = 700; // by then the server has told of a target
 
 /** A pad and its two numbers. */
 export class SteerPad {
   #options;
   #most = 1;
-  /** @type {Point} */
-  #now = { x: 0, y: 0 };
+  /** Where the next step of a key begins. @type {Point} */
+  #base = { x: 0, y: 0 };
+  #base_since_ms = -TOLD_MS;
   /** Where it was steered to last, while it is held. @type {Point | null} */
   #aim = null;
   /** @type {Point | null} */
@@ -87,7 +89,7 @@ export class SteerPad {
       entry.max = String(most);
     }
     this.#dot.toggleAttribute("hidden", !now);
-    if (now) this.#now = now;
+    if (performance.now() - this.#base_since_ms > TOLD_MS) this.#base = target ?? now ?? this.#base;
     const aim = this.#aim ?? target;
     this.#ring.toggleAttribute("hidden", !aim);
     if (now) this.#place(this.#dot, now);
@@ -163,7 +165,7 @@ export class SteerPad {
     if (this.#shut || event.ctrlKey || event.metaKey || event.altKey) return;
     const { step, fine, go } = this.#options;
     const pad = { step: event.shiftKey ? fine : step, most: this.#most };
-    const to = steppedBy(this.#aim ?? this.#now, event.key, pad);
+    const to = steppedBy(this.#base, event.key, pad);
     if (to) this.#steer(to);
     else if (event.key === "Home") go({ x: 0, y: 0 });
     else return;
@@ -172,14 +174,14 @@ export class SteerPad {
 
   /** @param {Point} to */
   #steer(to) {
-    this.#aim = to;
+    this.#aim = this.#base = to;
+    this.#base_since_ms = performance.now();
     this.#place(this.#ring, to);
     this.#options.steer(to);
   }
 
   #letGo() {
     if (!this.#aim) return;
-    this.#now = this.#aim; // the next step counts from here, before the server has told it
     this.#aim = null;
     this.#options.release();
   }
@@ -187,6 +189,6 @@ export class SteerPad {
   /** @param {"x" | "y"} axis @param {HTMLInputElement} entry */
   #typed(axis, entry) {
     const value = entry.valueAsNumber;
-    if (Number.isFinite(value)) this.#options.go({ ...this.#now, [axis]: value });
+    if (Number.isFinite(value)) this.#options.go({ ...this.#base, [axis]: value });
   }
 }

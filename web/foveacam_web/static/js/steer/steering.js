@@ -98,7 +98,8 @@ export class Steering {
     const order = { type: "steer", ...message };
     if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(order));
     else {
-      this.#waiting = { ...this.#waiting, ...order };
+      const replaces = "volts" in message || "gaze" in message;
+      this.#waiting = replaces ? order : { ...this.#waiting, ...order };
       this.#open();
     }
   }
