@@ -128,9 +128,9 @@ def test_a_gamepad_steers_while_its_button_is_held_and_parks_when_it_goes(
     rig: Running, open_console: OpenConsole, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(hand_steering, "PARK_S", 1.0)
-    page = open_console("about:blank").page
+    page = open_console(f"http://127.0.0.1:{rig.port}/#/rig").page
     page.add_init_script(GAMEPAD)
-    page.goto(f"http://127.0.0.1:{rig.port}/#/rig")
+    page.reload()
     page.evaluate("press([], 1, 0, 0, 0)")  # the stick alone
     note = panel(page).locator(".aside-note")
     expect(note).to_contain_text("hold A or a shoulder button")
