@@ -8,7 +8,7 @@ import httpx
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from playwright.sync_api import expect
+from playwright.sync_api import WebSocket, expect
 
 from .console_page import TOUCH, Console, OpenConsole, is_fixation, posted
 from .server_process import PATIENCE_S, Server
@@ -112,10 +112,12 @@ def test_alt_drag_steers_over_the_steering_socket_to_where_it_ends(console: Cons
     page.locator(".overlay .field .edge").first.wait_for(state="attached")  # drawn once the lens is known
     page.evaluate("performance.clearResourceTimings()")  # the browser keeps 250 of them
     said: list[str | bytes] = []
-    page.on(
-        "websocket",
-        lambda socket: socket.on("framesent", said.append) if socket.url.endswith("/steering") else None,
-    )
+
+    def listen(socket: WebSocket) -> None:
+        if socket.url.endswith("/mirrors/steering"):
+            socket.on("framesent", lambda message: said.append(message))
+
+    page.on("websocket", listen)
     page.keyboard.down("Alt")
     page.mouse.move(*console.page_position(700.0, 500.0))
     page.mouse.down()
