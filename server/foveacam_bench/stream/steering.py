@@ -26,6 +26,7 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.wire.controller_payloads import DAC_FULL_SCALE, DAC_FULL_SCALE_V
 from foveacam_server.app import create_app
 from foveacam_server.doors.server import WatchedServer, server_config
+from foveacam_server.doors.threads import keep_start_objects
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.stream_socket import listen
 
@@ -106,6 +107,7 @@ def _server(folder: Path) -> Iterator[tuple[int, Rig]]:
         hardware = app.state.services.hardware
         if not hardware.wait_open(OPEN_S):
             raise DeviceFault("the bench's rig did not open")
+        keep_start_objects()  # as `foveacam serve` does
         yield int(listener.getsockname()[1]), hardware.submit(lambda rig: rig).result(OPEN_S)
     finally:
         server.should_exit = True

@@ -75,7 +75,13 @@ class ControllerMirrors:
         self._clock_map: ClockMap | None = None
         self._enabled = False
         self._exposure: ExposureUnderWay | None = None
-        self._pacer = SteeringPacer(UpdateRateGovernor(ceiling_hz=self._supervision.ceiling_hz), clock)
+        self._pacer = SteeringPacer(
+            UpdateRateGovernor(
+                ceiling_hz=self._supervision.ceiling_hz,
+                least_baseline_ms=self._supervision.least_baseline_ms,
+            ),
+            clock,
+        )
         self._recovery = LinkRecovery(
             self._position, enabled=lambda: self._enabled, probe_s=self._supervision.probe_s
         )
