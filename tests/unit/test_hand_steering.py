@@ -95,6 +95,16 @@ def test_mirrors_go_to_the_newest_target_and_stay_there_when_released(setup: Har
     assert hardware.hand.status(course) is SteeringStatus.RELEASED
 
 
+def test_live_views_go_on_while_somebody_steers_and_pull_nothing_back(setup: HardwareSetup) -> None:
+    hardware, mirrors = setup.start(), setup.rig.mirrors
+    course = hardware.hand.press("Ada", THERE, held=True)
+    keep_alive(hardware, course, lambda: mirrors.volts == THERE)
+    before = setup.pictures.counts.get("left", 0)
+    keep_alive(hardware, course, lambda: setup.pictures.counts["left"] >= before + 5)
+    assert mirrors.volts == hardware.gaze == THERE
+    hardware.hand.release(course)
+
+
 def test_a_single_move_needs_nobody_who_holds_on(setup: HardwareSetup) -> None:
     hardware = setup.start()
     hardware.hand.press("Ada", THERE, held=False)
