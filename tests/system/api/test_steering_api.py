@@ -15,7 +15,8 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 from websockets.typing import Origin
 
-from foveacam_hardware.contract import PARKED
+from foveacam_hardware.contract import PARKED, NotCalibrated
+from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.rig import hand_steering
 from tests.system import server_state
 from tests.system.conftest import API, PATIENCE_S, Running
@@ -155,6 +156,32 @@ def test_a_gaze_has_direction_distance_and_vertical_shift(server: Running) -> No
         assert ada.told("problem")["found"] == "the eyes are shifted by ±0.5 degrees at most"
         ada.say(held=False)
         ada.told("state", lambda found: found["status"] == "released")
+
+
+def test_without_a_calibration_volts_steer_and_a_gaze_is_refused(
+    server: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = NotCalibrated("this rig has no calibration; calibrate it")
+
+    def require() -> Calibration:
+        raise problem
+
+    calibration = server.services.calibration
+    monkeypatch.setattr(type(calibration), "current", property(lambda _: None))
+    monkeypatch.setattr(calibration, "require", require)
+
+    assert put_volts(server, FREE).json()["left"]["ax_deg"] is None
+    with hand(server) as ada:
+        assert ada.told("hello")["calibrated"] is False
+        ada.say(gaze=AHEAD)
+        assert ada.told("problem")["title"] == "The rig is not calibrated"
+        ada.say(held=False)
+        ada.hold(
+            lambda: stands(server, {"left": {"x_v": 7.0, "y_v": 0.0}}),
+            volts={"left": {"x_v": 7.0, "y_v": 0.0}},
+        )
+        assert ada.told("state", lambda found: found["status"] == "steering")["gaze"] is None
+        ada.say(held=False)
 
 
 def test_volts_out_of_range_are_told_and_the_mirrors_stay(server: Running) -> None:

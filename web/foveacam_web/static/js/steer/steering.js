@@ -33,11 +33,6 @@ export class Steering {
     document.addEventListener("visibilitychange", () => document.hidden && this.release());
   }
 
-  /** Whether this page holds the mirrors. */
-  get held() {
-    return this.#held;
-  }
-
   /**
    * Hold the mirrors and steer; called at every move.
    * @param {Place} place
