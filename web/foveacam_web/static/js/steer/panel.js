@@ -8,7 +8,7 @@ import { SteerPad } from "./pad.js";
 import { GAZE_MOST_DEG, pointOf, statusWords, voltsFor } from "./words.js";
 
 /**
- * @import { ConsoleState, Point } from "#page"
+ * @import { ConsoleState, EyePair, Point, Volts } from "#page"
  * @import { RigOrders } from "../rig/orders.js"
  * @import { Store } from "../store.js"
  * @import { Steering } from "./steering.js"
@@ -23,63 +23,76 @@ const GAMEPAD = {
   lost: "The gamepad has gone while it steered: the mirrors hold, and are parked. Plug it in, and press again.",
 };
 
+/** What of the state the panel shows. @type {(keyof ConsoleState)[]} */
+const SHOWN = ["steering", "steer_limits", "steer_split", "steer_refusal", "rig", "rig_page", "stop", "gamepad"];
+
 /** @param {HTMLElement} place @param {Context} context */
 export function mountSteering(place, { store, orders, steering }) {
-  const [status, refused] = [
+  const [status, refused, gamepad] = [
     h("p", { class: "steer-status", role: "status" }),
     h("p", { class: "refused", role: "alert" }),
+    h("p", { class: "aside-note" }),
   ];
-  const gamepad = h("p", { class: "aside-note" });
-  const gaze = gazePad(steering);
-  const eyes = EYES.map((eye) => ({ eye, pad: voltsPad(eye, store, steering) }));
-  const distance = makeSteerDistance(store, "steer-distance-panel");
-  const aims = h("div", { class: "steer-aims" }, distance, shiftSlider(store));
-  const park = h("button", {
+  const pads = {
+    gaze: gazePad(steering),
+    left: voltsPad("left", store, steering),
+    right: voltsPad("right", store, steering),
+  };
+  const aims = gazeAims(store, steering);
+  fill(
+    place,
+    html`<div class="steer-head">${status}${modes(store)}${parkButton(orders)}</div>`,
+    refused,
+    h("div", { class: "steer-pads" }, pads.gaze.element, pads.left.element, pads.right.element),
+    aims,
+    gamepad,
+  );
+  store.on(SHOWN, (state) => {
+    if (!state.rig_page) return;
+    const { tone, text } = state.stop?.engaged
+      ? { tone: "warn", text: "The stop is engaged." }
+      : statusWords(state.steering, state.steer_limits);
+    update(status, badge(tone, text));
+    say(refused, sentence(state.steer_refusal));
+    say(gamepad, GAMEPAD[state.gamepad ?? "none"]);
+    pads.gaze.element.hidden = aims.hidden = !gazed(state);
+    showPads(pads, state);
+  });
+}
+
+/** @param {{gaze: SteerPad, left: SteerPad, right: SteerPad}} pads @param {ConsoleState} state */
+function showPads(pads, { steering, steer_limits, rig, stop }) {
+  const open = Boolean(steer_limits && rig?.mirrors.connected && !stop?.engaged);
+  const { gaze, pose } = steering ?? { gaze: null, pose: null };
+  const under_way = steering?.status === "steering" || steering?.status === "silent";
+  const target = under_way ? steering.target : null;
+  const looks = gaze ? { x: gaze.ax_deg, y: gaze.ay_deg } : null;
+  pads.gaze.show({ most: GAZE_MOST_DEG, now: looks, target: null, open });
+  for (const eye of EYES) {
+    const place = (/** @type {EyePair<Volts> | null} */ volts) => (volts ? pointOf(volts[eye]) : null);
+    pads[eye].show({ most: steer_limits?.max_v ?? 1, now: place(pose), target: place(target), open });
+  }
+}
+
+/** Build the distance and the vertical shift of a gaze. @param {Store} store @param {Steering} steering */
+function gazeAims(store, steering) {
+  const aims = h("div", { class: "steer-aims" }, makeSteerDistance(store, "steer-distance-panel"), shiftSlider(store));
+  aims.addEventListener("change", () => {
+    const at = store.state.steering?.gaze;
+    if (at && gazed(store.state)) steering.go({ gaze: steering.gazeAt(at) });
+  });
+  return aims;
+}
+
+/** @param {RigOrders} orders */
+function parkButton(orders) {
+  return h("button", {
     type: "button",
     class: "plain",
     text: "Park",
     title: "Both mirrors to rest",
     on: { click: () => void orders.park() },
   });
-  fill(
-    place,
-    html`<div class="steer-head">${status}${modes(store)}${park}</div>`,
-    refused,
-    h(
-      "div",
-      { class: "steer-pads" },
-      gaze.element,
-      eyes.map(({ pad }) => pad.element),
-    ),
-    aims,
-    gamepad,
-  );
-  aims.addEventListener("change", () => {
-    const at = store.state.steering?.gaze;
-    if (at && gazed(store.state)) steering.go({ gaze: steering.gazeAt(at) });
-  });
-  store.on(
-    ["steering", "steer_limits", "steer_split", "steer_refusal", "rig", "rig_page", "stop", "gamepad"],
-    (state) => {
-      if (!state.rig_page) return;
-      const { steering: now, steer_limits: limits } = state;
-      const open = Boolean(limits && state.rig?.mirrors.connected && !state.stop?.engaged);
-      const { tone, text } = state.stop?.engaged
-        ? { tone: "warn", text: "The stop is engaged." }
-        : statusWords(now, limits);
-      update(status, badge(tone, text));
-      say(refused, sentence(state.steer_refusal));
-      say(gamepad, GAMEPAD[state.gamepad ?? "none"]);
-      gaze.element.hidden = aims.hidden = !gazed(state);
-      const looks = now?.gaze ? { x: now.gaze.ax_deg, y: now.gaze.ay_deg } : null;
-      gaze.show({ most: GAZE_MOST_DEG, now: looks, target: null, open });
-      for (const { eye, pad } of eyes) {
-        const at = now?.pose ? pointOf(now.pose[eye]) : null;
-        const target = now?.target && now.status !== "ended" ? pointOf(now.target[eye]) : null;
-        pad.show({ most: limits?.max_v ?? 1, now: at, target, open });
-      }
-    },
-  );
 }
 
 /** Whether both eyes are steered by direction. @param {ConsoleState} state */
