@@ -621,7 +621,7 @@ export interface components {
             reason: string;
             sees_target: boolean;
         };
-        /** @description Differential drive of one mirror. */
+        /** @description The differential drive of one mirror. */
         EyeVolts: {
             x_v: number;
             y_v: number;
