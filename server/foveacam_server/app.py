@@ -35,6 +35,7 @@ from foveacam_server.resources.lease import routes as lease
 from foveacam_server.resources.loop import routes as loop
 from foveacam_server.resources.measurements import routes as measurements
 from foveacam_server.resources.mirrors import routes as mirrors
+from foveacam_server.resources.mirrors import steering_routes as steering
 from foveacam_server.resources.mosaics import routes as mosaics
 from foveacam_server.resources.planner import routes as planner
 from foveacam_server.resources.positioners import pan_tilt_routes as pan_tilt
@@ -62,6 +63,7 @@ _RESOURCES = (
     references,
     stills,
     mirrors,
+    steering,
     pan_tilt,
     rail,
     recordings,

@@ -17,6 +17,7 @@ from foveacam_hardware.contract import (
     OutOfRange,
     Role,
     StereoVolts,
+    Stopped,
 )
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
@@ -68,6 +69,37 @@ def test_steer_moves_the_mirrors_to_the_volts_it_returns(bench: Bench) -> None:
     assert told == pytest.approx([10.0, -20.0, -10.0, 5.0], abs=HALF_STEP_V)
     assert bench.mirrors.state.volts == actual
     assert bench.shows(lambda pins: differences(pins) == pytest.approx(told, abs=1e-12))
+
+
+def test_a_move_from_before_a_park_is_refused_and_moves_nothing(bench: Bench) -> None:
+    before = bench.mirrors.state.parks
+    bench.mirrors.steer(ASIDE, unless_parked_since=before)
+
+    bench.mirrors.park()
+    with pytest.raises(Stopped, match="parked meanwhile"):
+        bench.mirrors.steer(ASIDE, unless_parked_since=before)
+
+    assert bench.mirrors.state.parks == before + 1
+    assert bench.mirrors.state.volts == PARKED
+    assert bench.shows(lambda pins: pins.codes == REST)
+    bench.mirrors.steer(ASIDE, unless_parked_since=before + 1)
+
+
+def test_switching_on_and_off_counts_as_a_park(bench: Bench) -> None:
+    before = bench.mirrors.state.parks
+    bench.mirrors.disable()
+    bench.mirrors.enable()
+    with pytest.raises(Stopped):
+        bench.mirrors.steer(ASIDE, unless_parked_since=before)
+
+
+def test_an_exposure_is_told_until_it_is_over(bench: Bench) -> None:
+    pending = bench.mirrors.begin_exposure(ASIDE, settle_us=SETTLE_US, pulse_us=PULSE_US)
+    assert bench.mirrors.state.exposing
+
+    pending.wait()
+
+    assert not bench.mirrors.state.exposing
 
 
 def test_recover_starts_the_dacs_anew_and_the_mirrors_stand_where_they_were(bench: Bench) -> None:

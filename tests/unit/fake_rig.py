@@ -36,6 +36,7 @@ from foveacam_hardware.contract import (
     Station,
     StationTarget,
     StereoVolts,
+    Stopped,
     ValueRange,
 )
 from foveacam_hardware.simulated_faults import FaultInjector
@@ -81,11 +82,19 @@ class FakeMirrors:
         self.volts = PARKED
         self.low_pass_hz = 120
         self.commands: list[str] = []
+        self.parks = 0
+        self.exposing = False
 
     @property
     def state(self) -> MirrorState:
         up = self.connected and not self.lost
-        return MirrorState(connected=up, enabled=up and self.enabled, volts=self.volts)
+        return MirrorState(
+            connected=up,
+            enabled=up and self.enabled,
+            volts=self.volts,
+            parks=self.parks,
+            exposing=self.exposing,
+        )
 
     def set_low_pass(self, cutoff_hz: int) -> None:
         self._reach()
@@ -106,8 +115,10 @@ class FakeMirrors:
     def disable(self) -> None:
         self.enabled = False
 
-    def steer(self, volts: StereoVolts) -> StereoVolts:
+    def steer(self, volts: StereoVolts, *, unless_parked_since: int | None = None) -> StereoVolts:
         self._reach()
+        if unless_parked_since not in (None, self.parks):
+            raise Stopped("mirrors: they were parked meanwhile")
         self.commands.append("steer")
         self.volts = volts
         return volts
@@ -124,6 +135,7 @@ class FakeMirrors:
 
     def park(self) -> None:
         self._reach()
+        self.parks += 1
         self.commands.append("park")
         self.volts = PARKED
 

@@ -68,6 +68,17 @@ def test_switching_the_rail_and_exposures_do_not_make_the_link_slow() -> None:
     assert traffic.recent_p95_ms(2 * SECOND_NS) is None
 
 
+def test_a_late_round_trip_is_fresh_once() -> None:
+    traffic = TrafficCounters()
+    traffic.acknowledged(PacketProperty.TIMESTAMP, sent_ns=0, t_ns=40 * MS_NS)
+    traffic.acknowledged(PacketProperty.TIMESTAMP, sent_ns=150 * MS_NS, t_ns=151 * MS_NS)
+
+    assert traffic.recent_p95_ms(200 * MS_NS) == 40.0
+    assert traffic.fresh_p95_ms(100 * MS_NS, since_ns=0) == 40.0
+    assert traffic.fresh_p95_ms(200 * MS_NS, since_ns=100 * MS_NS) == 1.0
+    assert traffic.fresh_p95_ms(300 * MS_NS, since_ns=200 * MS_NS) is None
+
+
 @pytest.mark.parametrize("ppm", [-60.0, 0.0, 35.0])
 def test_the_drift_is_told_through_the_jitter_of_the_pings(ppm: float) -> None:
     clock_map = ClockMap()

@@ -89,6 +89,14 @@ def test_a_baseline_below_a_usb_frame_does_not_make_the_scheduler_a_full_link() 
     assert look(governor(baseline_ms=0.05), TENTH_NS, Link(rtt_p95_ms=1.9)) == 1000.0
 
 
+def test_a_link_may_have_a_longer_baseline_than_its_round_trips_at_the_connect() -> None:
+    built = UpdateRateGovernor(least_baseline_ms=10.0)
+    built.begin(0, baseline_ms=0.3)
+
+    assert look(built, TENTH_NS, Link(rtt_p95_ms=19.0)) == 1000.0
+    assert look(built, 2 * TENTH_NS, Link(rtt_p95_ms=21.0)) == 500.0
+
+
 @given(st.lists(st.integers(0, 3_000_000), min_size=50, max_size=200))
 def test_no_second_has_more_updates_than_the_rate(pauses_ns: list[int]) -> None:
     built = governor()

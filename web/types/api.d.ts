@@ -646,6 +646,11 @@ export interface components {
             reason: string;
             sees_target: boolean;
         };
+        /** @description The differential drive of one mirror. */
+        EyeVolts: {
+            x_v: number;
+            y_v: number;
+        };
         /**
          * @description A fault or warning, counted: `name` says which of the scope, such as a device or a kind of job.
          *
@@ -2589,6 +2594,11 @@ export interface components {
             rate_hz: number;
             width: number;
         };
+        /** @description Differential drive of each eye's mirror; an eye that is left out stays as it is. */
+        VoltsRequest: {
+            left?: components["schemas"]["EyeVolts"] | null;
+            right?: components["schemas"]["EyeVolts"] | null;
+        };
         /** @description What is known of the depth of the whole wide view, on a grid of square cells. */
         WideDepthDocument: {
             age_median_s: number | null;
@@ -2744,6 +2754,7 @@ export type EventDocument = components['schemas']['EventDocument'];
 export type EyeDocument = components['schemas']['EyeDocument'];
 export type EyeTestDocument = components['schemas']['EyeTestDocument'];
 export type EyeViewDocument = components['schemas']['EyeViewDocument'];
+export type EyeVolts = components['schemas']['EyeVolts'];
 export type FaultDocument = components['schemas']['FaultDocument'];
 export type FaultsDismissed = components['schemas']['FaultsDismissed'];
 export type FieldScoreDocument = components['schemas']['FieldScoreDocument'];
@@ -2907,6 +2918,7 @@ export type TriggerTestDocument = components['schemas']['TriggerTestDocument'];
 export type TruncationDocument = components['schemas']['TruncationDocument'];
 export type Verging = components['schemas']['Verging'];
 export type ViewDocument = components['schemas']['ViewDocument'];
+export type VoltsRequest = components['schemas']['VoltsRequest'];
 export type WideDepthDocument = components['schemas']['WideDepthDocument'];
 export type WideFitDocument = components['schemas']['WideFitDocument'];
 export type WideLensDocument = components['schemas']['WideLensDocument'];

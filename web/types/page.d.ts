@@ -412,6 +412,38 @@ export type LoopState = {
   tune_refusal: string;
 };
 
+// Steering by hand.
+
+export type EyePair<T> = { left: T; right: T };
+export type Volts = { x_v: number; y_v: number };
+export type SteerLimits = {
+  max_v: number;
+  calibrated: boolean;
+  shift_limit_deg: number;
+  silent_after_s: number;
+  park_after_s: number;
+};
+
+/** What the server tells of steering; `gaze`: the middle of both eyes' directions, null without a calibration. */
+export type SteeringState = {
+  status: "released" | "steering" | "silent" | "ended";
+  reason: string | null;
+  by: string | null;
+  pose: EyePair<Volts> | null;
+  target: EyePair<Volts> | null;
+  gaze: Direction | null;
+};
+
+/** `gamepad`: whether one is there, or has gone while it steered. */
+export type SteerState = {
+  steering: SteeringState | null;
+  steer_limits: SteerLimits | null;
+  steer_refusal: string;
+  steer_split: boolean;
+  steer_shift_deg: number;
+  gamepad: "there" | "lost" | null;
+};
+
 // What all pages share, and all of it.
 
 export type SharedState = {
@@ -448,4 +480,5 @@ export type ConsoleState = SharedState &
   CapturePageState &
   MeasureState &
   FollowState &
-  LoopState & { gallery: GalleryPlace | null; planner_page: boolean };
+  LoopState &
+  SteerState & { gallery: GalleryPlace | null; planner_page: boolean };

@@ -147,8 +147,12 @@ class Mirrors(Protocol):
         """Park and switch the mirror supply rail off."""
         ...
 
-    def steer(self, volts: StereoVolts) -> StereoVolts:
-        """Move without waiting for a reply; return the volts actually set. May be called at 1 kHz."""
+    def steer(self, volts: StereoVolts, *, unless_parked_since: int | None = None) -> StereoVolts:
+        """Move without waiting for a reply; return the volts actually set. May be called at 1 kHz.
+
+        `unless_parked_since`: a value of `MirrorState.parks`; raise `Stopped`, and move nothing, when the
+        mirrors were parked since, from whichever thread.
+        """
         ...
 
     def expose(

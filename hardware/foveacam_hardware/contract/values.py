@@ -137,6 +137,10 @@ class MirrorState:
     """Why the controller is not usable, for the operator; None when it is."""
     guarded: bool = False
     """Whether a guardian process, or the controller itself, parks the mirrors when this program is killed."""
+    parks: int = 0
+    """How often the mirrors were parked by this driver; every switch-on parks them too."""
+    exposing: bool = False
+    """Whether a requested exposure is not over yet: a mirror that moves now blurs it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

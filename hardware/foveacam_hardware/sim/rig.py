@@ -54,8 +54,8 @@ RAIL_LIMITS = RailLimits(min_m=-0.305, max_m=0.305)
 RAIL_MOUNTING = GrblRailMounting(zero_m=1e-3 * RAIL_SWITCH_MM, speed_m_s=0.1)
 PULSE_US = 4_000
 """Half of the default exposure; the head shortens it with the exposure."""
-SLOW_LINK = LinkSupervision(answer_s=1.0, probe_s=0.5)
-"""Longer timeouts than on a real link: the renderer competes with the far end for this machine's cores."""
+SLOW_LINK = LinkSupervision(answer_s=1.0, probe_s=0.5, least_baseline_ms=10.0)
+"""Longer times than on a real link: the renderer competes with the far end for this machine's cores."""
 VIRTUAL_START_NS = 1_000_000_000
 """Start of virtual time: the controller has been up for a second, and histories have room before it."""
 

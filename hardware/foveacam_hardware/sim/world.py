@@ -68,6 +68,8 @@ class World:
         self.advance_motors: Callable[[int], None] = _advance_nothing
         """Advances the motors' firmware to a time, where it runs in this process."""
         scene.rig_pose = self._rig_pose
+        self.on_codes: Callable[[int, DacCodes], None] = _tell_nobody
+        """Called with each update of the DACs and its time at the controller; for benches."""
         self._shutters: dict[Role, ShutterPort] = {}
         self._mirror_lock = threading.Lock()
         self._wide = Projection(
@@ -82,6 +84,7 @@ class World:
 
     def set_codes(self, t_ns: int, codes: DacCodes) -> None:
         """Set the 8 DAC codes from `t_ns` on."""
+        self.on_codes(t_ns, codes)
         with self._mirror_lock:
             self.mirrors.set_codes(t_ns, codes)
 
@@ -201,6 +204,10 @@ class World:
 
 def _advance_nothing(t_ns: int) -> None:
     """Do nothing: the motors' own process reports their motion in time."""
+
+
+def _tell_nobody(t_ns: int, codes: DacCodes) -> None:
+    """Do nothing: no bench listens."""
 
 
 def renderer_projection(view: EyeProjection) -> Projection:

@@ -109,15 +109,24 @@ class Calibration:
         """Return the (ax, ay), rad, of the left and of the right eye under `volts`."""
         return self.left.mirror.angles_rad(volts.left), self.right.mirror.angles_rad(volts.right)
 
-    def steer(self, ax_rad: float, ay_rad: float, *, distance_m: float = math.inf) -> StereoVolts:
-        """Return the volts with which both eyes look at a direction and distance from the rig's origin."""
+    def steer(
+        self, ax_rad: float, ay_rad: float, *, distance_m: float = math.inf, shift_rad: float = 0.0
+    ) -> StereoVolts:
+        """Return the volts with which both eyes look at a direction and distance from the rig's origin.
+
+        `shift_rad`: vertical shift of the eyes against each other; the left looks that much lower, the right
+        that much higher.
+        """
         left, right = vergence_angles(
             ax_rad,
             ay_rad,
             distance_m,
             pivots_rig_m=(self.pivot_rig_m(Role.LEFT), self.pivot_rig_m(Role.RIGHT)),
         )
-        return StereoVolts(left=self.left.mirror.volts(*left), right=self.right.mirror.volts(*right))
+        return StereoVolts(
+            left=self.left.mirror.volts(left[0], left[1] + shift_rad),
+            right=self.right.mirror.volts(right[0], right[1] - shift_rad),
+        )
 
     def meeting(self, volts: StereoVolts) -> RayIntersection:
         """Return where the two gazes meet under `volts`."""

@@ -216,7 +216,7 @@ class StubMirrors:
     def set_low_pass(self, cutoff_hz: int) -> None:
         self.low_pass_hz = cutoff_hz
 
-    def steer(self, volts: StereoVolts) -> StereoVolts:
+    def steer(self, volts: StereoVolts, *, unless_parked_since: int | None = None) -> StereoVolts:
         self.volts = volts
         return volts
 

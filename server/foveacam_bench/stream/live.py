@@ -1,7 +1,7 @@
-"""`foveacam bench live`: the live views of both eyes in a real browser, beside the three cameras' views.
+"""`foveacam bench live`: the live views of both eyes in a real browser, and steering by hand.
 
-Each is measured alone with the 3D pane shown, as its tab is: anaglyph, difference and depth. Needs Chromium
-and the extra `dev`.
+Each view is measured alone with the 3D pane shown, as its tab is: anaglyph, difference and depth. Needs
+Chromium and the extra `dev`.
 """
 
 import time
@@ -18,6 +18,7 @@ from foveacam_bench.stream.console_page import (
     open_page,
     wait_until_live,
 )
+from foveacam_bench.stream.steering import steering_figures
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -28,7 +29,7 @@ TARGET_PX = (812.0, 420.0)
 
 
 def run(*, quick: bool = False) -> dict[str, float]:
-    """Measure and return the frame rates that the page shows; takes about two minutes, quick half of one."""
+    """Measure the page's frame rates, then steering; takes about two minutes, quick half of one."""
     seconds = 6.0 if quick else 20.0
     figures: dict[str, float] = {}
     with (
@@ -43,7 +44,7 @@ def run(*, quick: bool = False) -> dict[str, float]:
             rates = _rates(page, view, seconds=seconds)
             figures[f"live_{view}_fps"] = rates[view]
             figures[f"left_fps_beside_{view}"] = rates["left"]
-    return figures
+    return figures | steering_figures(seconds=seconds)
 
 
 def _rates(page: "Page", view: str, *, seconds: float) -> dict[str, float]:

@@ -18,6 +18,8 @@ DistanceM: TypeAlias = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=Fals
 """How far something is from the rig."""
 MapMetres: TypeAlias = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
 """A coordinate of a map: a quarter of the earth either way."""
+Volts: TypeAlias = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
+"""A differential drive of a mirror."""
 Millimetres: TypeAlias = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 """A place on a rail: a kilometre either way."""
 Seconds: TypeAlias = Annotated[float, Field(ge=0.0, le=1e6, allow_inf_nan=False)]

@@ -12,6 +12,7 @@ from foveacam_hardware.contract import (
     DeviceFault,
     FoveaError,
     NotConnected,
+    OneEyedHead,
     PanTiltState,
     RailState,
     Role,
@@ -75,10 +76,14 @@ class DeviceReconnector:
                 return self._problems[device]
         return None
 
-    def fovea_lost(self) -> Role | None:
-        """Return the fovea whose camera is lost; None when none or both are."""
+    def fovea_lost(self, rig: AssembledRig) -> Role | None:
+        """Return the fovea whose camera is lost, if just one is and the rig can look without it."""
         lost = [role for role in (Role.LEFT, Role.RIGHT) if self.problem_of(role.value) is not None]
-        return lost[0] if len(lost) == 1 else None
+        return lost[0] if len(lost) == 1 and isinstance(rig.head, OneEyedHead) else None
+
+    def needed(self, rig: AssembledRig) -> tuple[str, ...]:
+        """Return the devices that a look needs when one fovea may be missing."""
+        return FOVEAE if self.fovea_lost(rig) is None else (MIRRORS, WIDE)
 
     def add_problem(self, device: str, *, detail: str, remedy: str | None = None) -> None:
         """Record that `device` fails; emit an event if it is new. Without `remedy`, `detail` ends with it."""

@@ -1,6 +1,7 @@
 """The thread that owns every device: it runs commands, then live views, then reconnects missing devices.
 
-All other threads enqueue work and await its result; only the stop bypasses the queue, to park.
+All other threads enqueue work and await its result. Two bypass the queue: the stop, to park, and steering by
+hand, whose updates no look may delay.
 """
 
 import logging
@@ -26,13 +27,9 @@ from foveacam_hardware.contract import (
 )
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.rig import refusals
-from foveacam_server.rig.device_reconnector import (
-    FOVEAE,
-    MIRRORS,
-    WIDE,
-    DeviceReconnector,
-    MirrorLinkMonitor,
-)
+from foveacam_server.rig.device_reconnector import FOVEAE, WIDE, DeviceReconnector, MirrorLinkMonitor
+from foveacam_server.rig.exclusive_use import ExclusiveUse
+from foveacam_server.rig.hand_steering import HandSteering
 from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead
 from foveacam_server.rig.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
 from foveacam_server.rig.ports import AssembledRig, CameraKeeper, PictureSink
@@ -45,8 +42,6 @@ T = TypeVar("T")
 
 STATUS_PERIOD_NS = 250_000_000
 REMEDY = "correct it and start the server again"
-GIVEN_AWAY_S = 5.0
-"""So long a job waits for the rig: who follows targets gives it away after the look under way."""
 
 
 class HardwareThread:
@@ -78,11 +73,16 @@ class HardwareThread:
         self._opened = threading.Event()
         self._halted = threading.Event()
         self._closing = threading.Event()
-        self._session = threading.Lock()
-        self._session_of: str | None = None
-        self._gives_way = False
-        self._waiting = 0
-        self._counting = threading.Lock()
+        self._use = ExclusiveUse()
+        self.hand = HandSteering(
+            clock=clock,
+            mirrors=lambda: self._opened_rig().mirrors,
+            check=lambda: self._check_free("steer by hand", one_eyed=True),
+            park=self._park_if,
+            on_pose=self._keep_pose,
+            events=events,
+        )
+        """Steers both mirrors by hand, update after update, while no job has the rig."""
         self._thread = threading.Thread(target=self._run, name="foveacam-hardware", daemon=True)
 
     # Called from other threads -----------------------------------------------------------------------------
@@ -90,9 +90,11 @@ class HardwareThread:
     def start(self) -> None:
         """Begin to open the rig."""
         self._thread.start()
+        self.hand.start()
 
     def close(self) -> None:
         """Park, release every device, end the thread."""
+        self.hand.close()
         self._closing.set()
         if self._thread.is_alive():
             self._thread.join(timeout=15.0)
@@ -121,17 +123,17 @@ class HardwareThread:
     @property
     def busy_with(self) -> str | None:
         """Name of the work that has the rig exclusively."""
-        return self._session_of
+        return self._use.holder
 
     @property
     def used_exclusively(self) -> bool:
         """Whether a job that gives no way has the rig: its looks come before everything that can wait."""
-        return self._session_of is not None and not self._gives_way
+        return self._use.by_one_who_stays
 
     @property
     def session_wanted(self) -> bool:
         """Whether a job waits for the rig; who follows targets gives it away then."""
-        return self._waiting > 0
+        return self._use.wanted
 
     def wait_open(self, timeout_s: float) -> bool:
         """Wait until the rig has been opened as far as it can be."""
@@ -160,11 +162,27 @@ class HardwareThread:
         return self.submit(lambda rig: self._wide(rig, max_age_ms))
 
     def steer(self, volts: StereoVolts) -> "Future[StereoVolts]":
-        """Enqueue a move of both mirrors; raise `Stopped`, or `Busy` while a job has the rig."""
-        self.check_may_move()
-        if self._session_of is not None:
-            raise refusals.in_use("steer", self._session_of)
+        """Enqueue a move of both mirrors; raise `Stopped`, or `Busy` while a job or a hand has them."""
+        self._check_free("steer")
+        self.hand.take_over("steer")
         return self.submit(lambda rig: self._steer(rig, volts))
+
+    def park(self) -> "Future[None]":
+        """Enqueue that both mirrors are brought to rest; raise `Busy` while a job or a hand has them."""
+        if self._use.holder is not None:
+            raise refusals.in_use("park the mirrors", self._use.holder)
+        self.hand.take_over("park the mirrors")
+        return self._park_if(lambda: True)
+
+    def _check_free(self, asked: str, *, one_eyed: bool = False) -> None:
+        self.check_may_move(one_eyed=one_eyed)
+        if self._use.holder is not None:
+            raise refusals.in_use(asked, self._use.holder)
+
+    def _opened_rig(self) -> AssembledRig:
+        if self._rig is None:
+            raise refusals.not_open(self._reconnector.problems)
+        return self._rig
 
     def check_may_move(self, *, one_eyed: bool = False) -> None:
         """Raise `Stopped` or `NotConnected` when the mirrors cannot move now.
@@ -173,10 +191,9 @@ class HardwareThread:
         """
         if self._halted.is_set():
             raise refusals.stopped()
-        if self._rig is None:
-            raise refusals.not_open(self._reconnector.problems)
+        rig = self._opened_rig()
         self.mirrors.check()
-        missing = self._reconnector.problem_of(*(self._needed(self._rig) if one_eyed else FOVEAE))
+        missing = self._reconnector.problem_of(*(self._reconnector.needed(rig) if one_eyed else FOVEAE))
         if missing is not None:
             raise refusals.missing(missing)
 
@@ -202,29 +219,9 @@ class HardwareThread:
         Raise `Busy` when a job has it that does not give way. `one_eyed`: whether the camera of one fovea may
         be missing. `gives_way`: it ends soon when `session_wanted`.
         """
-        if not self._acquire_session():
-            raise refusals.in_use(f"give the rig to {holder}", self._session_of or "somebody")
-        self._gives_way = gives_way
-        self._session_of = holder
-        try:
+        with self._use.by(holder, gives_way=gives_way):
+            self.hand.make_way(f"{holder} uses the rig")
             yield ExclusiveHead(self, cancelled=cancelled, one_eyed=one_eyed)
-        finally:
-            self._session_of = None
-            self._session.release()
-
-    def _acquire_session(self) -> bool:
-        """Take the rig, or return False; one who gives way is waited for."""
-        if self._session.acquire(blocking=False):
-            return True
-        if not self._gives_way:
-            return False
-        with self._counting:
-            self._waiting += 1
-        try:
-            return self._session.acquire(timeout=GIVEN_AWAY_S)
-        finally:
-            with self._counting:
-                self._waiting -= 1
 
     # The stop: from any thread, without the queue ----------------------------------------------------------
 
@@ -292,8 +289,8 @@ class HardwareThread:
             self.refresh(rig)
 
     def _looks_allowed(self, rig: AssembledRig) -> bool:
-        idle = not self._halted.is_set() and self._session_of is None and self.mirrors.rail_wanted
-        return idle and self._reconnector.problem_of(*self._needed(rig)) is None
+        idle = not self._halted.is_set() and self._use.holder is None and self.mirrors.rail_wanted
+        return idle and self._reconnector.problem_of(*self._reconnector.needed(rig)) is None
 
     def _try(self, what: str, work: Callable[[], object]) -> None:
         try:
@@ -305,23 +302,15 @@ class HardwareThread:
         self, rig: AssembledRig, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
     ) -> Sighting:
         self._live.start_look_period()
-        lost = self._fovea_lost(rig) if one_eyed else None
+        lost = self._reconnector.fovea_lost(rig) if one_eyed else None
         look = rig.head.look
         if lost is not None and isinstance(rig.head, OneEyedHead):
             look = partial(rig.head.look_without, lost)
         sighting = self._exposed(rig, lambda: look(volts, settle_us=settle_us), missing=lost)
         if not self._halted.is_set():
-            self._gaze = sighting.volts if rig.replayed else volts
-        self._live.show_sighting(sighting, in_session=self._session_of is not None)
+            self._gaze = sighting.volts if rig.replayed else rig.mirrors.state.volts
+        self._live.show_sighting(sighting, in_session=self._use.holder is not None)
         return sighting
-
-    def _needed(self, rig: AssembledRig) -> tuple[str, ...]:
-        """Return the devices that a look needs when one fovea may be missing."""
-        return FOVEAE if self._fovea_lost(rig) is None else (MIRRORS, WIDE)
-
-    def _fovea_lost(self, rig: AssembledRig) -> Role | None:
-        """Return the fovea whose camera is lost, if the rig can look without it."""
-        return self._reconnector.fovea_lost() if isinstance(rig.head, OneEyedHead) else None
 
     def _expose(self, rig: AssembledRig, work: Callable[[AssembledRig], T]) -> T:
         found = self._exposed(rig, lambda: work(rig))
@@ -342,7 +331,7 @@ class HardwareThread:
         return found
 
     def _wide(self, rig: AssembledRig, max_age_ms: float) -> Frame:
-        self._live.start_wide_period(in_session=self._session_of is not None)
+        self._live.start_wide_period(in_session=self._use.holder is not None)
         try:
             frame = self._live.show_wide(rig, gaze=self.pose, max_age_ms=max_age_ms)
         except FoveaError as error:
@@ -365,6 +354,15 @@ class HardwareThread:
     def _park_again_if_halted(self, rig: AssembledRig) -> None:
         if self._halted.is_set():  # the stop came between a move's check and its command on the wire
             self._park(rig)
+
+    def _park_if(self, wanted: Callable[[], bool]) -> "Future[None]":
+        return self.submit(lambda rig: self._park(rig) if wanted() else None)
+
+    def _keep_pose(self, volts: StereoVolts) -> None:
+        """Take over where steering by hand has sent the mirrors; a stop that comes meanwhile wins."""
+        self._gaze = volts
+        if self._halted.is_set():
+            self._gaze = PARKED
 
     def _park(self, rig: AssembledRig) -> None:
         self._gaze = PARKED

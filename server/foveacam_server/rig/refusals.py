@@ -1,4 +1,4 @@
-"""The errors that refuse a move or a look, each with its remedy; the check of a direction."""
+"""The errors that refuse a move or a look, each with its remedy; the checks of a direction and of volts."""
 
 import math
 from collections.abc import Sequence
@@ -7,6 +7,7 @@ from foveacam_hardware.contract import (
     Busy,
     NotConnected,
     OutOfRange,
+    StereoVolts,
     Stopped,
 )
 from foveacam_server.rig.schema import DeviceProblemDocument
@@ -62,6 +63,25 @@ def no_pan_tilt(asked: str) -> NotConnected:
 
 STEERING_LIMIT_DEG = 10.0
 """Largest angle of the mirrors' specification, both axes (Table 2); the calibration may reach less far."""
+
+
+def check_volts(volts: StereoVolts, *, max_v: float) -> None:
+    """Raise `OutOfRange` for a drive beyond the rig's limit, naming eye and axis.
+
+    `max_v` of 0: the rig is not open, and the move itself is refused.
+    """
+    if max_v == 0.0:
+        return
+    for eye, mirror in (("left", volts.left), ("right", volts.right)):
+        for axis, value_v in (("x_v", mirror.x_v), ("y_v", mirror.y_v)):
+            if abs(value_v) > max_v:
+                asked, found = f"{eye} {axis} = {value_v:g}", f"the mirrors take ±{max_v:g} V"
+                raise OutOfRange(
+                    f"{asked} is outside ±{max_v:g} V; choose volts inside",
+                    asked=asked,
+                    found=found,
+                    remedy="choose volts inside",
+                )
 
 
 def check_direction(ax_rad: float, ay_rad: float) -> None:

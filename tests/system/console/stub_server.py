@@ -28,6 +28,7 @@ from . import calibration_documents as documents
 from . import rig_documents
 from .calibration_documents import SESSION_ID, Document
 from .calibration_results import UTC, settle_time
+from .stub_steering import StubSteering
 
 Json = Any  # what tests put in and look at: any JSON value
 VIEWS = ["wide", "left", "right", "anaglyph", "difference", "depth"]
@@ -48,6 +49,7 @@ class StubServer:
     """The followed targets of the overlay message of each wide picture; None: there is no such message."""
     away: bool = False
     """Whether it serves no views, as while it restarts."""
+    steering: StubSteering = field(default_factory=StubSteering)
     url: str = ""
     _ids: int = 0
     _loop: asyncio.AbstractEventLoop | None = None
@@ -60,6 +62,7 @@ class StubServer:
         self.requests.clear()
         self.annotated = self.away = False
         self.follow_marks = None
+        self.steering = StubSteering()
         self._listeners.clear()  # pages of the test before
         records = [
             documents.record("a" * 32, "Bench, spring", current=True),
@@ -237,6 +240,10 @@ def application(stub: StubServer) -> FastAPI:
     @app.websocket("/api/v1/views/ws")
     async def views(socket: WebSocket) -> None:
         await _serve_views(socket, stub)
+
+    @app.websocket("/api/v1/mirrors/steering")
+    async def steering(socket: WebSocket) -> None:
+        await stub.steering.serve(socket)
 
     @app.get("/api/v1/events")
     async def events() -> StreamingResponse:

@@ -7,7 +7,7 @@ changes the active stream. Nothing here waits for a reply.
 import threading
 from collections.abc import Mapping
 
-from foveacam_hardware.contract import PARKED, MirrorLimits, Role, StereoVolts
+from foveacam_hardware.contract import PARKED, MirrorLimits, Role, StereoVolts, Stopped
 from foveacam_hardware.drivers.controller.replies import PendingReply
 from foveacam_hardware.drivers.controller.requests import stream_message
 from foveacam_hardware.drivers.controller.session import ControllerSession, Message
@@ -37,6 +37,7 @@ class CommandedPosition:
         self._unconfirmed: set[int] = set()  # streams with silent updates since the last acknowledgement
         self.bias_code = bias_code(limits)
         self.volts = PARKED
+        self.parks = 0
 
     @property
     def rest_codes(self) -> MirrorCodes:
@@ -51,6 +52,7 @@ class CommandedPosition:
             self._unconfirmed.clear()
             self._since_ns = None
             self.volts = PARKED
+            self.parks += 1
 
     @property
     def stream_known(self) -> bool:
@@ -69,10 +71,24 @@ class CommandedPosition:
             check_limits(volts, before=self.volts, limits=self._limits)
 
     def steer(
-        self, session: ControllerSession, volts: StereoVolts, *, t_ns: int
+        self,
+        session: ControllerSession,
+        volts: StereoVolts,
+        *,
+        t_ns: int,
+        unless_parked_since: int | None = None,
     ) -> tuple[StereoVolts, PendingReply | None]:
-        """Send a position; return the volts actually set and the reply to wait for, if any."""
+        """Send a position; return the volts actually set and the reply to wait for, if any.
+
+        Raise `Stopped` when `unless_parked_since` is no longer the number of parks.
+        """
         with self._lock:
+            if unless_parked_since not in (None, self.parks):
+                raise Stopped(
+                    "mirrors: they were parked meanwhile and stay so; steer anew",
+                    found="the mirrors were parked",
+                    remedy="steer anew",
+                )
             left, right, actual = self._codes(volts)
             reply = self._send(session, left, right)
             self._since_ns = t_ns
@@ -86,6 +102,7 @@ class CommandedPosition:
         packets at most.
         """
         with self._lock:
+            self.parks += 1  # first: one that fails on the wire ends steering too
             messages = self.rest_messages(streaming=self._streaming)
             if self._streaming:
                 session.post(*messages[: len(STREAMS)])

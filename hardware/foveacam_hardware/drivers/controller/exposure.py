@@ -30,10 +30,15 @@ class ExposureUnderWay:
         self._duration_s = duration_s
         self._clock_map = clock_map
         self._recovery = recovery
+        self.under_way = True
+        """Whether nobody has waited for its end yet."""
 
     def wait(self) -> ExposureReceipt:
         """Wait for the end of the exposure and return its receipt."""
-        return make_receipt(self._recovery.run(self._requests, self._report), self._clock_map)
+        try:
+            return make_receipt(self._recovery.run(self._requests, self._report), self._clock_map)
+        finally:
+            self.under_way = False
 
     def _report(self) -> FrameReport:
         requests, frame = self._requests, self._frame

@@ -11,7 +11,7 @@ from foveacam_hardware.drivers.controller.crc_agreement import Crc
 from foveacam_hardware.drivers.controller.guardian import Guardian
 from foveacam_hardware.drivers.controller.identity import IdentifiedController
 from foveacam_hardware.drivers.controller.requests import ControllerRequests
-from foveacam_hardware.drivers.controller.update_rate import CEILING_HZ
+from foveacam_hardware.drivers.controller.update_rate import CEILING_HZ, LEAST_BASELINE_MS
 from foveacam_hardware.wire.controller import SILENT, Packet, PacketMethod, PacketProperty, encode_packet
 from foveacam_hardware.wire.controller_payloads import (
     DAC_FULL_SCALE,
@@ -39,12 +39,13 @@ class LinkSupervision:
 
     `answer_s`: deadline of an answer; `probe_s`: deadline of each request that follows silence. With the
     defaults a controller that has stopped is reported within 0.75 s. `ceiling_hz`: highest rate of position
-    updates.
+    updates. `least_baseline_ms`: round trips below twice this never slow them down.
     """
 
     answer_s: float = 0.25
     probe_s: float = 0.15
     ceiling_hz: float = CEILING_HZ
+    least_baseline_ms: float = LEAST_BASELINE_MS
     guardian: Guardian | None = None
     """Parks the mirrors when this process is killed; closed by the driver."""
     crc: Crc = Crc.PREFER

@@ -74,7 +74,14 @@ class ControllerMirrors:
         self._requests: ControllerRequests | None = None
         self._clock_map: ClockMap | None = None
         self._enabled = False
-        self._pacer = SteeringPacer(UpdateRateGovernor(ceiling_hz=self._supervision.ceiling_hz), clock)
+        self._exposure: ExposureUnderWay | None = None
+        self._pacer = SteeringPacer(
+            UpdateRateGovernor(
+                ceiling_hz=self._supervision.ceiling_hz,
+                least_baseline_ms=self._supervision.least_baseline_ms,
+            ),
+            clock,
+        )
         self._recovery = LinkRecovery(
             self._position, enabled=lambda: self._enabled, probe_s=self._supervision.probe_s
         )
@@ -95,12 +102,15 @@ class ControllerMirrors:
         requests = self._requests
         failure = requests.session.failure if requests else None
         connected = requests is not None and failure is None
+        exposure = self._exposure
         return MirrorState(
             connected=connected,
             enabled=connected and self._enabled,
             volts=self._position.volts,
             fault=self._recovery.fault or (str(failure) if failure else None),
             guarded=connected and self._guard.protects(self._controller),
+            parks=self._position.parks,
+            exposing=connected and exposure is not None and exposure.under_way,
         )
 
     @property
@@ -165,15 +175,18 @@ class ControllerMirrors:
                 self._recovery.run(requests, lambda: requests.switch(on=False))
                 self._enabled = False
 
-    def steer(self, volts: StereoVolts) -> StereoVolts:
+    def steer(self, volts: StereoVolts, *, unless_parked_since: int | None = None) -> StereoVolts:
         """Move without waiting for a reply (before 2.0: with one); return the volts actually set.
 
-        Updates beyond the link's rate (`telemetry.update_limit_hz`) wait.
+        Updates beyond the link's rate (`telemetry.update_limit_hz`) wait. One that waits while the mirrors
+        are parked is dropped: see the contract.
         """
         requests = self._ready()
         self._position.check(volts)
         self._pacer.wait(requests.session)
-        actual, reply = self._position.steer(requests.session, volts, t_ns=self._clock.now_ns())
+        actual, reply = self._position.steer(
+            requests.session, volts, t_ns=self._clock.now_ns(), unless_parked_since=unless_parked_since
+        )
         if reply is not None:
             self._recovery.run(requests, lambda: requests.wait(reply))
         return actual
@@ -214,9 +227,10 @@ class ControllerMirrors:
                 t_ns=self._clock.now_ns(),
             )
         duration_s = timeout_s(settle_us=settle_us, pulse_us=pulse_us)
-        return ExposureUnderWay(
+        self._exposure = ExposureUnderWay(
             requests, (update, frame), duration_s=duration_s, clock_map=clock_map, recovery=self._recovery
         )
+        return self._exposure
 
     @property
     def low_pass_hz(self) -> int:

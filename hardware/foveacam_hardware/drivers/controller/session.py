@@ -133,6 +133,11 @@ class ControllerSession:
         with self._lock:
             return self._traffic.recent_p95_ms(self._clock.now_ns())
 
+    def fresh_p95_ms(self, *, since_ns: int) -> float | None:
+        """Return the same, but no more than the longest round trip after `since_ns`; None without any."""
+        with self._lock:
+            return self._traffic.fresh_p95_ms(self._clock.now_ns(), since_ns=since_ns)
+
     def fail(self, failure: NotConnected) -> None:
         """Declare the link lost; every waiting request fails at once."""
         with self._lock:

@@ -99,6 +99,15 @@ class TrafficCounters:
             self._recent.popleft()
         return _quantile(sorted(ms for _, ms in self._recent), 0.95) if self._recent else None
 
+    def fresh_p95_ms(self, t_ns: int, *, since_ns: int) -> float | None:
+        """Return the same, or the longest round trip after `since_ns` if that is shorter; None without any.
+
+        A late round trip is then seen once and not for a whole second.
+        """
+        p95_ms = self.recent_p95_ms(t_ns)
+        fresh_ms = [ms for ended_ns, ms in self._recent if ended_ns > since_ns]
+        return min(p95_ms, max(fresh_ms)) if p95_ms is not None and fresh_ms else None
+
     def telemetry(self, t_ns: int, *, queued_bytes: int, crc: bool) -> LinkTelemetry:
         """Return the traffic so far; the driver adds clock and update rate."""
         ordered = sorted(self._round_trips_ms)

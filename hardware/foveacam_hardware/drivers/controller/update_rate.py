@@ -25,15 +25,22 @@ HOLD_NS = (5_000_000, 100_000_000)
 class UpdateRateGovernor:
     """The update rate of one link; called from one thread at a time."""
 
-    def __init__(self, *, ceiling_hz: float = CEILING_HZ, floor_hz: float = FLOOR_HZ) -> None:
+    def __init__(
+        self,
+        *,
+        ceiling_hz: float = CEILING_HZ,
+        floor_hz: float = FLOOR_HZ,
+        least_baseline_ms: float = LEAST_BASELINE_MS,
+    ) -> None:
         self.ceiling_hz = ceiling_hz
         self.floor_hz = floor_hz
-        self.begin(0, baseline_ms=LEAST_BASELINE_MS)
+        self.least_baseline_ms = least_baseline_ms
+        self.begin(0, baseline_ms=least_baseline_ms)
 
     def begin(self, t_ns: int, *, baseline_ms: float) -> None:
         """Start at the ceiling; `baseline_ms`: p95 of the round trips at the connect."""
         self.rate_hz = self.ceiling_hz
-        self._baseline_ms = max(baseline_ms, LEAST_BASELINE_MS)
+        self._baseline_ms = max(baseline_ms, self.least_baseline_ms)
         self._stalls = 0
         self._adjusted_ns = t_ns
         self._next_ns = t_ns
@@ -80,6 +87,8 @@ class SteeringPacer:
         self._governor = governor
         self._clock = clock
         self._lock = threading.Lock()
+        self._looked_ns = 0
+        """When the link was looked at last: each late round trip counts once, as each stalled write does."""
 
     @property
     def rate_hz(self) -> float:
@@ -101,8 +110,9 @@ class SteeringPacer:
                     t_ns,
                     stalls=backlog.stalls,
                     queued_bytes=backlog.queued_bytes,
-                    rtt_p95_ms=session.recent_p95_ms(),
+                    rtt_p95_ms=session.fresh_p95_ms(since_ns=self._looked_ns),
                 )
+                self._looked_ns = t_ns
             due_ns = self._governor.reserve(t_ns)
         if session.pending:
             session.wait_answered(self._governor.hold_ns(session.recent_p95_ms()) * 1e-9)

@@ -101,7 +101,7 @@ class ReplayMirrors:
     def recover(self) -> None:
         """Do nothing: there are no DACs."""
 
-    def steer(self, volts: StereoVolts) -> StereoVolts:
+    def steer(self, volts: StereoVolts, *, unless_parked_since: int | None = None) -> StereoVolts:
         """Raise `OutOfRange`."""
         self._refuse("steer")
 

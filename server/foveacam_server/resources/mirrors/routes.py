@@ -19,11 +19,13 @@ from foveacam_server.resources.mirrors.schema import (
     MirrorsDocument,
     PositionStreamDocument,
     SteerRequest,
+    VoltsRequest,
 )
+from foveacam_server.resources.mirrors.targets import volts_of, volts_text
 from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
-from foveacam_server.rig.refusals import check_direction
+from foveacam_server.rig.refusals import check_direction, check_volts
 
 router = APIRouter(prefix="/mirrors", tags=["rig"])
 
@@ -86,6 +88,29 @@ async def steer(request: SteerRequest, services: ServicesDep, x_lease: LeaseHead
         f"steered to {request.direction.ax_deg:.2f}°, {request.direction.ay_deg:.2f}°",
         data=request,
     )
+    return mirrors_document(services)
+
+
+@router.put("/volts", summary="Set the mirrors' volts", responses=problems(409, 502, 503, 504))
+async def set_volts(
+    request: VoltsRequest, services: ServicesDep, x_lease: LeaseHeader = None
+) -> MirrorsDocument:
+    """Set the differential volts of one eye or both, calibrated or not."""
+    services.lease.check(x_lease)
+    hardware = services.hardware
+    volts = volts_of(request, before=hardware.gaze)
+    check_volts(volts, max_v=hardware.status.max_v)
+    await asyncio.wrap_future(hardware.steer(volts))
+    services.events.emit("mirrors.steered", f"set to {volts_text(volts)}", data=request)
+    return mirrors_document(services)
+
+
+@router.post("/park", summary="Bring both mirrors to rest", responses=problems(409, 502, 503, 504))
+async def park(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
+    """Set both mirrors to zero volts; unlike the stop it lets the next move pass."""
+    services.lease.check(x_lease)
+    await asyncio.wrap_future(services.hardware.park())
+    services.events.emit("mirrors.parked", "the mirrors were parked")
     return mirrors_document(services)
 
 

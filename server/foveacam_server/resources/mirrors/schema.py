@@ -1,6 +1,8 @@
 """Schemas of the mirrors, their controller, and steering by hand."""
 
-from foveacam_server.foundation.quantities import DistanceM
+from pydantic import model_validator
+
+from foveacam_server.foundation.quantities import Degrees, DistanceM, Volts
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 from foveacam_server.rig.schema import Direction
 
@@ -10,6 +12,32 @@ class SteerRequest(RequestModel):
 
     direction: Direction
     distance_m: DistanceM | None = None
+
+
+class EyeVolts(RequestModel):
+    """The differential drive of one mirror."""
+
+    x_v: Volts
+    y_v: Volts
+
+
+class VoltsRequest(RequestModel):
+    """Differential drive of each eye's mirror; an eye that is left out stays as it is."""
+
+    left: EyeVolts | None = None
+    right: EyeVolts | None = None
+
+    @model_validator(mode="after")
+    def _some_eye(self) -> "VoltsRequest":
+        if self.left is None and self.right is None:
+            raise ValueError("give the volts of left, of right, or of both")
+        return self
+
+
+class SteerGaze(SteerRequest):
+    """A gaze of both eyes, and their vertical shift: the left eye looks lower by it, the right one higher."""
+
+    vertical_shift_deg: Degrees = 0.0
 
 
 class EyeDocument(ResponseModel):

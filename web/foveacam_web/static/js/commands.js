@@ -1,20 +1,16 @@
-// Sends the operator's commands. Clicks are sent in their order, of steering only the newest, and the stop waits for
-// nothing.
+// Sends the operator's commands. Clicks are sent in their order, and the stop waits for nothing.
 
 import { RequestError, request } from "./api.js";
 import { Deletions } from "./deletions.js";
-import { LatestOrder } from "./latest_order.js";
 
 /**
- * @import { DepthDocument, Direction, FixationDocument, FixationRequest, JobDocument } from "#api"
+ * @import { DepthDocument, FixationDocument, FixationRequest, JobDocument } from "#api"
  * @import { LeaseDocument, StopDocument } from "#api"
  * @import { Point } from "#page"
  * @import { Fixations } from "./fixations.js"
  * @import { Store } from "./store.js"
  * @import { Toasts } from "./toasts.js"
  */
-
-const STEER_INTERVAL_MS = 50; // 20 a second at most
 
 /** The commands of one page. */
 export class Commands {
@@ -23,8 +19,6 @@ export class Commands {
   #fixations;
   /** @type {Promise<unknown>} */
   #queue = Promise.resolve();
-  /** @type {LatestOrder<Direction>} */
-  #steering;
   #deletions;
 
   /** @param {{store: Store, toasts: Toasts, fixations: Fixations}} context */
@@ -32,11 +26,6 @@ export class Commands {
     this.#store = store;
     this.#toasts = toasts;
     this.#fixations = fixations;
-    this.#steering = new LatestOrder({
-      pause_ms: STEER_INTERVAL_MS,
-      send: (direction) =>
-        this.send("POST", "/mirrors/steer", { body: { direction, distance_m: store.state.steer_distance_m } }),
-    });
     this.#deletions = new Deletions({
       commands: this,
       resource: "/targets",
@@ -163,17 +152,8 @@ export class Commands {
     return this.send("POST", `/jobs/${current.job_id}/cancel`);
   }
 
-  /**
-   * Point both eyes open loop. Called at every move of the pointer; only the newest direction is sent.
-   * @param {Direction} direction
-   */
-  steer(direction) {
-    this.#steering.give(direction);
-  }
-
   /** Park the mirrors at once, without queue or lease. */
   async stop() {
-    void this.#steering.drop();
     const options = { patience_ms: 5000, keepalive: true };
     const answer = /** @type {import("#api").StopAnswer | null} */ (await this.send("POST", "/stop", options));
     if (!answer) return;

@@ -25,6 +25,7 @@ const KINDS = [
   "device.fault",
   "device.recovered",
   "mirrors.steered",
+  "mirrors.parked",
   "rig.calibration",
   "fixation.selected",
   "cloud.deleted",

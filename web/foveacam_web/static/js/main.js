@@ -54,6 +54,8 @@ import { mountRigPage } from "./rig/page.js";
 import { RigReader } from "./rig/reader.js";
 import { changeSettings } from "./settings.js";
 import { createStore } from "./state.js";
+import { GamepadSteering } from "./steer/gamepad.js";
+import { Steering } from "./steer/steering.js";
 import { Sync } from "./sync.js";
 import { connectTabs } from "./tabs.js";
 import { exposeHooks } from "./testhooks.js";
@@ -82,6 +84,8 @@ const followReader = new FollowReader({ store, commands });
 const followOrders = new FollowOrders({ store, commands });
 const loopReader = new LoopReader({ store, commands });
 const loopOrders = new LoopOrders({ store, commands });
+const steering = new Steering({ store });
+new GamepadSteering({ store, steering, commands });
 const wideDepth = new WideDepth({ store, commands });
 const faultReader = new FaultReader({ store, commands });
 const measureOrders = new MeasureOrders({ store, commands });
@@ -108,6 +112,7 @@ const views = new Views({
   commands,
   follows: followOrders,
   loop: loopOrders,
+  steering,
   onBoot: () => void sync.readAll(),
 });
 new ReachReader(store);
@@ -170,7 +175,7 @@ mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
 const slots = {
   wizard: mountWizard(need("calibration"), { store, orders, reader, work, toasts, views }),
-  rig_page: mountRigPage(need("rig-page"), { store, orders, rig_orders: rigOrders }),
+  rig_page: mountRigPage(need("rig-page"), { store, orders, rig_orders: rigOrders, steering }),
   capture_page: mountCapturePage(need("capture-page"), {
     store,
     views,

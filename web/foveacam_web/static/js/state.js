@@ -7,6 +7,7 @@ import { LOOP_STATE } from "./loop/state.js";
 import { MEASURE_STATE } from "./measure/state.js";
 import { RIG_STATE } from "./rig/state.js";
 import { loadSettings } from "./settings.js";
+import { STEER_STATE } from "./steer/state.js";
 import { Store } from "./store.js";
 
 /** @import { SharedState } from "#page" */
@@ -21,6 +22,7 @@ export function createStore() {
     ...MEASURE_STATE,
     ...FOLLOW_STATE,
     ...LOOP_STATE,
+    ...STEER_STATE,
     gallery: null,
     planner_page: false,
   });

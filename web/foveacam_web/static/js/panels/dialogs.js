@@ -3,6 +3,7 @@
 import { fill, h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { changeSettings } from "../settings.js";
+import { distanceText } from "../steer/words.js";
 
 /**
  * @import { Settings } from "#page"
@@ -18,7 +19,7 @@ const HELP = [
       ["Click or tap", "Look there with both eyes"],
       ["Drag, or press long and drag", "Look at a rectangle"],
       ["T, or Follow", "Clicks and rectangles follow what is there; Escape ends that"],
-      ["Alt + drag", "Steer both eyes open loop, at the distance of “Steer at”"],
+      ["Alt + drag", "Steer both eyes open loop, at the distance of “Steer at”; split eyes go together again"],
       [
         "On the vergence loop's page",
         "A click chooses the target, Alt + drag takes the eyes from the loop, P pauses it",
@@ -29,6 +30,18 @@ const HELP = [
       ["Right click, D", "How far is this pixel"],
       ["Arrow keys, with Shift ten times as far", "Move a crosshair by one screen pixel, finer when zoomed in"],
       ["Enter", "Look at the crosshair"],
+    ],
+  ],
+  [
+    "Steering by hand, on the page Rig",
+    [
+      ["Drag in a pad", "Steer that eye, or both; let go, and they stay"],
+      ["Arrow keys in a pad, with Shift a tenth as far", "Steer step by step"],
+      ["Double click in a pad, Home", "To rest"],
+      [
+        "Gamepad: hold A or a shoulder button",
+        "The left stick steers both eyes, or the left one; the right stick the right one",
+      ],
     ],
   ],
   [
@@ -214,15 +227,16 @@ export function makeLease({ store, commands }) {
 }
 
 /**
- * Build the choice of the distance at which Alt + drag steers: the slider is linear in 1/distance, its end is infinity.
+ * Build the choice of the distance at which both eyes are steered: the slider is linear in 1/distance, its end is infinity.
  * @param {Store} store
+ * @param {string} [id] of the slider
  */
-export function makeSteerDistance(store) {
+export function makeSteerDistance(store, id = "steer-distance") {
   const nearest_m = 0.5;
-  const text = h("output", { class: "number", for: "steer-distance" });
+  const text = h("output", { class: "number", for: id });
   const slider = h("input", {
     type: "range",
-    id: "steer-distance",
+    id,
     min: "0",
     max: "1",
     step: "0.01",
@@ -234,14 +248,14 @@ export function makeSteerDistance(store) {
     store.set({ steer_distance_m: closeness < 0.01 ? null : nearest_m / closeness });
   });
   store.on(["steer_distance_m"], ({ steer_distance_m }) => {
-    const words = steer_distance_m === null ? "∞" : `${steer_distance_m.toFixed(steer_distance_m < 10 ? 2 : 1)} m`;
+    const words = distanceText(steer_distance_m);
     say(text, words);
     slider.setAttribute("aria-valuetext", steer_distance_m === null ? "infinity, eyes parallel" : words);
   });
   return h(
     "div",
-    { class: "steering", title: "How far away Alt + drag points both eyes" },
-    html`<label for="steer-distance">Steer at</label>`,
+    { class: "steering", title: "How far away both eyes are pointed by hand" },
+    html`<label for=${id}>Steer at</label>`,
     slider,
     text,
   );

@@ -146,6 +146,11 @@ export class RigOrders {
       });
   }
 
+  /** Bring both mirrors to rest. */
+  async park() {
+    await this.#mirrors("/mirrors/park");
+  }
+
   /** @param {boolean} on */
   async enable(on) {
     await this.#mirrors(on ? "/mirrors/enable" : "/mirrors/disable");

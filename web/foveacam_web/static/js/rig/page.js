@@ -9,6 +9,7 @@ import { mountController } from "./controller.js";
 import { mountFaults } from "./faults.js";
 import { mountPair } from "./pair.js";
 import { mountRail } from "./rail.js";
+import { mountSteering } from "../steer/panel.js";
 import { mountTrigger } from "./trigger.js";
 
 /**
@@ -16,7 +17,8 @@ import { mountTrigger } from "./trigger.js";
  * @import { Store } from "../store.js"
  * @import { Slots } from "../pages.js"
  * @typedef {{
- *   store: Store, rig_orders: import("./orders.js").RigOrders, orders: import("../calibration/orders.js").CalibrationOrders
+ *   store: Store, rig_orders: import("./orders.js").RigOrders, orders: import("../calibration/orders.js").CalibrationOrders,
+ *   steering: import("../steer/steering.js").Steering
  * }} RigContext
  */
 
@@ -24,7 +26,7 @@ import { mountTrigger } from "./trigger.js";
 const ROLES = ["wide", "left", "right"];
 
 /** @param {HTMLElement} place @param {RigContext} context @returns {Slots} */
-export function mountRigPage(place, { store, rig_orders, orders }) {
+export function mountRigPage(place, { store, rig_orders, orders, steering }) {
   const context = { store, orders: rig_orders };
   const cameras = new Map(ROLES.map((role) => [role, makeCamera(role, context)]));
   const [apart, trigger, controller, turner, rail, faults] = [
@@ -35,6 +37,8 @@ export function mountRigPage(place, { store, rig_orders, orders }) {
     inside(),
     inside(),
   ];
+  const steer = inside();
+  mountSteering(steer, { ...context, steering });
   mountPair(apart, context);
   mountTrigger(trigger, context);
   mountController(controller, context);
@@ -43,6 +47,7 @@ export function mountRigPage(place, { store, rig_orders, orders }) {
   fill(
     place,
     head(store),
+    html`<div class="rig-steer">${panel("Steer by hand", steer)}</div>`,
     html`<div class="rig-cameras">${apart}${[...cameras.values()].map(({ element }) => element)}</div>`,
     html`<div class="rig-devices">
       <div class="column">${panel("Trigger", trigger)}${panel("Faults", faults)}</div>

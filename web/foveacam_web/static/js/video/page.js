@@ -9,6 +9,7 @@ import { Keyboard } from "../keys.js";
 import { LoopOrders } from "../loop/orders.js";
 import { mountOffline, mountStop } from "../panels/topbar.js";
 import { changeSettings } from "../settings.js";
+import { Steering } from "../steer/steering.js";
 import { createStore } from "../state.js";
 import { Sync } from "../sync.js";
 import { exposeHooks } from "../testhooks.js";
@@ -29,6 +30,7 @@ export function openViewsPage() {
     commands,
     follows,
     loop: new LoopOrders({ store, commands }),
+    steering: new Steering({ store }),
     onBoot: () => void sync.readAll(),
   });
   document.body.append(toasts.element);

@@ -12,6 +12,7 @@ import { WideView } from "./wide.js";
  * @import { Commands } from "../commands.js"
  * @import { FollowOrders } from "../follow/orders.js"
  * @import { LoopOrders } from "../loop/orders.js"
+ * @import { Steering } from "../steer/steering.js"
  * @import { Store } from "../store.js"
  */
 
@@ -31,15 +32,15 @@ export class Views {
   /** @type {ViewName} */
   #tab = "anaglyph";
 
-  /** @param {{store: Store, commands: Commands, follows: FollowOrders, loop: LoopOrders, onBoot: (boot_id: string) => void}} context */
-  constructor({ store, commands, follows, loop, onBoot }) {
+  /** @param {{store: Store, commands: Commands, follows: FollowOrders, loop: LoopOrders, steering: Steering, onBoot: (boot_id: string) => void}} context */
+  constructor({ store, commands, follows, loop, steering, onBoot }) {
     this.#store = store;
     this.#commands = commands;
     this.#stream = openStream((report) => this.#hear(report, onBoot));
     for (const name of /** @type {ViewName[]} */ (Object.keys(VIEWS))) {
       if (!LATER.has(name)) this.#addPane(name);
     }
-    this.wide = new WideView(this.pane("wide"), { store, commands, follows, loop, stream: this.#stream });
+    this.wide = new WideView(this.pane("wide"), { store, commands, follows, loop, steering, stream: this.#stream });
     for (const eye of /** @type {const} */ (["left", "right"])) {
       this.pane(eye).surface.addEventListener("click", (event) => this.#partEye(eye, event, loop));
     }

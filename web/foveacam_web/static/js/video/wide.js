@@ -15,6 +15,7 @@ import { seeing } from "./reach.js";
  * @import { Commands } from "../commands.js"
  * @import { FollowOrders } from "../follow/orders.js"
  * @import { LoopOrders } from "../loop/orders.js"
+ * @import { Steering } from "../steer/steering.js"
  * @import { Store } from "../store.js"
  * @import { StreamLink } from "./link.js"
  * @import { Pane } from "./pane.js"
@@ -30,6 +31,7 @@ export class WideView {
   #commands;
   #follows;
   #loop;
+  #steering;
   #overlay = new Overlay();
   #loupe;
   #legend = new ReachLegend();
@@ -44,13 +46,14 @@ export class WideView {
   /** @type {Point | null} the last click, sensor px: read by tests */
   last_click = null;
 
-  /** @param {Pane} pane @param {{store: Store, commands: Commands, follows: FollowOrders, loop: LoopOrders, stream: StreamLink}} context */
-  constructor(pane, { store, commands, follows, loop, stream }) {
+  /** @param {Pane} pane @param {{store: Store, commands: Commands, follows: FollowOrders, loop: LoopOrders, steering: Steering, stream: StreamLink}} context */
+  constructor(pane, { store, commands, follows, loop, steering, stream }) {
     this.#pane = pane;
     this.#store = store;
     this.#commands = commands;
     this.#follows = follows;
     this.#loop = loop;
+    this.#steering = steering;
     this.#loupe = new Loupe(stream);
     pane.surface.append(this.#overlay.element, this.#legend.element, this.#loupe.element);
     this.#hints = new Hints({ store, pane });
@@ -206,7 +209,8 @@ export class WideView {
       if (done) this.#commands.sayNoCalibration();
       return;
     }
-    this.#commands.steer(directionOf(intrinsics, hold(this.#pane.viewport.toSensor(at), this.#pane.viewport)));
+    this.#steering.look(directionOf(intrinsics, hold(this.#pane.viewport.toSensor(at), this.#pane.viewport)));
+    if (done) this.#steering.release();
   }
 
   /** @param {Point | null} at */
