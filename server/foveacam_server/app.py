@@ -40,6 +40,7 @@ from foveacam_server.resources.positioners import rail_routes as rail
 from foveacam_server.resources.reach import routes as reach
 from foveacam_server.resources.recordings import routes as recordings
 from foveacam_server.resources.references import routes as references
+from foveacam_server.resources.rig_setup import routes as rig_setup
 from foveacam_server.resources.rig_state import health_routes
 from foveacam_server.resources.rig_state import routes as rig_state
 from foveacam_server.resources.settle_time import routes as settle_time
@@ -54,6 +55,7 @@ API = "/api/v1"
 
 _RESOURCES = (
     rig_state,
+    rig_setup,
     cameras,
     captures,
     mosaics,

@@ -7,6 +7,15 @@ export type paths = Record<string, never>;
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /** @description What the doctor finds about the draft; `field`: where it belongs. */
+        AdviceDocument: {
+            field: string;
+            found: string;
+            /** @enum {string} */
+            level: "ok" | "warning" | "problem";
+            name: string;
+            remedy: string;
+        };
         /**
          * @description All steps in order; `activate`: put the result in force.
          *
@@ -515,6 +524,89 @@ export interface components {
             farthest_m?: number | null;
             nearest_m: number;
         };
+        /** @description The camera of a role. */
+        DraftCamera: {
+            /** @enum {string} */
+            kind: "aravis" | "pylon" | "opencv" | "simulated";
+            name: string;
+        };
+        /** @description The camera of each role; null: none. */
+        DraftCameras: {
+            left: components["schemas"]["DraftCamera"] | null;
+            right: components["schemas"]["DraftCamera"] | null;
+            wide: components["schemas"]["DraftCamera"] | null;
+        };
+        /**
+         * @description The draft, its file, and what is wrong with it.
+         *
+         *     `file_exists`: whether the file is there already. `changed`: whether the file would change.
+         */
+        DraftDocument: {
+            changed: boolean;
+            draft: components["schemas"]["RigDraft"];
+            faults: components["schemas"]["DraftFault"][];
+            file_exists: boolean;
+            path: string;
+            simulated: boolean;
+        };
+        /** @description What is wrong with one field of the draft, or with a key of its file that the draft has not. */
+        DraftFault: {
+            field: string;
+            message: string;
+        };
+        /** @description The three markers as printed. */
+        DraftMarkers: {
+            /** @default 1 */
+            left_id: number;
+            /** @default 2 */
+            right_id: number;
+            /** @default 60 */
+            side_mm: number;
+            /** @default 100 */
+            spacing_mm: number;
+            /** @default 0 */
+            wide_id: number;
+        };
+        /** @description The mirrors' controller: its port, limits and delays. */
+        DraftMirrors: {
+            /** @default 90 */
+            bias_v: number;
+            /** @default 120 */
+            low_pass_hz: number;
+            /** @default 170 */
+            max_v: number;
+            /** @default  */
+            port: string;
+            /** @default 4000 */
+            pulse_us: number;
+            /** @default 14000 */
+            settle_us: number;
+        };
+        /** @description What turns the rig; by hand only `kind` counts. */
+        DraftPanTilt: {
+            /** @default true */
+            has_switches: boolean;
+            /** @enum {string} */
+            kind: "grbl" | "ptu" | "manual";
+            /** @default 70 */
+            pan_max_deg: number;
+            /** @default -70 */
+            pan_min_deg: number;
+            /** @default  */
+            port: string;
+            /** @default 25 */
+            speed_deg_s: number;
+            /** @default 30 */
+            tilt_max_deg: number;
+            /** @default -30 */
+            tilt_min_deg: number;
+            zero_pan_deg: number | null;
+            zero_tilt_deg: number | null;
+        };
+        /** @description Where a draft begins: a rig file of the list, or nothing (null). */
+        DraftStart: {
+            path?: string | null;
+        };
         /** @description Result of a drift check, and whether it was applied. */
         DriftCheckDocument: {
             applied: boolean;
@@ -629,6 +721,10 @@ export interface components {
             loo_px: number;
             name: string;
             order: number;
+        };
+        /** @description Hash of the file that the client has seen; null: it has seen none. */
+        FileOrder: {
+            hash: string | null;
         };
         /** @description A finished film. */
         FilmDocument: {
@@ -825,6 +921,42 @@ export interface components {
                 number,
                 number
             ][];
+        };
+        /**
+         * @description A camera that a bus has; nothing was opened to find it.
+         *
+         *     `name`: what a draft calls it. `role`, `in_use`: its role in the rig that is open, and who has it.
+         *     `problem`: why it cannot be used.
+         */
+        FoundCameraDocument: {
+            address: string;
+            in_use: string | null;
+            /** @enum {string} */
+            kind: "aravis" | "pylon" | "opencv" | "simulated";
+            model: string;
+            name: string;
+            problem: string | null;
+            role: ("wide" | "left" | "right") | null;
+            serial: string;
+            vendor: string;
+        };
+        /** @description Everything that this machine's buses have now. */
+        FoundDevices: {
+            cameras: components["schemas"]["FoundCameraDocument"][];
+            ports: components["schemas"]["FoundPortDocument"][];
+            silent: components["schemas"]["SilentBus"][];
+        };
+        /** @description A serial port; `name`: what a draft calls it. `use`: by the open rig. `controller`: has its USB id. */
+        FoundPortDocument: {
+            controller: boolean;
+            device: string;
+            in_use: string | null;
+            name: string;
+            problem: string | null;
+            product: string;
+            serial: string;
+            usb_id: string;
+            use: string | null;
         };
         /**
          * @description A stop of the rail: its reading and its estimated pose, relative to the compared scan's stop.
@@ -1384,6 +1516,11 @@ export interface components {
             /** @constant */
             step: "mirrors";
         };
+        /** @description A small step of both mirrors and back; only with the operator's confirmation. */
+        MirrorStepOrder: {
+            /** @constant */
+            confirmed: true;
+        };
         /** @description Leave-one-out error of a mirror model. */
         ModelScoreDocument: {
             chosen: boolean;
@@ -1500,6 +1637,10 @@ export interface components {
             kind: "open";
             /** @default 60 */
             size_m?: number;
+        };
+        /** @description The rig file to open; null: the built-in simulated rig. */
+        OpenOrder: {
+            path: string | null;
         };
         /** @description The pan-tilt, which turns the whole rig: +pan to the right, +tilt down. */
         PanTiltDocument: {
@@ -2013,6 +2154,48 @@ export interface components {
             steering: components["schemas"]["SteeringDocument"] | null;
             trigger: components["schemas"]["TriggerDocument"] | null;
         };
+        /** @description What the set-up page sets of a rig file; everything else in the file stays as it is. */
+        RigDraft: {
+            /** @default 200 */
+            baseline_mm: number;
+            cameras: components["schemas"]["DraftCameras"];
+            markers: components["schemas"]["DraftMarkers"];
+            mirrors: components["schemas"]["DraftMirrors"];
+            /** @default FoveaCam Duo */
+            name: string;
+            pan_tilt: components["schemas"]["DraftPanTilt"] | null;
+            /** @default my-rig */
+            rig_id: string;
+        };
+        /**
+         * @description The rig file on the disk and what saving would make of it.
+         *
+         *     `hash`: of the file, null without one. `changes`: unified diff of saving. `meanwhile`: unified diff of
+         *     what others changed since the draft began; empty: nothing. `versions`: earlier ones that can be put back.
+         *     `command`: what starts the server with it.
+         */
+        RigFileDocument: {
+            changes: string;
+            command: string;
+            hash: string | null;
+            meanwhile: string;
+            path: string;
+            proposed: string;
+            versions: number;
+        };
+        /** @description A rig file that can be opened; `open`: the server has it open. */
+        RigFileEntry: {
+            name: string;
+            open: boolean;
+            path: string;
+            problem: string | null;
+        };
+        /** @description The rig files that can be opened, and the one that is; `simulated`: the built-in simulated rig is. */
+        RigFiles: {
+            files: components["schemas"]["RigFileEntry"][];
+            replayed: boolean;
+            simulated: boolean;
+        };
         /** @description Where an observer may stand about a target; `empty_because`: in words, why nowhere. */
         RingDocument: {
             area_m2: number;
@@ -2146,6 +2329,11 @@ export interface components {
             x_m: number;
             y_m: number;
         };
+        /** @description A bus that could not be searched, and why. */
+        SilentBus: {
+            kind: string;
+            problem: string;
+        };
         /** @description The faults in force; none when all lists are empty and both knocks are zero. */
         SimulatedFaults: {
             dead_axes: ("left x" | "left y" | "right x" | "right y")[];
@@ -2188,6 +2376,22 @@ export interface components {
             clutter?: components["schemas"]["ClutterRequest"];
             domain_m2?: number | null;
             ring?: components["schemas"]["RingRequest"];
+        };
+        /** @description The steps of the rig's last start, in their order. */
+        StartDocument: {
+            steps: components["schemas"]["StartStepDocument"][];
+        };
+        /**
+         * @description One step of the rig's start; `device`: `rig` (its file), `calibration`, or a device.
+         *
+         *     `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did.
+         */
+        StartStepDocument: {
+            detail: string;
+            device: string;
+            remedy: string;
+            /** @enum {string} */
+            state: "pending" | "active" | "done" | "failed";
         };
         /** @description A pan-tilt pose for calibration; `distance_m`: measured by tape, null when not measured. */
         StationDocument: {
@@ -2447,6 +2651,17 @@ export interface components {
             lost_bytes: number;
             reason: string;
         };
+        /** @description The device of the draft that is asked for an answer. */
+        TryOrder: {
+            /** @enum {string} */
+            device: "controller" | "pan_tilt";
+        };
+        /** @description What came of a try, in a sentence; `remedy`: what to do where it failed. */
+        TryResult: {
+            good: boolean;
+            remedy: string;
+            sentence: string;
+        };
         /** @description The distance at which both eyes meet, from the rig's origin. */
         Verging: {
             distance_m?: number | "infinity" | null;
@@ -2561,6 +2776,7 @@ export interface components {
     headers: never;
     pathItems: never;
 }
+export type AdviceDocument = components['schemas']['AdviceDocument'];
 export type AllOptions = components['schemas']['AllOptions'];
 export type AllRun = components['schemas']['AllRun'];
 export type AlternativeDocument = components['schemas']['AlternativeDocument'];
@@ -2610,6 +2826,14 @@ export type Direction = components['schemas']['Direction'];
 export type DisplayDocument = components['schemas']['DisplayDocument'];
 export type DisplayRequest = components['schemas']['DisplayRequest'];
 export type DistanceLimits = components['schemas']['DistanceLimits'];
+export type DraftCamera = components['schemas']['DraftCamera'];
+export type DraftCameras = components['schemas']['DraftCameras'];
+export type DraftDocument = components['schemas']['DraftDocument'];
+export type DraftFault = components['schemas']['DraftFault'];
+export type DraftMarkers = components['schemas']['DraftMarkers'];
+export type DraftMirrors = components['schemas']['DraftMirrors'];
+export type DraftPanTilt = components['schemas']['DraftPanTilt'];
+export type DraftStart = components['schemas']['DraftStart'];
 export type DriftCheckDocument = components['schemas']['DriftCheckDocument'];
 export type DriftEyeDocument = components['schemas']['DriftEyeDocument'];
 export type DriftRequest = components['schemas']['DriftRequest'];
@@ -2621,6 +2845,7 @@ export type EyeDocument = components['schemas']['EyeDocument'];
 export type EyeTestDocument = components['schemas']['EyeTestDocument'];
 export type EyeViewDocument = components['schemas']['EyeViewDocument'];
 export type FieldScoreDocument = components['schemas']['FieldScoreDocument'];
+export type FileOrder = components['schemas']['FileOrder'];
 export type FilmDocument = components['schemas']['FilmDocument'];
 export type FilmRequest = components['schemas']['FilmRequest'];
 export type FitDocument = components['schemas']['FitDocument'];
@@ -2634,6 +2859,9 @@ export type FollowRequest = components['schemas']['FollowRequest'];
 export type FollowRoundRequest = components['schemas']['FollowRoundRequest'];
 export type FollowRoundTaken = components['schemas']['FollowRoundTaken'];
 export type Footprints = components['schemas']['Footprints'];
+export type FoundCameraDocument = components['schemas']['FoundCameraDocument'];
+export type FoundDevices = components['schemas']['FoundDevices'];
+export type FoundPortDocument = components['schemas']['FoundPortDocument'];
 export type FoundStop = components['schemas']['FoundStop'];
 export type GazeDocument = components['schemas']['GazeDocument'];
 export type GeojsonMapRequest = components['schemas']['GeojsonMapRequest'];
@@ -2677,6 +2905,7 @@ export type MeasurementRequest = components['schemas']['MeasurementRequest'];
 export type MirrorsDocument = components['schemas']['MirrorsDocument'];
 export type MirrorsOptions = components['schemas']['MirrorsOptions'];
 export type MirrorsRun = components['schemas']['MirrorsRun'];
+export type MirrorStepOrder = components['schemas']['MirrorStepOrder'];
 export type ModelScoreDocument = components['schemas']['ModelScoreDocument'];
 export type MomentDocument = components['schemas']['MomentDocument'];
 export type MosaicDepth = components['schemas']['MosaicDepth'];
@@ -2688,6 +2917,7 @@ export type MosaicSeams = components['schemas']['MosaicSeams'];
 export type MountDriftDocument = components['schemas']['MountDriftDocument'];
 export type MountKnock = components['schemas']['MountKnock'];
 export type OpenMapRequest = components['schemas']['OpenMapRequest'];
+export type OpenOrder = components['schemas']['OpenOrder'];
 export type PanTiltDocument = components['schemas']['PanTiltDocument'];
 export type PanTiltLimitsDocument = components['schemas']['PanTiltLimitsDocument'];
 export type PanTiltMove = components['schemas']['PanTiltMove'];
@@ -2727,6 +2957,10 @@ export type RegionDocument = components['schemas']['RegionDocument'];
 export type RegionsDocument = components['schemas']['RegionsDocument'];
 export type RegionsRequest = components['schemas']['RegionsRequest'];
 export type RigDocument = components['schemas']['RigDocument'];
+export type RigDraft = components['schemas']['RigDraft'];
+export type RigFileDocument = components['schemas']['RigFileDocument'];
+export type RigFileEntry = components['schemas']['RigFileEntry'];
+export type RigFiles = components['schemas']['RigFiles'];
 export type RingDocument = components['schemas']['RingDocument'];
 export type RingRequest = components['schemas']['RingRequest'];
 export type SampleDocument = components['schemas']['SampleDocument'];
@@ -2741,12 +2975,15 @@ export type SettleRun = components['schemas']['SettleRun'];
 export type SettleTimeDocument = components['schemas']['SettleTimeDocument'];
 export type SettleTimeRequest = components['schemas']['SettleTimeRequest'];
 export type SightDocument = components['schemas']['SightDocument'];
+export type SilentBus = components['schemas']['SilentBus'];
 export type SimulatedFaults = components['schemas']['SimulatedFaults'];
 export type SkippedPoint = components['schemas']['SkippedPoint'];
 export type SpanDocument = components['schemas']['SpanDocument'];
 export type SpreadDocument = components['schemas']['SpreadDocument'];
 export type StandoffDocument = components['schemas']['StandoffDocument'];
 export type StandoffRequest = components['schemas']['StandoffRequest'];
+export type StartDocument = components['schemas']['StartDocument'];
+export type StartStepDocument = components['schemas']['StartStepDocument'];
 export type StationDocument = components['schemas']['StationDocument'];
 export type SteeringDocument = components['schemas']['SteeringDocument'];
 export type SteerRequest = components['schemas']['SteerRequest'];
@@ -2772,6 +3009,8 @@ export type TrashEmptied = components['schemas']['TrashEmptied'];
 export type TriggerDocument = components['schemas']['TriggerDocument'];
 export type TriggerTestDocument = components['schemas']['TriggerTestDocument'];
 export type TruncationDocument = components['schemas']['TruncationDocument'];
+export type TryOrder = components['schemas']['TryOrder'];
+export type TryResult = components['schemas']['TryResult'];
 export type Verging = components['schemas']['Verging'];
 export type ViewDocument = components['schemas']['ViewDocument'];
 export type WideDepthDocument = components['schemas']['WideDepthDocument'];

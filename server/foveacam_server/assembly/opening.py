@@ -44,11 +44,14 @@ from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
 from foveacam_server.resources.positioners.rail import RailService
+from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
+from foveacam_server.resources.rig_setup.pictures import CameraPictures
+from foveacam_server.resources.rig_setup.service import RigSetupService
 from foveacam_server.resources.suggestions.service import SuggestionService
 from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
-from foveacam_server.rig.chosen_rig import rig_config
+from foveacam_server.rig.chosen_rig import ChosenRig
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.stop import StopSwitch
@@ -59,7 +62,8 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     foundation = open_foundation(settings, stack=stack)
     knowledge = open_rig_knowledge(foundation)
     displays = open_displays(foundation, knowledge, loop=loop)
-    hardware = _hardware(foundation, knowledge, displays)
+    rig, search = ChosenRig(settings), DeviceSearch()
+    hardware = _hardware(foundation, knowledge, displays, rig=rig)
     jobs = JobRunner(foundation.store, events=foundation.events, clock=foundation.clock)
     calibration = _open_calibration(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
     trigger_tests = _trigger_tests(foundation, knowledge, hardware=hardware, jobs=jobs)
@@ -87,6 +91,11 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         streams=displays.streams,
         stereo=displays.stereo,
         hardware=hardware,
+        rig_setup=RigSetupService(
+            settings.data, rig, replayed=settings.replay is not None, events=foundation.events
+        ),
+        device_search=search,
+        camera_pictures=CameraPictures(displays.hub, search, clock=foundation.clock),
         cameras=knowledge.cameras,
         trigger_tests=trigger_tests,
         pan_tilt=PanTiltService(hardware),
@@ -186,11 +195,11 @@ class _ObservationServices:
 
 
 def _hardware(
-    foundation: ServerFoundation, knowledge: RigKnowledge, displays: DisplayServices
+    foundation: ServerFoundation, knowledge: RigKnowledge, displays: DisplayServices, *, rig: ChosenRig
 ) -> HardwareThread:
     settings = foundation.settings
     hardware = HardwareThread(
-        lambda: _open_rig(foundation, knowledge),
+        lambda: _open_rig(foundation, knowledge, rig),
         sink=displays.tap,
         events=foundation.events,
         clock=foundation.clock,
@@ -336,11 +345,11 @@ def _start_scene_follower(
     foundation.stack.callback(follower.close)
 
 
-def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge) -> AssembledRig:
+def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge, chosen: ChosenRig) -> AssembledRig:
     replay = foundation.settings.replay
     if replay is not None:
         return _open_replay(foundation, knowledge, replay)
-    rig = open_rig(rig_config(foundation.settings), clock=foundation.clock, guarded=True)
+    rig = open_rig(chosen.config(), clock=foundation.clock, guarded=True)
     knowledge.calibration.choose_for(rig.rig_id)
     knowledge.settling.restore(rig)
     return rig

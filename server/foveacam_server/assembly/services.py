@@ -30,6 +30,9 @@ from foveacam_server.resources.positioners.pan_tilt import PanTiltService
 from foveacam_server.resources.positioners.rail import RailService
 from foveacam_server.resources.recordings.service import RecordingService
 from foveacam_server.resources.references.service import ReferenceService
+from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
+from foveacam_server.resources.rig_setup.pictures import CameraPictures
+from foveacam_server.resources.rig_setup.service import RigSetupService
 from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.resources.stills.service import StillService
 from foveacam_server.resources.suggestions.service import SuggestionService
@@ -58,6 +61,9 @@ class Services:
     stereo: LiveStereo
     """Live anaglyph, difference and depth."""
     hardware: HardwareThread
+    rig_setup: RigSetupService
+    device_search: DeviceSearch
+    camera_pictures: CameraPictures
     cameras: CameraSettingsService
     trigger_tests: TriggerTests
     pan_tilt: PanTiltService
@@ -118,6 +124,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.reach.routes import ReachRouteServices
     from foveacam_server.resources.recordings.routes import RecordingRouteServices
     from foveacam_server.resources.references.routes import ReferenceRouteServices
+    from foveacam_server.resources.rig_setup.routes import RigSetupRouteServices
     from foveacam_server.resources.rig_state.health_routes import HealthRouteServices
     from foveacam_server.resources.rig_state.routes import RigRouteServices
     from foveacam_server.resources.settle_time.routes import SettleTimeRouteServices
@@ -156,6 +163,7 @@ if TYPE_CHECKING:
         _reference: ReferenceRouteServices = services
         _health: HealthRouteServices = services
         _rig: RigRouteServices = services
+        _rig_setup: RigSetupRouteServices = services
         _settle_time: SettleTimeRouteServices = services
         _simulation: SimulationRouteServices = services
         _still: StillRouteServices = services

@@ -33,8 +33,10 @@ from foveacam_server.rig.device_reconnector import (
     DeviceReconnector,
     MirrorLinkMonitor,
 )
+from foveacam_server.rig.exclusive_use import ExclusiveUse
 from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead
 from foveacam_server.rig.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
+from foveacam_server.rig.opening_steps import RigOpening
 from foveacam_server.rig.ports import AssembledRig, CameraKeeper, PictureSink
 from foveacam_server.rig.schema import RigStateChange
 from foveacam_server.rig.status import RigState, RigStatus, rig_status
@@ -44,9 +46,9 @@ _log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 STATUS_PERIOD_NS = 250_000_000
-REMEDY = "correct it and start the server again"
-GIVEN_AWAY_S = 5.0
-"""So long a job waits for the rig: who follows targets gives it away after the look under way."""
+REOPENED_S = 60.0
+"""Longest that somebody waits for another rig to open; its devices that are missing take seconds each."""
+REOPEN_POLL_S = 0.1
 
 
 class HardwareThread:
@@ -63,13 +65,14 @@ class HardwareThread:
         limits: LiveRates,
         keeper: CameraKeeper | None = None,
     ) -> None:
-        self._opener = opener
         self._events = events
         self._clock = clock
         self._live = LiveViews(sink=sink, clock=clock, limits=limits, overlay=overlay)
         self._reconnector = DeviceReconnector(clock=clock, events=events, keeper=keeper)
         self.mirrors = MirrorLinkMonitor(clock=clock, reconnector=self._reconnector)
         """Pings their controller and switches their supply rail."""
+        self.opening = RigOpening(opener, self._reconnector)
+        """Opens the rig step by step."""
         self._commands = CommandQueue()
         self._rig: AssembledRig | None = None
         self._status = RigStatus()
@@ -78,11 +81,8 @@ class HardwareThread:
         self._opened = threading.Event()
         self._halted = threading.Event()
         self._closing = threading.Event()
-        self._session = threading.Lock()
-        self._session_of: str | None = None
-        self._gives_way = False
-        self._waiting = 0
-        self._counting = threading.Lock()
+        self._reopening = threading.Event()
+        self._use = ExclusiveUse()
         self._thread = threading.Thread(target=self._run, name="foveacam-hardware", daemon=True)
 
     # Called from other threads -----------------------------------------------------------------------------
@@ -121,21 +121,34 @@ class HardwareThread:
     @property
     def busy_with(self) -> str | None:
         """Name of the work that has the rig exclusively."""
-        return self._session_of
+        return self._use.holder
 
     @property
     def used_exclusively(self) -> bool:
         """Whether a job that gives no way has the rig: its looks come before everything that can wait."""
-        return self._session_of is not None and not self._gives_way
+        return self._use.firm
 
     @property
     def session_wanted(self) -> bool:
         """Whether a job waits for the rig; who follows targets gives it away then."""
-        return self._waiting > 0
+        return self._use.wanted
 
     def wait_open(self, timeout_s: float) -> bool:
         """Wait until the rig has been opened as far as it can be."""
         return self._opened.wait(timeout_s)
+
+    def reopen(self, holder: str) -> None:
+        """Close the rig, open the one that the opener returns now, and wait until it is open.
+
+        Raise `Busy` while a job has the rig, or while it is still opening.
+        """
+        with self._use.hold(holder, asked="open another rig"):
+            if not self._opened.is_set():
+                raise refusals.in_use("open another rig", "the start")
+            self._opened.clear()
+            self._reopening.set()
+            if not self._opened.wait(REOPENED_S):
+                raise refusals.late_opening(REOPENED_S)
 
     def submit(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
         """Enqueue `work`; raise `NotConnected` or `Busy` at once."""
@@ -162,8 +175,8 @@ class HardwareThread:
     def steer(self, volts: StereoVolts) -> "Future[StereoVolts]":
         """Enqueue a move of both mirrors; raise `Stopped`, or `Busy` while a job has the rig."""
         self.check_may_move()
-        if self._session_of is not None:
-            raise refusals.in_use("steer", self._session_of)
+        if self._use.holder is not None:
+            raise refusals.in_use("steer", self._use.holder)
         return self.submit(lambda rig: self._steer(rig, volts))
 
     def check_may_move(self, *, one_eyed: bool = False) -> None:
@@ -202,29 +215,8 @@ class HardwareThread:
         Raise `Busy` when a job has it that does not give way. `one_eyed`: whether the camera of one fovea may
         be missing. `gives_way`: it ends soon when `session_wanted`.
         """
-        if not self._acquire_session():
-            raise refusals.in_use(f"give the rig to {holder}", self._session_of or "somebody")
-        self._gives_way = gives_way
-        self._session_of = holder
-        try:
+        with self._use.hold(holder, asked=f"give the rig to {holder}", gives_way=gives_way):
             yield ExclusiveHead(self, cancelled=cancelled, one_eyed=one_eyed)
-        finally:
-            self._session_of = None
-            self._session.release()
-
-    def _acquire_session(self) -> bool:
-        """Take the rig, or return False; one who gives way is waited for."""
-        if self._session.acquire(blocking=False):
-            return True
-        if not self._gives_way:
-            return False
-        with self._counting:
-            self._waiting += 1
-        try:
-            return self._session.acquire(timeout=GIVEN_AWAY_S)
-        finally:
-            with self._counting:
-                self._waiting -= 1
 
     # The stop: from any thread, without the queue ----------------------------------------------------------
 
@@ -247,27 +239,37 @@ class HardwareThread:
     # Inside the thread -------------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        rig = self._open()
-        if rig is None:
-            self._closing.wait()
-            return
-        try:
-            while not self._closing.is_set():
-                self._run_cycle(rig)
-        finally:
-            self._rig = None
-            self._commands.refuse_all(NotConnected("the server is shutting down"))
+        while not self._closing.is_set():
+            self._reopening.clear()
+            rig = self._open()
+            try:
+                while not (self._closing.is_set() or self._reopening.is_set()):
+                    if rig is None:
+                        self._closing.wait(REOPEN_POLL_S)
+                    else:
+                        self._run_cycle(rig)
+            finally:
+                self._close_rig(rig)
+
+    def _close_rig(self, rig: AssembledRig | None) -> None:
+        self._rig = None
+        self._commands.refuse_all(NotConnected("the rig is being closed; try again in a moment"))
+        if rig is not None:
             rig.close()
+        if self._closing.is_set():
+            return
+        self._reconnector.forget()
+        self._status = RigStatus()
+        self._gaze = PARKED
+        self.opening.steps.begin()
+        self._emit_state(self._state())
 
     def _open(self) -> AssembledRig | None:
-        try:
-            rig = self._opener()
-        except FoveaError as error:
-            self._reconnector.add_problem("rig", detail=str(error), remedy=error.remedy or REMEDY)
+        rig = self.opening.open()
+        if rig is None:
             self._opened.set()
             self._emit_state(RigState.DEGRADED)
             return None
-        self._reconnector.connect(rig)
         self._rig = rig
         self.refresh(rig)  # before others are notified
         self._opened.set()
@@ -292,7 +294,7 @@ class HardwareThread:
             self.refresh(rig)
 
     def _looks_allowed(self, rig: AssembledRig) -> bool:
-        idle = not self._halted.is_set() and self._session_of is None and self.mirrors.rail_wanted
+        idle = not self._halted.is_set() and self._use.holder is None and self.mirrors.rail_wanted
         return idle and self._reconnector.problem_of(*self._needed(rig)) is None
 
     def _try(self, what: str, work: Callable[[], object]) -> None:
@@ -312,7 +314,7 @@ class HardwareThread:
         sighting = self._exposed(rig, lambda: look(volts, settle_us=settle_us), missing=lost)
         if not self._halted.is_set():
             self._gaze = sighting.volts if rig.replayed else volts
-        self._live.show_sighting(sighting, in_session=self._session_of is not None)
+        self._live.show_sighting(sighting, in_session=self._use.holder is not None)
         return sighting
 
     def _needed(self, rig: AssembledRig) -> tuple[str, ...]:
@@ -342,7 +344,7 @@ class HardwareThread:
         return found
 
     def _wide(self, rig: AssembledRig, max_age_ms: float) -> Frame:
-        self._live.start_wide_period(in_session=self._session_of is not None)
+        self._live.start_wide_period(in_session=self._use.holder is not None)
         try:
             frame = self._live.show_wide(rig, gaze=self.pose, max_age_ms=max_age_ms)
         except FoveaError as error:

@@ -42,6 +42,7 @@ const KINDS = [
   "storage.fault",
   "storage.recovered",
   "rig.settle_time",
+  "rig.setup",
   "camera.self_test",
   "camera.settings",
   "mirrors.recovered",
