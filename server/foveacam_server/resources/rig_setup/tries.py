@@ -10,6 +10,7 @@ from foveacam_hardware.rig_config import SerialRigConfig, parse_rig_config
 from foveacam_server.resources.rig_setup.schema import SIMULATED, RigDraft, TryResult
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import answer_of
+from foveacam_server.rig.status import RigStatus
 
 STEP_V = 3.0
 """Seen in the pictures, and far from every limit."""
@@ -25,7 +26,7 @@ def try_controller(
     if not port:
         return TryResult(good=False, sentence="No port is chosen for the controller.", remedy="Choose one.")
     if port in open_ports:
-        return _of_open_rig(hardware.status.controller, "controller")
+        return _of_open_rig(hardware.status, "mirrors", hardware.status.controller)
     return _tried(lambda: ask_controller(port, clock=clock), "controller")
 
 
@@ -41,7 +42,7 @@ def try_pan_tilt(
     pan_tilt = draft.pan_tilt
     if draft.mirrors.port == SIMULATED or (pan_tilt is not None and pan_tilt.port in open_ports):
         found = hardware.status.pan_tilt
-        return _of_open_rig(None if found is None else found.info, "pan-tilt")
+        return _of_open_rig(hardware.status, "pan_tilt", None if found is None else found.info)
     if pan_tilt is None:
         return TryResult(
             good=False, sentence="No pan-tilt is chosen.", remedy="Choose its kind and its port."
@@ -101,14 +102,18 @@ def _tried(ask: Callable[[], DeviceInfo], what: str) -> TryResult:
         return TryResult(good=False, sentence=sentence or remedy, remedy=remedy if sentence else "")
 
 
-def _of_open_rig(info: DeviceInfo | None, what: str) -> TryResult:
+def _of_open_rig(status: RigStatus, device: str, info: DeviceInfo | None) -> TryResult:
+    """Answer for a device that the open rig has: from its status, without asking it."""
+    problem = next((one for one in status.problems if one.device == device), None)
+    if problem is not None:
+        return TryResult(good=False, sentence=problem.detail, remedy=problem.remedy)
     if info is None:
         return TryResult(
             good=False,
-            sentence=f"The {what} of the rig that is open does not answer.",
+            sentence="The rig that is open has no such device.",
             remedy="See the steps of its start.",
         )
-    return _answered(info, what)
+    return _answered(info, "controller" if device == "mirrors" else "pan-tilt")
 
 
 def _answered(info: DeviceInfo, what: str) -> TryResult:
