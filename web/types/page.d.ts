@@ -1,6 +1,7 @@
 // What the page keeps and what travels on the view socket: the types that REST does not describe. No browser loads this file.
 
 import type {
+  AdviceDocument,
   AlternativeDocument,
   CalibrationDocument,
   CameraLinkDocument,
@@ -12,6 +13,7 @@ import type {
   DifferenceDocument,
   Direction,
   DisplayDocument,
+  DraftDocument,
   DriftCheckDocument,
   EstimateDocument,
   EventDocument,
@@ -19,6 +21,7 @@ import type {
   FixationDocument,
   FixationRequest,
   FollowedDocument,
+  FoundDevices,
   GridPoints,
   HealthDocument,
   JobDocument,
@@ -38,11 +41,14 @@ import type {
   RecordingDocument,
   ReferenceDocument,
   RigDocument,
+  RigFileDocument,
+  RigFiles,
   RingRequest,
   SessionDocument,
   SetPoint,
   SettleTimeDocument,
   SimulatedFaults,
+  StartDocument,
   StepDocument,
   StillCamera,
   StopDocument,
@@ -50,6 +56,7 @@ import type {
   TargetDocument,
   TrailPoint,
   TriggerTestDocument,
+  TryResult,
   Verging,
   WideLensDocument,
 } from "#api";
@@ -179,6 +186,24 @@ export type RigPageState = {
   faults: SimulatedFaults | null;
   trigger_test: TriggerTestDocument | null;
   running_test: RunningTest | null;
+};
+
+// The set-up page.
+
+export type SetupState = {
+  setup_page: boolean;
+  setup: DraftDocument | null;
+  /** Why the draft's file cannot be read; empty: it can. */
+  setup_problem: string;
+  setup_file: RigFileDocument | null;
+  setup_files: RigFiles | null;
+  found: FoundDevices | null;
+  searching: boolean;
+  advice: AdviceDocument[] | null;
+  /** What came of the last try of each device. */
+  tries: Record<string, TryResult | "asking">;
+  start: StartDocument | null;
+  start_dismissed: boolean;
 };
 
 // The capture page.
@@ -442,6 +467,7 @@ export type SharedState = {
 export type ConsoleState = SharedState &
   CalibrationState &
   RigPageState &
+  SetupState &
   CapturePageState &
   MeasureState &
   FollowState &

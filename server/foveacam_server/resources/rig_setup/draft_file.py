@@ -50,14 +50,14 @@ version = 1
 kind = "serial"
 rig_id = ""
 name = ""
-baseline_m = 0.0            # between the mirrors, as built; a calibration measures it better
+baseline_m = 0.0  # between the mirrors, as built; a calibration measures it better
 
 [mirrors]
 port = ""
 low_pass_hz = 0
 settle_us = 0
 pulse_us = 0
-max_v = 0.0                 # refused beyond; from the mirrors' own data sheet
+max_v = 0.0  # refused beyond; from the mirrors' own data sheet
 bias_v = 0.0
 
 # A camera is found by the serial number on its label, wherever it is plugged in.
@@ -73,8 +73,8 @@ kind = "absent"
 
 # What the mirrors are calibrated with: three ArUco markers (4X4_50) in one plane, one for each camera.
 [markers]
-side_mm = 0.0               # of the black square
-spacing_mm = 0.0            # from the middle one to each of the others
+side_mm = 0.0  # of the black square
+spacing_mm = 0.0  # from the middle one to each of the others
 wide_id = 0
 left_id = 0
 right_id = 0
@@ -157,10 +157,11 @@ def _merge_values(document: TOMLDocument, name: str, now: BaseModel, before: Bas
 
 def _merge_camera(document: TOMLDocument, role: str, camera: DraftCamera | None) -> None:
     cameras = document.setdefault("cameras", tomlkit.table(is_super_table=True))
-    if camera is None:
-        cameras.pop(role, None)
-        return
     table = cameras.get(role)
+    if camera is None:
+        if isinstance(table, Table) and table.get("kind") != "absent":
+            cameras.pop(role)
+        return
     if not isinstance(table, Table):
         table = cameras[role] = tomlkit.table()
     key, other = ("source", "serial") if camera.kind == "opencv" else ("serial", "source")

@@ -129,7 +129,7 @@ def _simulated_camera(role: str, status: RigStatus) -> FoundCameraDocument:
         vendor=info.vendor,
         model=info.model,
         serial=info.serial,
-        address="simulated bus",
+        address="",
         role=cast(RoleName, role),
         in_use=THIS_RIG,
         problem=None,

@@ -117,7 +117,7 @@ def _of_open_rig(status: RigStatus, device: str, info: DeviceInfo | None) -> Try
 
 
 def _answered(info: DeviceInfo, what: str) -> TryResult:
-    name = " ".join(part for part in (info.vendor, info.model) if part)
+    name = info.model if info.model.startswith(info.vendor) else f"{info.vendor} {info.model}"
     details = [f"version {info.version}"] if info.version else []
     details += [f"serial {info.serial}"] if info.serial else []
     return TryResult(good=True, sentence=f"The {what} answers: {', '.join([name, *details])}.", remedy="")

@@ -6,6 +6,7 @@ import { FOLLOW_STATE } from "./follow/state.js";
 import { LOOP_STATE } from "./loop/state.js";
 import { MEASURE_STATE } from "./measure/state.js";
 import { RIG_STATE } from "./rig/state.js";
+import { SETUP_STATE } from "./setup/state.js";
 import { loadSettings } from "./settings.js";
 import { Store } from "./store.js";
 
@@ -17,6 +18,7 @@ export function createStore() {
     ...sharedState(),
     ...CALIBRATION_STATE,
     ...RIG_STATE,
+    ...SETUP_STATE,
     ...CAPTURE_STATE,
     ...MEASURE_STATE,
     ...FOLLOW_STATE,
