@@ -63,9 +63,9 @@ test("a field says what is wrong with it and what the doctor found, with the rem
   ]);
   assert.deepEqual(words.notesAt("cameras.left", setup, advice), [
     { tone: "bad", text: "claimed twice" },
-    { tone: "bad", text: "not there. plug it in" },
+    { tone: "bad", text: "Not there. Plug it in." },
   ]);
-  assert.deepEqual(words.notesAt("mirrors.port", setup, advice), [{ tone: "warn", text: "slow" }]);
+  assert.deepEqual(words.notesAt("mirrors.port", setup, advice), [{ tone: "warn", text: "Slow." }]);
   assert.deepEqual(
     words.otherFaults(setup, new Set(["cameras.left"])).map(({ field }) => field),
     ["rail"],

@@ -1,5 +1,6 @@
 // The rig file: which one, what saving changes in it, undo, opening it, and the command that starts with it.
 
+import { ask } from "../ask.js";
 import { copyCode } from "../copy.js";
 import { html } from "../dom.js";
 import { sentence } from "../format.js";
@@ -21,10 +22,10 @@ export function filesOf({ setup, setup_files }, orders) {
   if (!setup || !setup_files) return null;
   const { files } = setup_files;
   const chosen = setup.file_exists && files.some(({ path }) => path === setup.path) ? setup.path : NEW;
-  const begin = (/** @type {{currentTarget: HTMLSelectElement}} */ { currentTarget: select }) => {
-    const lost = setup.changed && setup.file_exists;
-    if (lost && !confirm("What is changed here and not saved is given up. Go on?")) select.value = chosen;
-    else void orders.begin(select.value || null);
+  const begin = async (/** @type {{currentTarget: HTMLSelectElement}} */ { currentTarget: select }) => {
+    const path = select.value || null;
+    if (setup.changed && setup.file_exists && !(await ask(UNSAVED))) select.value = chosen;
+    else void orders.begin(path);
   };
   return html`<div class="field">
       <label for="setup-file">Rig file</label>
@@ -67,7 +68,9 @@ export function reviewOf({ setup, setup_file, setup_files, stream }, orders) {
 /** @param {string} path @param {RigFileEntry[]} files @param {boolean} simulated @param {SetupOrders} orders */
 function openOf(path, files, simulated, orders) {
   const entry = files.find((file) => file.path === path);
-  const open = (/** @type {string | null} */ which) => () => confirm(OPEN_QUESTION) && void orders.open(which);
+  const open = (/** @type {string | null} */ which) => async () => {
+    if (await ask(OPENING)) void orders.open(which);
+  };
   return html`<div class="actions">
     <button type="button" class="plain primary" ?disabled=${!entry || entry.problem !== null} @click=${open(path)}>
       ${entry?.open ? "Open it again" : "Open this rig now"}
@@ -77,7 +80,16 @@ function openOf(path, files, simulated, orders) {
   </div>`;
 }
 
-const OPEN_QUESTION = "The mirrors are parked, the rig that is open is closed, and this one is opened. Go on?";
+const OPENING = Object.freeze({
+  title: "Open another rig",
+  text: "The mirrors are parked, the rig that is open is closed, and this one is opened.",
+  yes: "Open it",
+});
+const UNSAVED = Object.freeze({
+  title: "Not saved",
+  text: "What is changed here and not saved is given up.",
+  yes: "Give it up",
+});
 
 /** @param {string} command */
 function commandOf(command) {

@@ -1,5 +1,6 @@
 // The values of the draft besides its cameras: rig, controller, pan-tilt, markers; with the buttons that try them.
 
+import { ask } from "../ask.js";
 import { panel } from "../parts.js";
 import { absent, html } from "../dom.js";
 import { chooser, fieldOf, notesBeside } from "./fields.js";
@@ -117,7 +118,7 @@ function controllerOf(state, orders) {
       <button
         type="button" class="plain" ?disabled=${state.tries["mirrors"] === "asking"}
         title="Moves both mirrors of the rig that is open by 3 V on each axis, and back"
-        @click=${() => confirm(STEP_QUESTION) && void orders.stepMirrors()}
+        @click=${async () => (await ask(STEP)) && void orders.stepMirrors()}
       >
         Small step of the mirrors
       </button>
@@ -125,8 +126,11 @@ function controllerOf(state, orders) {
     ${resultOf(state.tries["controller"])} ${resultOf(state.tries["mirrors"])}`;
 }
 
-const STEP_QUESTION =
-  "Both mirrors of the rig that is open move by 3 V on each axis and come back. Is nobody working with the rig?";
+const STEP = Object.freeze({
+  title: "Small step of the mirrors",
+  text: "Both mirrors of the rig that is open move by 3 V on each axis and come back. You take control for it.",
+  yes: "Move them",
+});
 
 /** @param {ConsoleState} state @param {SetupOrders} orders @param {(list: Field[]) => unknown} fields */
 function panTiltOf(state, orders, fields) {

@@ -1,5 +1,6 @@
 // Values of the draft by field, and the words of steps, cameras and differences. Pure functions.
 
+import { sentence } from "../format.js";
 import { CAMERAS } from "../rig/words.js";
 
 /**
@@ -126,7 +127,7 @@ export function notesAt(path, setup, advice) {
     ...faults.map(({ message }) => ({ tone: "bad", text: message })),
     ...found.map(({ level, found: text, remedy }) => ({
       tone: level === "ok" ? "good" : level === "warning" ? "warn" : "bad",
-      text: remedy ? `${text}. ${remedy}` : text,
+      text: [text, remedy].filter(Boolean).map(sentence).join(" "),
     })),
   ];
 }
