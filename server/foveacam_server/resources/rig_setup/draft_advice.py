@@ -37,12 +37,12 @@ def needs_of_draft(draft: RigDraft) -> RigNeeds:
 
 
 def advice_on(draft: RigDraft, search: DeviceSearch, *, ours: bool) -> list[AdviceDocument]:
-    """Run the checks that a draft's devices need, which takes seconds.
+    """Run the checks that a draft's devices need, on the cameras that were found last.
 
     `ours`: whether this server has the draft's devices open, so that their holder is no problem.
     """
     machine, needs = search.machine, needs_of_draft(draft)
-    cameras, searched = look_for_cameras(search.cameras, needs)
+    cameras, searched = look_for_cameras(search.remembered(), needs)
     findings: Sequence[Finding] = [
         *check_named(cameras, needs),
         ports.check_port_permission(machine, needs),

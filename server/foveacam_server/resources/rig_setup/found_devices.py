@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import cast
 
 from foveacam_hardware.contract import FoveaError
@@ -30,17 +31,18 @@ THIS_RIG = "this rig has it open"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeviceSearch:
-    """Searches of one machine; a test gives its own."""
+    """Searches of one machine, with what each found last; a test gives its own."""
 
     machine: Machine = field(default_factory=Machine)
     cameras: Mapping[str, Discover] = field(default_factory=camera_searches)
+    _last: dict[str, list[FoundCamera] | FoveaError] = field(default_factory=dict)
 
     def run(self, *, status: RigStatus, needs: RigNeeds) -> FoundDevices:
         """Search all buses, which takes seconds. `needs`: of the open rig."""
         found, silent = [], []
-        for kind, discover in self.cameras.items():
+        for kind in self.cameras:
             try:
-                found += [self._camera(camera, status) for camera in discover()]
+                found += [self._camera(camera, status) for camera in self._search(kind)]
             except FoveaError as error:
                 silent.append(SilentBus(kind=kind, problem=str(error)))
         uses = uses_of_ports(self.machine, needs)
@@ -52,7 +54,9 @@ class DeviceSearch:
 
     def require_camera(self, kind: CameraKind, name: str) -> None:
         """Raise `NotFound` for a camera that its bus does not have now."""
-        names = [camera.info.serial for camera in self.cameras.get(kind, list)()]
+        if any(camera.info.serial == name for camera in self._known(kind)):
+            return
+        names = [camera.info.serial for camera in self._search(kind)] if kind in self.cameras else []
         if name not in names:
             raise NotFound(
                 f"{kind} camera {name} is not there; {kind} has {', '.join(names) or 'none'}. Plug it in, or"
@@ -61,6 +65,29 @@ class DeviceSearch:
                 found=", ".join(names) or "none",
                 remedy="plug it in, or choose another one",
             )
+
+    def remembered(self) -> Mapping[str, Discover]:
+        """Return searches that answer with what was found last, and search where nothing was yet."""
+        return {kind: partial(self._remembered, kind) for kind in self.cameras}
+
+    def _remembered(self, kind: str) -> list[FoundCamera]:
+        last = self._last.get(kind)
+        if isinstance(last, FoveaError):
+            raise last
+        return self._search(kind) if last is None else last
+
+    def _known(self, kind: str) -> list[FoundCamera]:
+        last = self._last.get(kind)
+        return last if isinstance(last, list) else []
+
+    def _search(self, kind: str) -> list[FoundCamera]:
+        try:
+            found = self.cameras[kind]()
+        except FoveaError as error:
+            self._last[kind] = error
+            raise
+        self._last[kind] = found
+        return found
 
     def _camera(self, camera: FoundCamera, status: RigStatus) -> FoundCameraDocument:
         role = _role_of(camera, status)

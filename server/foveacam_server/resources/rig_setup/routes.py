@@ -90,7 +90,7 @@ def begin_draft(request: DraftStart, services: ServicesDep) -> DraftDocument:
 
 @router.get("/advice", summary="What the doctor finds about the draft")
 def advice(services: ServicesDep) -> list[AdviceDocument]:
-    """Check cameras, ports and machine for the draft's devices, which takes seconds."""
+    """Check cameras, ports and machine for the draft's devices; cameras as the last search found them."""
     draft = services.rig_setup.draft
     wanted, opened = needs_of_draft(draft).ports, services.rig_setup.open_needs().ports
     ours = set(wanted.values()) <= set(opened.values())
