@@ -63,6 +63,11 @@ export interface components {
             single_m2: number;
             weighted_m2: number;
         };
+        /**
+         * @description Mode of a camera's automatic exposure.
+         * @enum {string}
+         */
+        AutoMode: "off" | "once" | "continuous";
         /** @description White all over. */
         BlankPattern: {
             /**
@@ -163,6 +168,12 @@ export interface components {
             /** @default false */
             linked?: boolean;
             pixel_format?: ("Mono8" | "Mono12" | "Mono12p" | "BayerRG8" | "BayerRG12p" | "RGB8") | null;
+        };
+        /** @description The settings of all cameras under a name. */
+        CameraPreset: {
+            cameras: components["schemas"]["PresetCamera"][];
+            name: string;
+            saved_utc: string;
         };
         /** @description Accepted values of a camera's settings; no formats before it was opened. */
         CameraRangesDocument: {
@@ -1698,6 +1709,11 @@ export interface components {
             y_px: number;
         };
         /**
+         * @description Pixel format on the wire (GenICam names); drivers convert Bayer to RGB and packed pixels to 16 bit.
+         * @enum {string}
+         */
+        PixelFormat: "Mono8" | "Mono12" | "Mono12p" | "BayerRG8" | "BayerRG12p" | "RGB8";
+        /**
          * @description A pixel of a view; the centre of the first pixel is (0, 0).
          *
          *     Without `fixation_id` the newest look with depth is measured, which the view must still show. In the wide
@@ -1776,6 +1792,17 @@ export interface components {
             right_y_v: number;
             stream: number;
             updates_per_s: number;
+        };
+        /** @description The settings of one camera. */
+        PresetCamera: {
+            black_level: number;
+            exposure_auto: components["schemas"]["AutoMode"];
+            exposure_ms: number;
+            frame_rate_auto: boolean;
+            frame_rate_hz: number;
+            gain_db: number;
+            pixel_format: components["schemas"]["PixelFormat"];
+            role: components["schemas"]["Role"];
         };
         /** @description An error (RFC 9457); `asked`, `found` and `remedy` are there when known. */
         Problem: {
@@ -2226,6 +2253,11 @@ export interface components {
             /** @default false */
             small_angle?: boolean;
         };
+        /**
+         * @description Role of a camera in the rig: the wide camera, or the left or right fovea.
+         * @enum {string}
+         */
+        Role: "wide" | "left" | "right";
         /** @description One place of a profile; `z_m` and its matching error are null where there is no depth. */
         SampleDocument: {
             along_m: number;
@@ -2769,6 +2801,15 @@ export interface components {
             samples: components["schemas"]["WideSampleDocument"][];
             tilts_covered: number;
         };
+        /** @description A layout of `/windows` under a name; `layout`: what stands behind the # of its address. */
+        WindowLayout: {
+            layout: string;
+            name: string;
+        };
+        /** @description A layout as its address has it: `row-600(wide,column-500(left,right))`. */
+        WindowLayoutRequest: {
+            layout: string;
+        };
     };
     responses: never;
     parameters: never;
@@ -2782,6 +2823,7 @@ export type AllRun = components['schemas']['AllRun'];
 export type AlternativeDocument = components['schemas']['AlternativeDocument'];
 export type AnaglyphColours = components['schemas']['AnaglyphColours'];
 export type AreasDocument = components['schemas']['AreasDocument'];
+export type AutoMode = components['schemas']['AutoMode'];
 export type BlankPattern = components['schemas']['BlankPattern'];
 export type BoardDocument = components['schemas']['BoardDocument'];
 export type BoardOption = components['schemas']['BoardOption'];
@@ -2790,6 +2832,7 @@ export type CalibrationDocument = components['schemas']['CalibrationDocument'];
 export type CameraDocument = components['schemas']['CameraDocument'];
 export type CameraLinkDocument = components['schemas']['CameraLinkDocument'];
 export type CameraPatch = components['schemas']['CameraPatch'];
+export type CameraPreset = components['schemas']['CameraPreset'];
 export type CameraRangesDocument = components['schemas']['CameraRangesDocument'];
 export type CamerasChangedDocument = components['schemas']['CamerasChangedDocument'];
 export type CameraSettingsDocument = components['schemas']['CameraSettingsDocument'];
@@ -2925,11 +2968,13 @@ export type PatternDocument = components['schemas']['PatternDocument'];
 export type PictureDocument = components['schemas']['PictureDocument'];
 export type PictureMapRequest = components['schemas']['PictureMapRequest'];
 export type Pixel = components['schemas']['Pixel'];
+export type PixelFormat = components['schemas']['PixelFormat'];
 export type PlaceRequest = components['schemas']['PlaceRequest'];
 export type PlaneDocument = components['schemas']['PlaneDocument'];
 export type PointDocument = components['schemas']['PointDocument'];
 export type PointsDocument = components['schemas']['PointsDocument'];
 export type PositionStreamDocument = components['schemas']['PositionStreamDocument'];
+export type PresetCamera = components['schemas']['PresetCamera'];
 export type Problem = components['schemas']['Problem'];
 export type ProfileDocument = components['schemas']['ProfileDocument'];
 export type RailDocument = components['schemas']['RailDocument'];
@@ -2963,6 +3008,7 @@ export type RigFileEntry = components['schemas']['RigFileEntry'];
 export type RigFiles = components['schemas']['RigFiles'];
 export type RingDocument = components['schemas']['RingDocument'];
 export type RingRequest = components['schemas']['RingRequest'];
+export type Role = components['schemas']['Role'];
 export type SampleDocument = components['schemas']['SampleDocument'];
 export type SessionDocument = components['schemas']['SessionDocument'];
 export type SessionRequest = components['schemas']['SessionRequest'];
@@ -3020,5 +3066,7 @@ export type WideOptions = components['schemas']['WideOptions'];
 export type WideRun = components['schemas']['WideRun'];
 export type WideSampleDocument = components['schemas']['WideSampleDocument'];
 export type WideStageDocument = components['schemas']['WideStageDocument'];
+export type WindowLayout = components['schemas']['WindowLayout'];
+export type WindowLayoutRequest = components['schemas']['WindowLayoutRequest'];
 export type $defs = Record<string, never>;
 export type operations = Record<string, never>;

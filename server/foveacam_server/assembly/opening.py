@@ -25,12 +25,14 @@ from foveacam_server.datasets.collection import CaptureCollection
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.named_documents import NamedDocuments
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
 from foveacam_server.resources.calibration_sessions.runs import CalibrationJobTools
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
 from foveacam_server.resources.calibrations.records import CalibrationRecords
+from foveacam_server.resources.cameras.presets import CameraPreset, CameraPresets
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.shapes import ShapeWorker
@@ -48,6 +50,7 @@ from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
 from foveacam_server.resources.rig_setup.pictures import CameraPictures
 from foveacam_server.resources.rig_setup.service import RigSetupService
 from foveacam_server.resources.suggestions.service import SuggestionService
+from foveacam_server.resources.views.layout_routes import WindowLayout
 from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
@@ -97,6 +100,21 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         device_search=search,
         camera_pictures=CameraPictures(displays.hub, search, clock=foundation.clock),
         cameras=knowledge.cameras,
+        camera_presets=CameraPresets(
+            NamedDocuments(
+                foundation.store.subfolder("camera_presets"),
+                CameraPreset,
+                form="foveacam-camera-preset",
+                version=1,
+            ),
+            knowledge.cameras,
+        ),
+        window_layouts=NamedDocuments(
+            foundation.store.subfolder("window_layouts"),
+            WindowLayout,
+            form="foveacam-window-layout",
+            version=1,
+        ),
         trigger_tests=trigger_tests,
         pan_tilt=PanTiltService(hardware),
         rail=RailService(hardware),

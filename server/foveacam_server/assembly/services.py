@@ -9,11 +9,13 @@ from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.named_documents import NamedDocuments
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
 from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.calibrations.service import CalibrationService
+from foveacam_server.resources.cameras.presets import CameraPresets
 from foveacam_server.resources.cameras.service import CameraSettingsService
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.captures.service import CaptureService
@@ -36,6 +38,7 @@ from foveacam_server.resources.rig_setup.service import RigSetupService
 from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.resources.stills.service import StillService
 from foveacam_server.resources.suggestions.service import SuggestionService
+from foveacam_server.resources.views.layout_routes import WindowLayout
 from foveacam_server.resources.views.live_stereo import LiveStereo
 from foveacam_server.resources.views.overlay import GazeOverlay
 from foveacam_server.resources.wide_depth.service import WideDepthService
@@ -65,6 +68,8 @@ class Services:
     device_search: DeviceSearch
     camera_pictures: CameraPictures
     cameras: CameraSettingsService
+    camera_presets: CameraPresets
+    window_layouts: NamedDocuments[WindowLayout]
     trigger_tests: TriggerTests
     pan_tilt: PanTiltService
     rail: RailService
@@ -101,6 +106,7 @@ class Services:
 if TYPE_CHECKING:
     from foveacam_server.resources.calibration_sessions.routes import CalibrationSessionRouteServices
     from foveacam_server.resources.calibrations.routes import CalibrationRouteServices
+    from foveacam_server.resources.cameras.preset_routes import CameraPresetRouteServices
     from foveacam_server.resources.cameras.routes import CameraRouteServices
     from foveacam_server.resources.captures.routes import CaptureRouteServices
     from foveacam_server.resources.clouds.depth_routes import DepthRouteServices
@@ -132,6 +138,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.stills.routes import StillRouteServices
     from foveacam_server.resources.stop.routes import StopRouteServices
     from foveacam_server.resources.suggestions.routes import SuggestionRouteServices
+    from foveacam_server.resources.views.layout_routes import WindowLayoutRouteServices
     from foveacam_server.resources.wide_depth.routes import WideDepthRouteServices
 
     def _check_route_services(services: Services) -> None:
@@ -139,6 +146,7 @@ if TYPE_CHECKING:
         _calibration_session: CalibrationSessionRouteServices = services
         _calibration: CalibrationRouteServices = services
         _camera: CameraRouteServices = services
+        _camera_preset: CameraPresetRouteServices = services
         _capture: CaptureRouteServices = services
         _depth: DepthRouteServices = services
         _cloud: CloudRouteServices = services
@@ -169,4 +177,5 @@ if TYPE_CHECKING:
         _still: StillRouteServices = services
         _stop: StopRouteServices = services
         _suggestion: SuggestionRouteServices = services
+        _window_layout: WindowLayoutRouteServices = services
         _wide_depth: WideDepthRouteServices = services
