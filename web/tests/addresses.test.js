@@ -14,6 +14,7 @@ test("an address opens one page at most", () => {
     wizard: null,
     rig_page: false,
     setup_page: false,
+    settings_page: false,
     capture_page: false,
     follow_page: false,
     loop_page: false,
@@ -23,6 +24,7 @@ test("an address opens one page at most", () => {
   for (const hash of ["", "#/", "#/rigs", "#/capture/1"]) assert.deepEqual(pagesAt(hash), none);
   assert.deepEqual(pagesAt("#/rig"), { ...none, rig_page: true });
   assert.deepEqual(pagesAt("#/setup"), { ...none, setup_page: true });
+  assert.deepEqual(pagesAt("#/settings"), { ...none, settings_page: true });
   assert.deepEqual(pagesAt("#/capture"), { ...none, capture_page: true });
   assert.deepEqual(pagesAt("#/follow"), { ...none, follow_page: true });
   assert.deepEqual(pagesAt("#/loop"), { ...none, loop_page: true });

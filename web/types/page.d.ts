@@ -5,6 +5,7 @@ import type {
   AlternativeDocument,
   CalibrationDocument,
   CameraLinkDocument,
+  CameraPreset,
   CameraSettingsDocument,
   CaptureDocument,
   CaptureProgress,
@@ -59,6 +60,7 @@ import type {
   TryResult,
   Verging,
   WideLensDocument,
+  WindowLayout,
 } from "#api";
 
 // Values that fields of several documents take.
@@ -204,6 +206,14 @@ export type SetupState = {
   tries: Record<string, TryResult | "asking">;
   start: StartDocument | null;
   start_dismissed: boolean;
+};
+
+// The settings page.
+
+export type PreferencesState = {
+  settings_page: boolean;
+  camera_presets: CameraPreset[] | null;
+  window_layouts: WindowLayout[] | null;
 };
 
 // The capture page.
@@ -468,6 +478,7 @@ export type ConsoleState = SharedState &
   CalibrationState &
   RigPageState &
   SetupState &
+  PreferencesState &
   CapturePageState &
   MeasureState &
   FollowState &

@@ -45,6 +45,8 @@ import { WideDepth } from "./panels/wide_depth.js";
 import { followAddress, openPage, turnPages } from "./pages.js";
 import { toolButton } from "./parts.js";
 import { mountPlannerPage } from "./planner/page.js";
+import { mountSettingsPage } from "./preferences/page.js";
+import { Preferences } from "./preferences/reader.js";
 import { makeRecordButton } from "./recording/button.js";
 import { LiveRecording } from "./recording/live.js";
 import { RigOrders } from "./rig/orders.js";
@@ -77,6 +79,7 @@ const rigReader = new RigReader({ store, pan_tilt: reader });
 const rigOrders = new RigOrders({ store, commands, reader: rigReader });
 const setupReader = new SetupReader(store);
 const setupOrders = new SetupOrders({ store, commands, reader: setupReader });
+const preferences = new Preferences({ store, commands });
 const galleryReader = new GalleryReader();
 const stillReader = new StillReader();
 const captureReader = new CaptureReader(store);
@@ -99,6 +102,7 @@ const sync = new Sync({
     reader,
     rigReader,
     setupReader,
+    preferences,
     captureReader,
     galleryReader,
     stillReader,
@@ -186,6 +190,7 @@ const slots = {
 fill(need("still-capture"), stillPanel({ store, commands, reader: stillReader }));
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
 mountPlannerPage(need("planner"), { store });
+mountSettingsPage(need("settings-page"), { store, commands, preferences });
 mountSetupPage(need("setup-page"), { store, orders: setupOrders, reader: setupReader });
 turnPages({ store, views, slots });
 followAddress(store);
