@@ -53,7 +53,7 @@ def test_colours_and_theme_are_changed_in_one_place(server: Server, open_console
     console = opened(server, open_console)
     page, glasses = console.page, part(console, "All viewers").get_by_role("combobox")
     glasses.select_option("red_blue")
-    page.get_by_label("Colours", exact=True).select_option("dark")
+    part(console, "This browser").get_by_role("combobox").first.select_option("dark")
     expect(page.locator("html")).to_have_attribute("data-theme", "dark")
     page.reload()
     expect(glasses).to_have_value("red_blue")

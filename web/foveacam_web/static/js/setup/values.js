@@ -58,9 +58,9 @@ const CONTROLLER = [
 const MARKERS = [
   { path: "markers.side_mm", label: "Side", unit: "mm", title: "Of the black square, as printed" },
   { path: "markers.spacing_mm", label: "Spacing", unit: "mm", title: "From the middle marker to each of the others" },
-  { path: "markers.wide_id", label: "Wide", kind: "whole", title: "Id in the dictionary 4X4_50" },
-  { path: "markers.left_id", label: "Left", kind: "whole" },
-  { path: "markers.right_id", label: "Right", kind: "whole" },
+  { path: "markers.wide_id", label: "Id, wide", kind: "whole", title: "Id in the dictionary 4X4_50" },
+  { path: "markers.left_id", label: "Id, left", kind: "whole" },
+  { path: "markers.right_id", label: "Id, right", kind: "whole" },
 ];
 /** @type {Field[]} */
 const TURNED = [
