@@ -62,8 +62,8 @@ test("a field says what is wrong with it and what the doctor found, with the rem
     { field: "mirrors.port", name: "ftdi_latency", level: "warning", found: "slow", remedy: "" },
   ]);
   assert.deepEqual(words.notesAt("cameras.left", setup, advice), [
-    { tone: "bad", text: "claimed twice" },
-    { tone: "bad", text: "Not there. Plug it in." },
+    { tone: "bad", text: "Claimed twice." },
+    { tone: "bad", text: "Not there. To do: plug it in" },
   ]);
   assert.deepEqual(words.notesAt("mirrors.port", setup, advice), [{ tone: "warn", text: "Slow." }]);
   assert.deepEqual(

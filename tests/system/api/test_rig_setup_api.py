@@ -96,6 +96,14 @@ def test_rig_is_set_up_from_nothing_saved_undone_and_opened(setup: Running) -> N
     assert setup.post("/rig/setup/open", {"path": None}).json()["simulated"]
 
 
+def test_rig_is_not_exchanged_under_a_recording(setup: Running) -> None:
+    job = setup.post("/recordings", {"name": "under way"}).json()
+    refused = setup.post("/rig/setup/open", {"path": None})
+    assert (refused.status_code, refused.json()["found"]) == (409, "a job is using the rig")
+    setup.post(f"/jobs/{job['id']}/cancel")
+    setup.ended(job)
+
+
 def test_steps_of_the_start_are_listed_and_done(setup: Running) -> None:
     steps = setup.get("/rig/start").json()["steps"]
     assert [step["device"] for step in steps] == [

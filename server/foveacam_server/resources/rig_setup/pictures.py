@@ -45,7 +45,10 @@ class CameraPictures:
     def _of_view(self, view: str) -> bytes:
         picture = self._views.newest(view)
         if picture is None:
-            raise NotConnected(f"camera {view} of the open rig has no picture yet; try again in a moment")
+            raise NotConnected(
+                f"camera {view} is open in this rig and has sent no picture yet; a fovea waits for the"
+                " controller's pulse"
+            )
         return encode_jpeg(picture.image, bits=picture.bits, scale=2)
 
 

@@ -8,6 +8,7 @@ from fastapi.responses import Response
 
 from foveacam_hardware.contract import Clock
 from foveacam_server.foundation.answers import LeaseHeader, file_responses, opened_services, problems
+from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.rig_setup.draft_advice import advice_on, needs_of_draft
 from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
@@ -31,6 +32,7 @@ from foveacam_server.resources.rig_setup.schema import (
 )
 from foveacam_server.resources.rig_setup.service import RigSetupService
 from foveacam_server.resources.rig_setup.tries import step_mirrors, try_controller, try_pan_tilt
+from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 
 router = APIRouter(prefix="/rig/setup", tags=["rig set-up"])
@@ -43,6 +45,7 @@ class RigSetupRouteServices(Protocol):
     device_search: DeviceSearch
     camera_pictures: CameraPictures
     hardware: HardwareThread
+    jobs: JobRunner
     lease: Lease
     clock: Clock
 
@@ -125,6 +128,8 @@ def files(services: ServicesDep) -> RigFiles:
 def open_rig(request: OpenOrder, services: ServicesDep, x_lease: LeaseHeader = None) -> RigFiles:
     """Park and close the rig, then open the one of a file, without a restart of the server."""
     services.lease.check(x_lease)
+    if services.jobs.open_jobs:
+        raise refusals.in_use("open another rig", "a job")
     services.rig_setup.open(request.path, services.hardware)
     return services.rig_setup.files()
 

@@ -1,7 +1,6 @@
 // The fields of the draft: each shows its value, changes it, and says below what is wrong and what the doctor found.
 
 import { absent, html } from "../dom.js";
-import { sentence } from "../format.js";
 import { notesAt, valueAt, withValue } from "./words.js";
 
 /**
@@ -53,7 +52,7 @@ export function notesBeside(path, { setup, advice }) {
 function notesOf(notes, id) {
   if (notes.length === 0) return null;
   return html`<div class="notes" id=${id}>
-    ${notes.map(({ tone, text }) => html`<p class="note ${tone}">${sentence(text)}</p>`)}
+    ${notes.map(({ tone, text }) => html`<p class="note ${tone}">${text}</p>`)}
   </div>`;
 }
 

@@ -124,10 +124,10 @@ export function notesAt(path, setup, advice) {
   const faults = (setup?.faults ?? []).filter(({ field }) => field === path);
   const found = (advice ?? []).filter(({ field }) => field === path);
   return [
-    ...faults.map(({ message }) => ({ tone: "bad", text: message })),
+    ...faults.map(({ message }) => ({ tone: "bad", text: sentence(message) })),
     ...found.map(({ level, found: text, remedy }) => ({
       tone: level === "ok" ? "good" : level === "warning" ? "warn" : "bad",
-      text: [text, remedy].filter(Boolean).map(sentence).join(" "),
+      text: remedy ? `${sentence(text)} To do: ${remedy}` : sentence(text), // a remedy may be a command: as it is
     })),
   ];
 }
