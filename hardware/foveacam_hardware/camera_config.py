@@ -8,6 +8,8 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from foveacam_hardware.config_errors import KeysConflict
+
 
 def _without_spaces(serial: str) -> str:
     if serial.split() != [serial]:
@@ -146,9 +148,10 @@ class CamerasConfig(_Table):
         for role in ROLES:
             name = device_name(getattr(self, role))
             if name is not None and claimed.setdefault(name, role) != role:
-                raise ValueError(
+                raise KeysConflict(
                     f"{name} is claimed by {claimed[name]} and by {role}; one camera is one eye: give"
-                    f' {role} the serial number on its own label, or `kind = "absent"`'
+                    f' {role} the serial number on its own label, or `kind = "absent"`',
+                    keys=(role,),
                 )
         return self
 
@@ -158,10 +161,11 @@ class CamerasConfig(_Table):
             eye = getattr(self, role)
             pulsed = getattr(eye, "trigger", "none") in (None, "hardware")
             if isinstance(eye, MachineVisionCameraConfig) and pulsed and eye.exposure_auto != "off":
-                raise ValueError(
+                raise KeysConflict(
                     f'{role}: exposure_auto = "{eye.exposure_auto}", but one pulse exposes both foveae, whose'
                     " exposures must stay alike; leave it out here, and let the console find one exposure for"
-                    " both"
+                    " both",
+                    keys=(f"{role}.exposure_auto",),
                 )
         return self
 
@@ -173,9 +177,10 @@ class CamerasConfig(_Table):
         for key in LINKED:
             of_left, of_right = getattr(left, key, None), getattr(right, key, None)
             if of_left != of_right:
-                raise ValueError(
+                raise KeysConflict(
                     f"left and right differ in {key} ({of_left!r} and {of_right!r}); one pulse exposes both"
-                    f" and their pictures are compared: give both the same {key}"
+                    f" and their pictures are compared: give both the same {key}",
+                    keys=(f"left.{key}", f"right.{key}"),
                 )
         return self
 

@@ -1,6 +1,7 @@
-"""Turns pydantic's errors about a hand-written file into one sentence: key, value found, remedy."""
+"""Turns pydantic's errors about a hand-written file into sentences: key, value found, remedy."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -11,6 +12,40 @@ _MESSAGES = {
     "extra_forbidden": "not permitted here; correct its spelling, or take it out",
     "missing": "is missing; add it",
 }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConfigFault:
+    """What is wrong with one key of a file; `key` is dotted, as in `cameras.left.serial`."""
+
+    key: str
+    message: str
+
+
+class KeysConflict(ValueError):
+    """Keys of one table that do not go together; `keys`: those to correct, relative to the table."""
+
+    def __init__(self, message: str, *, keys: Sequence[str]) -> None:
+        super().__init__(message)
+        self.keys = tuple(keys)
+
+
+def list_faults(error: ValidationError, content: object) -> tuple[ConfigFault, ...]:
+    """Return what is wrong with each faulty key; `content`: the file as parsed."""
+    faults = [fault for detail in error.errors() for fault in _faults(detail, content)]
+    return tuple(dict.fromkeys(faults))
+
+
+def _faults(detail: Mapping[str, Any], content: object) -> list[ConfigFault]:  # Any: pydantic's own
+    table = locate_key(detail["loc"], content)
+    conflict = (detail.get("ctx") or {}).get("error")
+    keys = conflict.keys if isinstance(conflict, KeysConflict) else ("",)
+    return [
+        ConfigFault(
+            key=".".join(part for part in (table, key) if part), message=_message(detail) + _found(detail)
+        )
+        for key in keys
+    ]
 
 
 def explain_file(error: ValidationError, content: object) -> str:

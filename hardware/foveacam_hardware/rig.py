@@ -5,8 +5,9 @@ pan-tilt and rail, and `rig_replay` for recordings.
 """
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import TracebackType
 from typing import TYPE_CHECKING, Protocol
 
@@ -71,6 +72,18 @@ class Closeable(Protocol):
 
     def close(self) -> None:
         """Release the resource; do nothing when it is already released."""
+        ...
+
+
+class OpeningWatch(Protocol):
+    """Follows the opening of a rig, device by device."""
+
+    def begins(self, device: str) -> None:
+        """Take note that a device is being opened."""
+        ...
+
+    def ends(self, device: str, problem: OpeningProblem | None) -> None:
+        """Take note that a device is open, or why it is not."""
         ...
 
 
@@ -146,28 +159,28 @@ class Rig:
         """Return the camera of a role."""
         return {Role.WIDE: self.wide, Role.LEFT: self.left, Role.RIGHT: self.right}[role]
 
-    def connect(self) -> tuple[OpeningProblem, ...]:
+    def connect(self, *, watch: OpeningWatch | None = None) -> tuple[OpeningProblem, ...]:
         """Open every device; return the problems of those that failed to open, without raising."""
         problems = []
-        try:
-            self.mirrors.connect()
-        except FoveaError as error:
-            problems.append(OpeningProblem(device="mirrors", detail=str(error), remedy=error.remedy))
-        for camera in self.cameras:
-            try:
-                camera.connect()
-                camera.start()
-            except FoveaError as error:
-                problems.append(
-                    OpeningProblem(device=str(camera.role), detail=str(error), remedy=error.remedy)
-                )
-        for name, device in self._base:
-            try:
-                device.connect()
-            except FoveaError as error:
-                problems.append(OpeningProblem(device=name, detail=str(error), remedy=error.remedy))
+        for name, connect in self._connections():
+            if watch is not None:
+                watch.begins(name)
+            problem = _problem_of(name, connect)
+            if watch is not None:
+                watch.ends(name, problem)
+            if problem is not None:
+                problems.append(problem)
         self.problems = tuple(problems)
         return self.problems
+
+    def _connections(self) -> list[tuple[str, Callable[[], None]]]:
+        """Return how each device is opened, in their order."""
+        cameras = [(str(camera.role), partial(_start, camera)) for camera in self.cameras]
+        return [
+            ("mirrors", self.mirrors.connect),
+            *cameras,
+            *((name, device.connect) for name, device in self._base),
+        ]
 
     def close(self) -> None:
         """Release everything in reverse order; pan-tilt and rail stop, the mirrors are parked."""
@@ -196,6 +209,20 @@ class Rig:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _start(camera: Camera) -> None:
+    camera.connect()
+    camera.start()
+
+
+def _problem_of(name: str, connect: Callable[[], None]) -> OpeningProblem | None:
+    """Open a device; return why it could not be opened."""
+    try:
+        connect()
+    except FoveaError as error:
+        return OpeningProblem(device=name, detail=str(error), remedy=error.remedy)
+    return None
 
 
 def open_rig(

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from foveacam_hardware.camera_config import (
+    AbsentCameraConfig,
     AravisCameraConfig,
     CameraConfig,
     OpenCvCameraConfig,
@@ -54,19 +55,24 @@ def camera_searches() -> dict[str, Discover]:
 
 def build_camera(role: Role, given: CameraConfig, *, clock: Clock) -> Camera:
     """Return the camera of a role, not connected; an `AbsentCamera` where the file names none."""
+    if isinstance(given, AbsentCameraConfig):
+        return AbsentCamera(
+            role,
+            reason="the rig file names none",
+            remedy='give it a kind there, such as "aravis", and start the server again',
+        )
+    return _supervised(role, given, lambda: build_device(given, clock=clock), clock=clock)
+
+
+def build_device(given: PresentCameraConfig, *, clock: Clock) -> CameraDevice:
+    """Return the driver's device of a camera, not opened."""
     match given:
         case AravisCameraConfig():
-            return _supervised(role, given, lambda: _aravis(given, clock), clock=clock)
+            return _aravis(given, clock)
         case PylonCameraConfig():
-            return _supervised(role, given, lambda: _pylon(given, clock), clock=clock)
+            return _pylon(given, clock)
         case OpenCvCameraConfig():
-            return _supervised(role, given, lambda: _opencv(given, clock), clock=clock)
-        case _:
-            return AbsentCamera(
-                role,
-                reason="the rig file names none",
-                remedy='give it a kind there, such as "aravis", and start the server again',
-            )
+            return _opencv(given, clock)
 
 
 def plan_of(role: Role, given: PresentCameraConfig) -> CameraPlan:

@@ -17,7 +17,7 @@ from pydantic import (
 )
 
 from foveacam_hardware.camera_config import ROLES, CamerasConfig, OpenCvCameraConfig
-from foveacam_hardware.config_errors import explain_file
+from foveacam_hardware.config_errors import ConfigFault, KeysConflict, explain_file, list_faults
 from foveacam_hardware.contract import InvalidInput, MarkerPrint
 from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, OperatorConfig, PanTiltConfig
 from foveacam_hardware.rail_config import GrblRailConfig, RailConfig
@@ -28,9 +28,13 @@ VERSION: Literal[1] = 1
 MarkerId: TypeAlias = Annotated[int, Field(ge=0, le=49)]
 
 
+RIG_ID = re.compile("[a-z0-9][a-z0-9-]{0,39}")
+BAD_RIG_ID = "choose small letters, digits and hyphens, 40 at most, a letter or a digit first"
+
+
 def _checked_id(rig_id: str) -> str:
-    if not re.fullmatch("[a-z0-9][a-z0-9-]{0,39}", rig_id):
-        raise ValueError("choose small letters, digits and hyphens, 40 at most, a letter or a digit first")
+    if not RIG_ID.fullmatch(rig_id):
+        raise ValueError(BAD_RIG_ID)
     return rig_id
 
 
@@ -96,14 +100,16 @@ class MarkersConfig(_Table):
     @model_validator(mode="after")
     def _make_sense(self) -> "MarkersConfig":
         if self.spacing_mm <= self.side_mm:
-            raise ValueError(
+            raise KeysConflict(
                 f"markers of {self.side_mm:g} mm cannot stand {self.spacing_mm:g} mm apart; measure both on"
-                " the printed target"
+                " the printed target",
+                keys=("spacing_mm",),
             )
         ids = (self.wide_id, self.left_id, self.right_id)
         if len(set(ids)) != len(ids):
-            raise ValueError(
-                f"the ids {ids} are not three different ones; give each camera a marker of its own"
+            raise KeysConflict(
+                f"the ids {ids} are not three different ones; give each camera a marker of its own",
+                keys=("wide_id", "left_id", "right_id"),
             )
         return self
 
@@ -158,14 +164,23 @@ _ANY_RIG: TypeAdapter[SimulatedRigConfig | SerialRigConfig] = TypeAdapter(RigCon
 def load_rig_config(path: str | Path) -> SimulatedRigConfig | SerialRigConfig:
     """Read a rig file; raise `InvalidInput` for one that cannot be read or is not valid."""
     file = Path(path)
+    return parse_rig_config(read_rig_content(file), file=file)
+
+
+def read_rig_content(file: Path) -> dict[str, Any]:  # Any: nothing of the file is checked yet
+    """Return what is in a rig file; raise `InvalidInput` for one that cannot be read or is no TOML."""
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
+        return tomllib.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
         raise InvalidInput(f"rig file {file}: no such file; give the path of a .toml rig file") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InvalidInput(f"rig file {file}: not valid TOML ({error}); {_toml_remedy(error)}") from error
     except OSError as error:
         raise InvalidInput(f"rig file {file}: cannot be read ({error.strerror})") from error
+
+
+def parse_rig_config(content: dict[str, Any], *, file: Path) -> SimulatedRigConfig | SerialRigConfig:
+    """Return the rig that a file's content describes; raise `InvalidInput` for one that is not valid."""
     if (why := _wrong_header(content)) is not None:
         raise InvalidInput(f"rig file {file}: {why}")
     try:
@@ -173,6 +188,17 @@ def load_rig_config(path: str | Path) -> SimulatedRigConfig | SerialRigConfig:
     except ValidationError as error:
         raise InvalidInput(f"rig file {file}: {explain_file(error, content)}") from error
     return _resolve_paths(config, file.parent)
+
+
+def rig_faults(content: dict[str, Any]) -> tuple[ConfigFault, ...]:  # Any: nothing of it is checked yet
+    """Return what is wrong with each key of a rig file's content; nothing when the file can be used."""
+    if (why := _wrong_header(content)) is not None:
+        return (ConfigFault(key="version", message=why),)
+    try:
+        _ANY_RIG.validate_python(content)
+    except ValidationError as error:
+        return list_faults(error, content)
+    return ()
 
 
 def _toml_remedy(error: Exception) -> str:

@@ -17,6 +17,7 @@ from foveacam_server.foundation.answers import BODY_BYTES, problems
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.calibration_sessions import routes as calibration_sessions
 from foveacam_server.resources.calibrations import routes as calibrations
+from foveacam_server.resources.cameras import preset_routes as camera_presets
 from foveacam_server.resources.cameras import routes as cameras
 from foveacam_server.resources.captures import routes as captures
 from foveacam_server.resources.clouds import depth_routes as depth
@@ -43,6 +44,7 @@ from foveacam_server.resources.positioners import rail_routes as rail
 from foveacam_server.resources.reach import routes as reach
 from foveacam_server.resources.recordings import routes as recordings
 from foveacam_server.resources.references import routes as references
+from foveacam_server.resources.rig_setup import routes as rig_setup
 from foveacam_server.resources.rig_state import health_routes
 from foveacam_server.resources.rig_state import routes as rig_state
 from foveacam_server.resources.settle_time import routes as settle_time
@@ -50,6 +52,7 @@ from foveacam_server.resources.simulation import routes as simulation
 from foveacam_server.resources.stills import routes as stills
 from foveacam_server.resources.stop import routes as stop
 from foveacam_server.resources.suggestions import routes as suggestions
+from foveacam_server.resources.views import layout_routes as window_layouts
 from foveacam_server.resources.views import routes as views
 from foveacam_server.resources.wide_depth import routes as wide_depth
 
@@ -57,6 +60,8 @@ API = "/api/v1"
 
 _RESOURCES = (
     rig_state,
+    rig_setup,
+    camera_presets,
     cameras,
     captures,
     mosaics,
@@ -68,6 +73,7 @@ _RESOURCES = (
     rail,
     recordings,
     views,
+    window_layouts,
     fixations,
     follows,
     loop,

@@ -156,8 +156,8 @@ def doctor(
     ] = False,
 ) -> None:
     """Check what rig and server need here, and say what to do about each."""
+    from foveacam_server.checks.findings import findings_document, findings_table, healthy
     from foveacam_server.doctor.examination import examine
-    from foveacam_server.doctor.findings import findings_document, findings_table, healthy
 
     chosen = {"rig": rig, "scene": scene, "port": port, "data": data, "calibration": calibration}
     findings = examine(checked_settings(chosen), trigger_test=trigger_test)

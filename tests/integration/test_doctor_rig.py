@@ -9,9 +9,9 @@ from tests.unit.fake_machine import FakeMachine
 from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_server.doctor.devices import check_devices, check_trigger
+from foveacam_server.checks.devices import check_devices, check_trigger
+from foveacam_server.checks.findings import Severity, healthy
 from foveacam_server.doctor.examination import ExaminationContext, examine
-from foveacam_server.doctor.findings import Severity, healthy
 from foveacam_server.foundation.settings import Settings
 
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from foveacam_server.doctor.machine import Machine
+from foveacam_server.checks.machine import Machine
 
 
 class FakeMachine:

@@ -8,9 +8,9 @@ from rich.console import Console
 
 from foveacam_hardware.contract import DeviceInfo, NotConnected
 from foveacam_hardware.drivers.cameras.device import FoundCamera
-from foveacam_server.doctor import buses, ports
-from foveacam_server.doctor.cameras import check_named, look_for_cameras
-from foveacam_server.doctor.findings import (
+from foveacam_server.checks import buses, ports
+from foveacam_server.checks.cameras import check_named, look_for_cameras
+from foveacam_server.checks.findings import (
     Finding,
     Severity,
     findings_document,
@@ -20,7 +20,7 @@ from foveacam_server.doctor.findings import (
     problem,
     warning,
 )
-from foveacam_server.doctor.needs import NamedCamera, RigNeeds
+from foveacam_server.checks.needs import NamedCamera, RigNeeds
 from foveacam_server.doctor.program import check_versions
 
 from .fake_machine import FakeMachine

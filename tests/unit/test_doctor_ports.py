@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_server.doctor import ports
-from foveacam_server.doctor.findings import Severity
-from foveacam_server.doctor.needs import RigNeeds
+from foveacam_server.checks import ports
+from foveacam_server.checks.findings import Severity
+from foveacam_server.checks.needs import RigNeeds
 
 from .fake_machine import FakeMachine
 

@@ -24,10 +24,12 @@ from foveacam_server.foundation.store import Store
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import LENGTH
 from foveacam_server.rig.live_views import LiveRates
+from foveacam_server.rig.opening_steps import FIRST_DEVICES, OpeningSteps
+from foveacam_server.rig.ports import OpeningWatch
 from foveacam_server.rig.status import RigState
 from foveacam_server.rig.stop import StopSwitch
 
-from .fake_rig import FakeRig, Pictures
+from .fake_rig import FakeProblem, FakeRig, Pictures
 from .hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup, never
 
 THERE = StereoVolts(left=MirrorVolts(x_v=50.0, y_v=0.0), right=MirrorVolts(x_v=40.0, y_v=0.0))
@@ -207,8 +209,8 @@ def test_camera_on_probation_is_not_called_back_before_it_delivers(setup: Hardwa
     reconnected = threading.Event()
     connect = setup.rig.connect
 
-    def connecting() -> None:
-        connect()
+    def connecting(*, watch: OpeningWatch | None = None) -> None:
+        connect(watch=watch)
         reconnected.set()
 
     setup.rig.connect = connecting  # type: ignore[method-assign]
@@ -273,3 +275,61 @@ def test_stop_keeps_who_engaged_it_first(setup: HardwareSetup) -> None:
         (True, "Ada"),
         (False, None),
     ]
+
+
+def test_rig_is_closed_and_opened_again_with_what_the_opener_says_by_then(setup: HardwareSetup) -> None:
+    hardware = setup.start()
+    first, second = setup.rig, FakeRig(MonotonicClock())
+    second.name, second.pan_tilt = "Another rig", None
+    setup.rig = second
+
+    hardware.reopen("the set-up")
+
+    assert first.closed.is_set()
+    assert hardware.status.name == "Another rig"
+    assert hardware.submit(lambda rig: rig.name).result(PATIENCE_S) == "Another rig"
+    assert [step.device for step in hardware.opening.steps.every] == ["rig", *FIRST_DEVICES]
+    hardware.steer(THERE).result(PATIENCE_S)
+
+
+def test_problems_of_the_rig_that_was_closed_are_forgotten(setup: HardwareSetup) -> None:
+    hardware = setup.start()
+    setup.rig.wide.failure = NotConnected("camera wide: unplugged")
+    setup.wait_for("device.fault")
+    setup.rig = FakeRig(MonotonicClock())
+
+    hardware.reopen("the set-up")
+
+    assert hardware.status.problems == ()
+    assert hardware.status.state is RigState.READY
+
+
+def test_rig_that_a_job_has_is_not_closed(setup: HardwareSetup) -> None:
+    hardware = setup.start()
+    with (
+        hardware.session("a job", cancelled=never),
+        pytest.raises(Busy, match="open another rig: a job is using"),
+    ):
+        hardware.reopen("the set-up")
+    assert not setup.rig.closed.is_set()
+
+
+def test_steps_of_the_opening_stay_at_what_failed() -> None:
+    steps = OpeningSteps()
+    steps.begins("mirrors")
+    assert [step.state for step in steps.every] == ["pending", "active", "pending", "pending", "pending"]
+    steps.ends("mirrors", FakeProblem(device="mirrors", detail="no controller", remedy="plug it in"))
+    steps.expect(["rail"])
+    steps.begins("rail")
+    steps.ends("rail", None)
+
+    states = {step.device: step.state for step in steps.every}
+    assert states == {
+        "rig": "pending",
+        "mirrors": "failed",
+        "wide": "pending",
+        "left": "pending",
+        "right": "pending",
+        "rail": "done",
+    }
+    assert (steps.every[1].detail, steps.every[1].remedy) == ("no controller", "plug it in")

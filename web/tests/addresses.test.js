@@ -13,6 +13,8 @@ test("an address opens one page at most", () => {
   const none = {
     wizard: null,
     rig_page: false,
+    setup_page: false,
+    settings_page: false,
     capture_page: false,
     follow_page: false,
     loop_page: false,
@@ -21,6 +23,8 @@ test("an address opens one page at most", () => {
   };
   for (const hash of ["", "#/", "#/rigs", "#/capture/1"]) assert.deepEqual(pagesAt(hash), none);
   assert.deepEqual(pagesAt("#/rig"), { ...none, rig_page: true });
+  assert.deepEqual(pagesAt("#/setup"), { ...none, setup_page: true });
+  assert.deepEqual(pagesAt("#/settings"), { ...none, settings_page: true });
   assert.deepEqual(pagesAt("#/capture"), { ...none, capture_page: true });
   assert.deepEqual(pagesAt("#/follow"), { ...none, follow_page: true });
   assert.deepEqual(pagesAt("#/loop"), { ...none, loop_page: true });

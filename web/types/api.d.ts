@@ -7,6 +7,15 @@ export type paths = Record<string, never>;
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /** @description What the doctor finds about the draft; `field`: where it belongs. */
+        AdviceDocument: {
+            field: string;
+            found: string;
+            /** @enum {string} */
+            level: "ok" | "warning" | "problem";
+            name: string;
+            remedy: string;
+        };
         /**
          * @description All steps in order; `activate`: put the result in force.
          *
@@ -54,6 +63,11 @@ export interface components {
             single_m2: number;
             weighted_m2: number;
         };
+        /**
+         * @description Mode of a camera's automatic exposure.
+         * @enum {string}
+         */
+        AutoMode: "off" | "once" | "continuous";
         /** @description White all over. */
         BlankPattern: {
             /**
@@ -154,6 +168,12 @@ export interface components {
             /** @default false */
             linked?: boolean;
             pixel_format?: ("Mono8" | "Mono12" | "Mono12p" | "BayerRG8" | "BayerRG12p" | "RGB8") | null;
+        };
+        /** @description The settings of all cameras under a name. */
+        CameraPreset: {
+            cameras: components["schemas"]["PresetCamera"][];
+            name: string;
+            saved_utc: string;
         };
         /** @description Accepted values of a camera's settings; no formats before it was opened. */
         CameraRangesDocument: {
@@ -540,6 +560,89 @@ export interface components {
             farthest_m?: number | null;
             nearest_m: number;
         };
+        /** @description The camera of a role. */
+        DraftCamera: {
+            /** @enum {string} */
+            kind: "aravis" | "pylon" | "opencv" | "simulated";
+            name: string;
+        };
+        /** @description The camera of each role; null: none. */
+        DraftCameras: {
+            left: components["schemas"]["DraftCamera"] | null;
+            right: components["schemas"]["DraftCamera"] | null;
+            wide: components["schemas"]["DraftCamera"] | null;
+        };
+        /**
+         * @description The draft, its file, and what is wrong with it.
+         *
+         *     `file_exists`: whether the file is there already. `changed`: whether the file would change.
+         */
+        DraftDocument: {
+            changed: boolean;
+            draft: components["schemas"]["RigDraft"];
+            faults: components["schemas"]["DraftFault"][];
+            file_exists: boolean;
+            path: string;
+            simulated: boolean;
+        };
+        /** @description What is wrong with one field of the draft, or with a key of its file that the draft has not. */
+        DraftFault: {
+            field: string;
+            message: string;
+        };
+        /** @description The three markers as printed. */
+        DraftMarkers: {
+            /** @default 1 */
+            left_id: number;
+            /** @default 2 */
+            right_id: number;
+            /** @default 60 */
+            side_mm: number;
+            /** @default 100 */
+            spacing_mm: number;
+            /** @default 0 */
+            wide_id: number;
+        };
+        /** @description The mirrors' controller: its port, limits and delays. */
+        DraftMirrors: {
+            /** @default 90 */
+            bias_v: number;
+            /** @default 120 */
+            low_pass_hz: number;
+            /** @default 170 */
+            max_v: number;
+            /** @default  */
+            port: string;
+            /** @default 4000 */
+            pulse_us: number;
+            /** @default 14000 */
+            settle_us: number;
+        };
+        /** @description What turns the rig; by hand only `kind` counts. */
+        DraftPanTilt: {
+            /** @default true */
+            has_switches: boolean;
+            /** @enum {string} */
+            kind: "grbl" | "ptu" | "manual";
+            /** @default 70 */
+            pan_max_deg: number;
+            /** @default -70 */
+            pan_min_deg: number;
+            /** @default  */
+            port: string;
+            /** @default 25 */
+            speed_deg_s: number;
+            /** @default 30 */
+            tilt_max_deg: number;
+            /** @default -30 */
+            tilt_min_deg: number;
+            zero_pan_deg: number | null;
+            zero_tilt_deg: number | null;
+        };
+        /** @description Where a draft begins: a rig file of the list, or nothing (null). */
+        DraftStart: {
+            path?: string | null;
+        };
         /** @description Result of a drift check, and whether it was applied. */
         DriftCheckDocument: {
             applied: boolean;
@@ -683,6 +786,10 @@ export interface components {
             loo_px: number;
             name: string;
             order: number;
+        };
+        /** @description Hash of the file that the client has seen; null: it has seen none. */
+        FileOrder: {
+            hash: string | null;
         };
         /** @description A finished film. */
         FilmDocument: {
@@ -879,6 +986,42 @@ export interface components {
                 number,
                 number
             ][];
+        };
+        /**
+         * @description A camera that a bus has; nothing was opened to find it.
+         *
+         *     `name`: what a draft calls it. `role`, `in_use`: its role in the rig that is open, and who has it.
+         *     `problem`: why it cannot be used.
+         */
+        FoundCameraDocument: {
+            address: string;
+            in_use: string | null;
+            /** @enum {string} */
+            kind: "aravis" | "pylon" | "opencv" | "simulated";
+            model: string;
+            name: string;
+            problem: string | null;
+            role: ("wide" | "left" | "right") | null;
+            serial: string;
+            vendor: string;
+        };
+        /** @description Everything that this machine's buses have now. */
+        FoundDevices: {
+            cameras: components["schemas"]["FoundCameraDocument"][];
+            ports: components["schemas"]["FoundPortDocument"][];
+            silent: components["schemas"]["SilentBus"][];
+        };
+        /** @description A serial port; `name`: what a draft calls it. `use`: by the open rig. `controller`: has its USB id. */
+        FoundPortDocument: {
+            controller: boolean;
+            device: string;
+            in_use: string | null;
+            name: string;
+            problem: string | null;
+            product: string;
+            serial: string;
+            usb_id: string;
+            use: string | null;
         };
         /**
          * @description A stop of the rail: its reading and its estimated pose, relative to the compared scan's stop.
@@ -1493,6 +1636,11 @@ export interface components {
             /** @constant */
             step: "mirrors";
         };
+        /** @description A small step of both mirrors and back; only with the operator's confirmation. */
+        MirrorStepOrder: {
+            /** @constant */
+            confirmed: true;
+        };
         /** @description Leave-one-out error of a mirror model. */
         ModelScoreDocument: {
             chosen: boolean;
@@ -1626,6 +1774,10 @@ export interface components {
             /** @default 60 */
             size_m?: number;
         };
+        /** @description The rig file to open; null: the built-in simulated rig. */
+        OpenOrder: {
+            path: string | null;
+        };
         /** @description The pan-tilt, which turns the whole rig: +pan to the right, +tilt down. */
         PanTiltDocument: {
             awaits_zero: boolean;
@@ -1681,6 +1833,11 @@ export interface components {
             x_px: number;
             y_px: number;
         };
+        /**
+         * @description Pixel format on the wire (GenICam names); drivers convert Bayer to RGB and packed pixels to 16 bit.
+         * @enum {string}
+         */
+        PixelFormat: "Mono8" | "Mono12" | "Mono12p" | "BayerRG8" | "BayerRG12p" | "RGB8";
         /**
          * @description A pixel of a view; the centre of the first pixel is (0, 0).
          *
@@ -1760,6 +1917,17 @@ export interface components {
             right_y_v: number;
             stream: number;
             updates_per_s: number;
+        };
+        /** @description The settings of one camera. */
+        PresetCamera: {
+            black_level: number;
+            exposure_auto: components["schemas"]["AutoMode"];
+            exposure_ms: number;
+            frame_rate_auto: boolean;
+            frame_rate_hz: number;
+            gain_db: number;
+            pixel_format: components["schemas"]["PixelFormat"];
+            role: components["schemas"]["Role"];
         };
         /** @description An error (RFC 9457); `asked`, `found` and `remedy` are there when known. */
         Problem: {
@@ -2138,6 +2306,48 @@ export interface components {
             steering: components["schemas"]["SteeringDocument"] | null;
             trigger: components["schemas"]["TriggerDocument"] | null;
         };
+        /** @description What the set-up page sets of a rig file; everything else in the file stays as it is. */
+        RigDraft: {
+            /** @default 200 */
+            baseline_mm: number;
+            cameras: components["schemas"]["DraftCameras"];
+            markers: components["schemas"]["DraftMarkers"];
+            mirrors: components["schemas"]["DraftMirrors"];
+            /** @default FoveaCam Duo */
+            name: string;
+            pan_tilt: components["schemas"]["DraftPanTilt"] | null;
+            /** @default my-rig */
+            rig_id: string;
+        };
+        /**
+         * @description The rig file on the disk and what saving would make of it.
+         *
+         *     `hash`: of the file, null without one. `changes`: unified diff of saving. `meanwhile`: unified diff of
+         *     what others changed since the draft began; empty: nothing. `versions`: earlier ones that can be put back.
+         *     `command`: what starts the server with it.
+         */
+        RigFileDocument: {
+            changes: string;
+            command: string;
+            hash: string | null;
+            meanwhile: string;
+            path: string;
+            proposed: string;
+            versions: number;
+        };
+        /** @description A rig file that can be opened; `open`: the server has it open. */
+        RigFileEntry: {
+            name: string;
+            open: boolean;
+            path: string;
+            problem: string | null;
+        };
+        /** @description The rig files that can be opened, and the one that is; `simulated`: the built-in simulated rig is. */
+        RigFiles: {
+            files: components["schemas"]["RigFileEntry"][];
+            replayed: boolean;
+            simulated: boolean;
+        };
         /** @description Where an observer may stand about a target; `empty_because`: in words, why nowhere. */
         RingDocument: {
             area_m2: number;
@@ -2168,6 +2378,11 @@ export interface components {
             /** @default false */
             small_angle?: boolean;
         };
+        /**
+         * @description Role of a camera in the rig: the wide camera, or the left or right fovea.
+         * @enum {string}
+         */
+        Role: "wide" | "left" | "right";
         /** @description One place of a profile; `z_m` and its matching error are null where there is no depth. */
         SampleDocument: {
             along_m: number;
@@ -2272,6 +2487,11 @@ export interface components {
             x_m: number;
             y_m: number;
         };
+        /** @description A bus that could not be searched, and why. */
+        SilentBus: {
+            kind: string;
+            problem: string;
+        };
         /** @description The faults in force; none when all lists are empty and both knocks are zero. */
         SimulatedFaults: {
             dead_axes: ("left x" | "left y" | "right x" | "right y")[];
@@ -2314,6 +2534,22 @@ export interface components {
             clutter?: components["schemas"]["ClutterRequest"];
             domain_m2?: number | null;
             ring?: components["schemas"]["RingRequest"];
+        };
+        /** @description The steps of the rig's last start, in their order. */
+        StartDocument: {
+            steps: components["schemas"]["StartStepDocument"][];
+        };
+        /**
+         * @description One step of the rig's start; `device`: `rig` (its file), `calibration`, or a device.
+         *
+         *     `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did.
+         */
+        StartStepDocument: {
+            detail: string;
+            device: string;
+            remedy: string;
+            /** @enum {string} */
+            state: "pending" | "active" | "done" | "failed";
         };
         /** @description A pan-tilt pose for calibration; `distance_m`: measured by tape, null when not measured. */
         StationDocument: {
@@ -2573,6 +2809,17 @@ export interface components {
             lost_bytes: number;
             reason: string;
         };
+        /** @description The device of the draft that is asked for an answer. */
+        TryOrder: {
+            /** @enum {string} */
+            device: "controller" | "pan_tilt";
+        };
+        /** @description What came of a try, in a sentence; `remedy`: what to do where it failed. */
+        TryResult: {
+            good: boolean;
+            remedy: string;
+            sentence: string;
+        };
         /** @description The distance at which both eyes meet, from the rig's origin. */
         Verging: {
             distance_m?: number | "infinity" | null;
@@ -2685,6 +2932,15 @@ export interface components {
             samples: components["schemas"]["WideSampleDocument"][];
             tilts_covered: number;
         };
+        /** @description A layout of `/windows` under a name; `layout`: what stands behind the # of its address. */
+        WindowLayout: {
+            layout: string;
+            name: string;
+        };
+        /** @description A layout as its address has it: `row-600(wide,column-500(left,right))`. */
+        WindowLayoutRequest: {
+            layout: string;
+        };
     };
     responses: never;
     parameters: never;
@@ -2692,11 +2948,13 @@ export interface components {
     headers: never;
     pathItems: never;
 }
+export type AdviceDocument = components['schemas']['AdviceDocument'];
 export type AllOptions = components['schemas']['AllOptions'];
 export type AllRun = components['schemas']['AllRun'];
 export type AlternativeDocument = components['schemas']['AlternativeDocument'];
 export type AnaglyphColours = components['schemas']['AnaglyphColours'];
 export type AreasDocument = components['schemas']['AreasDocument'];
+export type AutoMode = components['schemas']['AutoMode'];
 export type BlankPattern = components['schemas']['BlankPattern'];
 export type BoardDocument = components['schemas']['BoardDocument'];
 export type BoardOption = components['schemas']['BoardOption'];
@@ -2705,6 +2963,7 @@ export type CalibrationDocument = components['schemas']['CalibrationDocument'];
 export type CameraDocument = components['schemas']['CameraDocument'];
 export type CameraLinkDocument = components['schemas']['CameraLinkDocument'];
 export type CameraPatch = components['schemas']['CameraPatch'];
+export type CameraPreset = components['schemas']['CameraPreset'];
 export type CameraRangesDocument = components['schemas']['CameraRangesDocument'];
 export type CamerasChangedDocument = components['schemas']['CamerasChangedDocument'];
 export type CameraSettingsDocument = components['schemas']['CameraSettingsDocument'];
@@ -2744,6 +3003,14 @@ export type Direction = components['schemas']['Direction'];
 export type DisplayDocument = components['schemas']['DisplayDocument'];
 export type DisplayRequest = components['schemas']['DisplayRequest'];
 export type DistanceLimits = components['schemas']['DistanceLimits'];
+export type DraftCamera = components['schemas']['DraftCamera'];
+export type DraftCameras = components['schemas']['DraftCameras'];
+export type DraftDocument = components['schemas']['DraftDocument'];
+export type DraftFault = components['schemas']['DraftFault'];
+export type DraftMarkers = components['schemas']['DraftMarkers'];
+export type DraftMirrors = components['schemas']['DraftMirrors'];
+export type DraftPanTilt = components['schemas']['DraftPanTilt'];
+export type DraftStart = components['schemas']['DraftStart'];
 export type DriftCheckDocument = components['schemas']['DriftCheckDocument'];
 export type DriftEyeDocument = components['schemas']['DriftEyeDocument'];
 export type DriftRequest = components['schemas']['DriftRequest'];
@@ -2758,6 +3025,7 @@ export type EyeVolts = components['schemas']['EyeVolts'];
 export type FaultDocument = components['schemas']['FaultDocument'];
 export type FaultsDismissed = components['schemas']['FaultsDismissed'];
 export type FieldScoreDocument = components['schemas']['FieldScoreDocument'];
+export type FileOrder = components['schemas']['FileOrder'];
 export type FilmDocument = components['schemas']['FilmDocument'];
 export type FilmRequest = components['schemas']['FilmRequest'];
 export type FitDocument = components['schemas']['FitDocument'];
@@ -2771,6 +3039,9 @@ export type FollowRequest = components['schemas']['FollowRequest'];
 export type FollowRoundRequest = components['schemas']['FollowRoundRequest'];
 export type FollowRoundTaken = components['schemas']['FollowRoundTaken'];
 export type Footprints = components['schemas']['Footprints'];
+export type FoundCameraDocument = components['schemas']['FoundCameraDocument'];
+export type FoundDevices = components['schemas']['FoundDevices'];
+export type FoundPortDocument = components['schemas']['FoundPortDocument'];
 export type FoundStop = components['schemas']['FoundStop'];
 export type GazeDocument = components['schemas']['GazeDocument'];
 export type GeojsonMapRequest = components['schemas']['GeojsonMapRequest'];
@@ -2819,6 +3090,7 @@ export type MeasurementRequest = components['schemas']['MeasurementRequest'];
 export type MirrorsDocument = components['schemas']['MirrorsDocument'];
 export type MirrorsOptions = components['schemas']['MirrorsOptions'];
 export type MirrorsRun = components['schemas']['MirrorsRun'];
+export type MirrorStepOrder = components['schemas']['MirrorStepOrder'];
 export type ModelScoreDocument = components['schemas']['ModelScoreDocument'];
 export type MomentDocument = components['schemas']['MomentDocument'];
 export type MosaicDepth = components['schemas']['MosaicDepth'];
@@ -2832,6 +3104,7 @@ export type MountKnock = components['schemas']['MountKnock'];
 export type NetworkCheckDocument = components['schemas']['NetworkCheckDocument'];
 export type NetworkFindingDocument = components['schemas']['NetworkFindingDocument'];
 export type OpenMapRequest = components['schemas']['OpenMapRequest'];
+export type OpenOrder = components['schemas']['OpenOrder'];
 export type PanTiltDocument = components['schemas']['PanTiltDocument'];
 export type PanTiltLimitsDocument = components['schemas']['PanTiltLimitsDocument'];
 export type PanTiltMove = components['schemas']['PanTiltMove'];
@@ -2839,11 +3112,13 @@ export type PatternDocument = components['schemas']['PatternDocument'];
 export type PictureDocument = components['schemas']['PictureDocument'];
 export type PictureMapRequest = components['schemas']['PictureMapRequest'];
 export type Pixel = components['schemas']['Pixel'];
+export type PixelFormat = components['schemas']['PixelFormat'];
 export type PlaceRequest = components['schemas']['PlaceRequest'];
 export type PlaneDocument = components['schemas']['PlaneDocument'];
 export type PointDocument = components['schemas']['PointDocument'];
 export type PointsDocument = components['schemas']['PointsDocument'];
 export type PositionStreamDocument = components['schemas']['PositionStreamDocument'];
+export type PresetCamera = components['schemas']['PresetCamera'];
 export type Problem = components['schemas']['Problem'];
 export type ProfileDocument = components['schemas']['ProfileDocument'];
 export type RailDocument = components['schemas']['RailDocument'];
@@ -2871,8 +3146,13 @@ export type RegionDocument = components['schemas']['RegionDocument'];
 export type RegionsDocument = components['schemas']['RegionsDocument'];
 export type RegionsRequest = components['schemas']['RegionsRequest'];
 export type RigDocument = components['schemas']['RigDocument'];
+export type RigDraft = components['schemas']['RigDraft'];
+export type RigFileDocument = components['schemas']['RigFileDocument'];
+export type RigFileEntry = components['schemas']['RigFileEntry'];
+export type RigFiles = components['schemas']['RigFiles'];
 export type RingDocument = components['schemas']['RingDocument'];
 export type RingRequest = components['schemas']['RingRequest'];
+export type Role = components['schemas']['Role'];
 export type SampleDocument = components['schemas']['SampleDocument'];
 export type SessionDocument = components['schemas']['SessionDocument'];
 export type SessionRequest = components['schemas']['SessionRequest'];
@@ -2885,12 +3165,15 @@ export type SettleRun = components['schemas']['SettleRun'];
 export type SettleTimeDocument = components['schemas']['SettleTimeDocument'];
 export type SettleTimeRequest = components['schemas']['SettleTimeRequest'];
 export type SightDocument = components['schemas']['SightDocument'];
+export type SilentBus = components['schemas']['SilentBus'];
 export type SimulatedFaults = components['schemas']['SimulatedFaults'];
 export type SkippedPoint = components['schemas']['SkippedPoint'];
 export type SpanDocument = components['schemas']['SpanDocument'];
 export type SpreadDocument = components['schemas']['SpreadDocument'];
 export type StandoffDocument = components['schemas']['StandoffDocument'];
 export type StandoffRequest = components['schemas']['StandoffRequest'];
+export type StartDocument = components['schemas']['StartDocument'];
+export type StartStepDocument = components['schemas']['StartStepDocument'];
 export type StationDocument = components['schemas']['StationDocument'];
 export type SteeringDocument = components['schemas']['SteeringDocument'];
 export type SteerRequest = components['schemas']['SteerRequest'];
@@ -2916,6 +3199,8 @@ export type TrashEmptied = components['schemas']['TrashEmptied'];
 export type TriggerDocument = components['schemas']['TriggerDocument'];
 export type TriggerTestDocument = components['schemas']['TriggerTestDocument'];
 export type TruncationDocument = components['schemas']['TruncationDocument'];
+export type TryOrder = components['schemas']['TryOrder'];
+export type TryResult = components['schemas']['TryResult'];
 export type Verging = components['schemas']['Verging'];
 export type ViewDocument = components['schemas']['ViewDocument'];
 export type VoltsRequest = components['schemas']['VoltsRequest'];
@@ -2926,5 +3211,7 @@ export type WideOptions = components['schemas']['WideOptions'];
 export type WideRun = components['schemas']['WideRun'];
 export type WideSampleDocument = components['schemas']['WideSampleDocument'];
 export type WideStageDocument = components['schemas']['WideStageDocument'];
+export type WindowLayout = components['schemas']['WindowLayout'];
+export type WindowLayoutRequest = components['schemas']['WindowLayoutRequest'];
 export type $defs = Record<string, never>;
 export type operations = Record<string, never>;

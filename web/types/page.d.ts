@@ -1,9 +1,11 @@
 // What the page keeps and what travels on the view socket: the types that REST does not describe. No browser loads this file.
 
 import type {
+  AdviceDocument,
   AlternativeDocument,
   CalibrationDocument,
   CameraLinkDocument,
+  CameraPreset,
   CameraSettingsDocument,
   CaptureDocument,
   CaptureProgress,
@@ -12,6 +14,7 @@ import type {
   DifferenceDocument,
   Direction,
   DisplayDocument,
+  DraftDocument,
   DriftCheckDocument,
   EstimateDocument,
   EventDocument,
@@ -20,6 +23,7 @@ import type {
   FixationDocument,
   FixationRequest,
   FollowedDocument,
+  FoundDevices,
   GridPoints,
   HealthDocument,
   JobDocument,
@@ -39,11 +43,14 @@ import type {
   RecordingDocument,
   ReferenceDocument,
   RigDocument,
+  RigFileDocument,
+  RigFiles,
   RingRequest,
   SessionDocument,
   SetPoint,
   SettleTimeDocument,
   SimulatedFaults,
+  StartDocument,
   StepDocument,
   StillCamera,
   StopDocument,
@@ -51,8 +58,10 @@ import type {
   TargetDocument,
   TrailPoint,
   TriggerTestDocument,
+  TryResult,
   Verging,
   WideLensDocument,
+  WindowLayout,
 } from "#api";
 
 // Values that fields of several documents take.
@@ -180,6 +189,32 @@ export type RigPageState = {
   faults: SimulatedFaults | null;
   trigger_test: TriggerTestDocument | null;
   running_test: RunningTest | null;
+};
+
+// The set-up page.
+
+export type SetupState = {
+  setup_page: boolean;
+  setup: DraftDocument | null;
+  /** Why the draft's file cannot be read; empty: it can. */
+  setup_problem: string;
+  setup_file: RigFileDocument | null;
+  setup_files: RigFiles | null;
+  found: FoundDevices | null;
+  searching: boolean;
+  advice: AdviceDocument[] | null;
+  /** What came of the last try of each device. */
+  tries: Record<string, TryResult | "asking">;
+  start: StartDocument | null;
+  start_dismissed: boolean;
+};
+
+// The settings page.
+
+export type PreferencesState = {
+  settings_page: boolean;
+  camera_presets: CameraPreset[] | null;
+  window_layouts: WindowLayout[] | null;
 };
 
 // The capture page.
@@ -477,6 +512,8 @@ export type SharedState = {
 export type ConsoleState = SharedState &
   CalibrationState &
   RigPageState &
+  SetupState &
+  PreferencesState &
   CapturePageState &
   MeasureState &
   FollowState &

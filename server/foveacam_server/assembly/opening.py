@@ -25,12 +25,14 @@ from foveacam_server.datasets.collection import CaptureCollection
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.named_documents import NamedDocuments
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
 from foveacam_server.resources.calibration_sessions.runs import CalibrationJobTools
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
 from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
 from foveacam_server.resources.calibrations.records import CalibrationRecords
+from foveacam_server.resources.cameras.presets import CameraPreset, CameraPresets
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.shapes import ShapeWorker
@@ -46,11 +48,15 @@ from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
 from foveacam_server.resources.positioners.rail import RailService
+from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
+from foveacam_server.resources.rig_setup.pictures import CameraPictures
+from foveacam_server.resources.rig_setup.service import RigSetupService
 from foveacam_server.resources.suggestions.service import SuggestionService
+from foveacam_server.resources.views.layout_routes import WindowLayout
 from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
-from foveacam_server.rig.chosen_rig import rig_config
+from foveacam_server.rig.chosen_rig import ChosenRig
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.stop import StopSwitch
@@ -62,7 +68,8 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     faults = FaultService(foundation.events)
     knowledge = open_rig_knowledge(foundation)
     displays = open_displays(foundation, knowledge, loop=loop)
-    hardware = _hardware(foundation, knowledge, displays)
+    rig, search = ChosenRig(settings), DeviceSearch()
+    hardware = _hardware(foundation, knowledge, displays, rig=rig)
     jobs = JobRunner(foundation.store, events=foundation.events, clock=foundation.clock)
     calibration = _open_calibration(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
     trigger_tests = _trigger_tests(foundation, knowledge, hardware=hardware, jobs=jobs)
@@ -91,7 +98,27 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         streams=displays.streams,
         stereo=displays.stereo,
         hardware=hardware,
+        rig_setup=RigSetupService(
+            settings.data, rig, replayed=settings.replay is not None, events=foundation.events
+        ),
+        device_search=search,
+        camera_pictures=CameraPictures(displays.hub, search, clock=foundation.clock),
         cameras=knowledge.cameras,
+        camera_presets=CameraPresets(
+            NamedDocuments(
+                foundation.store.subfolder("camera_presets"),
+                CameraPreset,
+                form="foveacam-camera-preset",
+                version=1,
+            ),
+            knowledge.cameras,
+        ),
+        window_layouts=NamedDocuments(
+            foundation.store.subfolder("window_layouts"),
+            WindowLayout,
+            form="foveacam-window-layout",
+            version=1,
+        ),
         trigger_tests=trigger_tests,
         pan_tilt=PanTiltService(hardware),
         rail=RailService(hardware),
@@ -192,11 +219,11 @@ class _ObservationServices:
 
 
 def _hardware(
-    foundation: ServerFoundation, knowledge: RigKnowledge, displays: DisplayServices
+    foundation: ServerFoundation, knowledge: RigKnowledge, displays: DisplayServices, *, rig: ChosenRig
 ) -> HardwareThread:
     settings = foundation.settings
     hardware = HardwareThread(
-        lambda: _open_rig(foundation, knowledge),
+        lambda: _open_rig(foundation, knowledge, rig),
         sink=displays.tap,
         events=foundation.events,
         clock=foundation.clock,
@@ -350,11 +377,11 @@ def _start_scene_follower(
     foundation.stack.callback(follower.close)
 
 
-def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge) -> AssembledRig:
+def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge, chosen: ChosenRig) -> AssembledRig:
     replay = foundation.settings.replay
     if replay is not None:
         return _open_replay(foundation, knowledge, replay)
-    rig = open_rig(rig_config(foundation.settings), clock=foundation.clock, guarded=True)
+    rig = open_rig(chosen.config(), clock=foundation.clock, guarded=True)
     knowledge.calibration.choose_for(rig.rig_id)
     knowledge.settling.restore(rig)
     return rig

@@ -9,11 +9,13 @@ from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.named_documents import NamedDocuments
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
 from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.calibrations.service import CalibrationService
+from foveacam_server.resources.cameras.presets import CameraPresets
 from foveacam_server.resources.cameras.service import CameraSettingsService
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.captures.service import CaptureService
@@ -32,9 +34,13 @@ from foveacam_server.resources.positioners.pan_tilt import PanTiltService
 from foveacam_server.resources.positioners.rail import RailService
 from foveacam_server.resources.recordings.service import RecordingService
 from foveacam_server.resources.references.service import ReferenceService
+from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
+from foveacam_server.resources.rig_setup.pictures import CameraPictures
+from foveacam_server.resources.rig_setup.service import RigSetupService
 from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.resources.stills.service import StillService
 from foveacam_server.resources.suggestions.service import SuggestionService
+from foveacam_server.resources.views.layout_routes import WindowLayout
 from foveacam_server.resources.views.live_stereo import LiveStereo
 from foveacam_server.resources.views.overlay import GazeOverlay
 from foveacam_server.resources.wide_depth.service import WideDepthService
@@ -61,7 +67,12 @@ class Services:
     stereo: LiveStereo
     """Live anaglyph, difference and depth."""
     hardware: HardwareThread
+    rig_setup: RigSetupService
+    device_search: DeviceSearch
+    camera_pictures: CameraPictures
     cameras: CameraSettingsService
+    camera_presets: CameraPresets
+    window_layouts: NamedDocuments[WindowLayout]
     trigger_tests: TriggerTests
     pan_tilt: PanTiltService
     rail: RailService
@@ -99,6 +110,7 @@ class Services:
 if TYPE_CHECKING:
     from foveacam_server.resources.calibration_sessions.routes import CalibrationSessionRouteServices
     from foveacam_server.resources.calibrations.routes import CalibrationRouteServices
+    from foveacam_server.resources.cameras.preset_routes import CameraPresetRouteServices
     from foveacam_server.resources.cameras.routes import CameraRouteServices
     from foveacam_server.resources.captures.routes import CaptureRouteServices
     from foveacam_server.resources.clouds.depth_routes import DepthRouteServices
@@ -124,6 +136,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.reach.routes import ReachRouteServices
     from foveacam_server.resources.recordings.routes import RecordingRouteServices
     from foveacam_server.resources.references.routes import ReferenceRouteServices
+    from foveacam_server.resources.rig_setup.routes import RigSetupRouteServices
     from foveacam_server.resources.rig_state.health_routes import HealthRouteServices
     from foveacam_server.resources.rig_state.routes import RigRouteServices
     from foveacam_server.resources.settle_time.routes import SettleTimeRouteServices
@@ -131,6 +144,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.stills.routes import StillRouteServices
     from foveacam_server.resources.stop.routes import StopRouteServices
     from foveacam_server.resources.suggestions.routes import SuggestionRouteServices
+    from foveacam_server.resources.views.layout_routes import WindowLayoutRouteServices
     from foveacam_server.resources.wide_depth.routes import WideDepthRouteServices
 
     def _check_route_services(services: Services) -> None:
@@ -138,6 +152,7 @@ if TYPE_CHECKING:
         _calibration_session: CalibrationSessionRouteServices = services
         _calibration: CalibrationRouteServices = services
         _camera: CameraRouteServices = services
+        _camera_preset: CameraPresetRouteServices = services
         _capture: CaptureRouteServices = services
         _depth: DepthRouteServices = services
         _cloud: CloudRouteServices = services
@@ -164,9 +179,11 @@ if TYPE_CHECKING:
         _reference: ReferenceRouteServices = services
         _health: HealthRouteServices = services
         _rig: RigRouteServices = services
+        _rig_setup: RigSetupRouteServices = services
         _settle_time: SettleTimeRouteServices = services
         _simulation: SimulationRouteServices = services
         _still: StillRouteServices = services
         _stop: StopRouteServices = services
         _suggestion: SuggestionRouteServices = services
+        _window_layout: WindowLayoutRouteServices = services
         _wide_depth: WideDepthRouteServices = services

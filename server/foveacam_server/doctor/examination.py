@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_cameras import camera_searches
-from foveacam_server.doctor import buses, devices, ports, program
-from foveacam_server.doctor.cameras import Discover, check_named, look_for_cameras
-from foveacam_server.doctor.findings import Finding
-from foveacam_server.doctor.machine import Machine
-from foveacam_server.doctor.needs import needs_of
+from foveacam_server.checks import buses, devices, ports
+from foveacam_server.checks.cameras import Discover, check_named, look_for_cameras
+from foveacam_server.checks.findings import Finding
+from foveacam_server.checks.machine import Machine
+from foveacam_server.checks.needs import needs_of
+from foveacam_server.doctor import program
 from foveacam_server.doctor.program import check_versions, installed
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.chosen_rig import rig_config

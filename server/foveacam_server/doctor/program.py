@@ -11,8 +11,8 @@ import foveacam_hardware
 from foveacam_hardware.contract import FoveaError, install_command
 from foveacam_hardware.drivers.cameras.aravis.library import LIBRARY
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.doctor.findings import Finding, fine, problem, warning
-from foveacam_server.doctor.needs import RigNeeds
+from foveacam_server.checks.findings import Finding, fine, problem, warning
+from foveacam_server.checks.needs import RigNeeds
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.rig.stream_socket import listen

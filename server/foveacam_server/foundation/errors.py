@@ -52,6 +52,12 @@ class StaleView(FoveaError):
     code = "stale_view"
 
 
+class EditedMeanwhile(FoveaError):
+    """A file that somebody else changed since the client has seen it."""
+
+    code = "edited_meanwhile"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProblemType:
     """Slug, status and title that one branch of the error tree gets."""
@@ -83,6 +89,9 @@ KINDS: dict[type[FoveaError], ProblemType] = {
     Timeout: ProblemType(slug="timeout", status=504, title="A device did not answer in time"),
     DeviceFault: ProblemType(slug="device-fault", status=502, title="A device failed"),
     NotFound: NOT_FOUND,
+    EditedMeanwhile: ProblemType(
+        slug="edited-meanwhile", status=409, title="Somebody else changed it meanwhile"
+    ),
     StaleView: ProblemType(slug="stale-view", status=409, title="The view shows something else by now"),
 }
 

@@ -85,6 +85,11 @@ class Lease:
             if held is not None and not _same(token, held.token):
                 raise _held_by(held.holder, "move the mirrors")
 
+    def require(self, token: str | None, *, asked: str) -> None:
+        """Raise `Busy` unless `token` is that of the present lease; a lease that nobody holds is refused."""
+        with self._lock:
+            self._require(token, asked)
+
     def _current(self) -> _Held | None:
         if self._held is not None and self._held.expires_ns <= self._clock.now_ns():
             self._held = None

@@ -16,6 +16,26 @@ def rig_config(settings: Settings) -> SimulatedRigConfig | SerialRigConfig:
     return load_rig_config(Path(settings.rig))
 
 
+class ChosenRig:
+    """The rig that a server opens: first the command line's, then the one that was chosen while it runs."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+
+    @property
+    def name(self) -> str:
+        """`sim`, or the path of a rig file."""
+        return self._settings.rig
+
+    def choose(self, name: str) -> None:
+        """Choose another rig; it counts when the rig is opened the next time."""
+        self._settings = self._settings.model_copy(update={"rig": name})
+
+    def config(self) -> SimulatedRigConfig | SerialRigConfig:
+        """Return what the rig consists of; raise `InvalidInput` for a file that cannot be used."""
+        return rig_config(self._settings)
+
+
 def check_simulation(config: SimulatedRigConfig) -> None:
     """Raise `InvalidInput` for a preset or a scene that there is not."""
     from foveacam_hardware.sim.presets import find_preset

@@ -20,7 +20,7 @@ from foveacam_hardware.contract import (
     Timeout,
 )
 from foveacam_server.foundation.events import EventLevel, EventLog
-from foveacam_server.rig.ports import AssembledRig, CameraKeeper
+from foveacam_server.rig.ports import AssembledRig, CameraKeeper, OpeningWatch
 from foveacam_server.rig.schema import DeviceName, DeviceProblemDocument
 from foveacam_server.rig.status import RigStatus
 
@@ -103,10 +103,10 @@ class DeviceReconnector:
         waiting = self._problems.keys() - self._probation
         return bool(waiting) and self._clock.now_ns() >= self._next_retry_ns
 
-    def connect(self, rig: AssembledRig) -> bool:
+    def connect(self, rig: AssembledRig, *, watch: OpeningWatch | None = None) -> bool:
         """Reconnect every missing device; return whether the mirrors were connected and parked just now."""
         mirrors_were_lost = MIRRORS in self._problems or not rig.mirrors.state.connected
-        rig.connect()
+        rig.connect(watch=watch)
         if self._keeper is not None:
             self._keeper.restore(rig)
         failed = {problem.device for problem in rig.problems}
@@ -121,6 +121,18 @@ class DeviceReconnector:
         self._retry_s = min(LAST_RETRY_S, self._retry_s * 2)
         self._next_retry_ns = self._clock.now_ns() + round(self._retry_s * 1e9)
         return parked
+
+    def forget(self) -> None:
+        """Forget a rig that was closed: another one may be opened."""
+        self._problems.clear()
+        self._published = ()
+        self._probation.clear()
+        self._reached.clear()
+        self._down.clear()
+        self._retry_s, self._next_retry_ns = FIRST_RETRY_S, 0
+        self._late_looks, self._exposures_fail = 0, False
+        if self._keeper is not None:
+            self._keeper.forget()
 
     def look_succeeded(self, *, missing: Role | None = None) -> None:
         """Clear the problems of all devices of a look but the fovea `missing`, which it did without."""

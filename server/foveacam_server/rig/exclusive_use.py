@@ -1,4 +1,4 @@
-"""Which job has the rig for itself: one at a time; who gives way is asked for it and waited for."""
+"""Who uses the rig exclusively: one at a time; only one who gives way is waited for."""
 
 import threading
 from collections.abc import Iterator
@@ -11,53 +11,52 @@ GIVEN_AWAY_S = 5.0
 
 
 class ExclusiveUse:
-    """The holder of the rig, and how many wait for it; callable from any thread."""
+    """The exclusive use of one rig; callable from any thread."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
+        self._taken = threading.Lock()
+        self._counting = threading.Lock()
         self._holder: str | None = None
         self._gives_way = False
         self._waiting = 0
-        self._counting = threading.Lock()
 
     @property
     def holder(self) -> str | None:
-        """Name of the work that has the rig; None when nobody has it."""
+        """Name of the work that has the rig."""
         return self._holder
 
     @property
-    def by_one_who_stays(self) -> bool:
-        """Whether a job that gives no way has the rig."""
+    def firm(self) -> bool:
+        """Whether work that gives no way has the rig."""
         return self._holder is not None and not self._gives_way
 
     @property
     def wanted(self) -> bool:
-        """Whether a job waits for the rig."""
+        """Whether somebody waits for the rig."""
         return self._waiting > 0
 
     @contextmanager
-    def by(self, holder: str, *, gives_way: bool) -> Iterator[None]:
-        """Hold the rig during the block; raise `Busy` when a job has it that does not give way."""
+    def hold(self, holder: str, *, asked: str, gives_way: bool = False) -> Iterator[None]:
+        """Have the rig; raise `Busy` when somebody has it who does not give way."""
         if not self._acquire():
-            raise refusals.in_use(f"give the rig to {holder}", self._holder or "somebody")
+            raise refusals.in_use(asked, self._holder or "somebody")
         self._gives_way = gives_way
         self._holder = holder
         try:
             yield
         finally:
             self._holder = None
-            self._lock.release()
+            self._taken.release()
 
     def _acquire(self) -> bool:
-        """Take the rig, or return False; one who gives way is waited for."""
-        if self._lock.acquire(blocking=False):
+        if self._taken.acquire(blocking=False):
             return True
         if not self._gives_way:
             return False
         with self._counting:
             self._waiting += 1
         try:
-            return self._lock.acquire(timeout=GIVEN_AWAY_S)
+            return self._taken.acquire(timeout=GIVEN_AWAY_S)
         finally:
             with self._counting:
                 self._waiting -= 1

@@ -32,6 +32,7 @@ from foveacam_server.rig.exclusive_use import ExclusiveUse
 from foveacam_server.rig.hand_steering import HandSteering
 from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead
 from foveacam_server.rig.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
+from foveacam_server.rig.opening_steps import RigOpening
 from foveacam_server.rig.ports import AssembledRig, CameraKeeper, PictureSink
 from foveacam_server.rig.schema import RigStateChange
 from foveacam_server.rig.status import RigState, RigStatus, rig_status
@@ -41,7 +42,9 @@ _log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 STATUS_PERIOD_NS = 250_000_000
-REMEDY = "correct it and start the server again"
+REOPENED_S = 60.0
+"""Longest that somebody waits for another rig to open; its devices that are missing take seconds each."""
+REOPEN_POLL_S = 0.1
 
 
 class HardwareThread:
@@ -58,13 +61,14 @@ class HardwareThread:
         limits: LiveRates,
         keeper: CameraKeeper | None = None,
     ) -> None:
-        self._opener = opener
         self._events = events
         self._clock = clock
         self._live = LiveViews(sink=sink, clock=clock, limits=limits, overlay=overlay)
         self._reconnector = DeviceReconnector(clock=clock, events=events, keeper=keeper)
         self.mirrors = MirrorLinkMonitor(clock=clock, reconnector=self._reconnector)
         """Pings their controller and switches their supply rail."""
+        self.opening = RigOpening(opener, self._reconnector)
+        """Opens the rig step by step."""
         self._commands = CommandQueue()
         self._rig: AssembledRig | None = None
         self._status = RigStatus()
@@ -73,6 +77,7 @@ class HardwareThread:
         self._opened = threading.Event()
         self._halted = threading.Event()
         self._closing = threading.Event()
+        self._reopening = threading.Event()
         self._use = ExclusiveUse()
         self.hand = HandSteering(
             clock=clock,
@@ -128,7 +133,7 @@ class HardwareThread:
     @property
     def used_exclusively(self) -> bool:
         """Whether a job that gives no way has the rig: its looks come before everything that can wait."""
-        return self._use.by_one_who_stays
+        return self._use.firm
 
     @property
     def session_wanted(self) -> bool:
@@ -138,6 +143,20 @@ class HardwareThread:
     def wait_open(self, timeout_s: float) -> bool:
         """Wait until the rig has been opened as far as it can be."""
         return self._opened.wait(timeout_s)
+
+    def reopen(self, holder: str) -> None:
+        """Close the rig, open the one that the opener returns now, and wait until it is open.
+
+        Raise `Busy` while a job has the rig or somebody steers it, or while it is still opening.
+        """
+        with self._use.hold(holder, asked="open another rig"):
+            self.hand.take_over("open another rig")
+            if not self._opened.is_set():
+                raise refusals.in_use("open another rig", "the start")
+            self._opened.clear()
+            self._reopening.set()
+            if not self._opened.wait(REOPENED_S):
+                raise refusals.late_opening(REOPENED_S)
 
     def submit(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
         """Enqueue `work`; raise `NotConnected` or `Busy` at once."""
@@ -219,7 +238,7 @@ class HardwareThread:
         Raise `Busy` when a job has it that does not give way. `one_eyed`: whether the camera of one fovea may
         be missing. `gives_way`: it ends soon when `session_wanted`.
         """
-        with self._use.by(holder, gives_way=gives_way):
+        with self._use.hold(holder, asked=f"give the rig to {holder}", gives_way=gives_way):
             self.hand.make_way(f"{holder} uses the rig")
             yield ExclusiveHead(self, cancelled=cancelled, one_eyed=one_eyed)
 
@@ -244,27 +263,37 @@ class HardwareThread:
     # Inside the thread -------------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        rig = self._open()
-        if rig is None:
-            self._closing.wait()
-            return
-        try:
-            while not self._closing.is_set():
-                self._run_cycle(rig)
-        finally:
-            self._rig = None
-            self._commands.refuse_all(NotConnected("the server is shutting down"))
+        while not self._closing.is_set():
+            self._reopening.clear()
+            rig = self._open()
+            try:
+                while not (self._closing.is_set() or self._reopening.is_set()):
+                    if rig is None:
+                        self._closing.wait(REOPEN_POLL_S)
+                    else:
+                        self._run_cycle(rig)
+            finally:
+                self._close_rig(rig)
+
+    def _close_rig(self, rig: AssembledRig | None) -> None:
+        self._rig = None
+        self._commands.refuse_all(NotConnected("the rig is being closed; try again in a moment"))
+        if rig is not None:
             rig.close()
+        if self._closing.is_set():
+            return
+        self._reconnector.forget()
+        self._status = RigStatus()
+        self._gaze = PARKED
+        self.opening.steps.begin()
+        self._emit_state(self._state())
 
     def _open(self) -> AssembledRig | None:
-        try:
-            rig = self._opener()
-        except FoveaError as error:
-            self._reconnector.add_problem("rig", detail=str(error), remedy=error.remedy or REMEDY)
+        rig = self.opening.open()
+        if rig is None:
             self._opened.set()
             self._emit_state(RigState.DEGRADED)
             return None
-        self._reconnector.connect(rig)
         self._rig = rig
         self.refresh(rig)  # before others are notified
         self._opened.set()

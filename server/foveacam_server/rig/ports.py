@@ -36,6 +36,18 @@ class RigProblem(Protocol):
         ...
 
 
+class OpeningWatch(Protocol):
+    """Follows the opening of a rig, device by device."""
+
+    def begins(self, device: str) -> None:
+        """Take note that a device is being opened."""
+        ...
+
+    def ends(self, device: str, problem: RigProblem | None) -> None:
+        """Take note that a device is open, or why it is not."""
+        ...
+
+
 class AssembledRig(CaptureRig, Protocol):
     """An assembled rig, with more than a capture needs.
 
@@ -80,7 +92,7 @@ class AssembledRig(CaptureRig, Protocol):
         """Problems of devices as of the last `connect`."""
         ...
 
-    def connect(self) -> object:
+    def connect(self, *, watch: OpeningWatch | None = None) -> object:
         """Connect every device that is not connected; list in `problems` what could not be."""
         ...
 
@@ -116,6 +128,10 @@ class CameraKeeper(Protocol):
 
     def notice(self, rig: AssembledRig) -> None:
         """Store exposures that cameras found by themselves."""
+        ...
+
+    def forget(self) -> None:
+        """Forget the cameras of a rig that was closed."""
         ...
 
 

@@ -9,6 +9,7 @@ from foveacam_hardware.contract import (
     OutOfRange,
     StereoVolts,
     Stopped,
+    Timeout,
 )
 from foveacam_server.rig.schema import DeviceProblemDocument
 
@@ -30,6 +31,16 @@ def in_use(asked: str, holder: str) -> Busy:
         asked=asked,
         found=f"{holder} is using the rig",
         remedy="wait for it, or cancel its job",
+    )
+
+
+def late_opening(within_s: float) -> Timeout:
+    """Return the error of a rig that is not open in time; it goes on opening."""
+    return Timeout(
+        f"asked to open another rig: it is not open within {within_s:g} s; look at the steps of the start",
+        asked="open another rig",
+        found=f"it is not open within {within_s:g} s",
+        remedy="look at the steps of the start",
     )
 
 

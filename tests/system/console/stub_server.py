@@ -75,6 +75,7 @@ class StubServer:
             "/calibration_sessions": [],
             "/pan_tilt": documents.pan_tilt(),
             "/rail": rig_documents.rail(),
+            "/rig/start": rig_documents.start(),
             "/settle_time": settle_time(),
             "/cameras/self_tests/newest": rig_documents.trigger_test(),
             "/drift_checks": [],

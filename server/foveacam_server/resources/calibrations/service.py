@@ -95,6 +95,8 @@ class CalibrationService:
 
         `brought`: one that comes with the rig itself, as with a recording; only a chosen file goes before it.
         """
+        if self._rig_id not in (None, rig_id):
+            self._forget_rig()
         self._rig_id = rig_id
         self._brought = brought
         self._load(self._shipped / f"{rig_id}.json", rig_id)
@@ -109,6 +111,12 @@ class CalibrationService:
             self._emit(f"not calibrated: {error}", missing, level=EventLevel.ERROR)
             return
         self._put_in_force(current)
+
+    def _forget_rig(self) -> None:
+        """Forget the calibrations of the rig that was open before."""
+        with self._lock:
+            self._known = {}
+            self._current = self._reach_rad = None
 
     def add(self, calibration: Calibration) -> None:
         """Store a calibration of this rig; the one in force stays so, also after a restart."""

@@ -86,6 +86,12 @@ class CameraSettingsService:
                 else:
                     self._emit(message, [camera])
 
+    def forget(self) -> None:
+        """Forget the cameras of a rig that was closed, not what is stored for them; hardware thread only."""
+        self._before.clear()
+        self._pending.clear()
+        self._seeking.clear()
+
     def change(
         self, hardware: HardwareThread, roles: tuple[Role, ...], change: CameraChange
     ) -> "Future[None]":

@@ -1,5 +1,7 @@
 """Schemas of the rig's status in one document: problems, steering range, trigger, clock."""
 
+from typing import Literal
+
 from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.resources.calibrations.schema import CalibrationDocument
 from foveacam_server.resources.cameras.schema import CameraDocument, DifferenceDocument
@@ -34,6 +36,24 @@ class ClockDocument(ResponseModel):
 
     t_ns: int
     utc: str
+
+
+class StartStepDocument(ResponseModel):
+    """One step of the rig's start; `device`: `rig` (its file), `calibration`, or a device.
+
+    `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did.
+    """
+
+    device: str
+    state: Literal["pending", "active", "done", "failed"]
+    detail: str
+    remedy: str
+
+
+class StartDocument(ResponseModel):
+    """The steps of the rig's last start, in their order."""
+
+    steps: list[StartStepDocument]
 
 
 class RigDocument(ResponseModel):

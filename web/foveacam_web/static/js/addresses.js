@@ -4,6 +4,8 @@
 
 export const CONSOLE_ADDRESS = "#/";
 export const RIG_ADDRESS = "#/rig";
+export const SETUP_ADDRESS = "#/setup";
+export const SETTINGS_ADDRESS = "#/settings";
 export const CAPTURE_ADDRESS = "#/capture";
 export const FOLLOW_ADDRESS = "#/follow";
 export const LOOP_ADDRESS = "#/loop";
@@ -23,12 +25,14 @@ export const WIZARD_PAGES = [
 /**
  * Return which page an address opens; null and false for all others.
  * @param {string} hash
- * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page">}
+ * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page">}
  */
 export function pagesAt(hash) {
   return {
     wizard: wizardAt(hash),
     rig_page: hash === RIG_ADDRESS,
+    setup_page: hash === SETUP_ADDRESS,
+    settings_page: hash === SETTINGS_ADDRESS,
     capture_page: hash === CAPTURE_ADDRESS,
     follow_page: hash === FOLLOW_ADDRESS,
     loop_page: hash === LOOP_ADDRESS,

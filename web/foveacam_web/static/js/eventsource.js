@@ -45,6 +45,7 @@ const KINDS = [
   "fault.changed",
   "fault.dismissed",
   "rig.settle_time",
+  "rig.setup",
   "camera.self_test",
   "camera.settings",
   "mirrors.recovered",

@@ -47,11 +47,17 @@ import { WideDepth } from "./panels/wide_depth.js";
 import { followAddress, openPage, turnPages } from "./pages.js";
 import { toolButton } from "./parts.js";
 import { mountPlannerPage } from "./planner/page.js";
+import { mountSettingsPage } from "./preferences/page.js";
+import { Preferences } from "./preferences/reader.js";
 import { makeRecordButton } from "./recording/button.js";
 import { LiveRecording } from "./recording/live.js";
 import { RigOrders } from "./rig/orders.js";
 import { mountRigPage } from "./rig/page.js";
 import { RigReader } from "./rig/reader.js";
+import { SetupOrders } from "./setup/orders.js";
+import { mountSetupPage } from "./setup/page.js";
+import { SetupReader } from "./setup/reader.js";
+import { mountStart } from "./setup/start.js";
 import { changeSettings } from "./settings.js";
 import { createStore } from "./state.js";
 import { GamepadSteering } from "./steer/gamepad.js";
@@ -75,6 +81,9 @@ const reader = new CalibrationReader({ store, work });
 const orders = new CalibrationOrders({ store, commands, reader, work });
 const rigReader = new RigReader({ store, pan_tilt: reader });
 const rigOrders = new RigOrders({ store, commands, reader: rigReader });
+const setupReader = new SetupReader(store);
+const setupOrders = new SetupOrders({ store, commands, reader: setupReader });
+const preferences = new Preferences({ store, commands });
 const galleryReader = new GalleryReader();
 const stillReader = new StillReader();
 const captureReader = new CaptureReader(store);
@@ -99,6 +108,8 @@ const sync = new Sync({
     loopReader,
     reader,
     rigReader,
+    setupReader,
+    preferences,
     captureReader,
     galleryReader,
     stillReader,
@@ -154,6 +165,7 @@ mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
 mountStop(need("stop"), need("stopped"), { store, commands });
 mountOffline(need("offline"), store);
 mountProblems(need("problems"), store);
+mountStart(need("start"), store);
 mountFixation(need("fixation"), need("announcer"), { store, commands, follows: followOrders });
 need("wide-depth").append(wideDepth.element);
 const scene = new Scene(need("scene"), { store, keyboard });
@@ -189,6 +201,8 @@ const slots = {
 fill(need("still-capture"), stillPanel({ store, commands, reader: stillReader }));
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
 mountPlannerPage(need("planner"), { store });
+mountSettingsPage(need("settings-page"), { store, commands, preferences });
+mountSetupPage(need("setup-page"), { store, orders: setupOrders, reader: setupReader });
 turnPages({ store, views, slots });
 followAddress(store);
 mountTools();

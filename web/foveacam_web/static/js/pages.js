@@ -15,6 +15,8 @@ import { icon } from "./icons.js";
 const PAGES = /** @type {const} */ ([
   { key: "wizard", id: "calibration", title: "wizard-title", clicked: false },
   { key: "rig_page", id: "rig-page", title: "rig-page-title", clicked: false },
+  { key: "setup_page", id: "setup-page", title: "setup-title", clicked: false },
+  { key: "settings_page", id: "settings-page", title: "settings-title", clicked: false },
   { key: "capture_page", id: "capture-page", title: "capture-title", clicked: false },
   { key: "follow_page", id: "follow-page", title: "follow-title", clicked: true },
   { key: "loop_page", id: "loop-page", title: "loop-title", clicked: true },

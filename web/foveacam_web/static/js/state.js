@@ -5,7 +5,9 @@ import { CAPTURE_STATE } from "./capture/state.js";
 import { FOLLOW_STATE } from "./follow/state.js";
 import { LOOP_STATE } from "./loop/state.js";
 import { MEASURE_STATE } from "./measure/state.js";
+import { PREFERENCES_STATE } from "./preferences/state.js";
 import { RIG_STATE } from "./rig/state.js";
+import { SETUP_STATE } from "./setup/state.js";
 import { loadSettings } from "./settings.js";
 import { STEER_STATE } from "./steer/state.js";
 import { Store } from "./store.js";
@@ -18,6 +20,8 @@ export function createStore() {
     ...sharedState(),
     ...CALIBRATION_STATE,
     ...RIG_STATE,
+    ...SETUP_STATE,
+    ...PREFERENCES_STATE,
     ...CAPTURE_STATE,
     ...MEASURE_STATE,
     ...FOLLOW_STATE,

@@ -3,7 +3,8 @@
 import { badge, figures, nothing, panel } from "../parts.js";
 import { fresh } from "../calibration/pictures.js";
 import { galleryAddress, wizardAddress } from "../addresses.js";
-import { html, say } from "../dom.js";
+import { copyCode } from "../copy.js";
+import { html } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { headOf, makeCheck } from "./collection.js";
@@ -181,24 +182,11 @@ function calibrationOf(id, in_use) {
 
 /** @param {CaptureDocument} dataset */
 function python(dataset) {
-  return html`<div class="stack">
+  return html`<div class="stack copied">
     <pre class="code scroll-x" tabindex="0" aria-label="Python">${snippet(dataset)}</pre>
     <p class="actions">
-      <button type="button" class="plain" @click=${copy}>${icon("file")}Copy</button>
+      <button type="button" class="plain" @click=${copyCode}>${icon("file")}Copy</button>
       <span class="why" role="status"></span>
     </p>
   </div>`;
-}
-
-/** @param {{currentTarget: HTMLElement}} event */
-async function copy({ currentTarget }) {
-  const told = /** @type {HTMLElement} */ (currentTarget.nextElementSibling);
-  const code = currentTarget.closest(".stack")?.querySelector("pre") ?? told;
-  try {
-    await navigator.clipboard.writeText(code.textContent ?? "");
-    say(told, "Copied");
-  } catch {
-    getSelection()?.selectAllChildren(code); // no clipboard over plain HTTP from another machine
-    say(told, "Selected: copy it with the keyboard");
-  }
 }

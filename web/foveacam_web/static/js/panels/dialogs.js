@@ -1,5 +1,6 @@
 // Builds the dialogs: help, settings, control, steering distance.
 
+import { SETTINGS_ADDRESS } from "../addresses.js";
 import { fill, h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { changeSettings } from "../settings.js";
@@ -165,12 +166,22 @@ export function makeHelp({ showHints }) {
 
 /** @param {Store} store */
 export function makeSettings(store) {
-  const rows = SETTINGS.map((entry) => settingRow(entry, store));
-  return sheet(
+  const all = h("a", {
+    href: SETTINGS_ADDRESS,
+    text: "All settings, presets of cameras and windows",
+    on: { click: () => dialog.close() },
+  });
+  const dialog = sheet(
     "Settings",
-    h("div", { class: "settings" }, rows),
-    h("p", { class: "lead", text: "Kept in this browser." }),
+    h("div", { class: "settings" }, settingRows(store)),
+    h("p", { class: "lead" }, "Kept in this browser. ", all),
   );
+  return dialog;
+}
+
+/** Build a row for each setting of this browser. @param {Store} store */
+export function settingRows(store) {
+  return SETTINGS.map((entry) => settingRow(entry, store));
 }
 
 /** @param {(typeof SETTINGS)[number]} entry @param {Store} store */

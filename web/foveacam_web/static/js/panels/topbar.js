@@ -1,6 +1,6 @@
 // The top bar: rig, state, health of the calibration, holder of the lease, and the stop button.
 
-import { CAPTURE_ADDRESS, wizardAddress } from "../addresses.js";
+import { CAPTURE_ADDRESS, SETUP_ADDRESS, wizardAddress } from "../addresses.js";
 import { healthReason, verdictOf } from "../calibration/verdict.js";
 import { isRunning, placeOf } from "../calibration/state.js";
 import { isCapturing, shareOf } from "../capture/state.js";
@@ -163,6 +163,7 @@ export function mountProblems(strip, store) {
             html`<li>
             ${problem.detail.includes(problem.device) ? null : html`<b>${problem.device} </b>`}
             ${sentence(problem.detail)} <span class="remedy">${remedyOf(problem)}</span>
+            ${problem.device === "rig" ? html`<a href=${SETUP_ADDRESS}>Set the rig up.</a>` : null}
           </li>`,
         )}
         ${

@@ -1,6 +1,8 @@
 // Builds the rig page: cameras, trigger, controller, rail and pan-tilt.
 
 import { mountPanTilt } from "../calibration/pantilt.js";
+import { SETUP_ADDRESS } from "../addresses.js";
+import { icon } from "../icons.js";
 import { panel } from "../parts.js";
 import { fill, h, html, say } from "../dom.js";
 import { pageHead } from "../pages.js";
@@ -67,5 +69,10 @@ function inside() {
 function head(store) {
   const name = h("span", { class: "lead" });
   store.on(["rig"], ({ rig }) => say(name, rig ? [rig.name, rig.rig_id].filter(Boolean).join(" · ") : ""));
-  return pageHead("rig-page-title", "Rig", name);
+  return pageHead(
+    "rig-page-title",
+    "Rig",
+    name,
+    html`<a class="plain to-setup" href=${SETUP_ADDRESS}>${icon("gear")}Set up</a>`,
+  );
 }

@@ -14,6 +14,7 @@ import {
   sourcesOf,
   splitPane,
 } from "./layout.js";
+import { keepLayout } from "./last_layout.js";
 import { Slot, titleOf } from "./slot.js";
 
 /**
@@ -51,6 +52,7 @@ export class Board {
   /** @param {Layout} layout @param {Source} [focus] whose select gets the keyboard */
   #change(layout, focus) {
     this.#layout = layout;
+    keepLayout(layout);
     history.replaceState(null, "", `#${layoutText(layout)}`);
     this.#show();
     if (focus) this.#slot(focus).select.focus();

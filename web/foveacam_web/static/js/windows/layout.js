@@ -31,6 +31,11 @@ export function windowAddress(source) {
   return `${WINDOWS_ADDRESS}#${source}`;
 }
 
+/** Return the address of a window with a layout, as text. @param {string} layout */
+export function layoutAddress(layout) {
+  return `${WINDOWS_ADDRESS}#${layout}`;
+}
+
 /** Write a layout for an address: `row-600(wide,column-500(left,right))`. @param {Layout} layout @returns {string} */
 export function layoutText(layout) {
   if (typeof layout === "string") return layout;

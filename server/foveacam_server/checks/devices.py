@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from foveacam_hardware.contract import PARKED, Camera, CameraSettings, FoveaError, Role, TriggerSource
 from foveacam_hardware.rig import Rig
-from foveacam_server.doctor.findings import Finding, fine, problem
+from foveacam_server.checks.findings import Finding, fine, problem
 
 TIMEOUT_MS = 2000.0
 PULSE = "trigger_pulse"

@@ -7,8 +7,8 @@ from typing import TypeAlias
 from foveacam_hardware.contract import FoveaError
 from foveacam_hardware.drivers.cameras.device import FoundCamera
 from foveacam_hardware.drivers.cameras.opencv.video_devices import is_device, is_named
-from foveacam_server.doctor.findings import Finding, fine, problem, warning
-from foveacam_server.doctor.needs import MACHINE_VISION, NamedCamera, RigNeeds
+from foveacam_server.checks.findings import Finding, fine, problem, warning
+from foveacam_server.checks.needs import MACHINE_VISION, NamedCamera, RigNeeds
 
 Discover: TypeAlias = Callable[[], list[FoundCamera]]
 """Lists cameras without opening any; raises `NotConnected` when its library is missing."""

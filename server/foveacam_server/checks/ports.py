@@ -1,9 +1,9 @@
 """Checks the serial ports: presence, permission, other processes that have them open, latency."""
 
-from foveacam_server.doctor.chosen_ports import chosen_ports, usb_serial_ports, uses_of_ports
-from foveacam_server.doctor.findings import Finding, fine, problem, warning
-from foveacam_server.doctor.machine import Machine
-from foveacam_server.doctor.needs import RigNeeds
+from foveacam_server.checks.chosen_ports import chosen_ports, usb_serial_ports, uses_of_ports
+from foveacam_server.checks.findings import Finding, fine, problem, warning
+from foveacam_server.checks.machine import Machine
+from foveacam_server.checks.needs import RigNeeds
 
 LATENCY_MS = 1
 UDEV_FILE = "/etc/udev/rules.d/99-foveacam.rules"

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from foveacam_hardware.drivers.cameras.device import FoundCamera
-from foveacam_server.doctor.findings import Finding, fine, problem, warning
-from foveacam_server.doctor.machine import Machine
-from foveacam_server.doctor.needs import RigNeeds
-from foveacam_server.doctor.ports import RELOAD, UDEV_FILE
+from foveacam_server.checks.findings import Finding, fine, problem, warning
+from foveacam_server.checks.machine import Machine
+from foveacam_server.checks.needs import RigNeeds
+from foveacam_server.checks.ports import RELOAD, UDEV_FILE
 
 CAMERA_MAKERS = {
     "1e10": "FLIR",

@@ -10,8 +10,8 @@ from pathlib import Path
 from foveacam_hardware.contract import NotConnected
 from foveacam_hardware.wire.controller import USB_PRODUCT_ID, USB_VENDOR_ID
 from foveacam_hardware.wire.usb_ports import PortIdentity, UsbPort, serial_of_link
-from foveacam_server.doctor.machine import Machine
-from foveacam_server.doctor.needs import RigNeeds
+from foveacam_server.checks.machine import Machine
+from foveacam_server.checks.needs import RigNeeds
 
 PATTERNS = ("/dev/ttyACM*", "/dev/ttyUSB*")
 NO_PATH = (

@@ -1,0 +1,236 @@
+"""Reads a draft from a rig file and writes it into one; comments, order and other keys of the file stay.
+
+Only what the draft changes against the state `before` is written, so that an edit by hand stays as well.
+"""
+
+from collections.abc import Mapping, Set
+from typing import Any, TypeVar
+
+import tomlkit
+from pydantic import BaseModel, ValidationError
+from tomlkit import TOMLDocument
+from tomlkit.items import Table
+
+from foveacam_hardware.camera_config import (
+    ROLES,
+    AravisCameraConfig,
+    OpenCvCameraConfig,
+    PylonCameraConfig,
+)
+from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, ManualPanTiltConfig, PtuPanTiltConfig
+from foveacam_server.resources.rig_setup.schema import (
+    SIMULATED,
+    DraftCamera,
+    DraftCameras,
+    DraftMarkers,
+    DraftMirrors,
+    DraftPanTilt,
+    RigDraft,
+)
+
+CAMERAS: dict[str, type[BaseModel]] = {
+    "aravis": AravisCameraConfig,
+    "pylon": PylonCameraConfig,
+    "opencv": OpenCvCameraConfig,
+}
+PAN_TILTS: dict[str, type[BaseModel]] = {
+    "grbl": GrblPanTiltConfig,
+    "ptu": PtuPanTiltConfig,
+    "manual": ManualPanTiltConfig,
+}
+KEPT_BY_CAMERAS = frozenset(
+    {"exposure_ms", "exposure_auto", "gain_db", "black_level", "pixel_format", "frame_rate_hz"}
+    | {"frame_rate_auto", "width_px", "height_px"}
+)
+"""Keys of a role that stay when another kind of camera gets it; lines and packets are the kind's own."""
+NEW_RIG = """\
+# A rig, written by the set-up page. Edit it as you like: comments and other keys stay.
+format = "foveacam-rig"
+version = 1
+kind = "serial"
+rig_id = ""
+name = ""
+baseline_m = 0.0  # between the mirrors, as built; a calibration measures it better
+
+[mirrors]
+port = ""
+low_pass_hz = 0
+settle_us = 0
+pulse_us = 0
+max_v = 0.0  # refused beyond; from the mirrors' own data sheet
+bias_v = 0.0
+
+# A camera is found by the serial number on its label, wherever it is plugged in.
+[cameras.wide]
+kind = "absent"
+
+# Left and right must agree in all but their serial numbers: one pulse exposes both.
+[cameras.left]
+kind = "absent"
+
+[cameras.right]
+kind = "absent"
+
+# What the mirrors are calibrated with: three ArUco markers (4X4_50) in one plane, one for each camera.
+[markers]
+side_mm = 0.0  # of the black square
+spacing_mm = 0.0  # from the middle one to each of the others
+wide_id = 0
+left_id = 0
+right_id = 0
+"""
+NEW_SIMULATED_RIG = """\
+# A simulated rig, written by the set-up page. Edit it as you like: comments and other keys stay.
+format = "foveacam-rig"
+version = 1
+kind = "simulated"
+name = ""
+"""
+ModelT = TypeVar("ModelT", bound=BaseModel)
+Content = Mapping[str, Any]
+"""A TOML table, not checked yet: its values are anything."""
+
+
+def is_simulated(draft: RigDraft) -> bool:
+    """Return whether a draft has a device of the simulation."""
+    cameras = (draft.cameras.wide, draft.cameras.left, draft.cameras.right)
+    return draft.mirrors.port == SIMULATED or any(
+        camera is not None and camera.kind == SIMULATED for camera in cameras
+    )
+
+
+def draft_of(content: Content) -> RigDraft:
+    """Return the draft that a rig file's content stands for; what it leaves out, or has wrong, is default."""
+    if content.get("kind", SIMULATED) == SIMULATED:
+        return _simulated_draft(content)
+    cameras = _table(content, "cameras")
+    head: dict[str, Any] = {
+        key: content[key] for key in ("rig_id", "name") if key in content
+    }  # Any: as above
+    if isinstance(baseline_m := content.get("baseline_m"), int | float):
+        head["baseline_mm"] = round(1e3 * baseline_m, 6)
+    parts = {
+        "cameras": DraftCameras(**{role: _camera(_table(cameras, role)) for role in ROLES}),
+        "mirrors": _valid(DraftMirrors, _table(content, "mirrors")),
+        "pan_tilt": _valid(DraftPanTilt, _table(content, "pan_tilt")),
+        "markers": _valid(DraftMarkers, _table(content, "markers")),
+    }
+    return _valid(RigDraft, head | parts) or RigDraft()
+
+
+def merge_draft(text: str | None, draft: RigDraft, *, before: RigDraft | None) -> str:
+    """Return a rig file's text with what the draft changes; `text`, `before` None: a new file."""
+    kind = SIMULATED if is_simulated(draft) else "serial"
+    document = None if text is None else tomlkit.parse(text)
+    if document is None or document.get("kind", SIMULATED) != kind:
+        document, before = tomlkit.parse(NEW_SIMULATED_RIG if kind == SIMULATED else NEW_RIG), None
+    if kind == SIMULATED:
+        _put(document, "name", draft.name, None if before is None else before.name)
+        return tomlkit.dumps(document)
+    _merge_head(document, draft, before)
+    _merge_values(document, "mirrors", draft.mirrors, None if before is None else before.mirrors)
+    for role in ROLES:
+        old = None if before is None else getattr(before.cameras, role)
+        if before is None or old != getattr(draft.cameras, role):
+            _merge_camera(document, role, getattr(draft.cameras, role))
+    _merge_values(document, "markers", draft.markers, None if before is None else before.markers)
+    if before is None or before.pan_tilt != draft.pan_tilt:
+        _merge_pan_tilt(document, draft.pan_tilt, None if before is None else before.pan_tilt)
+    return tomlkit.dumps(document)
+
+
+def _merge_head(document: TOMLDocument, draft: RigDraft, before: RigDraft | None) -> None:
+    _put(document, "rig_id", draft.rig_id, None if before is None else before.rig_id)
+    _put(document, "name", draft.name, None if before is None else before.name)
+    if before is None or before.baseline_mm != draft.baseline_mm:
+        document["baseline_m"] = round(1e-3 * draft.baseline_mm, 9)
+
+
+def _merge_values(document: TOMLDocument, name: str, now: BaseModel, before: BaseModel | None) -> None:
+    """Write the values of one table that differ from those before."""
+    changed = {key: value for key, value in now if before is None or getattr(before, key) != value}
+    if changed:
+        table = document.setdefault(name, tomlkit.table())
+        for key, value in changed.items():
+            table[key] = value
+
+
+def _merge_camera(document: TOMLDocument, role: str, camera: DraftCamera | None) -> None:
+    cameras = document.setdefault("cameras", tomlkit.table(is_super_table=True))
+    table = cameras.get(role)
+    if camera is None:
+        if isinstance(table, Table) and table.get("kind") != "absent":
+            cameras.pop(role)
+        return
+    if not isinstance(table, Table):
+        table = cameras[role] = tomlkit.table()
+    key, other = ("source", "serial") if camera.kind == "opencv" else ("serial", "source")
+    if table.get("kind") != camera.kind:
+        known = KEPT_BY_CAMERAS & CAMERAS[camera.kind].model_fields.keys()
+        _drop_all_but(table, known | {"kind"})
+        table["kind"] = camera.kind
+    table.pop(other, None)
+    if str(table.get(key)) != camera.name:
+        table[key] = camera.name
+
+
+def _merge_pan_tilt(document: TOMLDocument, now: DraftPanTilt | None, before: DraftPanTilt | None) -> None:
+    if now is None:
+        document.pop("pan_tilt", None)
+        return
+    table = document.get("pan_tilt")
+    if not isinstance(table, Table):
+        document["pan_tilt"] = tomlkit.table()
+        table = document["pan_tilt"]
+    known = PAN_TILTS[now.kind].model_fields.keys()
+    if table.get("kind") != now.kind:
+        _drop_all_but(table, known)
+        before = None
+    old = before or DraftPanTilt(kind=now.kind)
+    for key, value in now:
+        if key == "kind" or (key in known and value != getattr(old, key)):
+            table.pop(key, None) if value is None else table.update({key: value})
+
+
+def _drop_all_but(table: Table, kept: Set[str]) -> None:
+    for key in [key for key in table if key not in kept]:
+        table.pop(key)
+
+
+def _put(document: TOMLDocument, key: str, value: object, before: object) -> None:
+    if value != before:
+        document[key] = value
+
+
+def _simulated_draft(content: Content) -> RigDraft:
+    cameras = {role: DraftCamera(kind=SIMULATED, name=role) for role in ROLES}
+    head = {"name": content["name"]} if "name" in content else {}
+    parts = {"cameras": DraftCameras(**cameras), "mirrors": DraftMirrors(port=SIMULATED)}
+    return _valid(RigDraft, head | parts) or RigDraft()
+
+
+def _camera(table: Content) -> DraftCamera | None:
+    kind, name = table.get("kind"), table.get("serial", table.get("source"))
+    if kind not in CAMERAS or name is None or not str(name):
+        return None
+    return DraftCamera(kind=kind, name=str(name)[:300])
+
+
+def _table(content: Content, key: str) -> Content:
+    found = content.get(key)
+    return found if isinstance(found, Mapping) else {}
+
+
+def _valid(model: type[ModelT], content: Content) -> ModelT | None:
+    """Return the model of a table's values; wrong ones are left to the file's own check.
+
+    None where a value that the model must have is missing or wrong.
+    """
+    given = {key: content[key] for key in model.model_fields if key in content}
+    try:
+        return model.model_validate(given)
+    except ValidationError as error:
+        wrong = {detail["loc"][0] for detail in error.errors()}
+    if wrong - given.keys() or any(model.model_fields[str(key)].is_required() for key in wrong):
+        return None
+    return model.model_validate({key: value for key, value in given.items() if key not in wrong})

@@ -1,0 +1,233 @@
+"""Schemas of the set-up: found devices, the draft of a rig file, its faults and advice, the file itself."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field
+
+from foveacam_server.foundation.quantities import Degrees, Label, Millimetres, Text
+from foveacam_server.foundation.schema import RequestModel, ResponseModel
+
+CameraKind: TypeAlias = Literal["aravis", "pylon", "opencv", "simulated"]
+RoleName: TypeAlias = Literal["wide", "left", "right"]
+CameraName: TypeAlias = Annotated[str, Field(min_length=1, max_length=300, pattern=r"^[^\x00-\x1f\x7f]*$")]
+"""A serial number, a source of OpenCV, or the role of a simulated camera."""
+PortName: TypeAlias = Annotated[str, Field(max_length=300, pattern=r"^[^\x00-\x1f\x7f]*$")]
+Volts: TypeAlias = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
+Microseconds: TypeAlias = Annotated[int, Field(ge=0, le=10_000_000)]
+MarkerNumber: TypeAlias = Annotated[int, Field(ge=0, le=1_000_000)]
+ContentHash: TypeAlias = Annotated[str, Field(min_length=64, max_length=64, pattern="^[0-9a-f]*$")]
+SIMULATED: Literal["simulated"] = "simulated"
+"""Kind of the simulated cameras, and name of the port of the simulated controller."""
+
+
+class FoundCameraDocument(ResponseModel):
+    """A camera that a bus has; nothing was opened to find it.
+
+    `name`: what a draft calls it. `role`, `in_use`: its role in the rig that is open, and who has it.
+    `problem`: why it cannot be used.
+    """
+
+    kind: CameraKind
+    name: str
+    vendor: str
+    model: str
+    serial: str
+    address: str
+    role: RoleName | None
+    in_use: str | None
+    problem: str | None
+
+
+class FoundPortDocument(ResponseModel):
+    """A serial port; `name`: what a draft calls it. `use`: by the open rig. `controller`: has its USB id."""
+
+    name: str
+    device: str
+    usb_id: str
+    product: str
+    serial: str
+    use: str | None
+    in_use: str | None
+    problem: str | None
+    controller: bool
+
+
+class SilentBus(ResponseModel):
+    """A bus that could not be searched, and why."""
+
+    kind: str
+    problem: str
+
+
+class FoundDevices(ResponseModel):
+    """Everything that this machine's buses have now."""
+
+    cameras: list[FoundCameraDocument]
+    ports: list[FoundPortDocument]
+    silent: list[SilentBus]
+
+
+class DraftCamera(RequestModel):
+    """The camera of a role."""
+
+    kind: CameraKind
+    name: CameraName
+
+
+class DraftCameras(RequestModel):
+    """The camera of each role; null: none."""
+
+    wide: DraftCamera | None = None
+    left: DraftCamera | None = None
+    right: DraftCamera | None = None
+
+
+class DraftMirrors(RequestModel):
+    """The mirrors' controller: its port, limits and delays."""
+
+    port: PortName = ""
+    max_v: Volts = 170.0
+    bias_v: Volts = 90.0
+    low_pass_hz: Annotated[int, Field(ge=0, le=1_000_000)] = 120
+    settle_us: Microseconds = 14_000
+    pulse_us: Microseconds = 4_000
+
+
+class DraftMarkers(RequestModel):
+    """The three markers as printed."""
+
+    side_mm: Millimetres = 60.0
+    spacing_mm: Millimetres = 100.0
+    wide_id: MarkerNumber = 0
+    left_id: MarkerNumber = 1
+    right_id: MarkerNumber = 2
+
+
+class DraftPanTilt(RequestModel):
+    """What turns the rig; by hand only `kind` counts."""
+
+    kind: Literal["grbl", "ptu", "manual"]
+    port: PortName = ""
+    pan_min_deg: Degrees = -70.0
+    pan_max_deg: Degrees = 70.0
+    tilt_min_deg: Degrees = -30.0
+    tilt_max_deg: Degrees = 30.0
+    zero_pan_deg: Degrees | None = None
+    zero_tilt_deg: Degrees | None = None
+    speed_deg_s: Degrees = 25.0
+    has_switches: bool = True
+
+
+class RigDraft(RequestModel):
+    """What the set-up page sets of a rig file; everything else in the file stays as it is."""
+
+    rig_id: Text = "my-rig"
+    name: Label = "FoveaCam Duo"
+    baseline_mm: Millimetres = 200.0
+    cameras: DraftCameras = DraftCameras()
+    mirrors: DraftMirrors = DraftMirrors()
+    pan_tilt: DraftPanTilt | None = None
+    markers: DraftMarkers = DraftMarkers()
+
+
+class DraftFault(ResponseModel):
+    """What is wrong with one field of the draft, or with a key of its file that the draft has not."""
+
+    field: str
+    message: str
+
+
+class DraftDocument(ResponseModel):
+    """The draft, its file, and what is wrong with it.
+
+    `file_exists`: whether the file is there already. `changed`: whether the file would change.
+    """
+
+    draft: RigDraft
+    path: str
+    file_exists: bool
+    changed: bool
+    simulated: bool
+    faults: list[DraftFault]
+
+
+class DraftStart(RequestModel):
+    """Where a draft begins: a rig file of the list, or nothing (null)."""
+
+    path: CameraName | None = None
+
+
+class AdviceDocument(ResponseModel):
+    """What the doctor finds about the draft; `field`: where it belongs."""
+
+    field: str
+    name: str
+    level: Literal["ok", "warning", "problem"]
+    found: str
+    remedy: str
+
+
+class RigFileDocument(ResponseModel):
+    """The rig file on the disk and what saving would make of it.
+
+    `hash`: of the file, null without one. `changes`: unified diff of saving. `meanwhile`: unified diff of
+    what others changed since the draft began; empty: nothing. `versions`: earlier ones that can be put back.
+    `command`: what starts the server with it.
+    """
+
+    path: str
+    hash: str | None
+    proposed: str
+    changes: str
+    meanwhile: str
+    versions: int
+    command: str
+
+
+class FileOrder(RequestModel):
+    """Hash of the file that the client has seen; null: it has seen none."""
+
+    hash: ContentHash | None
+
+
+class RigFileEntry(ResponseModel):
+    """A rig file that can be opened; `open`: the server has it open."""
+
+    path: str
+    name: str
+    open: bool
+    problem: str | None
+
+
+class RigFiles(ResponseModel):
+    """The rig files that can be opened, and the one that is; `simulated`: the built-in simulated rig is."""
+
+    files: list[RigFileEntry]
+    simulated: bool
+    replayed: bool
+
+
+class OpenOrder(RequestModel):
+    """The rig file to open; null: the built-in simulated rig."""
+
+    path: CameraName | None
+
+
+class TryOrder(RequestModel):
+    """The device of the draft that is asked for an answer."""
+
+    device: Literal["controller", "pan_tilt"]
+
+
+class MirrorStepOrder(RequestModel):
+    """A small step of both mirrors and back; only with the operator's confirmation."""
+
+    confirmed: Literal[True]
+
+
+class TryResult(ResponseModel):
+    """What came of a try, in a sentence; `remedy`: what to do where it failed."""
+
+    good: bool
+    sentence: str
+    remedy: str

@@ -1,0 +1,54 @@
+"""Routes of the named layouts of windows that show several views."""
+
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends, Path
+from pydantic import Field
+
+from foveacam_server.foundation.answers import opened_services, problems
+from foveacam_server.foundation.named_documents import GivenName, NamedDocument, NamedDocuments
+from foveacam_server.foundation.schema import RequestModel
+
+router = APIRouter(prefix="/views/layouts", tags=["views"])
+
+
+class WindowLayout(NamedDocument):
+    """A layout of `/windows` under a name; `layout`: what stands behind the # of its address."""
+
+    layout: str
+
+
+class WindowLayoutRequest(RequestModel):
+    """A layout as its address has it: `row-600(wide,column-500(left,right))`."""
+
+    layout: Annotated[str, Field(min_length=1, max_length=600, pattern=r"^[a-z_0-9(),-]+$")]
+
+
+class WindowLayoutRouteServices(Protocol):
+    """Services that these routes use."""
+
+    window_layouts: NamedDocuments[WindowLayout]
+
+
+ServicesDep = Annotated[WindowLayoutRouteServices, Depends(opened_services)]
+NamePath = Annotated[GivenName, Path()]
+
+
+@router.get("", summary="Named layouts of windows")
+def every(services: ServicesDep) -> list[WindowLayout]:
+    """Return all layouts by their names."""
+    return services.window_layouts.every()
+
+
+@router.put("/{name}", summary="Save a layout", responses=problems(507))
+def save(name: NamePath, request: WindowLayoutRequest, services: ServicesDep) -> WindowLayout:
+    """Save a layout, over one of the same name."""
+    saved = WindowLayout(name=name, layout=request.layout)
+    services.window_layouts.put(saved)
+    return saved
+
+
+@router.delete("/{name}", status_code=204, summary="Delete a layout", responses=problems(404, 507))
+def delete(name: NamePath, services: ServicesDep) -> None:
+    """Delete a layout; windows that show it stay."""
+    services.window_layouts.delete(name)

@@ -1,0 +1,96 @@
+"""The steps in which a rig is opened, with the state of each; devices open one after the other."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+from foveacam_hardware.contract import FoveaError
+from foveacam_server.rig.device_reconnector import BASE, DeviceReconnector
+from foveacam_server.rig.ports import AssembledRig, RigProblem
+
+RIG = "rig"
+"""The step before all devices: the rig file is read, and what it names is built."""
+REMEDY = "correct it and start the server again"
+FIRST_DEVICES = ("mirrors", "wide", "left", "right")
+"""Devices that every rig has."""
+
+
+class StepState(StrEnum):
+    """How far a step is."""
+
+    PENDING = "pending"
+    ACTIVE = "active"
+    DONE = "done"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpeningStep:
+    """One step of the opening; `detail`, `remedy`: why it failed, and what to do."""
+
+    device: str
+    state: StepState = StepState.PENDING
+    detail: str = ""
+    remedy: str | None = None
+
+
+class OpeningSteps:
+    """Implements `OpeningWatch`: written by the hardware thread, read by any thread."""
+
+    def __init__(self) -> None:
+        self._steps: tuple[OpeningStep, ...] = ()
+        self.begin()
+
+    @property
+    def every(self) -> tuple[OpeningStep, ...]:
+        """All steps in their order."""
+        return self._steps
+
+    def begin(self) -> None:
+        """Begin anew: no step is done."""
+        self._steps = tuple(OpeningStep(device=device) for device in (RIG, *FIRST_DEVICES))
+
+    def expect(self, devices: Sequence[str]) -> None:
+        """Add the devices that this rig has besides those of every rig."""
+        self._steps += tuple(OpeningStep(device=device) for device in devices)
+
+    def begins(self, device: str) -> None:
+        """Take note that a step is under way."""
+        self._change(device, state=StepState.ACTIVE)
+
+    def ends(self, device: str, problem: RigProblem | None) -> None:
+        """Take note that a step is done, or why it failed."""
+        if problem is None:
+            self._change(device, state=StepState.DONE)
+        else:
+            self._change(device, state=StepState.FAILED, detail=problem.detail, remedy=problem.remedy)
+
+    def _change(self, device: str, *, state: StepState, detail: str = "", remedy: str | None = None) -> None:
+        self._steps = tuple(
+            replace(step, state=state, detail=detail, remedy=remedy) if step.device == device else step
+            for step in self._steps
+        )
+
+
+class RigOpening:
+    """Opens a rig with the devices that answer, step by step."""
+
+    def __init__(self, opener: Callable[[], AssembledRig], reconnector: DeviceReconnector) -> None:
+        self._opener = opener
+        self._reconnector = reconnector
+        self.steps = OpeningSteps()
+        """The steps of the last opening."""
+
+    def open(self) -> AssembledRig | None:
+        """Build the rig and connect its devices; None when it cannot be built. Hardware thread only."""
+        self.steps.begins(RIG)
+        try:
+            rig = self._opener()
+        except FoveaError as error:
+            self._reconnector.add_problem(RIG, detail=str(error), remedy=error.remedy or REMEDY)
+            self.steps.ends(RIG, self._reconnector.problem_of(RIG))
+            return None
+        self.steps.ends(RIG, None)
+        self.steps.expect([name for name in BASE if getattr(rig, name) is not None])
+        self._reconnector.connect(rig, watch=self.steps)
+        return rig
