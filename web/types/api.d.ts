@@ -744,6 +744,25 @@ export interface components {
             rectangle?: components["schemas"]["Rectangle"] | null;
             within?: components["schemas"]["DistanceLimits"] | null;
         };
+        /** @description A folder from which recordings are opened. `found`: whether it is there and can be read. */
+        FolderDocument: {
+            found: boolean;
+            path: string;
+        };
+        /** @description A recording in such a folder; `opened`: whether it is among the recordings already. */
+        FolderFile: {
+            modified_utc: string;
+            name: string;
+            opened: boolean;
+            path: string;
+            size_bytes: number;
+        };
+        /** @description The folders and their recordings, newest first. `complete`: false when there are more files. */
+        FoldersDocument: {
+            complete: boolean;
+            files: components["schemas"]["FolderFile"][];
+            folders: components["schemas"]["FolderDocument"][];
+        };
         /** @description A followed target as it is now; what is not known yet is null. */
         FollowedDocument: {
             age_s: number | null;
@@ -1500,6 +1519,11 @@ export interface components {
             kind: "open";
             /** @default 60 */
             size_m?: number;
+        };
+        /** @description A recording in a folder of the server's machine; `name`: its name here, usually its file's. */
+        OpenRequest: {
+            name?: string | null;
+            path: string;
         };
         /** @description The pan-tilt, which turns the whole rig: +pan to the right, +tilt down. */
         PanTiltDocument: {
@@ -2447,6 +2471,24 @@ export interface components {
             lost_bytes: number;
             reason: string;
         };
+        /**
+         * @description A recording on its way. `part_bytes`: largest part; the next one begins at `received_bytes`.
+         *
+         *     `recording`: set once all has come and was found readable; `state` says when it is cut off.
+         */
+        UploadDocument: {
+            id: string;
+            name: string;
+            part_bytes: number;
+            received_bytes: number;
+            recording: components["schemas"]["RecordingDocument"] | null;
+            size_bytes: number;
+        };
+        /** @description A recording that will be sent in parts: its name here, without a suffix, and its length. */
+        UploadRequest: {
+            name: string;
+            size_bytes: number;
+        };
         /** @description The distance at which both eyes meet, from the rig's origin. */
         Verging: {
             distance_m?: number | "infinity" | null;
@@ -2628,6 +2670,9 @@ export type FitOptions = components['schemas']['FitOptions'];
 export type FitRun = components['schemas']['FitRun'];
 export type FixationDocument = components['schemas']['FixationDocument'];
 export type FixationRequest = components['schemas']['FixationRequest'];
+export type FolderDocument = components['schemas']['FolderDocument'];
+export type FolderFile = components['schemas']['FolderFile'];
+export type FoldersDocument = components['schemas']['FoldersDocument'];
 export type FollowedDocument = components['schemas']['FollowedDocument'];
 export type FollowPatch = components['schemas']['FollowPatch'];
 export type FollowRequest = components['schemas']['FollowRequest'];
@@ -2688,6 +2733,7 @@ export type MosaicSeams = components['schemas']['MosaicSeams'];
 export type MountDriftDocument = components['schemas']['MountDriftDocument'];
 export type MountKnock = components['schemas']['MountKnock'];
 export type OpenMapRequest = components['schemas']['OpenMapRequest'];
+export type OpenRequest = components['schemas']['OpenRequest'];
 export type PanTiltDocument = components['schemas']['PanTiltDocument'];
 export type PanTiltLimitsDocument = components['schemas']['PanTiltLimitsDocument'];
 export type PanTiltMove = components['schemas']['PanTiltMove'];
@@ -2772,6 +2818,8 @@ export type TrashEmptied = components['schemas']['TrashEmptied'];
 export type TriggerDocument = components['schemas']['TriggerDocument'];
 export type TriggerTestDocument = components['schemas']['TriggerTestDocument'];
 export type TruncationDocument = components['schemas']['TruncationDocument'];
+export type UploadDocument = components['schemas']['UploadDocument'];
+export type UploadRequest = components['schemas']['UploadRequest'];
 export type Verging = components['schemas']['Verging'];
 export type ViewDocument = components['schemas']['ViewDocument'];
 export type WideDepthDocument = components['schemas']['WideDepthDocument'];

@@ -208,6 +208,36 @@ def test_what_cannot_be_recorded_is_refused_in_words(
     assert told in refused.json()["detail"]
 
 
+def test_a_recording_is_sent_in_parts_and_opened_from_a_folder(server: Running, kept: Document) -> None:
+    content = server.http.get(f"{API}{URL}/{kept['id']}/download.fcap").content
+    begun = server.post(f"{URL}/uploads", {"name": "sent", "size_bytes": len(content)})
+    assert begun.status_code == 201, begun.text
+    upload, address = begun.json(), f"{API}{URL}/uploads/{begun.json()['id']}"
+    part_bytes = upload["part_bytes"]
+    too_large = server.http.put(address, params={"at": 0}, content=content[: part_bytes + 1])
+    assert (too_large.status_code, "8 MiB" in too_large.json()["detail"]) == (413, True)
+
+    for at in range(0, len(content), part_bytes):
+        sent = server.http.put(address, params={"at": at}, content=content[at : at + part_bytes])
+        assert sent.status_code == 200, sent.text
+
+    assert server.get(f"{URL}/uploads/{upload['id']}").json() == sent.json()
+    found = sent.json()["recording"]
+    assert (found["name"], found["state"], found["size_bytes"]) == ("sent", "complete", len(content))
+    assert server.get(f"{URL}/{found['id']}/timeline").status_code == 200
+
+    folder = server.services.settings.data / "import"
+    folder.mkdir()
+    (folder / "there.fcap").write_bytes(content)
+    listed = server.get(f"{URL}/folders").json()["files"]
+    assert [(file["name"], file["opened"]) for file in listed] == [("there", False)]
+    opened = server.post(f"{URL}/open", {"path": listed[0]["path"]})
+    assert (opened.status_code, opened.json()["name"]) == (201, "there")
+    assert picture(server, f"{opened.json()['id']}/frames/wide/0.jpg").shape == (1080, 1440, 3)
+    refused = server.post(f"{URL}/open", {"path": "/etc/passwd"})
+    assert (refused.status_code, "in none of the folders" in refused.json()["detail"]) == (422, True)
+
+
 def test_there_is_no_recording_by_that_id(server: Running) -> None:
     for path in (
         "",

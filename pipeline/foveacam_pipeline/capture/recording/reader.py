@@ -89,11 +89,17 @@ class Recording:
         return read_rig(self.metadata, what=f"recording {self.path}")
 
     @property
+    def topics(self) -> tuple[str, ...]:
+        """Names of all channels."""
+        return tuple(sorted(channel.topic for channel in self._index.channels.values()))
+
+    @property
     def slots(self) -> tuple[str, ...]:
         """Names of the tracked boxes."""
-        topics = sorted(channel.topic for channel in self._index.channels.values())
         return tuple(
-            topic.removeprefix(DESCRIPTOR_PREFIX) for topic in topics if topic.startswith(DESCRIPTOR_PREFIX)
+            topic.removeprefix(DESCRIPTOR_PREFIX)
+            for topic in self.topics
+            if topic.startswith(DESCRIPTOR_PREFIX)
         )
 
     @property

@@ -12,10 +12,11 @@ from pydantic import ValidationError
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.session import STATISTICS
+from foveacam_pipeline.capture.recording.session import SESSION, STATISTICS
 from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.names import new_id, utc_now
 from foveacam_server.resources.recordings.information import contents_of
 from foveacam_server.resources.recordings.notes import (
     RecordingNotes,
@@ -78,6 +79,24 @@ class RecordingCollection:
                 remedy="choose another name",
             )
         return self.folder / f"{stem}{SUFFIX}"
+
+    def add(self, file: Path, *, name: str) -> StoredRecording:
+        """Move a file of this disk to the recordings; raise `InvalidInput` for one that holds no frames."""
+        notes = _checked_notes(file, name=name)
+        path = self.new_file(name)
+        with disk_errors(f"adding recording {name}", self.folder):
+            file.rename(path)
+        write_notes(path, notes)
+        return self._load(path)
+
+    def link(self, file: Path, *, name: str) -> StoredRecording:
+        """Add a recording that stays where it lies; raise as `add`."""
+        notes = _checked_notes(file, name=name)
+        path = self.new_file(name)
+        with disk_errors(f"adding recording {name}", self.folder):
+            path.symlink_to(file)
+        write_notes(path, notes)
+        return self._load(path)
 
     def every(self, *, but: Path | None = None) -> list[StoredRecording]:
         """Return all recordings, newest first; `but`: one that is being written."""
@@ -154,6 +173,21 @@ class RecordingCollection:
         return stored
 
 
+def _checked_notes(file: Path, *, name: str) -> RecordingNotes:
+    """Return notes for a recording from elsewhere; raise `InvalidInput` when it has no frames."""
+    with Recording(file) as recording:
+        if not any(len(stream) for stream in recording.streams.values()):
+            found = ", ".join(recording.topics) or "no channel"
+            raise InvalidInput(
+                f"recording {name}: it holds no frame of a camera; its channels are: {found}",
+                asked="a recording of cameras",
+                found=found,
+                remedy="choose a file that foveacam or the authors' application recorded",
+            )
+        recorded = recording.metadata.get(SESSION, {}).get("timestamp") or utc_now()
+    return RecordingNotes(id=new_id("rec"), created_utc=recorded)
+
+
 def _counts(record: Mapping[str, str]) -> dict[str, StreamCounts]:
     """Return the counts that can be read of a recorder's statistics."""
     found = {}
@@ -176,7 +210,9 @@ def _files(home: Path) -> list[Path]:
     return [
         path
         for path in home.iterdir()
-        if path.suffix in (SUFFIX, OLD_SUFFIX) and not path.name.startswith(".") and path.is_file()
+        if path.suffix in (SUFFIX, OLD_SUFFIX)
+        and not path.name.startswith(".")
+        and (path.is_file() or path.is_symlink())  # a link whose file is gone is shown, and says so
     ]
 
 

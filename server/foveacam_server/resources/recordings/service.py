@@ -34,6 +34,7 @@ from foveacam_server.resources.recordings.collection import RecordingCollection,
 from foveacam_server.resources.recordings.depth import RecordedDepthService
 from foveacam_server.resources.recordings.documents import URL, counts_of, live_document, recording_document
 from foveacam_server.resources.recordings.film_service import FilmService
+from foveacam_server.resources.recordings.import_service import ImportService
 from foveacam_server.resources.recordings.live import LiveRecording
 from foveacam_server.resources.recordings.notes import RecordingNotes, notes_path, write_notes
 from foveacam_server.resources.recordings.opened import OpenRecordings
@@ -76,6 +77,8 @@ class RecordingTools:
     clock: Clock
     free_bytes: Callable[[Path], int] = free_bytes
     """Returns the free space on the disk of a folder."""
+    folders: Sequence[Path] = ()
+    """Folders from which recordings are opened, besides the data directory's own."""
 
 
 class RecordingService:
@@ -93,6 +96,9 @@ class RecordingService:
         self._live: LiveRecording | None = None
         tools.jobs.handle(KIND, self._work, parallel=True)
         self.films = FilmService(self, tools.jobs)
+        self.imports = ImportService(
+            self.collection, folders=tools.folders, free_bytes=tools.free_bytes, report=self._report_import
+        )
 
     def close(self) -> None:
         """Close the files that are open for reading; after the jobs have ended."""
@@ -145,6 +151,9 @@ class RecordingService:
             live.stopping.set()
             live.ended.wait(STOP_WAIT_S)
         return self.get(recording_id)
+
+    def _report_import(self, stored: StoredRecording) -> None:
+        self._emit("recording.imported", f"recording {stored.name} was added", stored.id)
 
     # What lies on the disk --------------------------------------------------------------------------------
 
