@@ -38,8 +38,8 @@ from foveacam_server.resources.planner import routes as planner
 from foveacam_server.resources.positioners import pan_tilt_routes as pan_tilt
 from foveacam_server.resources.positioners import rail_routes as rail
 from foveacam_server.resources.reach import routes as reach
-from foveacam_server.resources.recordings import import_routes as recording_imports
 from foveacam_server.resources.recordings import routes as recordings
+from foveacam_server.resources.recordings.imports import routes as recording_imports
 from foveacam_server.resources.references import routes as references
 from foveacam_server.resources.rig_state import health_routes
 from foveacam_server.resources.rig_state import routes as rig_state

@@ -11,13 +11,13 @@ from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.documents import recording_document
-from foveacam_server.resources.recordings.import_schema import (
+from foveacam_server.resources.recordings.imports.schema import (
     LARGEST_BYTES,
     OpenRequest,
     UploadDocument,
     UploadRequest,
 )
-from foveacam_server.resources.recordings.import_service import ImportService
+from foveacam_server.resources.recordings.imports.service import ImportService
 
 from .recordings import record
 from .test_recording_others import written

@@ -964,6 +964,19 @@ export interface components {
             raw_bytes: number;
             stored_bytes: number;
         };
+        /** @description The arrangement that is kept. `state`: `none`, `kept`, or why it cannot be used; `why`: in words. */
+        LayoutDocument: {
+            layout: components["schemas"]["PlayerLayout"] | null;
+            /** @enum {string} */
+            state: "none" | "kept" | "unreadable" | "of another recording";
+            why: string;
+        };
+        /** @description An arrangement to keep; `replace`: also over one that cannot be used. */
+        LayoutRequest: {
+            layout: components["schemas"]["PlayerLayout"];
+            /** @default false */
+            replace?: boolean;
+        };
         /** @description The holder of the control lease; null: nobody, and anybody may move. */
         LeaseDocument: {
             expires_in_s: number | null;
@@ -1415,12 +1428,23 @@ export interface components {
             name: string;
             order: number | null;
         };
-        /** @description The frames of all cameras nearest to a time. `meeting_m`: distance at which the gazes cross, if any. */
+        /**
+         * @description The frames of all cameras nearest to a time.
+         *
+         *     `meeting_m`: distance at which the gazes cross, if any; `meeting_z_m`: its depth; `meeting_px`: its place
+         *     in the wide picture. `boxes`: of the targets that were followed.
+         */
         MomentDocument: {
+            boxes: components["schemas"]["RecordedBox"][];
             frames: {
                 [key: string]: components["schemas"]["RecordedFrameDocument"];
             };
             meeting_m: number | null;
+            meeting_px: [
+                number,
+                number
+            ] | null;
+            meeting_z_m: number | null;
             t_s: number;
         };
         /** @description The fused depth; shares of 1. */
@@ -1631,6 +1655,26 @@ export interface components {
             tilt_deg: number;
             tilt_sigma_deg: number;
         };
+        /**
+         * @description How the player shows a recording. `panes`: as in the address of a window of views.
+         *
+         *     `from_s`, `to_s`: the part of the recording that the timeline shows.
+         */
+        PlayerLayout: {
+            at_s: number;
+            boxes: boolean;
+            depth: boolean;
+            footprints: boolean;
+            from_s: number;
+            panes: string;
+            speed: number;
+            /** @enum {string} */
+            stereo: "off" | "left" | "right" | "anaglyph" | "difference";
+            /** @enum {string} */
+            style: "red_cyan" | "red_blue" | "cyan_red" | "blue_red";
+            to_s: number;
+            tracks: components["schemas"]["TrackLayout"][];
+        };
         /** @description A captured point. `sheet_row`, `sheet_column`: its position on the contact sheet, from 0. */
         PointDocument: {
             aim_ax_deg: number | null;
@@ -1790,6 +1834,15 @@ export interface components {
         ReadyProblem: {
             detail: string;
             device: string;
+        };
+        /** @description The box of a followed target in the wide picture; `late_ms`: how long after its frame it was found. */
+        RecordedBox: {
+            height_px: number;
+            late_ms: number;
+            slot: string;
+            width_px: number;
+            x_px: number;
+            y_px: number;
         };
         /**
          * @description Depth along the rig's z at the centre of the left fovea; None where too little could be matched.
@@ -2434,6 +2487,40 @@ export interface components {
             t_s: number[];
             width: number;
         };
+        /**
+         * @description One channel of a recording over time, seconds from its begin.
+         *
+         *     `runs`: first and last message of each; between two runs nothing came. `drops`: messages before and after
+         *     an interval in a run that lacks some, and how many by the period; none where a stream keeps no period.
+         */
+        TrackDocument: {
+            count: number;
+            drops: [
+                number,
+                number,
+                number
+            ][];
+            /** @enum {string} */
+            kind: "frames" | "telemetry" | "boxes";
+            name: string;
+            period_s: number | null;
+            role: ("wide" | "left" | "right") | null;
+            runs: [
+                number,
+                number
+            ][];
+        };
+        /** @description One track of the timeline, in its place; one that is off is not shown in a pane. */
+        TrackLayout: {
+            name: string;
+            on: boolean;
+        };
+        /** @description All channels of a recording over time, told from its index alone. */
+        TracksDocument: {
+            duration_s: number;
+            recorded: string | null;
+            tracks: components["schemas"]["TrackDocument"][];
+        };
         /** @description Where a followed target was: one hit. */
         TrailPoint: {
             distance_sigma_m: number;
@@ -2687,6 +2774,8 @@ export type HealthDocument = components['schemas']['HealthDocument'];
 export type JobDocument = components['schemas']['JobDocument'];
 export type JobProgress = components['schemas']['JobProgress'];
 export type KindDocument = components['schemas']['KindDocument'];
+export type LayoutDocument = components['schemas']['LayoutDocument'];
+export type LayoutRequest = components['schemas']['LayoutRequest'];
 export type LeaseDocument = components['schemas']['LeaseDocument'];
 export type LeaseGrant = components['schemas']['LeaseGrant'];
 export type LeaseRequest = components['schemas']['LeaseRequest'];
@@ -2743,6 +2832,7 @@ export type PictureMapRequest = components['schemas']['PictureMapRequest'];
 export type Pixel = components['schemas']['Pixel'];
 export type PlaceRequest = components['schemas']['PlaceRequest'];
 export type PlaneDocument = components['schemas']['PlaneDocument'];
+export type PlayerLayout = components['schemas']['PlayerLayout'];
 export type PointDocument = components['schemas']['PointDocument'];
 export type PointsDocument = components['schemas']['PointsDocument'];
 export type PositionStreamDocument = components['schemas']['PositionStreamDocument'];
@@ -2757,6 +2847,7 @@ export type RasterPlan = components['schemas']['RasterPlan'];
 export type ReachDocument = components['schemas']['ReachDocument'];
 export type Readiness = components['schemas']['Readiness'];
 export type ReadyProblem = components['schemas']['ReadyProblem'];
+export type RecordedBox = components['schemas']['RecordedBox'];
 export type RecordedDepthDocument = components['schemas']['RecordedDepthDocument'];
 export type RecordedFrameDocument = components['schemas']['RecordedFrameDocument'];
 export type RecordedStreamDocument = components['schemas']['RecordedStreamDocument'];
@@ -2813,6 +2904,9 @@ export type TargetPatch = components['schemas']['TargetPatch'];
 export type TargetPlace = components['schemas']['TargetPlace'];
 export type TimelineDocument = components['schemas']['TimelineDocument'];
 export type TimelineStream = components['schemas']['TimelineStream'];
+export type TrackDocument = components['schemas']['TrackDocument'];
+export type TrackLayout = components['schemas']['TrackLayout'];
+export type TracksDocument = components['schemas']['TracksDocument'];
 export type TrailPoint = components['schemas']['TrailPoint'];
 export type TrashEmptied = components['schemas']['TrashEmptied'];
 export type TriggerDocument = components['schemas']['TriggerDocument'];

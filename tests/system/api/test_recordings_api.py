@@ -96,6 +96,43 @@ def test_a_moment_has_the_frames_of_all_cameras_with_outlines(server: Running, k
     assert picture(server, last["frames"]["wide"]["jpeg_url"]).shape == (1080, 1440, 3)
     assert picture(server, last["frames"]["left"]["jpeg_url"] + "?scale=2").shape == (540, 720, 3)
     assert picture(server, f"{kept['id']}/anaglyph.jpg?t_s={left[-1]}").shape == (540, 720, 3)
+    blue = picture(server, f"{kept['id']}/anaglyph.jpg?t_s={left[-1]}&style=blue_red")
+    assert blue[:, :, 1].mean() < 8.0  # neither glass is green
+    assert picture(server, f"{kept['id']}/difference.jpg?t_s={left[-1]}").shape == (540, 720, 3)
+
+
+def test_the_tracks_tell_the_same_as_the_timeline(server: Running, kept: Document) -> None:
+    line = server.get(f"{URL}/{kept['id']}/timeline").json()
+    found = server.get(f"{URL}/{kept['id']}/tracks").json()
+    tracks = {track["role"]: track for track in found["tracks"] if track["kind"] == "frames"}
+
+    assert found["duration_s"] == line["duration_s"]
+    for stream in line["streams"]:
+        track = tracks[stream["role"]]
+        assert track["count"] == len(stream["t_s"])
+        assert track["runs"][0][0] == pytest.approx(stream["t_s"][0], abs=1e-6)
+        assert track["runs"][-1][1] == pytest.approx(stream["t_s"][-1], abs=1e-6)
+    (telemetry,) = [track for track in found["tracks"] if track["kind"] == "telemetry"]
+    assert telemetry["count"] == sum(len(stream["t_s"]) for stream in line["streams"])
+
+
+def test_an_arrangement_is_kept_and_one_that_is_damaged_is_not_overwritten(
+    server: Running, kept: Document
+) -> None:
+    address = f"{API}{URL}/{kept['id']}/layout"
+    assert server.http.get(address).json() == {"state": "none", "why": "", "layout": None}
+    layout = {
+        "tracks": [{"name": "left", "on": False}], "panes": "wide", "stereo": "off", "style": "red_cyan",
+        "boxes": True, "footprints": True, "depth": True, "speed": 1.0, "at_s": 0.5,
+        "from_s": 0.0, "to_s": 2.0,
+    }  # fmt: skip
+    assert server.http.put(address, json={"layout": layout}).json()["layout"] == layout
+    assert server.http.get(address).json() == {"state": "kept", "why": "", "layout": layout}
+
+    (server.services.settings.data / "recordings" / "monday.fcap.ui.json").write_text("{")
+    refused = server.http.put(address, json={"layout": layout})
+    assert (refused.status_code, "cannot be read" in refused.json()["detail"]) == (422, True)
+    assert server.http.put(address, json={"layout": layout, "replace": True}).json()["state"] == "kept"
 
 
 def test_depth_is_computed_anew_from_the_recorded_poses(server: Running, kept: Document) -> None:

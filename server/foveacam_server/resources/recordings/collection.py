@@ -21,6 +21,7 @@ from foveacam_server.resources.recordings.information import contents_of
 from foveacam_server.resources.recordings.notes import (
     RecordingNotes,
     id_without_notes,
+    layout_path,
     notes_path,
     read_notes,
     write_notes,
@@ -226,6 +227,8 @@ def _move(stored: StoredRecording, target: Path) -> None:
         write_notes(target, stored.notes)
     stored.path.rename(target)
     notes.unlink(missing_ok=True)
+    with suppress(FileNotFoundError):
+        layout_path(stored.path).rename(layout_path(target))
 
 
 def _newest_first(found: list[StoredRecording]) -> list[StoredRecording]:

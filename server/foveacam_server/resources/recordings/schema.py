@@ -180,6 +180,30 @@ class TimelineStream(ResponseModel):
     t_s: list[float]
 
 
+class TrackDocument(ResponseModel):
+    """One channel of a recording over time, seconds from its begin.
+
+    `runs`: first and last message of each; between two runs nothing came. `drops`: messages before and after
+    an interval in a run that lacks some, and how many by the period; none where a stream keeps no period.
+    """
+
+    name: str
+    kind: Literal["frames", "telemetry", "boxes"]
+    role: RoleName | None
+    count: int
+    period_s: float | None
+    runs: list[tuple[float, float]]
+    drops: list[tuple[float, float, int]]
+
+
+class TracksDocument(ResponseModel):
+    """All channels of a recording over time, told from its index alone."""
+
+    duration_s: float
+    recorded: str | None
+    tracks: list[TrackDocument]
+
+
 class TimelineDocument(ResponseModel):
     """Times of all exposures of a recording. `calibrated`: whether depth can be computed from its poses."""
 
@@ -207,12 +231,30 @@ class RecordedFrameDocument(ResponseModel):
     jpeg_url: str
 
 
+class RecordedBox(ResponseModel):
+    """The box of a followed target in the wide picture; `late_ms`: how long after its frame it was found."""
+
+    slot: str
+    x_px: float
+    y_px: float
+    width_px: float
+    height_px: float
+    late_ms: float
+
+
 class MomentDocument(ResponseModel):
-    """The frames of all cameras nearest to a time. `meeting_m`: distance at which the gazes cross, if any."""
+    """The frames of all cameras nearest to a time.
+
+    `meeting_m`: distance at which the gazes cross, if any; `meeting_z_m`: its depth; `meeting_px`: its place
+    in the wide picture. `boxes`: of the targets that were followed.
+    """
 
     t_s: float
     frames: dict[RoleName, RecordedFrameDocument]
     meeting_m: float | None
+    meeting_z_m: float | None
+    meeting_px: tuple[float, float] | None
+    boxes: list[RecordedBox]
 
 
 class RecordedDepthDocument(ResponseModel):

@@ -34,7 +34,7 @@ from foveacam_server.resources.recordings.collection import RecordingCollection,
 from foveacam_server.resources.recordings.depth import RecordedDepthService
 from foveacam_server.resources.recordings.documents import URL, counts_of, live_document, recording_document
 from foveacam_server.resources.recordings.film_service import FilmService
-from foveacam_server.resources.recordings.import_service import ImportService
+from foveacam_server.resources.recordings.imports.service import ImportService
 from foveacam_server.resources.recordings.live import LiveRecording
 from foveacam_server.resources.recordings.notes import RecordingNotes, notes_path, write_notes
 from foveacam_server.resources.recordings.opened import OpenRecordings

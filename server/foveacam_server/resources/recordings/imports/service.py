@@ -6,15 +6,15 @@ from pathlib import Path
 
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.documents import recording_document
-from foveacam_server.resources.recordings.folders import IMPORT, RecordingFolders
-from foveacam_server.resources.recordings.import_schema import (
+from foveacam_server.resources.recordings.imports.folders import IMPORT, RecordingFolders
+from foveacam_server.resources.recordings.imports.schema import (
     FoldersDocument,
     OpenRequest,
     UploadDocument,
     UploadRequest,
 )
+from foveacam_server.resources.recordings.imports.uploads import PART_BYTES, FreeBytes, Upload, UploadService
 from foveacam_server.resources.recordings.schema import RecordingDocument
-from foveacam_server.resources.recordings.uploads import PART_BYTES, FreeBytes, Upload, UploadService
 
 Report = Callable[[StoredRecording], None]
 """Called with each recording that was added."""

@@ -19,7 +19,7 @@ from foveacam_server.foundation.answers import MIB
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.names import new_id
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
-from foveacam_server.resources.recordings.import_schema import GIB, LARGEST_BYTES, UploadRequest
+from foveacam_server.resources.recordings.imports.schema import GIB, LARGEST_BYTES, UploadRequest
 
 PART_BYTES = 8 * MIB
 """Largest part: over a line of 1 Mbit/s it takes 70 s."""

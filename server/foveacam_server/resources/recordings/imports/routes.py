@@ -5,7 +5,7 @@ from typing import Annotated, Protocol
 from fastapi import APIRouter, Depends, Path, Query, Request
 
 from foveacam_server.foundation.answers import opened_services, problems
-from foveacam_server.resources.recordings.import_schema import (
+from foveacam_server.resources.recordings.imports.schema import (
     GIB,
     LARGEST_BYTES,
     FoldersDocument,
@@ -13,9 +13,9 @@ from foveacam_server.resources.recordings.import_schema import (
     UploadDocument,
     UploadRequest,
 )
+from foveacam_server.resources.recordings.imports.uploads import PART_BYTES
 from foveacam_server.resources.recordings.schema import RecordingDocument
 from foveacam_server.resources.recordings.service import RecordingService
-from foveacam_server.resources.recordings.uploads import PART_BYTES
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])
 

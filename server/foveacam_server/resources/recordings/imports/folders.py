@@ -7,7 +7,7 @@ from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
-from foveacam_server.resources.recordings.import_schema import FolderDocument, FolderFile, FoldersDocument
+from foveacam_server.resources.recordings.imports.schema import FolderDocument, FolderFile, FoldersDocument
 
 MOST_FILES = 500
 """Files that are listed."""
