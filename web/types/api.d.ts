@@ -637,9 +637,20 @@ export interface components {
             size_bytes: number;
             url: string;
         };
-        /** @description A film (MP4) of one camera, of both foveae side by side or as an anaglyph; or of a part of it. */
+        /**
+         * @description A film of one camera, of both foveae side by side or as an anaglyph; or of a part of it.
+         *
+         *     `format`: `png` gives a ZIP of pictures with their times, `npy` an array of one camera's pixels at full
+         *     depth. `fps`: resampled in time; null: every frame, at the recorded rate. `undistorted`: the wide camera
+         *     alone.
+         */
         FilmRequest: {
             end_s?: number | null;
+            /**
+             * @default h264
+             * @enum {string}
+             */
+            format?: "h264" | "hevc" | "vp9" | "av1" | "prores" | "prores_hq" | "prores_4444" | "mpeg4" | "png" | "npy";
             fps?: number | null;
             /**
              * @default wide
@@ -648,6 +659,8 @@ export interface components {
             show?: "wide" | "left" | "right" | "side-by-side" | "anaglyph";
             /** @default 0 */
             start_s?: number;
+            /** @default false */
+            undistorted?: boolean;
         };
         /** @description The last fit, and the models that were compared. */
         FitDocument: {
@@ -844,6 +857,14 @@ export interface components {
                 number,
                 number
             ][];
+        };
+        /** @description A format of exports; `available`: whether this machine can write it, else `why` not. */
+        FormatDocument: {
+            available: boolean;
+            name: string;
+            suffix: string;
+            title: string;
+            why: string;
         };
         /**
          * @description A stop of the rail: its reading and its estimated pose, relative to the compared scan's stop.
@@ -2766,6 +2787,7 @@ export type FollowRequest = components['schemas']['FollowRequest'];
 export type FollowRoundRequest = components['schemas']['FollowRoundRequest'];
 export type FollowRoundTaken = components['schemas']['FollowRoundTaken'];
 export type Footprints = components['schemas']['Footprints'];
+export type FormatDocument = components['schemas']['FormatDocument'];
 export type FoundStop = components['schemas']['FoundStop'];
 export type GazeDocument = components['schemas']['GazeDocument'];
 export type GeojsonMapRequest = components['schemas']['GeojsonMapRequest'];

@@ -179,6 +179,41 @@ def test_a_film_is_made_once(server: Running, kept: Document) -> None:
     assert "later end" in refused.json()["detail"]
 
 
+@pytest.mark.parametrize(
+    ("asked", "media_type", "begin"),
+    [
+        ({"show": "wide", "format": "prores", "undistorted": True}, "video/quicktime", b"ftypqt"),
+        ({"show": "left", "format": "av1"}, "video/mp4", b"ftyp"),
+        ({"show": "wide", "format": "npy"}, "application/octet-stream", b"NUMPY"),
+        ({"show": "anaglyph", "format": "png"}, "application/zip", b"PK"),
+    ],
+)
+def test_other_exports_are_made_by_the_same_job(
+    server: Running, kept: Document, asked: dict[str, Any], media_type: str, begin: bytes
+) -> None:
+    first_s = server.get(f"{URL}/{kept['id']}/timeline").json()["streams"][1]["t_s"][0]
+    body = {**asked, "end_s": first_s + 0.2}
+    made = server.post(f"{URL}/{kept['id']}/films", body, Prefer="wait=60")
+    assert made.status_code == 200, made.text
+
+    export = server.http.get(made.json()["url"])
+
+    assert export.headers["content-type"] == media_type
+    assert begin in export.content[:16]
+
+
+def test_formats_say_which_there_are_and_what_cannot_be_exported_is_refused(
+    server: Running, kept: Document
+) -> None:
+    found = {one["name"]: one for one in server.get(f"{URL}/formats").json()}
+    assert found["npy"]["available"]
+    assert all(one["available"] == (one["why"] == "") for one in found.values())
+    refused = server.post(f"{URL}/{kept['id']}/films", {"show": "left", "undistorted": True})
+    assert (refused.status_code, "only the wide camera's" in refused.json()["detail"]) == (422, True)
+    refused = server.post(f"{URL}/{kept['id']}/films", {"show": "anaglyph", "format": "npy"})
+    assert (refused.status_code, "one camera" in refused.json()["detail"]) == (422, True)
+
+
 def test_a_label_is_found_again_and_removal_is_undone(server: Running, kept: Document) -> None:
     base = f"{API}{URL}/{kept['id']}"
     server.http.patch(base, json={"label": "figurine at dusk"})

@@ -23,7 +23,7 @@ from foveacam_pipeline.capture.recording.index import (
     read_index,
 )
 from foveacam_pipeline.capture.recording.pixels import picture_of, pixels_of
-from foveacam_pipeline.capture.recording.session import FINALIZE, RigDescription, read_rig
+from foveacam_pipeline.capture.recording.session import FINALIZE, RigDescription, read_rig, read_wide_lens
 from foveacam_pipeline.capture.recording.telemetry import parse_descriptor, parse_message, telemetry_pose
 from foveacam_pipeline.capture.recording.values import (
     DESCRIPTOR_PREFIX,
@@ -37,6 +37,7 @@ from foveacam_pipeline.capture.recording.values import (
     nearest_index,
     role_of,
 )
+from foveacam_pipeline.models.intrinsics import Intrinsics
 
 LAST_NS = (1 << 63) - 1
 NEAR = 3
@@ -91,6 +92,14 @@ class Recording:
     def rig(self) -> RigDescription | None:
         """The recorded rig with its calibration; None when the file does not describe it."""
         return read_rig(self.metadata, what=f"recording {self.path}")
+
+    @cached_property
+    def wide_lens(self) -> Intrinsics | None:
+        """The wide camera's lens, by the calibration or the authors' record; None when unknown."""
+        if self.rig is not None and self.rig.calibration is not None:
+            return self.rig.calibration.wide
+        recorded = read_wide_lens(self.metadata)
+        return None if recorded is None else recorded[0]
 
     @property
     def topics(self) -> tuple[str, ...]:

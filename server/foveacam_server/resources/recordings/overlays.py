@@ -10,7 +10,6 @@ from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import APP, SESSION, read_wide_lens
 from foveacam_pipeline.capture.recording.values import FramePose, nearest_index
 from foveacam_pipeline.geometry.angles import angles_from_rays, angles_from_tan
-from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.resources.recordings.schema import RecordedBox
 
 BOX_AGE_NS = 250_000_000
@@ -46,7 +45,7 @@ def wide_boxes(recording: Recording, t_ns: int) -> list[RecordedBox]:
 
 def wide_pixel(recording: Recording, point_m: NDArray[np.float64]) -> tuple[float, float] | None:
     """Return the raw wide px of a point (3,) m of the rig frame; None where the lens is not known."""
-    lens = wide_lens(recording)
+    lens = recording.wide_lens
     if lens is None:
         return None
     (found,) = lens.pixels(angles_from_rays(point_m[None, :]))
@@ -55,17 +54,9 @@ def wide_pixel(recording: Recording, point_m: NDArray[np.float64]) -> tuple[floa
     return round(float(found[0]), 2), round(float(found[1]), 2)
 
 
-def wide_lens(recording: Recording) -> Intrinsics | None:
-    """Return the wide camera's lens: of the calibration, or as the authors' record tells it."""
-    if recording.rig is not None and recording.rig.calibration is not None:
-        return recording.rig.calibration.wide
-    recorded = read_wide_lens(recording.metadata)
-    return None if recorded is None else recorded[0]
-
-
 def distorted_px(recording: Recording, undistorted_px: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return undistorted wide px (n, 2) in the raw picture; unchanged where the lens is unknown."""
-    lens = wide_lens(recording)
+    lens = recording.wide_lens
     if lens is None:
         return undistorted_px
     centre, focal = np.array([lens.cx_px, lens.cy_px]), np.array([lens.fx_px, lens.fy_px])

@@ -8,6 +8,7 @@ from fastapi import APIRouter, Depends, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, Response
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, Role, Sighting
+from foveacam_pipeline.capture.recording.formats import FORMATS
 from foveacam_pipeline.capture.recording.values import RecordedFrame
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.estimator import DepthBackend
@@ -25,12 +26,13 @@ from foveacam_server.foundation.quantities import Seconds
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
 from foveacam_server.resources.recordings import moments
 from foveacam_server.resources.recordings.documents import URL
-from foveacam_server.resources.recordings.films import film_file
+from foveacam_server.resources.recordings.films import film_file, format_documents
 from foveacam_server.resources.recordings.layout import read_layout, write_layout
 from foveacam_server.resources.recordings.layout_schema import AnaglyphName, LayoutDocument, LayoutRequest
 from foveacam_server.resources.recordings.schema import (
     FilmDocument,
     FilmRequest,
+    FormatDocument,
     MomentDocument,
     RecordedDepthDocument,
     RecordingDocument,
@@ -67,6 +69,10 @@ LooksQuery = Annotated[
 ]
 StyleQuery = Annotated[AnaglyphName, Query(description="colours of the left and the right glass")]
 QUALITY = 85
+MEDIA_TYPES = {found.suffix: found.media_type for found in FORMATS.values()}
+_EXPORTS = file_responses("video/mp4")
+for _media_type in MEDIA_TYPES.values():
+    _EXPORTS[200]["content"] |= file_responses(_media_type)[200]["content"]
 _LASTING = {"Cache-Control": "private, max-age=3600"}
 """A recording never changes, so a page need not fetch its pictures again."""
 
@@ -100,6 +106,12 @@ def every(
 ) -> list[RecordingDocument]:
     """Return all recordings, or those that hold every word of `text`."""
     return services.recordings.search(text=text, removed=removed == "true")
+
+
+@router.get("/formats", summary="Formats of exports")
+def formats() -> list[FormatDocument]:
+    """Return every format, and whether this machine can write it."""
+    return format_documents()
 
 
 @router.delete("/trash", summary="Empty the trash")
@@ -324,7 +336,7 @@ def depth_picture(
 @router.post(
     "/{recording_id}/films",
     status_code=202,
-    summary="Make a film (MP4)",
+    summary="Make a film, or another export",
     response_model=JobDocument,
     responses={
         200: {"model": FilmDocument, "description": "made in time"},
@@ -350,7 +362,7 @@ async def make_film(
     "/{recording_id}/films/{name}",
     summary="A film that was made",
     response_class=FileResponse,
-    responses=file_responses("video/mp4"),
+    responses=_EXPORTS,
 )
 def film(
     recording_id: RecordingId, name: Annotated[str, Path(max_length=100)], services: ServicesDep
@@ -359,7 +371,7 @@ def film(
     recordings = services.recordings
     kept = recordings.readable(recording_id)
     path = film_file(recordings.collection, kept, name)
-    return FileResponse(path, media_type="video/mp4", filename=f"{kept.name} {name}")
+    return FileResponse(path, media_type=MEDIA_TYPES[path.suffix], filename=f"{kept.name} {name}")
 
 
 def _path(services: RecordingRouteServices, recording_id: str) -> FilePath:

@@ -12,6 +12,9 @@ from foveacam_server.foundation.schema import RequestModel, ResponseModel
 RoleName = Literal["wide", "left", "right"]
 Rate = Literal["full", "live"]
 RecordingState = Literal["starting", "recording", "ending", "complete", "partial", "truncated", "damaged"]
+FilmFormat = Literal[
+    "h264", "hevc", "vp9", "av1", "prores", "prores_hq", "prores_4444", "mpeg4", "png", "npy"
+]
 Show = Literal["wide", "left", "right", "side-by-side", "anaglyph"]
 
 
@@ -275,10 +278,27 @@ class RecordedDepthDocument(ResponseModel):
     picture_url: str
 
 
+class FormatDocument(ResponseModel):
+    """A format of exports; `available`: whether this machine can write it, else `why` not."""
+
+    name: str
+    title: str
+    suffix: str
+    available: bool
+    why: str
+
+
 class FilmRequest(RequestModel):
-    """A film (MP4) of one camera, of both foveae side by side or as an anaglyph; or of a part of it."""
+    """A film of one camera, of both foveae side by side or as an anaglyph; or of a part of it.
+
+    `format`: `png` gives a ZIP of pictures with their times, `npy` an array of one camera's pixels at full
+    depth. `fps`: resampled in time; null: every frame, at the recorded rate. `undistorted`: the wide camera
+    alone.
+    """
 
     show: Show = "wide"
+    format: FilmFormat = "h264"
+    undistorted: bool = False
     fps: Annotated[float, Field(ge=0.1, le=240.0)] | None = None
     start_s: Seconds = 0.0
     end_s: Seconds | None = None
