@@ -21,7 +21,6 @@ LAYOUT = PlayerLayout(
     footprints=False,
     depth=True,
     speed=0.5,
-    at_s=0.04,
     from_s=0.0,
     to_s=0.1,
 )

@@ -365,3 +365,16 @@ def test_a_name_that_is_taken_is_refused_before_anything_begins(bench: Bench) ->
     bench.recordings.stop(recording_id)
     with pytest.raises(InvalidInput, match="already"):
         bench.begin("ONE")
+
+
+def test_numbered_compressed_and_packed_as_asked(bench: Bench) -> None:
+    assert bench.recordings.name_of("walk", numbered=True).name == "walk 0001"
+    for number in (1, 2):
+        _, recording_id = bench.begin("walk", numbered=True, compress=True, packed=True)
+        bench.until(recording_id, some)
+        assert bench.recordings.stop(recording_id).name == f"walk 000{number}"
+    with Recording(bench.recordings.collection.folder / "walk 0002.fcap") as recording:
+        assert all(stream.form.compressed for stream in recording.streams.values())
+
+    found = bench.recordings.name_of("walk 0002", numbered=False)
+    assert (found.free, "already" in found.why) == (False, True)

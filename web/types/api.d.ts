@@ -1558,6 +1558,12 @@ export interface components {
             /** @default 0 */
             shift_y_deg: number;
         };
+        /** @description The name that a recording would get. `free`: whether it can be recorded now, else `why` not. */
+        NameDocument: {
+            free: boolean;
+            name: string;
+            why: string;
+        };
         /** @description A square without obstacles and with one target in its middle. */
         OpenMapRequest: {
             /** @constant */
@@ -1682,7 +1688,6 @@ export interface components {
          *     `from_s`, `to_s`: the part of the recording that the timeline shows.
          */
         PlayerLayout: {
-            at_s: number;
             boxes: boolean;
             depth: boolean;
             footprints: boolean;
@@ -1970,11 +1975,17 @@ export interface components {
         };
         /** @description The cameras to record, for how long, and the name. */
         RecordingRequest: {
+            /** @default false */
+            compress?: boolean;
             /** @description It ends by itself after so long, at the latest; null: after 300 s. */
             duration_s?: number | null;
             /** @default  */
             label?: string;
             name: string;
+            /** @default false */
+            numbered?: boolean;
+            /** @default false */
+            packed?: boolean;
             /**
              * @default full
              * @enum {string}
@@ -2843,6 +2854,7 @@ export type MosaicRequest = components['schemas']['MosaicRequest'];
 export type MosaicSeams = components['schemas']['MosaicSeams'];
 export type MountDriftDocument = components['schemas']['MountDriftDocument'];
 export type MountKnock = components['schemas']['MountKnock'];
+export type NameDocument = components['schemas']['NameDocument'];
 export type OpenMapRequest = components['schemas']['OpenMapRequest'];
 export type OpenRequest = components['schemas']['OpenRequest'];
 export type PanTiltDocument = components['schemas']['PanTiltDocument'];

@@ -123,7 +123,7 @@ def test_an_arrangement_is_kept_and_one_that_is_damaged_is_not_overwritten(
     assert server.http.get(address).json() == {"state": "none", "why": "", "layout": None}
     layout = {
         "tracks": [{"name": "left", "on": False}], "panes": "wide", "stereo": "off", "style": "red_cyan",
-        "boxes": True, "footprints": True, "depth": True, "speed": 1.0, "at_s": 0.5,
+        "boxes": True, "footprints": True, "depth": True, "speed": 1.0,
         "from_s": 0.0, "to_s": 2.0,
     }  # fmt: skip
     assert server.http.put(address, json={"layout": layout}).json()["layout"] == layout

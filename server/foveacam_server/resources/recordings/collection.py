@@ -1,5 +1,8 @@
 """The recordings of a data directory: one file each, found by id; removed ones are in the trash."""
 
+import errno
+import os
+import re
 import shutil
 import threading
 from collections.abc import Mapping
@@ -14,7 +17,7 @@ from foveacam_pipeline.capture.dataset import dataset_name
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import SESSION, STATISTICS
 from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
-from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_pipeline.storage.disk import disk_errors, disk_fault
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.names import new_id, utc_now
 from foveacam_server.resources.recordings.information import contents_of
@@ -31,6 +34,8 @@ from foveacam_server.resources.recordings.schema import RecordingContents, Strea
 RECORDINGS = "recordings"
 TRASH = ".trash"
 FILMS = ".films"
+NUMBER = re.compile(r"[0-9]{4,9}")
+"""The number at the end of a numbered recording's name."""
 _Stamp = tuple[int, int, int, int]
 
 
@@ -69,10 +74,14 @@ class RecordingCollection:
         self._lock = threading.Lock()
         self._known: dict[Path, tuple[_Stamp, StoredRecording]] = {}
 
-    def new_file(self, name: str) -> Path:
-        """Return the path for a new recording; raise `InvalidInput` for an invalid or used name."""
-        stem = dataset_name(name)
-        if stem.casefold() in {path.stem.casefold() for path in _files(self.folder)}:
+    def new_file(self, name: str, *, numbered: bool = False) -> Path:
+        """Return the path for a new recording; raise `InvalidInput` for an invalid or used name.
+
+        `numbered`: the first free number of at least four digits follows the name.
+        """
+        used = {path.stem.casefold() for path in _files(self.folder)}
+        stem = dataset_name(_numbered(name, used) if numbered else name)
+        if stem.casefold() in used:
             raise InvalidInput(
                 f"there is a recording {name!r} already; choose another name",
                 asked=f"a recording named {name!r}",
@@ -80,6 +89,13 @@ class RecordingCollection:
                 remedy="choose another name",
             )
         return self.folder / f"{stem}{SUFFIX}"
+
+    def check_writable(self) -> None:
+        """Raise `StorageFull` when no file can be made in the folder."""
+        if not os.access(self.folder, os.W_OK | os.X_OK):
+            raise disk_fault(
+                OSError(errno.EACCES, os.strerror(errno.EACCES)), what="a recording", folder=self.folder
+            )
 
     def add(self, file: Path, *, name: str) -> StoredRecording:
         """Move a file of this disk to the recordings; raise `InvalidInput` for one that holds no frames."""
@@ -172,6 +188,14 @@ class RecordingCollection:
         with self._lock:
             self._known[path] = stamp, stored
         return stored
+
+
+def _numbered(name: str, used: set[str]) -> str:
+    """Return the name with the number after the highest that is used with it."""
+    before = f"{name} ".lstrip().casefold()
+    numbers = [stem.removeprefix(before) for stem in used if stem.startswith(before)]
+    highest = max((int(number) for number in numbers if NUMBER.fullmatch(number)), default=0)
+    return f"{name} {highest + 1:04d}".lstrip()
 
 
 def _checked_notes(file: Path, *, name: str) -> RecordingNotes:

@@ -33,7 +33,6 @@ class PlayerLayout(RequestModel):
     footprints: bool
     depth: bool
     speed: Annotated[float, Field(ge=0.1, le=16.0)]
-    at_s: Seconds
     from_s: Seconds
     to_s: Seconds
 

@@ -34,6 +34,7 @@ from foveacam_server.resources.recordings.schema import (
     FilmRequest,
     FormatDocument,
     MomentDocument,
+    NameDocument,
     RecordedDepthDocument,
     RecordingDocument,
     RecordingPatch,
@@ -106,6 +107,16 @@ def every(
 ) -> list[RecordingDocument]:
     """Return all recordings, or those that hold every word of `text`."""
     return services.recordings.search(text=text, removed=removed == "true")
+
+
+@router.get("/name", summary="The name that a recording would get")
+def name(
+    services: ServicesDep,
+    wanted: Annotated[str, Query(alias="name", max_length=1000)] = "",
+    numbered: Annotated[Literal["true", "false"], Query(description="with the next free number")] = "true",
+) -> NameDocument:
+    """Return the name with its number, and whether something can be recorded under it now."""
+    return services.recordings.name_of(wanted, numbered=numbered == "true")
 
 
 @router.get("/formats", summary="Formats of exports")

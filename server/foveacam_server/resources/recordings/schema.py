@@ -33,6 +33,20 @@ class RecordingRequest(RequestModel):
     rate: Rate = "full"
     """`full`: look after look, with the wide camera's frames between them; `live`: what live views show."""
     label: Text = ""
+    numbered: bool = False
+    """Whether a number follows the name: the first free one, of four digits."""
+    compress: bool = False
+    """Each frame by zlib, without loss; it may not keep up at the full rate."""
+    packed: bool = False
+    """Grey of twelve bits in three bytes for two pixels."""
+
+
+class NameDocument(ResponseModel):
+    """The name that a recording would get. `free`: whether it can be recorded now, else `why` not."""
+
+    name: str
+    free: bool
+    why: str
 
 
 class RecordingPatch(RequestModel):

@@ -112,6 +112,8 @@ const help = makeHelp({ showHints: () => changeSettings(store, { hints: true }) 
 const settings = makeSettings(store);
 const lease = makeLease({ store, commands });
 
+const recordButton = makeRecordButton({ store, live: recording });
+
 const keyboard = new Keyboard({
   stop: () => void commands.stop(),
   escape,
@@ -127,6 +129,7 @@ const keyboard = new Keyboard({
     0: onWide(() => views.wide.fit()),
     t: onWide(() => followOrders.toggle()),
     p: () => store.state.loop_page && void loopOrders.togglePause(),
+    r: () => recordButton.press(),
     m: onWide(() => measure.toggle()),
     1: onWide(() => measure.choose(1)),
     2: onWide(() => measure.choose(2)),
@@ -225,7 +228,7 @@ function mountTools() {
   ) => html`<a class="tool" href=${href} aria-label=${label} title=${label}>${icon(name)}</a>`;
   fill(
     need("tools"),
-    makeRecordButton({ store, live: recording }),
+    recordButton.element,
     link("Capture: raster datasets", "raster", CAPTURE_ADDRESS),
     link("Followed targets", "follow", FOLLOW_ADDRESS),
     link("Vergence loop", "verge", LOOP_ADDRESS),
