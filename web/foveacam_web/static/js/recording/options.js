@@ -26,7 +26,13 @@ export function recordOptions({ store, signal }) {
   const { record } = store.state.settings;
   const change = (/** @type {Partial<Settings["record"]>} */ part) =>
     changeSettings(store, { record: { ...store.state.settings.record, ...part } });
-  const prefix = h("input", { id: "record-prefix", maxlength: 90, value: record.prefix, placeholder: "date and time" });
+  const prefix = h("input", {
+    type: "text",
+    id: "record-prefix",
+    maxlength: 90,
+    value: record.prefix,
+    placeholder: "date and time",
+  });
   const next = h("p", { class: "why", role: "status" });
   const rate = choiceField(
     "Rate",

@@ -14,7 +14,7 @@ import { nameOf, sendRecording } from "./upload.js";
  * @import { FolderFile, FoldersDocument, RecordingDocument } from "#api"
  * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
- * @typedef {{name: string, size: number, sent: number, refused: string, stop: AbortController, done: boolean}} Sending
+ * @typedef {{file: File, name: string, sent: number, refused: string, stop: AbortController}} Sending
  */
 
 /**
@@ -69,23 +69,23 @@ export function makeImporter({ store, commands, signal }) {
     show();
   };
   const sendAll = async (/** @type {File[]} */ files) => {
-    const waiting = files.map((file) => ({ file, sending: begun(file) }));
-    sendings = [...sendings.filter(({ done }) => !done), ...waiting.map(({ sending }) => sending)];
+    const begun = files.map((file) => newSending(file, nameOf(file.name)));
+    sendings = [...sendings, ...begun];
     show();
-    for (const { file, sending } of waiting) await send(file, sending);
+    for (const sending of begun) await send(sending);
   };
-  const send = async (/** @type {File} */ file, /** @type {Sending} */ sending) => {
+  const send = async (/** @type {Sending} */ sending) => {
     const told = (/** @type {number} */ sent) => {
       sending.sent = sent;
       show();
     };
     try {
-      const made = await sendRecording(file, { name: sending.name, told, cancelled: sending.stop.signal });
+      const made = await sendRecording(sending.file, { name: sending.name, told, cancelled: sending.stop.signal });
       if (made) welcome(made);
       sendings = sendings.filter((one) => one !== sending);
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
-      Object.assign(sending, { refused: error.message, done: true });
+      sending.refused = error.message;
     }
     show();
   };
@@ -104,11 +104,18 @@ export function makeImporter({ store, commands, signal }) {
     show();
   };
   const sendingOf = (/** @type {Sending} */ sending) => {
-    const { name, size, sent, refused, stop } = sending;
+    const { file, name, sent, refused, stop } = sending;
+    const { size } = file;
     const forget = () => {
       stop.abort();
       if (refused !== "") sendings = sendings.filter((one) => one !== sending);
       show();
+    };
+    const again = () => {
+      const anew = newSending(file, sending.name);
+      sendings = sendings.map((one) => (one === sending ? anew : one));
+      show();
+      void send(anew);
     };
     const far = `${sizeWords(sent)} of ${sizeWords(size)}`;
     return html`<li class="sending">
@@ -117,6 +124,16 @@ export function makeImporter({ store, commands, signal }) {
       <button type="button" class="tool" aria-label=${`${refused === "" ? "Cancel" : "Forget"} ${name}`} @click=${forget}>
         ${icon("close")}
       </button>
+      ${
+        refused !== "" &&
+        html`<span class="actions">
+          <input
+            type="text" aria-label="Name of ${name}" maxlength="100" .value=${name}
+            @input=${(/** @type {{target: HTMLInputElement}} */ { target }) => (sending.name = target.value)}
+          />
+          <button type="button" class="plain" @click=${again}>Send it under this name</button>
+        </span>`
+      }
       ${refused === "" && bar(`Sending ${name}`, { share: size > 0 ? sent / size : null, text: far })}
     </li>`;
   };
@@ -144,7 +161,7 @@ export function makeImporter({ store, commands, signal }) {
   return h("div", {}, input, element);
 }
 
-/** @param {File} file @returns {Sending} */
-function begun({ name, size }) {
-  return { name: nameOf(name), size, sent: 0, refused: "", stop: new AbortController(), done: false };
+/** @param {File} file @param {string} name @returns {Sending} */
+function newSending(file, name) {
+  return { file, name, sent: 0, refused: "", stop: new AbortController() };
 }

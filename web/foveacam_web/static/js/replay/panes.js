@@ -16,8 +16,8 @@ import { absenceOf, trackName } from "./tracks.js";
  * @import { Layout, Role, Source } from "#page"
  * @import { LayoutKeeper } from "../windows/board.js"
  * @import { Overlays } from "./slot.js"
- * @typedef {{at_s: number, playing: boolean, style: PlayerLayout["style"], shown: string[], overlays: Overlays}} Now
- *   what the panes show; `shown`: the streams that are switched on
+ * @typedef {{at_s: number, quick: boolean, style: PlayerLayout["style"], shown: string[], overlays: Overlays}} Now
+ *   what the panes show; `quick`: at half size; `shown`: the streams that are switched on
  * @typedef {{id: string, timeline: TimelineDocument, tracks: TracksDocument}} Replayed
  */
 
@@ -97,7 +97,7 @@ export class ReplayPanes {
   }
 
   /** Return the picture of a source at a moment, or why there is none. @param {Source} source @param {Now} now */
-  #wanted(source, { at_s, playing, style, shown }) {
+  #wanted(source, { at_s, quick, style, shown }) {
     const root = `/api/v1${recordingPath(this.#id)}`;
     const roles = this.#needed(source);
     for (const role of roles) {
@@ -114,7 +114,7 @@ export class ReplayPanes {
     const t_s = (stream.t_s[index] ?? 0).toFixed(6);
     if (source === "anaglyph") return { url: `${root}/anaglyph.jpg?t_s=${t_s}&style=${style}` };
     if (source === "difference") return { url: `${root}/difference.jpg?t_s=${t_s}` };
-    return { url: `${root}/frames/${role}/${index}.jpg${playing ? "?scale=2" : ""}` };
+    return { url: `${root}/frames/${role}/${index}.jpg${quick ? "?scale=2" : ""}` };
   }
 
   /** @param {Source} source @returns {Role[]} */

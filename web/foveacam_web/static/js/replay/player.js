@@ -28,6 +28,7 @@ import { Timeline } from "./timeline.js";
 const SCRUB_STEP_S = 0.01;
 const SKIP_S = 1;
 const ZOOM = 1.6;
+const REST_MS = 250;
 
 /** @type {readonly [OverlayName, string, string][]} */
 const OVERLAYS = Object.freeze([
@@ -48,6 +49,9 @@ export class Player {
   #tell = () => {};
   /** @type {Layout | null} */
   #kept = null;
+  #quick = true;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #rest;
   /** The panes as they are arranged on a wider page. */
   #elsewhere = "";
   #style = /** @type {PlayerLayout["style"]} */ ("red_cyan");
@@ -59,7 +63,7 @@ export class Player {
     const { signal } = context;
     this.#id = recording.id;
     this.#context = context;
-    this.#clock = new PlayerClock(recording.timeline, () => this.#draw());
+    this.#clock = new PlayerClock(recording.timeline, () => this.#move());
     this.#arrangement = new Arrangement(recording.id, { layout: () => this.#layout, signal });
     this.#timeline = new Timeline(recording, {
       seek: (at_s) => this.#clock.seek(at_s),
@@ -83,7 +87,8 @@ export class Player {
     this.#tell = leadWindows(recording.id, { now: () => this.#now, press: (pressed) => this.#press(pressed), signal });
     document.addEventListener("keydown", (event) => this.#down(event), { signal });
     run(this.#clock, signal);
-    this.#draw();
+    signal.addEventListener("abort", () => clearTimeout(this.#rest));
+    this.#move();
   }
 
   /** The moment shown. */
@@ -134,11 +139,22 @@ export class Player {
     const off = this.#timeline.hidden.filter(({ kind }) => kind === "boxes").map(({ name }) => name);
     return {
       at_s: this.#clock.at_s,
-      playing: this.#clock.playing,
+      quick: this.#quick,
       style: this.#style,
       shown: shown.filter(({ kind }) => kind === "frames").map(({ name }) => name),
       overlays: { ...this.#overlays, off },
     };
+  }
+
+  /** Show another moment: quickly, and in full size when it rests. */
+  #move() {
+    this.#quick = true;
+    clearTimeout(this.#rest);
+    this.#rest = setTimeout(() => {
+      this.#quick = this.#clock.playing;
+      this.#draw();
+    }, REST_MS);
+    this.#draw();
   }
 
   #draw() {
