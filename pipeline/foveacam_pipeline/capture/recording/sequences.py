@@ -31,7 +31,6 @@ from foveacam_pipeline.storage.disk import disk_errors
 COLUMNS = (
     "picture", "stream", "index", "seq", "t_s", "exposure_ms", "x_v", "y_v", "ax_deg", "ay_deg",
 )  # fmt: skip
-NPY_VERSION = (1, 0)
 
 
 def export_npy(

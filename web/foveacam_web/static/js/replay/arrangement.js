@@ -3,7 +3,6 @@
 
 import { RequestError, request } from "../api.js";
 import { h, html, update } from "../dom.js";
-import { sentence } from "../format.js";
 import { recordingPath } from "../gallery/recording_words.js";
 import { icon } from "../icons.js";
 
@@ -77,7 +76,7 @@ export class Arrangement {
     update(
       this.element,
       html`<p class="strip warn">
-        ${icon("warn")}<span>The arrangement of the player is not kept: ${sentence(why)}</span>
+        ${icon("warn")}<span>The arrangement of the player is not kept: ${why}.</span>
         <button type="button" class="plain" @click=${overwrite}>Overwrite it</button>
       </p>`,
     );
