@@ -203,7 +203,7 @@ def test_recordings_are_sent_opened_and_exported(server: Server, open_console: O
     console = open_console(f"{server.url}#/gallery/recordings", options=TOUCH)
     page = console.page
     choose = page.locator('input[accept=".fcap,.fovea"]')
-    choose.set_input_files([{"name": "notes.fcap", "mimeType": "", "buffer": b"no recording at all"}])
+    choose.set_input_files({"name": "notes.fcap", "mimeType": "", "buffer": b"no recording at all"})
     expect(page.locator(".sending .refused")).to_contain_text('it begins with the text "no recording')
     page.get_by_role("button", name="Forget notes").click()
     choose.set_input_files(whole)
