@@ -11,6 +11,7 @@ from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.documents import recording_document
+from foveacam_server.resources.recordings.imports import uploads
 from foveacam_server.resources.recordings.imports.schema import (
     LARGEST_BYTES,
     OpenRequest,
@@ -151,6 +152,17 @@ def test_more_than_was_announced_is_refused_and_an_abandoned_upload_leaves_nothi
 
     assert imports.left_over == []
     assert imports.begin("short", 1000).received_bytes == 0
+
+
+def test_one_whose_page_was_closed_makes_way_for_the_next_of_its_name(
+    imports: Imports, content: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    imports.send(imports.begin("walk", len(content)), content[:1000])
+    monkeypatch.setattr(uploads, "LEFT_S", -1.0)
+    again = imports.upload("walk", content)
+
+    assert again.recording is not None
+    assert imports.left_over == []
 
 
 def test_uploads_of_an_earlier_server_are_removed(imports: Imports, content: bytes) -> None:

@@ -161,9 +161,9 @@ test("of pictures that are wanted quickly the newest is loaded", async () => {
 /**
  * Answer requests as the server does, and note them.
  * @param {import("node:test").TestContext} context
- * @param {{lose?: number}} [options] `lose`: number of the part whose answer is lost
+ * @param {{lose?: number, refuse?: boolean}} [options] `lose`: number of the part whose answer is lost
  */
-function server(context, { lose = -1 } = {}) {
+function server(context, { lose = -1, refuse = false } = {}) {
   const [size, part] = [10, 4];
   let [received, parts] = [0, 0];
   /** @type {string[]} */
@@ -180,6 +180,7 @@ function server(context, { lose = -1 } = {}) {
     "fetch",
     async (/** @type {string} */ path, /** @type {RequestInit} */ { method, body }) => {
       asked.push(`${method} ${path}`);
+      if (method === "PUT" && refuse) return Response.json({ detail: "the disk is full" }, { status: 507 });
       if (method === "PUT") {
         received += /** @type {Blob} */ (body).size;
         parts += 1;
@@ -223,6 +224,14 @@ test("after a lost connection it goes on where the server is", async (context) =
     "GET /api/v1/recordings/uploads/upl-1",
     "PUT /api/v1/recordings/uploads/upl-1?at=8",
   ]);
+});
+
+test("an upload that is refused is taken back", async (context) => {
+  const asked = server(context, { refuse: true });
+  const file = new File(["0123456789"], "walk.fcap");
+  const sent = sendRecording(file, { name: "walk", told: () => {}, cancelled: new AbortController().signal });
+  await assert.rejects(sent, /disk is full/);
+  assert.equal(asked.at(-1), "DELETE /api/v1/recordings/uploads/upl-1");
 });
 
 test("a cancelled upload is taken back", async (context) => {

@@ -26,6 +26,8 @@ PART_BYTES = 8 * MIB
 UPLOADS = ".uploads"
 IDLE_S = 3600.0
 """An upload of which nothing has come for so long is forgotten."""
+LEFT_S = 30.0
+"""The same, when a recording of its name is sent anew: its page was closed."""
 WRITE_BYTES = MIB
 HEAD_SHOWN = 12
 """Bytes of another file's beginning that a refusal shows."""
@@ -61,8 +63,8 @@ class UploadService:
 
     def begin(self, request: UploadRequest) -> Upload:
         """Begin an upload; raise at once for a name that is used, a size beyond the limit or the disk."""
-        self._forget_idle()
         stem = self._collection.new_file(request.name).stem
+        self._forget_idle(stem)
         self._check_size(request)
         with self._lock:
             coming = {one.name.casefold() for one in self._uploads.values() if one.recording is None}
@@ -173,13 +175,15 @@ class UploadService:
             self._uploads.pop(upload.id, None)
         upload.path.unlink(missing_ok=True)
 
-    def _forget_idle(self) -> None:
+    def _forget_idle(self, stem: str) -> None:
+        """Forget uploads of which nothing came for long; sooner that of the name which is sent anew."""
         now_s = time.monotonic()
         with self._lock:
-            uploads = [one for one in self._uploads.values() if not one.writing]
-        idle = [one for one in uploads if now_s - one.touched_s > IDLE_S]
-        for upload in idle:
-            self._drop(upload)
+            resting = [one for one in self._uploads.values() if not one.writing]
+        for upload in resting:
+            longest_s = LEFT_S if upload.name.casefold() == stem.casefold() else IDLE_S
+            if now_s - upload.touched_s > longest_s:
+                self._drop(upload)
 
 
 async def _written(upload: Upload, parts: AsyncIterator[bytes]) -> int:

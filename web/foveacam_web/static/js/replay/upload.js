@@ -22,13 +22,19 @@ export function nameOf(file) {
 export async function sendRecording(file, { name, told, cancelled }) {
   const body = { name, size_bytes: file.size };
   let upload = /** @type {UploadDocument} */ (await request("POST", "/recordings/uploads", { body }));
+  const forget = () => request("DELETE", `/recordings/uploads/${upload.id}`).catch(() => {}); // the server may have
   while (!upload.recording) {
     told(upload.received_bytes);
     if (cancelled.aborted) {
-      await request("DELETE", `/recordings/uploads/${upload.id}`);
+      await forget();
       return null;
     }
-    upload = await sendPart(file, upload);
+    try {
+      upload = await sendPart(file, upload);
+    } catch (error) {
+      await forget();
+      throw error;
+    }
   }
   return upload.recording;
 }
