@@ -5,7 +5,7 @@ import os
 import re
 import shutil
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.session import SESSION, STATISTICS
+from foveacam_pipeline.capture.recording.session import STATISTICS
 from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
 from foveacam_pipeline.storage.disk import disk_errors, disk_fault
 from foveacam_server.foundation.errors import NotFound
@@ -99,21 +99,11 @@ class RecordingCollection:
 
     def add(self, file: Path, *, name: str) -> StoredRecording:
         """Move a file of this disk to the recordings; raise `InvalidInput` for one that holds no frames."""
-        notes = _checked_notes(file, name=name)
-        path = self.new_file(name)
-        with disk_errors(f"adding recording {name}", self.folder):
-            file.rename(path)
-        write_notes(path, notes)
-        return self._load(path)
+        return self._adopt(file, name, lambda path: file.rename(path))
 
     def link(self, file: Path, *, name: str) -> StoredRecording:
         """Add a recording that stays where it lies; raise as `add`."""
-        notes = _checked_notes(file, name=name)
-        path = self.new_file(name)
-        with disk_errors(f"adding recording {name}", self.folder):
-            path.symlink_to(file)
-        write_notes(path, notes)
-        return self._load(path)
+        return self._adopt(file, name, lambda path: path.symlink_to(file))
 
     def every(self, *, but: Path | None = None) -> list[StoredRecording]:
         """Return all recordings, newest first; `but`: one that is being written."""
@@ -164,6 +154,21 @@ class RecordingCollection:
         """Return the folder of a recording's films."""
         return self.folder / FILMS / recording_id
 
+    def _adopt(self, file: Path, name: str, place: Callable[[Path], object]) -> StoredRecording:
+        """Check a file, put it in its place, and return it without reading it again."""
+        held, counts, trouble = _read(file)
+        if held is None:
+            raise InvalidInput(f"recording {name}: {trouble}", found=trouble, remedy="choose a recording")
+        _check_frames(file, held, name=name)
+        path = self.new_file(name)
+        with disk_errors(f"adding recording {name}", self.folder):
+            place(path)
+        notes = RecordingNotes(id=new_id("rec"), created_utc=held.recorded or utc_now())
+        write_notes(path, notes)
+        stamp, moved = _stamp(path), held.model_copy(update={"file": str(path)})
+        stored = StoredRecording(path=path, notes=notes, size_bytes=stamp[1], contents=moved, counts=counts)
+        return self._remember(stamp, stored)
+
     def _load(self, path: Path, *, removed: bool = False) -> StoredRecording:
         """Return the recording of a file, read again only when it or its notes changed."""
         stamp = _stamp(path)
@@ -185,8 +190,11 @@ class RecordingCollection:
             removed=removed,
             trouble=trouble,
         )
+        return self._remember(stamp, stored)
+
+    def _remember(self, stamp: _Stamp, stored: StoredRecording) -> StoredRecording:
         with self._lock:
-            self._known[path] = stamp, stored
+            self._known[stored.path] = stamp, stored
         return stored
 
 
@@ -198,19 +206,18 @@ def _numbered(name: str, used: set[str]) -> str:
     return f"{name} {highest + 1:04d}".lstrip()
 
 
-def _checked_notes(file: Path, *, name: str) -> RecordingNotes:
-    """Return notes for a recording from elsewhere; raise `InvalidInput` when it has no frames."""
+def _check_frames(file: Path, held: RecordingContents, *, name: str) -> None:
+    """Raise `InvalidInput` for a recording without frames, with the channels that it has."""
+    if any(stream.frames for stream in held.streams.values()):
+        return
     with Recording(file) as recording:
-        if not any(len(stream) for stream in recording.streams.values()):
-            found = ", ".join(recording.topics) or "no channel"
-            raise InvalidInput(
-                f"recording {name}: it holds no frame of a camera; its channels are: {found}",
-                asked="a recording of cameras",
-                found=found,
-                remedy="choose a file that foveacam or the authors' application recorded",
-            )
-        recorded = recording.metadata.get(SESSION, {}).get("timestamp") or utc_now()
-    return RecordingNotes(id=new_id("rec"), created_utc=recorded)
+        found = ", ".join(recording.topics) or "no channel"
+    raise InvalidInput(
+        f"recording {name}: it holds no frame of a camera; its channels are: {found}",
+        asked="a recording of cameras",
+        found=found,
+        remedy="choose a file that foveacam or the authors' application recorded",
+    )
 
 
 def _counts(record: Mapping[str, str]) -> dict[str, StreamCounts]:
