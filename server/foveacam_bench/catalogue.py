@@ -25,6 +25,7 @@ BENCHES: Mapping[str, str] = {
     "matching": "depth.matching",
     "measure": "depth.measurements",
     "render": "render.renderer",
+    "replay": "replay.long_recording",
     "serial": "drivers.mirror_link",
     "stereo": "depth.stereo",
     "stream": "stream.streams",

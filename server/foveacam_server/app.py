@@ -43,6 +43,7 @@ from foveacam_server.resources.positioners import pan_tilt_routes as pan_tilt
 from foveacam_server.resources.positioners import rail_routes as rail
 from foveacam_server.resources.reach import routes as reach
 from foveacam_server.resources.recordings import routes as recordings
+from foveacam_server.resources.recordings.imports import routes as recording_imports
 from foveacam_server.resources.references import routes as references
 from foveacam_server.resources.rig_setup import routes as rig_setup
 from foveacam_server.resources.rig_state import health_routes
@@ -71,6 +72,7 @@ _RESOURCES = (
     steering,
     pan_tilt,
     rail,
+    recording_imports,  # before the routes with an id in their place
     recordings,
     views,
     window_layouts,

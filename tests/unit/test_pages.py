@@ -21,7 +21,7 @@ def browser() -> Iterator[httpx.Client]:
         yield client
 
 
-@pytest.mark.parametrize("page", ["/", "/view", "/display", "/windows"])
+@pytest.mark.parametrize("page", ["/", "/view", "/display", "/windows", "/replay"])
 def test_a_page_is_asked_for_each_time_and_what_it_loads_once(browser: httpx.Client, page: str) -> None:
     answer = browser.get(page)
     assert answer.headers["Cache-Control"] == "no-cache"

@@ -121,3 +121,14 @@ def test_a_recording_goes_to_the_trash_of_a_full_disk_and_comes_back(
     shelf.remove(shelf.get("rec-1"))
     assert [kept.id for kept in shelf.trash()] == ["rec-1"]
     assert shelf.restore("rec-1").notes.label == "first"
+
+
+def test_a_numbered_name_gets_the_number_after_the_highest(shelf: RecordingCollection) -> None:
+    assert shelf.new_file("walk", numbered=True).stem == "walk 0001"
+    assert shelf.new_file("", numbered=True).stem == "0001"
+    for used in ("Walk 0007.fcap", "walk 12.fcap", "walking 0009.fcap", "0041.fovea"):
+        (shelf.folder / used).write_bytes(b"")
+    assert shelf.new_file("walk", numbered=True).stem == "walk 0008"
+    assert shelf.new_file("", numbered=True).stem == "0042"
+    with pytest.raises(InvalidInput):
+        shelf.new_file("../up", numbered=True)

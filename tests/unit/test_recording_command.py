@@ -139,6 +139,33 @@ def test_export_makes_a_film(
 
 
 @pytest.mark.parametrize(
+    ("name", "more", "codec"),
+    [
+        ("a.mov", ["--codec", "prores"], "apcn"),
+        ("a.mp4", ["--codec", "av1"], "av01"),
+        ("a.mov", [], "apcn"),
+        ("a.zip", [], "png"),
+        ("a.npy", ["--show", "left", "--end-s", "0.05"], "npy"),
+    ],
+)
+def test_the_suffix_or_the_codec_choose_the_format(
+    name: str,
+    more: list[str],
+    codec: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    record(tmp_path / "a.fcap")
+    order = ["recording", "export", str(tmp_path / "a.fcap"), str(tmp_path / name), *more, "--json"]
+    assert run(monkeypatch, *order) == 0
+    told = json.loads(capsys.readouterr().out)
+
+    assert (told["codec"], told["frames"]) == (codec, 3 if codec == "npy" else 6)
+    assert told["bytes"] == (tmp_path / name).stat().st_size > 0
+
+
+@pytest.mark.parametrize(
     ("order", "why"),
     [
         (("record", "a.avi"), "end it in .fcap"),

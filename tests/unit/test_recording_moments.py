@@ -1,6 +1,8 @@
 """One moment of a recording: outlines, red and cyan, and depth from its own poses and calibration."""
 
+import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +10,16 @@ import pytest
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.recording.reader import Recording
-from foveacam_pipeline.capture.recording.session import RigDescription
+from foveacam_pipeline.capture.recording.recorder import Recorder
+from foveacam_pipeline.capture.recording.session import RIG, RecordingSession, RigDescription, read_wide_lens
+from foveacam_pipeline.capture.recording.values import FramePose, TrackedBox
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_pipeline.stereo.values import DepthMap
 from foveacam_server.resources.recordings.depth import RecordedDepthService, centre_of
 from foveacam_server.resources.recordings.moments import (
     anaglyph,
+    difference,
     frame_time_s,
     moment_document,
     observation_of,
@@ -23,7 +30,7 @@ from foveacam_server.resources.recordings.opened import OpenRecordings
 
 from .dataset_scenes import CALIBRATION
 from .recorded_looks import PERIOD_S, Z_M, look
-from .recordings import record
+from .recordings import BEGIN_NS, PERIOD_NS, picture, raw, record
 
 
 @pytest.fixture(scope="module")
@@ -138,6 +145,107 @@ def test_a_recording_of_others_has_outlines_by_the_matrix_that_came_with_its_fra
     assert outline_px is not None
     assert outline_px[0] == pytest.approx(corner[:2] / corner[2], abs=0.01)
     assert found.meeting_m is None
+
+
+def test_the_crossing_of_the_gazes_has_its_depth_and_its_place_in_the_wide_picture(seen: Path) -> None:
+    with Recording(seen) as recording:
+        found = moment_document(recording, "rec-1", t_s=0.0)
+
+    assert found.meeting_z_m == pytest.approx(Z_M, rel=1e-3)
+    np.testing.assert_allclose(
+        found.meeting_px or (), CALIBRATION.wide.pixels(np.deg2rad([[2.0, -1.0]]))[0], atol=1.0
+    )
+
+
+class TheirSession:
+    """The records of another program."""
+
+    def __init__(self, records: dict[str, dict[str, str]]) -> None:
+        self._records = records
+
+    def records(self) -> dict[str, dict[str, str]]:
+        return self._records
+
+
+def theirs(path: Path) -> Path:
+    """Record as the authors' application does: angles, a lens and undistorted boxes, no calibration."""
+    wide = Intrinsics(
+        width=32,
+        height=24,
+        fx_px=40.0,
+        fy_px=40.0,
+        cx_px=16.0,
+        cy_px=12.0,
+        distortion=(0.3, 0.0, 0.0, 0.0, 0.0),
+    )
+    rig = RigDescription(rig_id="r", name="r", baseline_m=0.2, calibration=replace(CALIBRATION, wide=wide))
+    records = RecordingSession(timestamp="2026-01-31T12:00:00Z", rig=rig, app="FoveaCamApp").records()
+    del records[RIG]
+    with Recorder(path, TheirSession(records)) as recorder:  # type: ignore[arg-type]  # a part of one
+        for tick in range(3):
+            for stream, ax_rad in (("center", 0.0), ("left-fovea", 0.03), ("right-fovea", -0.01)):
+                pose = FramePose(angles_rad=(ax_rad, 0.05), wide_from_fovea=np.diag([0.1, 0.1, 1.0]))
+                recorder.publish(stream, replace(raw(picture("left", tick), tick=tick), pose=pose))
+            if tick == 1:
+                box = TrackedBox(slot="0", t_ns=BEGIN_NS + PERIOD_NS, bbox_px=(20.0, 4.0, 6.0, 6.0))
+                lost = TrackedBox(slot="1", t_ns=BEGIN_NS + PERIOD_NS, bbox_px=None)
+                recorder.publish_box(box)
+                recorder.publish_box(lost)
+    return path
+
+
+def test_one_of_others_has_boxes_crossing_and_outlines_in_its_raw_picture(tmp_path: Path) -> None:
+    with Recording(theirs(tmp_path / "a.fcap")) as recording:
+        found = moment_document(recording, "rec-1", t_s=0.0)
+        lens = read_wide_lens(recording.metadata)
+
+    assert lens is not None
+    z_m = 0.2 / (math.tan(0.03) + math.tan(0.01))
+    assert found.meeting_z_m == pytest.approx(z_m, rel=1e-3)
+    assert found.meeting_px == pytest.approx(lens[0].pixels([[0.01, 0.05]])[0], abs=0.1)
+    (box,) = found.boxes
+    assert (box.slot, box.width_px, box.late_ms) == ("0", 6.0, PERIOD_NS / 1e6)
+    tangents = (np.array([[23.0, 7.0]]) - [16.0, 12.0]) / 40.0
+    expected = lens[0].pixels(np.arctan(tangents))[0]
+    assert (box.x_px + 3.0, box.y_px + 3.0) == pytest.approx(expected, abs=0.02)
+    assert expected[0] - 23.0 > 0.05  # its lens bends
+    corner = lens[0].pixels(np.arctan((np.array([[-0.05, -0.05]]) - [16.0, 12.0]) / 40.0))[0]
+    assert (found.frames["left"].footprint_px or [])[0] == pytest.approx(corner, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("style", "channels"),
+    [
+        (AnaglyphStyle.RED_CYAN, (0, 1, 1)),
+        (AnaglyphStyle.CYAN_RED, (1, 0, 0)),
+        (AnaglyphStyle.RED_BLUE, (0, None, 1)),
+        (AnaglyphStyle.BLUE_RED, (1, None, 0)),
+    ],
+)
+def test_each_eye_has_the_colour_of_its_glass(
+    tmp_path: Path, style: AnaglyphStyle, channels: tuple[int | None, ...]
+) -> None:
+    record(tmp_path / "a.fcap")
+    with Recording(tmp_path / "a.fcap") as recording:
+        pair = pair_at(recording, 0.0)
+    shown, levels = anaglyph(pair, None, style), [frame.image.mean() for frame in pair]
+
+    for channel, eye in enumerate(channels):
+        expected = 0.0 if eye is None else levels[eye]
+        assert shown[:, :, channel].mean() == pytest.approx(expected, abs=0.5)
+
+
+def test_the_difference_of_what_is_the_same_is_grey(seen: Path, tmp_path: Path) -> None:
+    record(tmp_path / "a.fcap")
+    with Recording(tmp_path / "a.fcap") as recording:
+        plain = difference(pair_at(recording, 0.0), None)
+    with Recording(seen) as recording:
+        pair = pair_at(recording, 0.0)
+        rectified = difference(pair, observation_of(recording, pair))
+
+    assert np.unique(plain).tolist() == [128]
+    middle = rectified[200:340, 260:460, 0].astype(np.int64)
+    assert np.abs(middle - 128).mean() < 12.0
 
 
 def test_a_centre_where_too_little_matched_has_no_depth() -> None:

@@ -2,14 +2,22 @@
 
 from pathlib import Path
 
+import av
 import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault, InvalidInput, StorageFull
-from foveacam_pipeline.capture.recording import movie
-from foveacam_pipeline.capture.recording.movie import MovieCodec, MovieSpec, export_movie
+from foveacam_pipeline.capture.recording.formats import (
+    ENCODERS,
+    FORMATS,
+    Encoder,
+    MovieCodec,
+    check_format,
+    format_named,
+)
+from foveacam_pipeline.capture.recording.movie import MovieSpec, export_movie, suffix_of
 from foveacam_pipeline.capture.recording.reader import Recording
 
 from .recordings import picture, record
@@ -25,11 +33,18 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def frames_of(film: Path) -> list[NDArray[np.uint8]]:
+    """Return the pictures of a film, by OpenCV; by PyAV those that OpenCV has no decoder for."""
     reader, found = cv2.VideoCapture(str(film)), []
     while (read := reader.read())[0]:
         found.append(np.asarray(read[1], dtype=np.uint8)[:, :, ::-1])
     reader.release()
-    return found
+    if found:
+        return found
+    with av.open(str(film)) as container:
+        return [
+            np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
+            for frame in container.decode(video=0)
+        ]
 
 
 def test_a_stream_becomes_a_film_at_the_recorded_rate(recording: Path, tmp_path: Path) -> None:
@@ -88,8 +103,9 @@ def test_what_cannot_be_shown_is_refused_and_leaves_nothing(recording: Path, tmp
 @pytest.mark.parametrize("codec", MovieCodec)
 def test_every_codec_keeps_the_colours(recording: Path, tmp_path: Path, codec: MovieCodec) -> None:
     with Recording(recording) as opened:
-        made = export_movie(opened, MovieSpec(show="anaglyph", codec=codec), tmp_path / "a.mp4")
-    shown = frames_of(tmp_path / "a.mp4")
+        film = tmp_path / f"a{suffix_of(codec)}"
+        made = export_movie(opened, MovieSpec(show="anaglyph", codec=codec), film)
+    shown = frames_of(film)
 
     assert (made.codec, len(shown)) == (codec, 6)
     for role, channel in (("left", 0), ("right", 1), ("right", 2)):
@@ -99,7 +115,7 @@ def test_every_codec_keeps_the_colours(recording: Path, tmp_path: Path, codec: M
 def test_without_an_encoder_it_says_so(
     recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(movie._ENCODERS, MovieCodec.H264, ("none_such", {}))
+    monkeypatch.setitem(ENCODERS, MovieCodec.H264, Encoder(name="none_such"))
     with Recording(recording) as opened, pytest.raises(DeviceFault, match="cannot be encoded as avc1"):
         export_movie(opened, MovieSpec(show="left"), tmp_path / "a.mp4")
     assert list(tmp_path.iterdir()) == []
@@ -119,3 +135,13 @@ def test_an_interrupted_film_is_taken_away(recording: Path, tmp_path: Path) -> N
     with Recording(recording) as opened, pytest.raises(KeyboardInterrupt):
         export_movie(opened, MovieSpec(show="left", codec=QUICK), tmp_path / "a.mp4", progress=interrupt)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_format_without_its_encoder_is_refused_with_those_that_there_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(ENCODERS, MovieCodec.AV1, Encoder(name="none_such"))
+    with pytest.raises(InvalidInput, match="no encoder none_such on this machine; choose another: H"):
+        check_format(format_named("av1"))
+    check_format(format_named("avc1"))
+    assert [found.name for found in FORMATS.values() if found.missing] == ["av1"]

@@ -21,7 +21,7 @@ from foveacam_server.foundation.store import Document, Store
 from foveacam_server.resources.calibrations.service import CalibrationService
 from foveacam_server.resources.recordings.begin import check_room
 from foveacam_server.resources.recordings.live import LiveRecording
-from foveacam_server.resources.recordings.schema import RecordingRequest
+from foveacam_server.resources.recordings.schema import FilmRequest, RecordingRequest
 from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
@@ -29,7 +29,7 @@ from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.live_views import LiveRates
 
 from .fake_rig import FakeRig, Pictures
-from .recordings import SmallDisk
+from .recordings import SmallDisk, record
 
 PATIENCE_S = 60.0
 RATES = LiveRates(wide_hz=100.0, fovea_hz=60.0)
@@ -365,3 +365,31 @@ def test_a_name_that_is_taken_is_refused_before_anything_begins(bench: Bench) ->
     bench.recordings.stop(recording_id)
     with pytest.raises(InvalidInput, match="already"):
         bench.begin("ONE")
+
+
+def test_numbered_compressed_and_packed_as_asked(bench: Bench) -> None:
+    assert bench.recordings.name_of("walk", numbered=True).name == "walk 0001"
+    for number in (1, 2):
+        _, recording_id = bench.begin("walk", numbered=True, compress=True, packed=True)
+        bench.until(recording_id, some)
+        assert bench.recordings.stop(recording_id).name == f"walk 000{number}"
+    with Recording(bench.recordings.collection.folder / "walk 0002.fcap") as recording:
+        assert all(stream.form.compressed for stream in recording.streams.values())
+
+    found = bench.recordings.name_of("walk 0002", numbered=False)
+    assert (found.free, "already" in found.why) == (False, True)
+
+
+def test_a_cancelled_export_leaves_nothing(bench: Bench) -> None:
+    recordings = bench.recordings
+    record(recordings.collection.folder / "long.fcap", ticks=3000)
+    (known,) = recordings.search()
+    job = recordings.films.start(known.id, FilmRequest(show="wide", fps=240.0))
+    waiting = threading.Event()
+    while bench.jobs.get(job.id).describe().progress.done == 0:
+        waiting.wait(0.005)
+
+    bench.jobs.cancel(job.id)
+
+    assert bench.ended(job).state is JobState.CANCELLED
+    assert list(recordings.collection.films(known.id).iterdir()) == []

@@ -3,7 +3,7 @@ import { test } from "node:test";
 import * as datasets from "../foveacam_web/static/js/gallery/dataset_words.js";
 import { DepthTile, ticksOf } from "../foveacam_web/static/js/gallery/mosaic_depth.js";
 import { leftOf, percent, size } from "../foveacam_web/static/js/gallery/mosaic_words.js";
-import { frameAt, PlayerClock } from "../foveacam_web/static/js/gallery/player_clock.js";
+import { frameAt, PlayerClock } from "../foveacam_web/static/js/replay/clock.js";
 import * as recordings from "../foveacam_web/static/js/gallery/recording_words.js";
 import { referenceWords } from "../foveacam_web/static/js/gallery/reference_words.js";
 import { only } from "./documents.js";

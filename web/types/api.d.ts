@@ -798,9 +798,20 @@ export interface components {
             size_bytes: number;
             url: string;
         };
-        /** @description A film (MP4) of one camera, of both foveae side by side or as an anaglyph; or of a part of it. */
+        /**
+         * @description A film of one camera, of both foveae side by side or as an anaglyph; or of a part of it.
+         *
+         *     `format`: `png` gives a ZIP of pictures with their times, `npy` an array of one camera's pixels at full
+         *     depth. `fps`: resampled in time; null: every frame, at the recorded rate. `undistorted`: the wide camera
+         *     alone.
+         */
         FilmRequest: {
             end_s?: number | null;
+            /**
+             * @default h264
+             * @enum {string}
+             */
+            format?: "h264" | "hevc" | "vp9" | "av1" | "prores" | "prores_hq" | "prores_4444" | "mpeg4" | "png" | "npy";
             fps?: number | null;
             /**
              * @default wide
@@ -809,6 +820,8 @@ export interface components {
             show?: "wide" | "left" | "right" | "side-by-side" | "anaglyph";
             /** @default 0 */
             start_s?: number;
+            /** @default false */
+            undistorted?: boolean;
         };
         /** @description The last fit, and the models that were compared. */
         FitDocument: {
@@ -905,6 +918,25 @@ export interface components {
             rectangle?: components["schemas"]["Rectangle"] | null;
             within?: components["schemas"]["DistanceLimits"] | null;
         };
+        /** @description A folder from which recordings are opened. `found`: whether it is there and can be read. */
+        FolderDocument: {
+            found: boolean;
+            path: string;
+        };
+        /** @description A recording in such a folder; `opened`: whether it is among the recordings already. */
+        FolderFile: {
+            modified_utc: string;
+            name: string;
+            opened: boolean;
+            path: string;
+            size_bytes: number;
+        };
+        /** @description The folders and their recordings, newest first. `complete`: false when there are more files. */
+        FoldersDocument: {
+            complete: boolean;
+            files: components["schemas"]["FolderFile"][];
+            folders: components["schemas"]["FolderDocument"][];
+        };
         /** @description A followed target as it is now; what is not known yet is null. */
         FollowedDocument: {
             age_s: number | null;
@@ -986,6 +1018,14 @@ export interface components {
                 number,
                 number
             ][];
+        };
+        /** @description A format of exports; `available`: whether this machine can write it, else `why` not. */
+        FormatDocument: {
+            available: boolean;
+            name: string;
+            suffix: string;
+            title: string;
+            why: string;
         };
         /**
          * @description A camera that a bus has; nothing was opened to find it.
@@ -1141,6 +1181,19 @@ export interface components {
             kind: string;
             raw_bytes: number;
             stored_bytes: number;
+        };
+        /** @description The arrangement that is kept. `state`: `none`, `kept`, or why it cannot be used; `why`: in words. */
+        LayoutDocument: {
+            layout: components["schemas"]["PlayerLayout"] | null;
+            /** @enum {string} */
+            state: "none" | "kept" | "unreadable" | "of another recording";
+            why: string;
+        };
+        /** @description An arrangement to keep; `replace`: also over one that cannot be used. */
+        LayoutRequest: {
+            layout: components["schemas"]["PlayerLayout"];
+            /** @default false */
+            replace?: boolean;
         };
         /** @description The holder of the control lease; null: nobody, and anybody may move. */
         LeaseDocument: {
@@ -1653,12 +1706,23 @@ export interface components {
             name: string;
             order: number | null;
         };
-        /** @description The frames of all cameras nearest to a time. `meeting_m`: distance at which the gazes cross, if any. */
+        /**
+         * @description The frames of all cameras nearest to a time.
+         *
+         *     `meeting_m`: distance at which the gazes cross, if any; `meeting_z_m`: its depth; `meeting_px`: its place
+         *     in the wide picture. `boxes`: of the targets that were followed.
+         */
         MomentDocument: {
+            boxes: components["schemas"]["RecordedBox"][];
             frames: {
                 [key: string]: components["schemas"]["RecordedFrameDocument"];
             };
             meeting_m: number | null;
+            meeting_px: [
+                number,
+                number
+            ] | null;
+            meeting_z_m: number | null;
             t_s: number;
         };
         /** @description The fused depth; shares of 1. */
@@ -1751,6 +1815,12 @@ export interface components {
             /** @default 0 */
             shift_y_deg: number;
         };
+        /** @description The name that a recording would get. `free`: whether it can be recorded now, else `why` not. */
+        NameDocument: {
+            free: boolean;
+            name: string;
+            why: string;
+        };
         /** @description What a check of a network found on a pair whose disparities are known. */
         NetworkCheckDocument: {
             compute_ms: number | null;
@@ -1777,6 +1847,11 @@ export interface components {
         /** @description The rig file to open; null: the built-in simulated rig. */
         OpenOrder: {
             path: string | null;
+        };
+        /** @description A recording in a folder of the server's machine; `name`: its name here, usually its file's. */
+        OpenRequest: {
+            name?: string | null;
+            path: string;
         };
         /** @description The pan-tilt, which turns the whole rig: +pan to the right, +tilt down. */
         PanTiltDocument: {
@@ -1888,6 +1963,25 @@ export interface components {
             residual_rms_m: number;
             tilt_deg: number;
             tilt_sigma_deg: number;
+        };
+        /**
+         * @description How the player shows a recording. `panes`: as in the address of a window of views.
+         *
+         *     `from_s`, `to_s`: the part of the recording that the timeline shows.
+         */
+        PlayerLayout: {
+            boxes: boolean;
+            depth: boolean;
+            footprints: boolean;
+            from_s: number;
+            panes: string;
+            speed: number;
+            /** @enum {string} */
+            stereo: "off" | "left" | "right" | "anaglyph" | "difference";
+            /** @enum {string} */
+            style: "red_cyan" | "red_blue" | "cyan_red" | "blue_red";
+            to_s: number;
+            tracks: components["schemas"]["TrackLayout"][];
         };
         /** @description A captured point. `sheet_row`, `sheet_column`: its position on the contact sheet, from 0. */
         PointDocument: {
@@ -2060,6 +2154,15 @@ export interface components {
             detail: string;
             device: string;
         };
+        /** @description The box of a followed target in the wide picture; `late_ms`: how long after its frame it was found. */
+        RecordedBox: {
+            height_px: number;
+            late_ms: number;
+            slot: string;
+            width_px: number;
+            x_px: number;
+            y_px: number;
+        };
         /**
          * @description Depth along the rig's z at the centre of the left fovea; None where too little could be matched.
          *
@@ -2165,11 +2268,17 @@ export interface components {
         };
         /** @description The cameras to record, for how long, and the name. */
         RecordingRequest: {
+            /** @default false */
+            compress?: boolean;
             /** @description It ends by itself after so long, at the latest; null: after 300 s. */
             duration_s?: number | null;
             /** @default  */
             label?: string;
             name: string;
+            /** @default false */
+            numbered?: boolean;
+            /** @default false */
+            packed?: boolean;
             /**
              * @default full
              * @enum {string}
@@ -2772,6 +2881,40 @@ export interface components {
             t_s: number[];
             width: number;
         };
+        /**
+         * @description One channel of a recording over time, seconds from its begin.
+         *
+         *     `runs`: first and last message of each; between two runs nothing came. `drops`: messages before and after
+         *     an interval in a run that lacks some, and how many by the period; none where a stream keeps no period.
+         */
+        TrackDocument: {
+            count: number;
+            drops: [
+                number,
+                number,
+                number
+            ][];
+            /** @enum {string} */
+            kind: "frames" | "telemetry" | "boxes";
+            name: string;
+            period_s: number | null;
+            role: ("wide" | "left" | "right") | null;
+            runs: [
+                number,
+                number
+            ][];
+        };
+        /** @description One track of the timeline, in its place; one that is off is not shown in a pane. */
+        TrackLayout: {
+            name: string;
+            on: boolean;
+        };
+        /** @description All channels of a recording over time, told from its index alone. */
+        TracksDocument: {
+            duration_s: number;
+            recorded: string | null;
+            tracks: components["schemas"]["TrackDocument"][];
+        };
         /** @description Where a followed target was: one hit. */
         TrailPoint: {
             distance_sigma_m: number;
@@ -2819,6 +2962,24 @@ export interface components {
             good: boolean;
             remedy: string;
             sentence: string;
+        };
+        /**
+         * @description A recording on its way. `part_bytes`: largest part; the next one begins at `received_bytes`.
+         *
+         *     `recording`: set once all has come and was found readable; `state` says when it is cut off.
+         */
+        UploadDocument: {
+            id: string;
+            name: string;
+            part_bytes: number;
+            received_bytes: number;
+            recording: components["schemas"]["RecordingDocument"] | null;
+            size_bytes: number;
+        };
+        /** @description A recording that will be sent in parts: its name here, without a suffix, and its length. */
+        UploadRequest: {
+            name: string;
+            size_bytes: number;
         };
         /** @description The distance at which both eyes meet, from the rig's origin. */
         Verging: {
@@ -3033,12 +3194,16 @@ export type FitOptions = components['schemas']['FitOptions'];
 export type FitRun = components['schemas']['FitRun'];
 export type FixationDocument = components['schemas']['FixationDocument'];
 export type FixationRequest = components['schemas']['FixationRequest'];
+export type FolderDocument = components['schemas']['FolderDocument'];
+export type FolderFile = components['schemas']['FolderFile'];
+export type FoldersDocument = components['schemas']['FoldersDocument'];
 export type FollowedDocument = components['schemas']['FollowedDocument'];
 export type FollowPatch = components['schemas']['FollowPatch'];
 export type FollowRequest = components['schemas']['FollowRequest'];
 export type FollowRoundRequest = components['schemas']['FollowRoundRequest'];
 export type FollowRoundTaken = components['schemas']['FollowRoundTaken'];
 export type Footprints = components['schemas']['Footprints'];
+export type FormatDocument = components['schemas']['FormatDocument'];
 export type FoundCameraDocument = components['schemas']['FoundCameraDocument'];
 export type FoundDevices = components['schemas']['FoundDevices'];
 export type FoundPortDocument = components['schemas']['FoundPortDocument'];
@@ -3050,6 +3215,8 @@ export type HealthDocument = components['schemas']['HealthDocument'];
 export type JobDocument = components['schemas']['JobDocument'];
 export type JobProgress = components['schemas']['JobProgress'];
 export type KindDocument = components['schemas']['KindDocument'];
+export type LayoutDocument = components['schemas']['LayoutDocument'];
+export type LayoutRequest = components['schemas']['LayoutRequest'];
 export type LeaseDocument = components['schemas']['LeaseDocument'];
 export type LeaseGrant = components['schemas']['LeaseGrant'];
 export type LeaseRequest = components['schemas']['LeaseRequest'];
@@ -3101,10 +3268,12 @@ export type MosaicRequest = components['schemas']['MosaicRequest'];
 export type MosaicSeams = components['schemas']['MosaicSeams'];
 export type MountDriftDocument = components['schemas']['MountDriftDocument'];
 export type MountKnock = components['schemas']['MountKnock'];
+export type NameDocument = components['schemas']['NameDocument'];
 export type NetworkCheckDocument = components['schemas']['NetworkCheckDocument'];
 export type NetworkFindingDocument = components['schemas']['NetworkFindingDocument'];
 export type OpenMapRequest = components['schemas']['OpenMapRequest'];
 export type OpenOrder = components['schemas']['OpenOrder'];
+export type OpenRequest = components['schemas']['OpenRequest'];
 export type PanTiltDocument = components['schemas']['PanTiltDocument'];
 export type PanTiltLimitsDocument = components['schemas']['PanTiltLimitsDocument'];
 export type PanTiltMove = components['schemas']['PanTiltMove'];
@@ -3115,6 +3284,7 @@ export type Pixel = components['schemas']['Pixel'];
 export type PixelFormat = components['schemas']['PixelFormat'];
 export type PlaceRequest = components['schemas']['PlaceRequest'];
 export type PlaneDocument = components['schemas']['PlaneDocument'];
+export type PlayerLayout = components['schemas']['PlayerLayout'];
 export type PointDocument = components['schemas']['PointDocument'];
 export type PointsDocument = components['schemas']['PointsDocument'];
 export type PositionStreamDocument = components['schemas']['PositionStreamDocument'];
@@ -3130,6 +3300,7 @@ export type RasterPlan = components['schemas']['RasterPlan'];
 export type ReachDocument = components['schemas']['ReachDocument'];
 export type Readiness = components['schemas']['Readiness'];
 export type ReadyProblem = components['schemas']['ReadyProblem'];
+export type RecordedBox = components['schemas']['RecordedBox'];
 export type RecordedDepthDocument = components['schemas']['RecordedDepthDocument'];
 export type RecordedFrameDocument = components['schemas']['RecordedFrameDocument'];
 export type RecordedStreamDocument = components['schemas']['RecordedStreamDocument'];
@@ -3194,6 +3365,9 @@ export type TargetPatch = components['schemas']['TargetPatch'];
 export type TargetPlace = components['schemas']['TargetPlace'];
 export type TimelineDocument = components['schemas']['TimelineDocument'];
 export type TimelineStream = components['schemas']['TimelineStream'];
+export type TrackDocument = components['schemas']['TrackDocument'];
+export type TrackLayout = components['schemas']['TrackLayout'];
+export type TracksDocument = components['schemas']['TracksDocument'];
 export type TrailPoint = components['schemas']['TrailPoint'];
 export type TrashEmptied = components['schemas']['TrashEmptied'];
 export type TriggerDocument = components['schemas']['TriggerDocument'];
@@ -3201,6 +3375,8 @@ export type TriggerTestDocument = components['schemas']['TriggerTestDocument'];
 export type TruncationDocument = components['schemas']['TruncationDocument'];
 export type TryOrder = components['schemas']['TryOrder'];
 export type TryResult = components['schemas']['TryResult'];
+export type UploadDocument = components['schemas']['UploadDocument'];
+export type UploadRequest = components['schemas']['UploadRequest'];
 export type Verging = components['schemas']['Verging'];
 export type ViewDocument = components['schemas']['ViewDocument'];
 export type VoltsRequest = components['schemas']['VoltsRequest'];

@@ -174,6 +174,8 @@ export type Settings = {
   scene: boolean;
   single_keys: boolean;
   hints: boolean;
+  /** How recordings are made; a `prefix` is followed by a number, without one they are named by date and time. */
+  record: { prefix: string; rate: "full" | "live"; compress: boolean; packed: boolean };
 };
 
 // The rig's page.

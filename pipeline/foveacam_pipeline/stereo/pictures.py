@@ -34,24 +34,39 @@ CHANNELS = {"red": (0,), "blue": (2,), "cyan": (1, 2)}
 
 def anaglyph(pair: RectifiedPair, style: AnaglyphStyle = AnaglyphStyle.RED_CYAN) -> NDArray[np.uint8]:
     """Return (h, w, 3) uint8: each eye in the colour of its glass; parts that one eye sees are dimmed."""
-    picture = np.zeros((*pair.left.shape[:2], 3), dtype=np.uint8)
-    for colour, eye in zip(style.value.split("_"), (pair.left, pair.right), strict=True):
-        picture[..., CHANNELS[colour]] = gray(eye)[..., None]
+    picture = overlay_eyes(pair.left, pair.right, style)
     picture[~(pair.valid_left & pair.valid_right)] //= 3
+    return picture
+
+
+def overlay_eyes(
+    left: NDArray[np.uint8], right: NDArray[np.uint8], style: AnaglyphStyle = AnaglyphStyle.RED_CYAN
+) -> NDArray[np.uint8]:
+    """Return (h, w, 3) uint8: two pictures of one size, each in the colour of its glass."""
+    picture = np.zeros((*left.shape[:2], 3), dtype=np.uint8)
+    for colour, eye in zip(style.value.split("_"), (left, right), strict=True):
+        picture[..., CHANNELS[colour]] = gray(eye)[..., None]
     return picture
 
 
 def difference(pair: RectifiedPair) -> NDArray[np.uint8]:
     """Return (h, w, 3) uint8: left minus right about middle grey, after equalising the mean brightness."""
     both = pair.valid_left & pair.valid_right
-    left, right = gray(pair.left).astype(np.int16), gray(pair.right).astype(np.int16)
-    shift = 0
-    if both.any():
-        shift = round(float(left[both].mean() - right[both].mean()))
-    signed = np.clip(128 + left - right - shift, 0, 255).astype(np.uint8)
-    picture = np.stack([signed, signed, signed], axis=2)
+    picture = subtract_eyes(pair.left, pair.right, both)
     picture[~both] = BACKGROUND
     return picture
+
+
+def subtract_eyes(
+    left: NDArray[np.uint8], right: NDArray[np.uint8], both: NDArray[np.bool_]
+) -> NDArray[np.uint8]:
+    """Return (h, w, 3) uint8: left minus right about middle grey, equally bright where `both` is true."""
+    grey_left, grey_right = gray(left).astype(np.int16), gray(right).astype(np.int16)
+    shift = 0
+    if both.any():
+        shift = round(float(grey_left[both].mean() - grey_right[both].mean()))
+    signed = np.clip(128 + grey_left - grey_right - shift, 0, 255).astype(np.uint8)
+    return np.stack([signed, signed, signed], axis=2)
 
 
 def depth_picture(

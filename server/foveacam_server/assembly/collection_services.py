@@ -95,6 +95,7 @@ def _recordings(
         rates=live_rates(foundation.settings),
         events=foundation.events,
         clock=foundation.clock,
+        folders=foundation.settings.recording_folders,
     )
     recordings = RecordingService(foundation.store.subfolder(RECORDINGS), tools)
     foundation.stack.callback(recordings.close)

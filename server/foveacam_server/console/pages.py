@@ -73,6 +73,12 @@ def window() -> HTMLResponse:
     return _page("windows.html")
 
 
+@router.get("/replay")
+def replay_window() -> HTMLResponse:
+    """Return the page that shows panes of a recording, beside its player."""
+    return _page("replay.html")
+
+
 @router.get("/display")
 def calibration_display() -> HTMLResponse:
     """Return the page that shows the calibration pattern at its true size."""

@@ -50,6 +50,8 @@ class Settings(BaseSettings):
     trusted_proxies: tuple[str, ...] = ()
     """Addresses or networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are used."""
     data: Path = Field(default_factory=default_data_dir)
+    recording_folders: tuple[Path, ...] = ()
+    """Folders of this machine from which recordings may be opened, besides `import` of `data`."""
     calibration: Path | None = None
     """Calibration file to use instead of the rig's own."""
     live_wide_hz: float = Field(default=15.0, gt=0.0, le=120.0)

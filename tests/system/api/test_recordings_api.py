@@ -96,6 +96,43 @@ def test_a_moment_has_the_frames_of_all_cameras_with_outlines(server: Running, k
     assert picture(server, last["frames"]["wide"]["jpeg_url"]).shape == (1080, 1440, 3)
     assert picture(server, last["frames"]["left"]["jpeg_url"] + "?scale=2").shape == (540, 720, 3)
     assert picture(server, f"{kept['id']}/anaglyph.jpg?t_s={left[-1]}").shape == (540, 720, 3)
+    blue = picture(server, f"{kept['id']}/anaglyph.jpg?t_s={left[-1]}&style=blue_red")
+    assert blue[:, :, 1].mean() < 8.0  # neither glass is green
+    assert picture(server, f"{kept['id']}/difference.jpg?t_s={left[-1]}").shape == (540, 720, 3)
+
+
+def test_the_tracks_tell_the_same_as_the_timeline(server: Running, kept: Document) -> None:
+    line = server.get(f"{URL}/{kept['id']}/timeline").json()
+    found = server.get(f"{URL}/{kept['id']}/tracks").json()
+    tracks = {track["role"]: track for track in found["tracks"] if track["kind"] == "frames"}
+
+    assert found["duration_s"] == line["duration_s"]
+    for stream in line["streams"]:
+        track = tracks[stream["role"]]
+        assert track["count"] == len(stream["t_s"])
+        assert track["runs"][0][0] == pytest.approx(stream["t_s"][0], abs=1e-6)
+        assert track["runs"][-1][1] == pytest.approx(stream["t_s"][-1], abs=1e-6)
+    (telemetry,) = [track for track in found["tracks"] if track["kind"] == "telemetry"]
+    assert telemetry["count"] == sum(len(stream["t_s"]) for stream in line["streams"])
+
+
+def test_an_arrangement_is_kept_and_one_that_is_damaged_is_not_overwritten(
+    server: Running, kept: Document
+) -> None:
+    address = f"{API}{URL}/{kept['id']}/layout"
+    assert server.http.get(address).json() == {"state": "none", "why": "", "layout": None}
+    layout = {
+        "tracks": [{"name": "left", "on": False}], "panes": "wide", "stereo": "off", "style": "red_cyan",
+        "boxes": True, "footprints": True, "depth": True, "speed": 1.0,
+        "from_s": 0.0, "to_s": 2.0,
+    }  # fmt: skip
+    assert server.http.put(address, json={"layout": layout}).json()["layout"] == layout
+    assert server.http.get(address).json() == {"state": "kept", "why": "", "layout": layout}
+
+    (server.services.settings.data / "recordings" / "monday.fcap.ui.json").write_text("{")
+    refused = server.http.put(address, json={"layout": layout})
+    assert (refused.status_code, "cannot be read" in refused.json()["detail"]) == (422, True)
+    assert server.http.put(address, json={"layout": layout, "replace": True}).json()["state"] == "kept"
 
 
 def test_depth_is_computed_anew_from_the_recorded_poses(server: Running, kept: Document) -> None:
@@ -140,6 +177,41 @@ def test_a_film_is_made_once(server: Running, kept: Document) -> None:
     refused = server.post(base, {"start_s": 3.0, "end_s": 2.0})
     assert refused.status_code == 422
     assert "later end" in refused.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "media_type", "begin"),
+    [
+        ({"show": "wide", "format": "prores", "undistorted": True}, "video/quicktime", b"ftypqt"),
+        ({"show": "left", "format": "av1"}, "video/mp4", b"ftyp"),
+        ({"show": "wide", "format": "npy"}, "application/octet-stream", b"NUMPY"),
+        ({"show": "anaglyph", "format": "png"}, "application/zip", b"PK"),
+    ],
+)
+def test_other_exports_are_made_by_the_same_job(
+    server: Running, kept: Document, asked: dict[str, Any], media_type: str, begin: bytes
+) -> None:
+    first_s = server.get(f"{URL}/{kept['id']}/timeline").json()["streams"][1]["t_s"][0]
+    body = {**asked, "end_s": first_s + 0.2}
+    made = server.post(f"{URL}/{kept['id']}/films", body, Prefer="wait=60")
+    assert made.status_code == 200, made.text
+
+    export = server.http.get(made.json()["url"])
+
+    assert export.headers["content-type"] == media_type
+    assert begin in export.content[:16]
+
+
+def test_formats_say_which_there_are_and_what_cannot_be_exported_is_refused(
+    server: Running, kept: Document
+) -> None:
+    found = {one["name"]: one for one in server.get(f"{URL}/formats").json()}
+    assert found["npy"]["available"]
+    assert all(one["available"] == (one["why"] == "") for one in found.values())
+    refused = server.post(f"{URL}/{kept['id']}/films", {"show": "left", "undistorted": True})
+    assert (refused.status_code, "only the wide camera's" in refused.json()["detail"]) == (422, True)
+    refused = server.post(f"{URL}/{kept['id']}/films", {"show": "anaglyph", "format": "npy"})
+    assert (refused.status_code, "one camera" in refused.json()["detail"]) == (422, True)
 
 
 def test_a_label_is_found_again_and_removal_is_undone(server: Running, kept: Document) -> None:
@@ -206,6 +278,36 @@ def test_what_cannot_be_recorded_is_refused_in_words(
 
     assert refused.status_code == 422, refused.text
     assert told in refused.json()["detail"]
+
+
+def test_a_recording_is_sent_in_parts_and_opened_from_a_folder(server: Running, kept: Document) -> None:
+    content = server.http.get(f"{API}{URL}/{kept['id']}/download.fcap").content
+    begun = server.post(f"{URL}/uploads", {"name": "sent", "size_bytes": len(content)})
+    assert begun.status_code == 201, begun.text
+    upload, address = begun.json(), f"{API}{URL}/uploads/{begun.json()['id']}"
+    part_bytes = upload["part_bytes"]
+    too_large = server.http.put(address, params={"at": 0}, content=content[: part_bytes + 1])
+    assert (too_large.status_code, "8 MiB" in too_large.json()["detail"]) == (413, True)
+
+    for at in range(0, len(content), part_bytes):
+        sent = server.http.put(address, params={"at": at}, content=content[at : at + part_bytes])
+        assert sent.status_code == 200, sent.text
+
+    assert server.get(f"{URL}/uploads/{upload['id']}").json() == sent.json()
+    found = sent.json()["recording"]
+    assert (found["name"], found["state"], found["size_bytes"]) == ("sent", "complete", len(content))
+    assert server.get(f"{URL}/{found['id']}/timeline").status_code == 200
+
+    folder = server.services.settings.data / "import"
+    folder.mkdir()
+    (folder / "there.fcap").write_bytes(content)
+    listed = server.get(f"{URL}/folders").json()["files"]
+    assert [(file["name"], file["opened"]) for file in listed] == [("there", False)]
+    opened = server.post(f"{URL}/open", {"path": listed[0]["path"]})
+    assert (opened.status_code, opened.json()["name"]) == (201, "there")
+    assert picture(server, f"{opened.json()['id']}/frames/wide/0.jpg").shape == (1080, 1440, 3)
+    refused = server.post(f"{URL}/open", {"path": "/etc/passwd"})
+    assert (refused.status_code, "in none of the folders" in refused.json()["detail"]) == (422, True)
 
 
 def test_there_is_no_recording_by_that_id(server: Running) -> None:

@@ -27,6 +27,12 @@ def _recorded(server: Server) -> None:
         file.truncate(whole.stat().st_size // 2)
 
 
+@pytest.fixture(autouse=True)
+def _not_arranged(server: Server) -> None:
+    for left in (server.data / "recordings").glob("*.ui.json"):
+        left.unlink()
+
+
 def card(console: Console, name: str) -> Locator:
     return console.page.locator(".card").filter(
         has=console.page.get_by_role("heading", name=name, exact=True)
@@ -101,6 +107,126 @@ def test_one_that_was_cut_off_says_so_is_removed_and_comes_back(
     assert console.overflow_px() <= 0
 
 
+def test_the_timeline_zooms_reorders_switches_tracks_off_and_is_found_as_it_was_left(
+    server: Server, open_console: OpenConsole
+) -> None:
+    console = open_console(f"{server.url}#/gallery/recordings")
+    page = console.page
+    card(console, "plane").get_by_role("link", name="plane").click()
+    track = page.locator(".replay-timeline .track")
+    expect(track.locator(".track-name")).to_have_text(["Wide", "Left", "Right", "Telemetry"])
+    shows(console, "left", 0)
+
+    whole = page.locator(".ruler .tick").count()
+    line = track.nth(1).locator(".track-line")
+    line.hover()
+    page.mouse.wheel(0, -800)
+    expect(page.locator(".ruler .tick").first).not_to_have_text("0:00.00")
+    page.keyboard.press("0")
+    expect(page.locator(".ruler .tick")).to_have_count(whole)
+
+    page.get_by_role("button", name="Left", exact=True).click()
+    page.keyboard.press("v")
+    expect(page.locator(".player-left .no-picture")).to_have_text("Left is switched off in the timeline (V).")
+    page.get_by_role("button", name="Left", exact=True).press("Alt+ArrowUp")
+    expect(track.locator(".track-name")).to_have_text(["Left", "Wide", "Right", "Telemetry"])
+    page.get_by_label("3D", exact=True).select_option("difference")
+    page.get_by_role("button", name="Switch on Left").click()
+    expect(page.locator(".player-difference img")).to_be_visible()
+    page.get_by_role("button", name="Outlines").click()
+    expect(page.locator(".player-prints polygon")).to_have_count(0)
+    expect(page.locator(".player-prints .verged text")).to_have_text("z 4.00 m")
+    box = line.bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    expect(page.locator(".player .step")).to_have_text("frame 2 of 4")  # of the focused camera
+    with page.expect_response(lambda answer: answer.request.method == "PUT" and answer.ok):
+        page.get_by_label("Speed").select_option("2")
+
+    page.reload()
+    expect(track.locator(".track-name")).to_have_text(["Left", "Wide", "Right", "Telemetry"])
+    expect(page.get_by_label("Speed")).to_have_value("2")
+    expect(page.locator(".player-difference img")).to_be_visible()
+    expect(page.locator(".player-prints .verged")).to_have_count(1)
+    expect(page.locator(".player-prints polygon")).to_have_count(0)
+
+
+def test_panes_stand_in_a_window_of_their_own_and_follow_the_player(
+    server: Server, open_console: OpenConsole
+) -> None:
+    console = open_console(f"{server.url}#/gallery/recordings")
+    page = console.page
+    card(console, "plane").get_by_role("link", name="plane").click()
+    shows(console, "wide", 0)
+    with page.context.expect_page() as opened:
+        page.get_by_role("link", name="Open Wide in a window of its own").click()
+    window = opened.value
+    pane = window.locator(".player-wide")
+    expect(pane).to_have_attribute("data-shown", re.compile(r"/frames/wide/0\.jpg"))
+    page.keyboard.press("End")
+    expect(pane).to_have_attribute("data-shown", re.compile(rf"/frames/wide/{LOOKS - 1}\.jpg"))
+    window.keyboard.press("Home")
+    shows(console, "wide", 0)
+    window.get_by_label("Split Wide: new pane to the right").click()
+    expect(window.locator(".player-left img")).to_be_visible()
+    expect(window).to_have_url(re.compile(r"row-500\(wide,left\)"))
+
+    page.goto(f"{server.url}#/gallery/recordings")
+    expect(window.locator("#lost")).to_contain_text("The player of this recording is closed")
+    window.close()
+
+
+def test_an_arrangement_that_cannot_be_used_asks_before_it_is_overwritten(
+    server: Server, open_console: OpenConsole
+) -> None:
+    sidecar = server.data / "recordings" / "plane.fcap.ui.json"
+    sidecar.write_text("{")
+    console = open_console(f"{server.url}#/gallery/recordings")
+    page = console.page
+    card(console, "plane").get_by_role("link", name="plane").click()
+    warning = page.locator(".arrangement")
+    expect(warning).to_contain_text("plane.fcap.ui.json cannot be read")
+    page.get_by_label("Speed").select_option("4")
+    page.wait_for_timeout(1500)  # a change is kept after half of it
+    assert sidecar.read_text() == "{"
+
+    page.get_by_role("button", name="Overwrite it").click()
+    expect(warning).to_be_empty()
+    assert "foveacam player layout" in sidecar.read_text()
+
+
+def test_recordings_are_sent_opened_and_exported(server: Server, open_console: OpenConsole) -> None:
+    whole = server.data / "recordings" / "plane.fcap"
+    folder = server.data / "import"
+    folder.mkdir()
+    shutil.copy(whole, folder / "from the lab.fcap")
+    console = open_console(f"{server.url}#/gallery/recordings", options=TOUCH)
+    page = console.page
+    choose = page.locator('input[accept=".fcap,.fovea"]')
+    choose.set_input_files({"name": "notes.fcap", "mimeType": "", "buffer": b"no recording at all"})
+    expect(page.locator(".sending .refused")).to_contain_text('it begins with the text "no recording')
+    page.get_by_role("button", name="Forget notes").click()
+    choose.set_input_files(whole)
+    expect(page.locator(".sending .refused")).to_contain_text("already")
+    page.get_by_label("Name of plane").fill("plane again")
+    page.get_by_role("button", name="Send it under this name").click()
+    expect(card(console, "plane again")).to_contain_text("Complete")
+    expect(page.locator(".sending")).to_have_count(0)
+    page.get_by_role("button", name="On the server's machine").click()
+    page.locator(".folder-files").get_by_role("button", name="Open", exact=True).click()
+    expect(card(console, "from the lab")).to_contain_text("Complete")
+    assert console.overflow_px() <= 0
+
+    card(console, "plane again").get_by_role("link", name="plane again").click()
+    page.locator(".recording-page").get_by_label("Format").select_option("prores")
+    with page.expect_download() as made:
+        page.get_by_role("button", name="Export", exact=True).click()
+    assert made.value.suggested_filename.endswith(".mov")
+    assert console.overflow_px() <= 0
+    for name in ("plane again", "from the lab"):  # the tests of the other recordings count the cards
+        (server.data / "recordings" / f"{name}.fcap").unlink()
+
+
 def test_the_button_in_the_bar_records_until_it_is_pressed_again(
     server: Server, open_console: OpenConsole
 ) -> None:
@@ -120,5 +246,27 @@ def test_the_button_in_the_bar_records_until_it_is_pressed_again(
     expect(live).to_have_count(0)
     expect(page.locator(".card")).to_have_count(3)
     expect(page.locator(".card").first).to_contain_text("Complete")
+    expect(page.locator(".card").first).to_contain_text("recording 0001")
     page.get_by_role("button", name="Show it").click()
     expect(page.locator(".player .step")).to_contain_text("frame 1 of")
+
+
+def test_a_key_records_under_the_next_number_of_the_prefix(server: Server, open_console: OpenConsole) -> None:
+    console = open_console(f"{server.url}#/gallery/recordings")
+    page = console.page
+    page.get_by_role("button", name="How to record").click()
+    prefix = page.get_by_label("Name, before its number")
+    prefix.fill("../walk")
+    expect(prefix).to_have_attribute("aria-invalid", "true")
+    expect(page.locator(".record-options .refused")).to_contain_text("begins with a dot")
+    prefix.fill("walk")
+    expect(page.locator(".record-options .why").first).to_contain_text("is named “walk 0001”")
+    page.get_by_label("Compress each frame").check()
+    page.get_by_role("button", name="How to record").focus()  # a field keeps its letters
+
+    page.keyboard.press("r")
+    expect(page.get_by_role("button", name="Stop the recording “walk 0001”")).to_contain_text("0 dropped")
+    expect(page.locator(".record-options .why").first).to_contain_text("is named “walk 0002”")
+    page.keyboard.press("r")
+    expect(page.get_by_role("button", name="Record", exact=True)).to_be_visible()
+    expect(card(console, "walk 0001")).to_contain_text("Complete")

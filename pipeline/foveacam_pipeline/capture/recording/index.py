@@ -1,11 +1,12 @@
 """Reads where the messages of an MCAP file lie: from its summary, or, when that is missing, by a full scan.
 
-Only offsets are read, no pixels. Nothing in a file is trusted before it is checked.
+Only offsets are read, no pixels; where the summary tells times and channels of a chunk, nothing of the chunk.
+Nothing in a file is trusted before it is checked.
 """
 
 import io
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
-from mcap.records import Channel, Metadata
+from mcap.records import Channel, ChunkIndex, Metadata
 from mcap.records import Chunk as ChunkRecord
 from mcap.stream_reader import get_chunk_data_stream
 
@@ -27,6 +28,14 @@ SHORTEST = 2 * len(MAGIC) + RECORD_HEAD.size + 20
 """Length of the shortest file with a footer, bytes."""
 
 
+INDEX_HEAD = struct.Struct("<HI")
+"""Channel, and length of the entries of a message index."""
+INDEX_ENTRY = struct.Struct("<QQ")
+"""Time and offset of a message."""
+IN_ITS_INDEX = -1
+"""The offset of a message that its chunk's message index tells when it is needed (`message_offset`)."""
+
+
 class MessageLocation(NamedTuple):
     """One message: its time and channel, at `offset` of its chunk's records (or of the file: chunk -1)."""
 
@@ -37,12 +46,13 @@ class MessageLocation(NamedTuple):
 
 
 class ChunkLocation(NamedTuple):
-    """Where a chunk's records lie in the file."""
+    """Where a chunk's records lie in the file; `indexes`: offset of the message index of each channel."""
 
     start: int
     size: int
     compression: str
     uncompressed_size: int
+    indexes: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,13 +97,9 @@ def _read_summary(data: memoryview, file: io.BufferedReader) -> McapIndex | None
             return None
         index = McapIndex(channels=dict(summary.channels))
         for chunk in sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset):
-            location = chunk_location(data, chunk.chunk_start_offset)
+            location = _summarised_location(chunk, len(data))
             index.chunks.append(location)
-            known = list(chunk.message_index_offsets.values())
-            number = len(index.chunks) - 1
-            index.entries.extend(
-                _indexed_messages(data, known, number) if known else chunk_messages(data, location, number)
-            )
+            index.entries.extend(_summarised_messages(data, chunk, location, len(index.chunks) - 1))
         for at in summary.metadata_indexes:
             record = Metadata.read(_stream(_record_body(data, at.offset, Opcode.METADATA)))
             index.metadata[record.name] = record.metadata
@@ -105,15 +111,57 @@ def _read_summary(data: memoryview, file: io.BufferedReader) -> McapIndex | None
     return index
 
 
+def _summarised_location(chunk: ChunkIndex, size: int) -> ChunkLocation:
+    """Return where the summary says that a chunk's records lie; raise `ValueError` unless that can be."""
+    head = RECORD_HEAD.size + CHUNK_HEAD.size + len(chunk.compression.encode())
+    end = chunk.chunk_start_offset + chunk.chunk_length
+    if head + chunk.compressed_size != chunk.chunk_length or end > size:
+        raise ValueError("a chunk's size in the summary makes no sense")
+    if chunk.uncompressed_size > LARGEST_CHUNK:
+        raise ValueError("a chunk is larger than any that is written")
+    return ChunkLocation(
+        chunk.chunk_start_offset + head,
+        chunk.compressed_size,
+        chunk.compression,
+        chunk.uncompressed_size,
+        tuple(chunk.message_index_offsets.items()),
+    )
+
+
+def _summarised_messages(
+    data: memoryview, chunk: ChunkIndex, location: ChunkLocation, number: int
+) -> Iterable[MessageLocation]:
+    """Return the messages of a chunk: from the summary alone where it tells their times, as with a frame."""
+    indexes = chunk.message_index_offsets
+    if not indexes:
+        return chunk_messages(data, location, number)
+    one_each = len(indexes) * (RECORD_HEAD.size + INDEX_HEAD.size + INDEX_ENTRY.size)
+    t_ns = chunk.message_start_time
+    if chunk.message_index_length == one_each and t_ns == chunk.message_end_time:
+        return [MessageLocation(t_ns, channel, number, IN_ITS_INDEX) for channel in indexes]
+    return _indexed_messages(data, list(indexes.values()), number)
+
+
 def _indexed_messages(data: memoryview, offsets: list[int], chunk: int) -> Iterator[MessageLocation]:
     """Yield the messages that a chunk's own indexes list."""
     for location in offsets:
         body = _record_body(data, location, Opcode.MESSAGE_INDEX)
-        channel, size = struct.unpack_from("<HI", body)
-        if 6 + size > len(body):
+        channel, size = INDEX_HEAD.unpack_from(body)
+        if INDEX_HEAD.size + size > len(body):
             raise ValueError("a message index is longer than its record")
-        for t_ns, offset in struct.iter_unpack("<QQ", body[6 : 6 + size]):
+        for t_ns, offset in INDEX_ENTRY.iter_unpack(body[INDEX_HEAD.size : INDEX_HEAD.size + size]):
             yield MessageLocation(t_ns, channel, chunk, offset)
+
+
+def message_offset(data: memoryview, location: ChunkLocation, entry: MessageLocation) -> int:
+    """Return the offset of a message in its chunk's records; raise one of `UNREADABLE`."""
+    if entry.offset != IN_ITS_INDEX:
+        return entry.offset
+    at = dict(location.indexes)[entry.channel]
+    (found,) = _indexed_messages(data, [at], entry.chunk)
+    if found.t_ns != entry.t_ns or found.channel != entry.channel:
+        raise ValueError("its index tells another message")
+    return found.offset
 
 
 def chunk_location(data: memoryview, offset: int) -> ChunkLocation:

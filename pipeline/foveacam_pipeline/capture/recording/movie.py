@@ -1,4 +1,4 @@
-"""Exports a recording as an MP4 film: one stream, both eyes side by side, or an anaglyph, by PyAV."""
+"""Exports a recording as a film: one stream, both eyes side by side, or an anaglyph, by PyAV."""
 
 import shutil
 from collections.abc import Callable, Iterator
@@ -15,37 +15,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import DeviceFault, InvalidInput, Role, StorageFull
-from foveacam_pipeline.capture.recording.pixels import to_eight_bits
+from foveacam_hardware.contract import DeviceFault, Image, InvalidInput, Role, StorageFull
+from foveacam_pipeline.capture.recording.formats import ENCODERS, FORMATS, MovieCodec
+from foveacam_pipeline.capture.recording.pixels import as_image, to_eight_bits
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.values import RecordedFrame, RecordedStream, nearest_index
 from foveacam_pipeline.storage.free_space import FULL_BYTES
 
-SUFFIX = ".mp4"
-UNFINISHED = f".*.part{SUFFIX}"
-"""Pattern of the names of unfinished films."""
+UNFINISHED = ".*.part.*"
+"""Pattern of the names of unfinished exports."""
 SLOWEST_HZ, FASTEST_HZ = 0.1, 240.0
 Progress = Callable[[int, int], None]
 """Called with the number of finished frames and of all frames."""
 
 
-class MovieCodec(StrEnum):
-    """The codecs of a film: H.264 and VP9 play in every browser, MPEG-4 in most players."""
-
-    H264 = "avc1"
-    VP9 = "vp09"
-    MPEG4 = "mp4v"
-
-
-_ENCODERS = {
-    MovieCodec.H264: ("libx264", {"preset": "veryfast", "crf": "18"}),
-    MovieCodec.VP9: (
-        "libvpx-vp9",
-        {"deadline": "realtime", "cpu-used": "8", "row-mt": "1", "crf": "24", "b": "0"},
-    ),
-    MovieCodec.MPEG4: ("mpeg4", {"qmin": "2", "qmax": "4"}),
-}
-"""FFmpeg's encoder for each codec, with options for speed at a quality that shows no blocks."""
 _FAILURES = (av.FFmpegError, av.codec.codec.UnknownCodecError)
 _BT_601 = 5
 """The colour matrix of FFmpeg's conversion from RGB, as the film states it."""
@@ -65,7 +48,8 @@ class MovieLayout(StrEnum):
 class MovieSpec:
     """The film to make. `show`: a stream's name or a layout. `fps`: None as recorded, else resampled in time.
 
-    `start_s`, `end_s`: part of the recording, from its beginning.
+    `start_s`, `end_s`: part of the recording, from its beginning. `undistorted`: without the distortion of
+    the wide lens.
     """
 
     show: str
@@ -73,6 +57,7 @@ class MovieSpec:
     codec: MovieCodec = MovieCodec.H264
     start_s: float = 0.0
     end_s: float | None = None
+    undistorted: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,27 +79,32 @@ def export_movie(
 
     Raise `InvalidInput` for an invalid request, `StorageFull`, `DeviceFault` where the codec is missing.
     """
-    _check(spec, target)
-    streams = shown_streams(recording, spec.show)
-    fps = spec.fps or streams[0].fps
-    if not SLOWEST_HZ <= fps <= FASTEST_HZ:
-        raise InvalidInput(
-            f"export: {fps:g} frames a second were found or asked; say another rate,"
-            f" {SLOWEST_HZ:g} to {FASTEST_HZ:g}"
-        )
-    moments = _picture_times(streams, recording.span_ns[0], spec, fps)
-    if len(moments) == 0:
-        raise InvalidInput(f"export: {spec.show} has no frame in that part of the recording; choose another")
+    check_target(spec, target, suffix=suffix_of(spec.codec))
+    moments = picture_frames(recording, spec)
+    fps = spec.fps or recording.stream(moments[0][0][0]).fps
+    straighten = undistorter(recording, spec)
     with _MovieWriter(target, spec.codec, fps=fps) as film:
-        for done, picture in enumerate(_pictures(recording, streams, moments, spec.show), start=1):
-            film.add(picture)
+        for done, pictures in enumerate(_pictures(recording, moments), start=1):
+            straight = [np.asarray(straighten(picture), dtype=np.uint8) for picture in pictures]
+            film.add(compose_picture(straight, spec.show))
             progress(done, len(moments))
     return film.made
 
 
-def _check(spec: MovieSpec, target: Path) -> None:
-    if target.suffix.lower() != SUFFIX:
-        raise InvalidInput(f"export: {target.name} is no name of a film; end it in {SUFFIX}")
+def suffix_of(codec: MovieCodec) -> str:
+    """Return the suffix of a film's file."""
+    return next(found.suffix for found in FORMATS.values() if found.codec is codec)
+
+
+def part_of(target: Path) -> Path:
+    """Return the name of an export until it is complete."""
+    return target.with_name(f".{target.stem}.part{target.suffix}")
+
+
+def check_target(spec: MovieSpec, target: Path, *, suffix: str) -> None:
+    """Raise `InvalidInput` for a file or part that cannot be exported."""
+    if target.suffix.lower() != suffix:
+        raise InvalidInput(f"export: {target.name} is no name of such an export; end it in {suffix}")
     if target.exists():
         raise InvalidInput(f"export: {target} is there already; give another name")
     if not target.parent.is_dir():
@@ -123,6 +113,40 @@ def _check(spec: MovieSpec, target: Path) -> None:
         raise InvalidInput(
             f"export: it would begin at {spec.start_s:g} s and end at {spec.end_s:g} s; give a later end"
         )
+
+
+def undistorter(recording: Recording, spec: MovieSpec) -> Callable[[Image], Image]:
+    """Return what a picture passes through: unchanged, or with the wide lens' distortion taken out.
+
+    Raise `InvalidInput` where that is asked of another camera, or its lens is not known.
+    """
+    if not spec.undistorted:
+        return lambda picture: picture
+    if spec.show in list(MovieLayout) or recording.stream(spec.show).role is not Role.WIDE:
+        raise InvalidInput(
+            f"export: only the wide camera's lens is known, not that of {spec.show}; leave it as taken"
+        )
+    lens = recording.wide_lens
+    if lens is None:
+        raise InvalidInput(
+            "export: the recording tells no lens of the wide camera; leave it as taken",
+            found="no calibration and no wide camera's lens in the recording",
+            remedy="leave it as taken",
+        )
+    size = lens.width, lens.height
+    maps = cv2.initUndistortRectifyMap(
+        lens.matrix, np.array(lens.distortion), np.eye(3), lens.matrix, size, cv2.CV_16SC2
+    )
+
+    def straighten(picture: Image) -> Image:
+        if picture.shape[1::-1] != size:
+            raise InvalidInput(
+                f"export: {spec.show} is {picture.shape[1]} x {picture.shape[0]} px, its lens is told for"
+                f" {size[0]} x {size[1]}; leave it as taken"
+            )
+        return as_image(cv2.remap(picture, *maps, cv2.INTER_LINEAR))
+
+    return straighten
 
 
 def shown_streams(recording: Recording, show: str) -> list[RecordedStream]:
@@ -143,32 +167,43 @@ def shown_streams(recording: Recording, show: str) -> list[RecordedStream]:
     return streams
 
 
-def _picture_times(
-    streams: list[RecordedStream], begin_ns: int, spec: MovieSpec, fps: float
-) -> NDArray[np.int64]:
-    """Return the times at which the film has a picture, ns."""
+def picture_frames(recording: Recording, spec: MovieSpec) -> list[tuple[tuple[str, int], ...]]:
+    """Return the frames of every picture, (stream, index) each; raise `InvalidInput` for none."""
+    streams = shown_streams(recording, spec.show)
+    fps = spec.fps or streams[0].fps
+    if not SLOWEST_HZ <= fps <= FASTEST_HZ:
+        raise InvalidInput(
+            f"export: {fps:g} frames a second were found or asked; say another rate,"
+            f" {SLOWEST_HZ:g} to {FASTEST_HZ:g}"
+        )
+    times = _picture_times(streams[0].t_ns, recording.span_ns[0], spec)
+    if len(times) == 0:
+        raise InvalidInput(f"export: {spec.show} has no frame in that part of the recording; choose another")
+    return [
+        tuple((stream.name, nearest_index(stream.t_ns, int(t_ns))) for stream in streams) for t_ns in times
+    ]
+
+
+def _picture_times(times: NDArray[np.int64], begin_ns: int, spec: MovieSpec) -> NDArray[np.int64]:
+    """Return the times at which there is a picture, ns: of the frames, or at the asked rate."""
     low_ns = begin_ns + round(spec.start_s * 1e9)
     high_ns = None if spec.end_s is None else begin_ns + round(spec.end_s * 1e9)
-    times = streams[0].t_ns
     times = times[times >= low_ns] if high_ns is None else times[(times >= low_ns) & (times < high_ns)]
     if spec.fps is None or len(times) == 0:
         return times
-    return np.arange(int(times[0]), int(times[-1]) + 1, 1e9 / fps).astype(np.int64)
+    return np.arange(int(times[0]), int(times[-1]) + 1, 1e9 / spec.fps).astype(np.int64)
 
 
 def _pictures(
-    recording: Recording, streams: list[RecordedStream], moments: NDArray[np.int64], show: str
-) -> Iterator[NDArray[np.uint8]]:
-    """Yield (h, w, 3) RGB for every time; a frame is decoded once however often it is shown."""
+    recording: Recording, moments: list[tuple[tuple[str, int], ...]]
+) -> Iterator[list[NDArray[np.uint8]]]:
+    """Yield (h, w, 3) RGB of each shown stream; a frame is decoded once however often it is shown."""
     latest: dict[str, tuple[int, NDArray[np.uint8]]] = {}
-    for t_ns in moments:
-        shown = []
-        for stream in streams:
-            index = nearest_index(stream.t_ns, int(t_ns))
-            if latest.get(stream.name, (-1, None))[0] != index:
-                latest[stream.name] = index, rgb_picture(recording.frame(stream.name, index))
-            shown.append(latest[stream.name][1])
-        yield compose_picture(shown, show)
+    for moment in moments:
+        for name, index in moment:
+            if latest.get(name, (-1, None))[0] != index:
+                latest[name] = index, rgb_picture(recording.frame(name, index))
+        yield [latest[name][1] for name, _ in moment]
 
 
 def rgb_picture(frame: RecordedFrame) -> NDArray[np.uint8]:
@@ -195,7 +230,7 @@ class _MovieWriter:
 
     def __init__(self, target: Path, codec: MovieCodec, *, fps: float) -> None:
         self._target = target
-        self._part = target.with_name(f".{target.stem}.part{SUFFIX}")
+        self._part = part_of(target)
         self._codec = codec
         self._fps = fps
         self._container: av.container.OutputContainer | None = None
@@ -245,13 +280,15 @@ class _MovieWriter:
             self._part.unlink(missing_ok=True)
 
     def _open(self, *, width: int, height: int) -> av.VideoStream:
-        encoder, options = _ENCODERS[self._codec]
+        encoder = ENCODERS[self._codec]
         self._container = av.open(str(self._part), "w")
         rate = Fraction(self._fps).limit_denominator(_LONGEST_PERIOD)
-        stream = self._container.add_stream(encoder, rate=rate, options=options)
+        stream = self._container.add_stream(encoder.name, rate=rate, options=encoder.options)
         if not isinstance(stream, av.VideoStream):
-            raise TypeError(f"{encoder} encodes no pictures")
-        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+            raise TypeError(f"{encoder.name} encodes no pictures")
+        stream.width, stream.height, stream.pix_fmt = width, height, encoder.pixel_format
+        if encoder.tag is not None:
+            stream.codec_context.codec_tag = encoder.tag
         stream.codec_context.colorspace = _BT_601
         return stream
 

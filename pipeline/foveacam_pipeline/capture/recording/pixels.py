@@ -144,7 +144,7 @@ def picture_of(pixels: Image, form: StreamFormat, *, what: str) -> Image:
     if name in GREY and image.ndim == 2:
         return image
     if name in ORDERS and image.ndim == 3:
-        return _as_image(np.ascontiguousarray(ORDERS[name](image)))
+        return as_image(np.ascontiguousarray(ORDERS[name](image)))
     raise InvalidInput(
         f"{what}: pixels of format {name!r} and shape {image.shape} are not known here; known are"
         f" {', '.join([*GREY, *ORDERS, *(f'{mosaic}8, 16 or 12p' for mosaic in MOSAICS)])}"
@@ -156,7 +156,7 @@ def demosaic(mosaic: Image, code: int) -> Image:
     height, width = mosaic.shape
     if min(height, width) < SMALL_PX:
         return _reflected(mosaic, code)
-    rgb = _as_image(cv2.cvtColor(mosaic, code))  # here OpenCV replaces each border by what lies beside it
+    rgb = as_image(cv2.cvtColor(mosaic, code))  # here OpenCV replaces each border by what lies beside it
     bottom, right = (height - 3) // 2 * 2, (width - 3) // 2 * 2  # where a strip begins as the mosaic does
     rgb[0], rgb[-1] = _reflected(mosaic[:4], code)[0], _reflected(mosaic[bottom:], code)[-1]
     rgb[:, 0] = _reflected(mosaic[:, :4], code)[:, 0]
@@ -168,10 +168,11 @@ def _reflected(mosaic: Image, code: int) -> Image:
     """Return a mosaic as RGB, as if it were reflected at its borders."""
     reflected = cv2.copyMakeBorder(mosaic, *(REFLECTED_PX,) * 4, cv2.BORDER_REFLECT_101)
     inner = slice(REFLECTED_PX, -REFLECTED_PX)
-    return _as_image(np.ascontiguousarray(cv2.cvtColor(reflected, code)[inner, inner]))
+    return as_image(np.ascontiguousarray(cv2.cvtColor(reflected, code)[inner, inner]))
 
 
-def _as_image(pixels: object) -> Image:
+def as_image(pixels: object) -> Image:
+    """Return an array of OpenCV as a picture of 8 or 16 bits."""
     found = np.asarray(pixels)
     if found.dtype == np.uint8:
         return found.astype(np.uint8, copy=False)

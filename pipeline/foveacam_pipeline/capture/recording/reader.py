@@ -9,6 +9,7 @@ from pathlib import Path
 from types import TracebackType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.recording.framing import MESSAGE_HEAD, RECORD_HEAD
@@ -18,11 +19,12 @@ from foveacam_pipeline.capture.recording.index import (
     MessageLocation,
     Truncation,
     chunk_records,
+    message_offset,
     read_index,
 )
 from foveacam_pipeline.capture.recording.pixels import picture_of, pixels_of
-from foveacam_pipeline.capture.recording.session import FINALIZE, RigDescription, read_rig
-from foveacam_pipeline.capture.recording.telemetry import parse_message, telemetry_pose
+from foveacam_pipeline.capture.recording.session import FINALIZE, RigDescription, read_rig, read_wide_lens
+from foveacam_pipeline.capture.recording.telemetry import parse_descriptor, parse_message, telemetry_pose
 from foveacam_pipeline.capture.recording.values import (
     DESCRIPTOR_PREFIX,
     RAW_ENCODING,
@@ -31,9 +33,11 @@ from foveacam_pipeline.capture.recording.values import (
     RecordedFrame,
     RecordedStream,
     StreamFormat,
+    TrackedBox,
     nearest_index,
     role_of,
 )
+from foveacam_pipeline.models.intrinsics import Intrinsics
 
 LAST_NS = (1 << 63) - 1
 NEAR = 3
@@ -58,6 +62,7 @@ class Recording:
             ) from error
         self._data = memoryview(self._map)
         self._unpacked: tuple[int, memoryview] | None = None
+        self._known_times: dict[int, tuple[list[int], NDArray[np.int64]]] = {}
         try:
             self._index = read_index(self._data, self._file, what=f"recording {self.path}")
             self._order = self._in_order(self._index)
@@ -88,12 +93,26 @@ class Recording:
         """The recorded rig with its calibration; None when the file does not describe it."""
         return read_rig(self.metadata, what=f"recording {self.path}")
 
+    @cached_property
+    def wide_lens(self) -> Intrinsics | None:
+        """The wide camera's lens, by the calibration or the authors' record; None when unknown."""
+        if self.rig is not None and self.rig.calibration is not None:
+            return self.rig.calibration.wide
+        recorded = read_wide_lens(self.metadata)
+        return None if recorded is None else recorded[0]
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Names of all channels."""
+        return tuple(sorted(channel.topic for channel in self._index.channels.values()))
+
     @property
     def slots(self) -> tuple[str, ...]:
         """Names of the tracked boxes."""
-        topics = sorted(channel.topic for channel in self._index.channels.values())
         return tuple(
-            topic.removeprefix(DESCRIPTOR_PREFIX) for topic in topics if topic.startswith(DESCRIPTOR_PREFIX)
+            topic.removeprefix(DESCRIPTOR_PREFIX)
+            for topic in self.topics
+            if topic.startswith(DESCRIPTOR_PREFIX)
         )
 
     @property
@@ -117,6 +136,11 @@ class Recording:
         """Return the stream of an eye; the first by name when there are several."""
         found = [stream for _, stream in sorted(self.streams.items()) if stream.role is role]
         return found[0] if found else None
+
+    def times_ns(self, topic: str) -> NDArray[np.int64]:
+        """Return the ascending times of a channel's messages, (n,); empty for one that does not exist."""
+        numbers = [number for channel in self._channels(topic) for number in self._order.get(channel, ())]
+        return np.sort(np.array([self._index.entries[number].t_ns for number in numbers], dtype=np.int64))
 
     # Content ----------------------------------------------------------------------------------------------
 
@@ -158,6 +182,20 @@ class Recording:
         for _, name, index in sorted(moments):
             yield self._frame(self.streams[name], index)
 
+    def boxes(self, t_ns: int, *, within_ns: int) -> list[TrackedBox]:
+        """Return the tracked box of every slot that is nearest to a time, where one is within `within_ns`."""
+        found = []
+        for slot in self.slots:
+            for channel in self._channels(DESCRIPTOR_PREFIX + slot):
+                numbers, times = self._box_times(channel)
+                nearest = nearest_index(times, t_ns) if len(times) else -1
+                if nearest < 0 or abs(int(times[nearest]) - t_ns) > within_ns:
+                    continue
+                message = bytes(self._message(self._index.entries[numbers[nearest]])[1])
+                box = parse_descriptor(slot, message, t_ns=int(times[nearest]))
+                found += [] if box is None else [box]
+        return found
+
     def close(self) -> None:
         """Close the file; do nothing when closed."""
         if self._unpacked is not None:
@@ -188,6 +226,17 @@ class Recording:
         for numbers in found.values():
             numbers.sort(key=lambda number: index.entries[number].t_ns)
         return found
+
+    def _channels(self, topic: str) -> list[int]:
+        return [channel.id for channel in self._index.channels.values() if channel.topic == topic]
+
+    def _box_times(self, channel: int) -> tuple[list[int], NDArray[np.int64]]:
+        """Return the entries of a channel in order of time, and their times."""
+        if channel not in self._known_times:
+            numbers = self._order.get(channel, [])
+            times = np.array([self._index.entries[number].t_ns for number in numbers], dtype=np.int64)
+            self._known_times[channel] = numbers, times
+        return self._known_times[channel]
 
     def _streams(self) -> dict[str, RecordedStream]:
         found = {}
@@ -224,16 +273,19 @@ class Recording:
     def _message(self, entry: MessageLocation) -> tuple[int, memoryview]:
         """Return a message's number and bytes; raise `InvalidInput` for one that is not there."""
         try:
-            records = self._data if entry.chunk < 0 else self._records(entry.chunk)
-            _, length = RECORD_HEAD.unpack_from(records, entry.offset)
-            at = entry.offset + RECORD_HEAD.size
+            records, offset = self._data, entry.offset
+            if entry.chunk >= 0:
+                records = self._records(entry.chunk)
+                offset = message_offset(self._data, self._index.chunks[entry.chunk], entry)
+            _, length = RECORD_HEAD.unpack_from(records, offset)
+            at = offset + RECORD_HEAD.size
             channel, seq, _, _ = MESSAGE_HEAD.unpack_from(records, at)
             if channel != entry.channel or at + length > len(records) or length < MESSAGE_HEAD.size:
                 raise ValueError("its index points elsewhere")
             return seq, records[at + MESSAGE_HEAD.size : at + length]
         except UNREADABLE as error:
             raise InvalidInput(
-                f"recording {self.path}: a message at byte {entry.offset} of chunk {entry.chunk} cannot be"
+                f"recording {self.path}: the message at {entry.t_ns} ns in chunk {entry.chunk} cannot be"
                 f" read ({error}); the file is damaged there"
             ) from error
 

@@ -90,6 +90,33 @@ def descriptor_message(descriptor: TrackedBox) -> bytes:
     return json.dumps(message_json, separators=(",", ":")).encode()
 
 
+def parse_descriptor(slot: str, message: bytes, *, t_ns: int) -> TrackedBox | None:
+    """Return the tracked box of a message of time `t_ns`; None when it cannot be read."""
+    message_json = parse_message(message)
+    if message_json is None:
+        return None
+    frames = message_json.get("frames")
+    found = {
+        str(stream): int(seq) if _is_number(seq) else None
+        for stream, seq in (frames.items() if isinstance(frames, dict) else ())
+    }
+    return TrackedBox(slot=slot, t_ns=t_ns, bbox_px=_box(message_json.get("bbox")), frames=found)
+
+
+def _box(found: object) -> tuple[float, float, float, float] | None:
+    if isinstance(found, dict):
+        found = [
+            found.get("x"),
+            found.get("y"),
+            found.get("width", found.get("w")),
+            found.get("height", found.get("h")),
+        ]
+    if isinstance(found, list) and len(found) == 4 and all(_is_number(side) for side in found):
+        x, y, width, height = (float(side) for side in found)
+        return x, y, width, height
+    return None
+
+
 def _pair(found: object) -> tuple[float, float] | None:
     if not isinstance(found, dict):
         return None

@@ -29,6 +29,10 @@ app = typer.Typer(
 )
 
 SECONDS_HELP = f"how long; it ends sooner, whole, at the {RESERVE_TEXT}"
+TARGET_HELP = "film (.mp4, .mov), pictures (.zip) or array (.npy) to make"
+CODEC_HELP = "h264 (the usual one), hevc, vp9, av1, mpeg4; for .mov prores, prores_hq, prores_4444"
+WIDE = ""
+"""`show` value for the wide stream, whatever its name."""
 FileArgument = Annotated[Path, typer.Argument(help="recording: .fcap, or the authors' older .fovea")]
 
 
@@ -82,7 +86,7 @@ def info(file: FileArgument, *, as_json: JsonOption = False) -> None:
 @app.command()
 def export(
     file: FileArgument,
-    target: Annotated[Path, typer.Argument(help="film to make; it must end in .mp4")],
+    target: Annotated[Path, typer.Argument(help=TARGET_HELP)],
     *,
     show: Annotated[
         str | None, typer.Option(help="a stream's name, side-by-side or anaglyph; usually the wide stream")
@@ -90,15 +94,20 @@ def export(
     fps: Annotated[
         float | None, typer.Option(help="frames a second, resampled in time; usually as recorded")
     ] = None,
-    codec: Annotated[str | None, typer.Option(help="avc1 (H.264, the usual one), vp09 or mp4v")] = None,
+    codec: Annotated[str | None, typer.Option(help=CODEC_HELP)] = None,
     start_s: Annotated[float, typer.Option(help="where to begin, seconds", min=0.0)] = 0.0,
     end_s: Annotated[float | None, typer.Option(help="where to end, seconds", min=0.0)] = None,
+    undistorted: Annotated[
+        bool, typer.Option("--undistorted", help="without the distortion of the wide lens")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a film (MP4) of one stream, of both eyes side by side, or as an anaglyph."""
-    from foveacam_server.resources.recordings.export import film_table, make_film, movie_spec
+    """Make a film of one stream, of both eyes side by side, or as an anaglyph; or pictures, or an array."""
+    from foveacam_pipeline.capture.recording.movie import MovieSpec
+    from foveacam_server.resources.recordings.export import chosen_format, film_table, make_film
 
-    spec = movie_spec(show=show, fps=fps, codec=codec, start_s=start_s, end_s=end_s)
+    form = chosen_format(codec, target)
+    spec = MovieSpec(show=show or WIDE, fps=fps, start_s=start_s, end_s=end_s, undistorted=undistorted)
     columns = (TextColumn("encoding"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with _progress(*columns, silent=as_json) as progress:
         task = progress.add_task("encoding", total=None)
@@ -106,6 +115,7 @@ def export(
             file,
             spec,
             target,
+            form=form,
             progress=lambda done, total: progress.update(task, completed=done, total=total),
         )
     _print(found, film_table(found), as_json=as_json)

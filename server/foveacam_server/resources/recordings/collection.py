@@ -1,8 +1,11 @@
 """The recordings of a data directory: one file each, found by id; removed ones are in the trash."""
 
+import errno
+import os
+import re
 import shutil
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,12 +17,14 @@ from foveacam_pipeline.capture.dataset import dataset_name
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import STATISTICS
 from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
-from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_pipeline.storage.disk import disk_errors, disk_fault
 from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.names import new_id, utc_now
 from foveacam_server.resources.recordings.information import contents_of
 from foveacam_server.resources.recordings.notes import (
     RecordingNotes,
     id_without_notes,
+    layout_path,
     notes_path,
     read_notes,
     write_notes,
@@ -29,6 +34,8 @@ from foveacam_server.resources.recordings.schema import RecordingContents, Strea
 RECORDINGS = "recordings"
 TRASH = ".trash"
 FILMS = ".films"
+NUMBER = re.compile(r"[0-9]{4,9}")
+"""The number at the end of a numbered recording's name."""
 _Stamp = tuple[int, int, int, int]
 
 
@@ -67,10 +74,14 @@ class RecordingCollection:
         self._lock = threading.Lock()
         self._known: dict[Path, tuple[_Stamp, StoredRecording]] = {}
 
-    def new_file(self, name: str) -> Path:
-        """Return the path for a new recording; raise `InvalidInput` for an invalid or used name."""
-        stem = dataset_name(name)
-        if stem.casefold() in {path.stem.casefold() for path in _files(self.folder)}:
+    def new_file(self, name: str, *, numbered: bool = False) -> Path:
+        """Return the path for a new recording; raise `InvalidInput` for an invalid or used name.
+
+        `numbered`: the first free number of at least four digits follows the name.
+        """
+        used = {path.stem.casefold() for path in _files(self.folder)}
+        stem = dataset_name(_numbered(name, used) if numbered else name)
+        if stem.casefold() in used:
             raise InvalidInput(
                 f"there is a recording {name!r} already; choose another name",
                 asked=f"a recording named {name!r}",
@@ -78,6 +89,21 @@ class RecordingCollection:
                 remedy="choose another name",
             )
         return self.folder / f"{stem}{SUFFIX}"
+
+    def check_writable(self) -> None:
+        """Raise `StorageFull` when no file can be made in the folder."""
+        if not os.access(self.folder, os.W_OK | os.X_OK):
+            raise disk_fault(
+                OSError(errno.EACCES, os.strerror(errno.EACCES)), what="a recording", folder=self.folder
+            )
+
+    def add(self, file: Path, *, name: str) -> StoredRecording:
+        """Move a file of this disk to the recordings; raise `InvalidInput` for one that holds no frames."""
+        return self._adopt(file, name, lambda path: file.rename(path))
+
+    def link(self, file: Path, *, name: str) -> StoredRecording:
+        """Add a recording that stays where it lies; raise as `add`."""
+        return self._adopt(file, name, lambda path: path.symlink_to(file))
 
     def every(self, *, but: Path | None = None) -> list[StoredRecording]:
         """Return all recordings, newest first; `but`: one that is being written."""
@@ -128,6 +154,21 @@ class RecordingCollection:
         """Return the folder of a recording's films."""
         return self.folder / FILMS / recording_id
 
+    def _adopt(self, file: Path, name: str, place: Callable[[Path], object]) -> StoredRecording:
+        """Check a file, put it in its place, and return it without reading it again."""
+        held, counts, trouble = _read(file)
+        if held is None:
+            raise InvalidInput(f"recording {name}: {trouble}", found=trouble, remedy="choose a recording")
+        _check_frames(file, held, name=name)
+        path = self.new_file(name)
+        with disk_errors(f"adding recording {name}", self.folder):
+            place(path)
+        notes = RecordingNotes(id=new_id("rec"), created_utc=held.recorded or utc_now())
+        write_notes(path, notes)
+        stamp, moved = _stamp(path), held.model_copy(update={"file": str(path)})
+        stored = StoredRecording(path=path, notes=notes, size_bytes=stamp[1], contents=moved, counts=counts)
+        return self._remember(stamp, stored)
+
     def _load(self, path: Path, *, removed: bool = False) -> StoredRecording:
         """Return the recording of a file, read again only when it or its notes changed."""
         stamp = _stamp(path)
@@ -149,9 +190,34 @@ class RecordingCollection:
             removed=removed,
             trouble=trouble,
         )
+        return self._remember(stamp, stored)
+
+    def _remember(self, stamp: _Stamp, stored: StoredRecording) -> StoredRecording:
         with self._lock:
-            self._known[path] = stamp, stored
+            self._known[stored.path] = stamp, stored
         return stored
+
+
+def _numbered(name: str, used: set[str]) -> str:
+    """Return the name with the number after the highest that is used with it."""
+    before = f"{name} ".lstrip().casefold()
+    numbers = [stem.removeprefix(before) for stem in used if stem.startswith(before)]
+    highest = max((int(number) for number in numbers if NUMBER.fullmatch(number)), default=0)
+    return f"{name} {highest + 1:04d}".lstrip()
+
+
+def _check_frames(file: Path, held: RecordingContents, *, name: str) -> None:
+    """Raise `InvalidInput` for a recording without frames, with the channels that it has."""
+    if any(stream.frames for stream in held.streams.values()):
+        return
+    with Recording(file) as recording:
+        found = ", ".join(recording.topics) or "no channel"
+    raise InvalidInput(
+        f"recording {name}: it holds no frame of a camera; its channels are: {found}",
+        asked="a recording of cameras",
+        found=found,
+        remedy="choose a file that foveacam or the authors' application recorded",
+    )
 
 
 def _counts(record: Mapping[str, str]) -> dict[str, StreamCounts]:
@@ -176,7 +242,9 @@ def _files(home: Path) -> list[Path]:
     return [
         path
         for path in home.iterdir()
-        if path.suffix in (SUFFIX, OLD_SUFFIX) and not path.name.startswith(".") and path.is_file()
+        if path.suffix in (SUFFIX, OLD_SUFFIX)
+        and not path.name.startswith(".")
+        and (path.is_file() or path.is_symlink())  # a link whose file is gone is shown, and says so
     ]
 
 
@@ -190,6 +258,8 @@ def _move(stored: StoredRecording, target: Path) -> None:
         write_notes(target, stored.notes)
     stored.path.rename(target)
     notes.unlink(missing_ok=True)
+    with suppress(FileNotFoundError):
+        layout_path(stored.path).rename(layout_path(target))
 
 
 def _newest_first(found: list[StoredRecording]) -> list[StoredRecording]:

@@ -1,45 +1,56 @@
-"""`foveacam recording export`: make an MP4 film of a recording."""
+"""`foveacam recording export`: make a film, a ZIP of pictures or an array of a recording."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from rich.table import Table
 
 from foveacam_hardware.contract import InvalidInput, Role
-from foveacam_pipeline.capture.recording.movie import MovieCodec, MovieSpec, Progress, export_movie
+from foveacam_pipeline.capture.recording.formats import (
+    FORMATS,
+    ExportFormat,
+    MovieCodec,
+    check_format,
+    format_named,
+)
+from foveacam_pipeline.capture.recording.movie import MovieSpec, Progress, export_movie, shown_streams
 from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_server.resources.recordings.films import SEQUENCES
 from foveacam_server.resources.recordings.schema import FilmFacts
 
-WIDE = ""
-"""`show` value for the wide stream, whatever its name."""
+
+def chosen_format(codec: str | None, target: Path) -> ExportFormat:
+    """Return the format of an export: by its codec, else by its file's suffix; raise `InvalidInput`."""
+    if codec is not None:
+        found = format_named(codec)
+    else:
+        suffix = target.suffix.lower()
+        found = next((one for one in FORMATS.values() if one.suffix == suffix), FORMATS["h264"])
+    check_format(found)
+    return found
 
 
-def movie_spec(
-    *, show: str | None, fps: float | None, codec: str | None, start_s: float, end_s: float | None
-) -> MovieSpec:
-    """Return the film's spec from the options; raise `InvalidInput` for an unknown codec."""
-    try:
-        chosen = MovieCodec.H264 if codec is None else MovieCodec(codec)
-    except ValueError as error:
-        raise InvalidInput(
-            f"export: there is no codec {codec!r} here; choose {', '.join(MovieCodec)} or leave it out"
-        ) from error
-    return MovieSpec(show=show or WIDE, fps=fps, codec=chosen, start_s=start_s, end_s=end_s)
-
-
-def make_film(file: Path, spec: MovieSpec, target: Path, *, progress: Progress) -> FilmFacts:
-    """Make the film and return its facts."""
+def make_film(
+    file: Path, spec: MovieSpec, target: Path, *, form: ExportFormat, progress: Progress
+) -> FilmFacts:
+    """Make the export and return its facts."""
     with Recording(file) as recording:
-        show = spec.show or _wide_stream(recording)
-        filled = MovieSpec(show=show, fps=spec.fps, codec=spec.codec, start_s=spec.start_s, end_s=spec.end_s)
-        made = export_movie(recording, filled, target, progress=progress)
+        filled = replace(spec, show=spec.show or _wide_stream(recording), codec=form.codec or MovieCodec.H264)
+        if form.codec is not None:
+            made = export_movie(recording, filled, target, progress=progress)
+            frames, fps, size = made.frames, made.fps, (made.width, made.height)
+        else:
+            frames = SEQUENCES[form.name](recording, filled, target, progress=progress)
+            stream = shown_streams(recording, filled.show)[0]
+            fps, size = filled.fps or stream.fps, (stream.form.width, stream.form.height)
     return FilmFacts(
-        file=str(made.path),
-        shows=show,
-        codec=made.codec.value,
-        fps=round(made.fps, 3),
-        frames=made.frames,
-        width=made.width,
-        height=made.height,
+        file=str(target),
+        shows=filled.show,
+        codec=form.codec or form.name,
+        fps=round(fps, 3),
+        frames=frames,
+        width=size[0],
+        height=size[1],
         bytes=target.stat().st_size,
     )
 

@@ -1,48 +1,70 @@
-"""Films of recordings: made by a job, stored beside them until the trash is emptied."""
+"""Films and other exports of recordings: made by a job, stored beside them until the trash is emptied."""
 
 import hashlib
 from pathlib import Path
 
 from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.capture.recording.formats import FORMATS, MovieCodec, check_format
 from foveacam_pipeline.capture.recording.movie import (
-    SUFFIX,
     UNFINISHED,
     MovieLayout,
     MovieSpec,
     Progress,
     export_movie,
+    undistorter,
 )
 from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.recording.sequences import export_npy, export_png
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.recordings.collection import FILMS, RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.documents import URL
 from foveacam_server.resources.recordings.moments import stream_of
-from foveacam_server.resources.recordings.schema import FilmDocument, FilmRequest
+from foveacam_server.resources.recordings.schema import FilmDocument, FilmRequest, FormatDocument
 
 LAYOUTS = {layout.value for layout in MovieLayout}
+SEQUENCES = {"png": export_png, "npy": export_npy}
 
 
 def film_name(spec: FilmRequest) -> str:
-    """Return the name of a film's file: the same film has the same name."""
+    """Return the name of an export's file: the same export has the same name."""
     wanted = f"{spec.show} {spec.fps} {spec.start_s} {spec.end_s}"
-    return f"{spec.show}-{hashlib.blake2s(wanted.encode(), digest_size=4).hexdigest()}{SUFFIX}"
+    if spec.format != "h264" or spec.undistorted:
+        wanted += f" {spec.format} {spec.undistorted}"
+    digest = hashlib.blake2s(wanted.encode(), digest_size=4).hexdigest()
+    return f"{spec.show}-{digest}{FORMATS[spec.format].suffix}"
 
 
 def check_film(recording: Recording, spec: FilmRequest) -> None:
-    """Raise `InvalidInput` for a film that the recording cannot give."""
+    """Raise `InvalidInput` for an export that the recording cannot give, or this machine not write."""
+    check_format(FORMATS[spec.format])
     for role in (Role.LEFT, Role.RIGHT) if spec.show in LAYOUTS else (Role(spec.show),):
         stream_of(recording, role)
     if spec.end_s is not None and spec.end_s <= spec.start_s:
         raise InvalidInput(
             f"film: it would begin at {spec.start_s:g} s and end at {spec.end_s:g} s; give a later end"
         )
+    if spec.format == "npy" and spec.show in LAYOUTS:
+        raise InvalidInput(f"film: an array holds one camera, not {spec.show}; choose one")
+    undistorter(recording, movie_spec(recording, spec))
+
+
+def movie_spec(recording: Recording, spec: FilmRequest) -> MovieSpec:
+    """Return what the pipeline exports."""
+    return MovieSpec(
+        show=spec.show if spec.show in LAYOUTS else stream_of(recording, Role(spec.show)).name,
+        fps=spec.fps,
+        codec=FORMATS[spec.format].codec or MovieCodec.H264,
+        start_s=spec.start_s,
+        end_s=spec.end_s,
+        undistorted=spec.undistorted,
+    )
 
 
 def make_film(
     collection: RecordingCollection, stored: StoredRecording, spec: FilmRequest, *, progress: Progress
 ) -> Path:
-    """Make a film, unless it exists, and return its path."""
+    """Make an export, unless it exists, and return its path."""
     folder = collection.films(stored.id)
     target = folder / film_name(spec)
     if target.exists():
@@ -50,10 +72,23 @@ def make_film(
     with disk_errors(f"a film of recording {stored.name}", collection.folder):
         folder.mkdir(parents=True, exist_ok=True)
         with Recording(stored.path) as recording:
-            show = spec.show if spec.show in LAYOUTS else stream_of(recording, Role(spec.show)).name
-            movie = MovieSpec(show=show, fps=spec.fps, start_s=spec.start_s, end_s=spec.end_s)
-            export_movie(recording, movie, target, progress=progress)
+            export = SEQUENCES.get(spec.format, export_movie)
+            export(recording, movie_spec(recording, spec), target, progress=progress)
     return target
+
+
+def format_documents() -> list[FormatDocument]:
+    """Return every format, and whether this machine can write it."""
+    return [
+        FormatDocument(
+            name=found.name,
+            title=found.title,
+            suffix=found.suffix,
+            available=not found.missing,
+            why=found.missing,
+        )
+        for found in FORMATS.values()
+    ]
 
 
 def clear_unfinished(collection: RecordingCollection) -> None:
@@ -64,7 +99,7 @@ def clear_unfinished(collection: RecordingCollection) -> None:
 
 def film_file(collection: RecordingCollection, stored: StoredRecording, name: str) -> Path:
     """Return the path of a film or raise `NotFound`."""
-    for path in collection.films(stored.id).glob(f"*{SUFFIX}"):
+    for path in collection.films(stored.id).glob("*"):
         if path.name == name and not name.startswith("."):
             return path
     raise NotFound(f"recording {stored.name} has no film {name}; ask for one", asked=name)

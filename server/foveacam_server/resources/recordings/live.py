@@ -9,7 +9,7 @@ from pathlib import Path
 from foveacam_hardware.contract import DeviceFault, FoveaError, Frame, Role
 from foveacam_pipeline.capture.recording.bounds import RecordingBounds
 from foveacam_pipeline.capture.recording.poses import raw_frame
-from foveacam_pipeline.capture.recording.recorder import Recorder
+from foveacam_pipeline.capture.recording.recorder import DEFAULT_OPTIONS, Recorder, RecordingOptions
 from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, TrackedBox
@@ -33,6 +33,8 @@ class LiveRecording:
     every: bool
     """Whether frames come as fast as the rig can deliver them, or at the live views' rate."""
     begun_ns: int
+    packed: bool = False
+    options: RecordingOptions = DEFAULT_OPTIONS
     boxes: Callable[[Frame], list[TrackedBox]]
     """Returns the followed targets that a wide frame shows."""
     created_utc: str = field(default_factory=utc_now)
@@ -76,7 +78,8 @@ class LiveRecording:
             return
         self.newest_ns[frame.role] = frame.t_ns
         try:
-            recorder.publish(STREAM_OF_ROLE[frame.role], raw_frame(frame, calibration=self.rig.calibration))
+            found = raw_frame(frame, calibration=self.rig.calibration, packed=self.packed)
+            recorder.publish(STREAM_OF_ROLE[frame.role], found)
             for box in self.boxes(frame) if frame.role is Role.WIDE else ():
                 recorder.publish_box(box)
         except Exception as error:  # noqa: BLE001 - this is the hardware's thread, which must not end

@@ -6,15 +6,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, InvalidInput, NotCalibrated, Role, Sighting, StereoVolts
-from foveacam_pipeline.capture.recording.movie import compose_picture, rgb_picture
+from foveacam_pipeline.capture.recording.movie import rgb_picture
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.values import FramePose, RecordedFrame, RecordedStream, nearest_index
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.footprint import fovea_footprint_px
 from foveacam_pipeline.stereo import pictures
+from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_server.resources.recordings.documents import URL
+from foveacam_server.resources.recordings.overlays import (
+    crossing_of_angles,
+    distorted_px,
+    wide_boxes,
+    wide_pixel,
+)
 from foveacam_server.resources.recordings.schema import (
     MomentDocument,
     RecordedFrameDocument,
@@ -25,6 +32,7 @@ from foveacam_server.resources.recordings.schema import (
 NEAREST_M, FARTHEST_M = 0.3, 300.0
 """Limits of the gazes' meeting distance; outside they count as parallel, with footprints at infinity."""
 EYES = (Role.LEFT, Role.RIGHT)
+RECTIFIED_SCALE = 0.5
 
 
 def timeline_document(recording: Recording) -> TimelineDocument:
@@ -56,7 +64,8 @@ def moment_document(recording: Recording, recording_id: str, *, t_s: float) -> M
         for role, position in poses.items()
     }
     found = {role: recording.pose(stream.name, index) for role, (stream, index) in poses.items()}
-    distance_m = _meeting_m(recording, found)
+    meeting_m = _meeting_point(recording, found)
+    distance_m = math.inf if meeting_m is None else float(np.linalg.norm(meeting_m))
     for role in EYES:
         if role in frames:
             frames[role].footprint_px = _footprint(recording, role, found[role], distance_m)
@@ -64,6 +73,9 @@ def moment_document(recording: Recording, recording_id: str, *, t_s: float) -> M
         t_s=round((t_ns - recording.span_ns[0]) / 1e9, 6),
         frames={role.value: document for role, document in frames.items()},
         meeting_m=None if math.isinf(distance_m) else round(distance_m, 4),
+        meeting_z_m=None if meeting_m is None else round(float(meeting_m[2]), 4),
+        meeting_px=None if meeting_m is None else wide_pixel(recording, meeting_m),
+        boxes=wide_boxes(recording, t_ns),
     )
 
 
@@ -128,12 +140,31 @@ def observation_of(
 
 
 def anaglyph(
+    pair: tuple[RecordedFrame, RecordedFrame],
+    look: tuple[Sighting, Calibration] | None,
+    style: AnaglyphStyle = AnaglyphStyle.RED_CYAN,
+) -> NDArray[np.uint8]:
+    """Return (h, w, 3) RGB: each eye in the colour of its glass; rectified with an observation, else raw."""
+    if look is not None:
+        return pictures.anaglyph(rectify(look[0], look[1], scale=RECTIFIED_SCALE), style)
+    return pictures.overlay_eyes(*_same_size(pair), style)
+
+
+def difference(
     pair: tuple[RecordedFrame, RecordedFrame], look: tuple[Sighting, Calibration] | None
 ) -> NDArray[np.uint8]:
-    """Return (h, w, 3) RGB: left in red, right in cyan; rectified with an observation, else raw."""
+    """Return (h, w, 3) RGB: left minus right about middle grey; rectified with an observation, else raw."""
     if look is not None:
-        return pictures.anaglyph(rectify(look[0], look[1], scale=0.5))
-    return compose_picture([rgb_picture(frame) for frame in pair], "anaglyph")
+        return pictures.difference(rectify(look[0], look[1], scale=RECTIFIED_SCALE))
+    left, right = _same_size(pair)
+    return pictures.subtract_eyes(left, right, np.ones(left.shape[:2], dtype=np.bool_))
+
+
+def _same_size(pair: tuple[RecordedFrame, RecordedFrame]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return both frames as RGB, cut to the size that they share."""
+    left, right = (rgb_picture(frame) for frame in pair)
+    height, width = (min(left.shape[axis], right.shape[axis]) for axis in (0, 1))
+    return left[:height, :width], right[:height, :width]
 
 
 def _streams(recording: Recording) -> dict[Role, RecordedStream]:
@@ -191,15 +222,26 @@ def _frame_document(
     )
 
 
-def _meeting_m(recording: Recording, poses: dict[Role, FramePose]) -> float:
-    """Return the distance from the rig's origin to the gazes' meeting point, m; infinite without one."""
+def _meeting_point(recording: Recording, poses: dict[Role, FramePose]) -> NDArray[np.float64] | None:
+    """Return where the gazes cross, (3,) m in the rig frame; None when they do not, within the limits.
+
+    By the calibration and the volts, or, without a calibration, by the recorded angles and baseline.
+    """
+    pair = [poses[role] for role in EYES if role in poses]
+    if len(pair) < len(EYES):
+        return None
+    left, right = pair
     calibration = _calibration(recording)
-    drives = [poses[role].volts if role in poses else None for role in EYES]
-    if calibration is None or drives[0] is None or drives[1] is None:
-        return math.inf
-    meeting = calibration.meeting(StereoVolts(left=drives[0], right=drives[1]))
-    distance_m = float(np.linalg.norm(meeting.point_m))
-    return distance_m if meeting.in_front and NEAREST_M < distance_m < FARTHEST_M else math.inf
+    if calibration is None:
+        point_m = crossing_of_angles(recording, left, right)
+    elif left.volts is None or right.volts is None:
+        return None
+    else:
+        meeting = calibration.meeting(StereoVolts(left=left.volts, right=right.volts))
+        point_m = meeting.point_m if meeting.in_front else None
+    if point_m is None or not NEAREST_M < float(np.linalg.norm(point_m)) < FARTHEST_M:
+        return None
+    return point_m
 
 
 def _footprint(
@@ -208,7 +250,7 @@ def _footprint(
     """Return a fovea's corners (x, y) in the wide picture, px, clockwise; None when they are unknown.
 
     From the calibration, or, in a recording without one, from the affine stored with the frame, which is for
-    infinity and ignores the wide lens' distortion.
+    infinity.
     """
     calibration = _calibration(recording)
     if calibration is not None and pose.volts is not None:
@@ -217,7 +259,7 @@ def _footprint(
         form = stream_of(recording, role).form
         right, bottom = form.width - 0.5, form.height - 0.5
         rim = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]])
-        corners = homography_apply(pose.wide_from_fovea, rim)
+        corners = distorted_px(recording, homography_apply(pose.wide_from_fovea, rim))
     else:
         return None
     if not np.isfinite(corners).all():

@@ -15,7 +15,7 @@ from foveacam_server.resources.recordings.schema import StreamCounts
 _log = logging.getLogger(__name__)
 
 FORM, VERSION = "foveacam recording notes", 1
-NOTES = ".json"
+NOTES, LAYOUT = ".json", ".ui.json"
 
 
 class RecordingNotes(ResponseModel):
@@ -34,6 +34,11 @@ class RecordingNotes(ResponseModel):
 def notes_path(recording: Path) -> Path:
     """Return the path of a recording's notes."""
     return recording.with_name(recording.name + NOTES)
+
+
+def layout_path(recording: Path) -> Path:
+    """Return the path of the player's arrangement of a recording, where the authors' viewer has its own."""
+    return recording.with_name(recording.name + LAYOUT)
 
 
 def write_notes(recording: Path, notes: RecordingNotes) -> None:

@@ -7,8 +7,12 @@ from typing import Annotated, Literal, Protocol
 from fastapi import APIRouter, Depends, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, Response
 
-from foveacam_hardware.contract import FoveaError, InvalidInput, Role
+from foveacam_hardware.contract import FoveaError, InvalidInput, Role, Sighting
+from foveacam_pipeline.capture.recording.formats import FORMATS
+from foveacam_pipeline.capture.recording.values import RecordedFrame
+from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.estimator import DepthBackend
+from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     PreferHeader,
@@ -22,19 +26,25 @@ from foveacam_server.foundation.quantities import Seconds
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
 from foveacam_server.resources.recordings import moments
 from foveacam_server.resources.recordings.documents import URL
-from foveacam_server.resources.recordings.films import film_file
+from foveacam_server.resources.recordings.films import film_file, format_documents
+from foveacam_server.resources.recordings.layout import read_layout, write_layout
+from foveacam_server.resources.recordings.layout_schema import AnaglyphName, LayoutDocument, LayoutRequest
 from foveacam_server.resources.recordings.schema import (
     FilmDocument,
     FilmRequest,
+    FormatDocument,
     MomentDocument,
+    NameDocument,
     RecordedDepthDocument,
     RecordingDocument,
     RecordingPatch,
     RecordingRequest,
     RoleName,
     TimelineDocument,
+    TracksDocument,
 )
 from foveacam_server.resources.recordings.service import RecordingService
+from foveacam_server.resources.recordings.tracks import tracks_document
 from foveacam_server.rig.encoder import encode_jpeg
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])
@@ -58,7 +68,12 @@ BackendQuery = Annotated[
 LooksQuery = Annotated[
     int, Query(ge=1, le=16, description="looks fused from this moment on, as long as the mirrors stand still")
 ]
+StyleQuery = Annotated[AnaglyphName, Query(description="colours of the left and the right glass")]
 QUALITY = 85
+MEDIA_TYPES = {found.suffix: found.media_type for found in FORMATS.values()}
+_EXPORTS = file_responses("video/mp4")
+for _media_type in MEDIA_TYPES.values():
+    _EXPORTS[200]["content"] |= file_responses(_media_type)[200]["content"]
 _LASTING = {"Cache-Control": "private, max-age=3600"}
 """A recording never changes, so a page need not fetch its pictures again."""
 
@@ -92,6 +107,22 @@ def every(
 ) -> list[RecordingDocument]:
     """Return all recordings, or those that hold every word of `text`."""
     return services.recordings.search(text=text, removed=removed == "true")
+
+
+@router.get("/name", summary="The name that a recording would get")
+def name(
+    services: ServicesDep,
+    wanted: Annotated[str, Query(alias="name", max_length=1000)] = "",
+    numbered: Annotated[Literal["true", "false"], Query(description="with the next free number")] = "true",
+) -> NameDocument:
+    """Return the name with its number, and whether something can be recorded under it now."""
+    return services.recordings.name_of(wanted, numbered=numbered == "true")
+
+
+@router.get("/formats", summary="Formats of exports")
+def formats() -> list[FormatDocument]:
+    """Return every format, and whether this machine can write it."""
+    return format_documents()
 
 
 @router.delete("/trash", summary="Empty the trash")
@@ -171,6 +202,37 @@ def timeline(recording_id: RecordingId, services: ServicesDep) -> TimelineDocume
 
 
 @router.get(
+    "/{recording_id}/tracks",
+    summary="All channels over time, in short",
+    responses=problems(404, 409),
+)
+def tracks(recording_id: RecordingId, services: ServicesDep) -> TracksDocument:
+    """Return runs, gaps and drops of every channel, from the file's index alone."""
+    with services.recordings.opened.reading(_path(services, recording_id)) as recording:
+        return tracks_document(recording)
+
+
+@router.get(
+    "/{recording_id}/layout",
+    summary="How the player was arranged",
+    responses=problems(404, 409),
+)
+def layout(recording_id: RecordingId, services: ServicesDep) -> LayoutDocument:
+    """Return the arrangement that is kept beside the recording, or why it cannot be used."""
+    return read_layout(services.recordings.readable(recording_id))
+
+
+@router.put(
+    "/{recording_id}/layout",
+    summary="Keep how the player is arranged",
+    responses=problems(404, 409, 502),
+)
+def keep_layout(recording_id: RecordingId, change: LayoutRequest, services: ServicesDep) -> LayoutDocument:
+    """Keep it beside the recording. One that cannot be used is overwritten with `replace` alone."""
+    return write_layout(services.recordings.readable(recording_id), change)
+
+
+@router.get(
     "/{recording_id}/frames",
     summary="The frames of a moment, with their poses",
     responses=problems(404, 409),
@@ -218,15 +280,23 @@ def frame(
     response_class=Response,
     responses={**file_responses("image/jpeg"), **problems(409)},
 )
-def anaglyph(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -> Response:
+def anaglyph(
+    recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0, style: StyleQuery = "red_cyan"
+) -> Response:
     """Return both foveae over each other, rectified where poses and calibration were recorded."""
-    with services.recordings.opened.reading(_path(services, recording_id)) as recording:
-        pair = moments.pair_at(recording, t_s)
-        try:
-            look = moments.observation_of(recording, pair)
-        except FoveaError:
-            look = None
-    return _jpeg(encode_jpeg(moments.anaglyph(pair, look), quality=QUALITY))
+    pair, look = _pair(services, recording_id, t_s)
+    return _jpeg(encode_jpeg(moments.anaglyph(pair, look, AnaglyphStyle(style)), quality=QUALITY))
+
+
+@router.get(
+    "/{recording_id}/difference.jpg",
+    summary="The left fovea of a moment minus the right one",
+    response_class=Response,
+    responses={**file_responses("image/jpeg"), **problems(409)},
+)
+def difference(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -> Response:
+    """Return their difference about middle grey, rectified where poses and calibration were recorded."""
+    return _jpeg(encode_jpeg(moments.difference(*_pair(services, recording_id, t_s)), quality=QUALITY))
 
 
 @router.get("/{recording_id}/depth", summary="Depth of a moment, computed anew", responses=problems(404, 409))
@@ -277,7 +347,7 @@ def depth_picture(
 @router.post(
     "/{recording_id}/films",
     status_code=202,
-    summary="Make a film (MP4)",
+    summary="Make a film, or another export",
     response_model=JobDocument,
     responses={
         200: {"model": FilmDocument, "description": "made in time"},
@@ -303,7 +373,7 @@ async def make_film(
     "/{recording_id}/films/{name}",
     summary="A film that was made",
     response_class=FileResponse,
-    responses=file_responses("video/mp4"),
+    responses=_EXPORTS,
 )
 def film(
     recording_id: RecordingId, name: Annotated[str, Path(max_length=100)], services: ServicesDep
@@ -312,11 +382,23 @@ def film(
     recordings = services.recordings
     kept = recordings.readable(recording_id)
     path = film_file(recordings.collection, kept, name)
-    return FileResponse(path, media_type="video/mp4", filename=f"{kept.name} {name}")
+    return FileResponse(path, media_type=MEDIA_TYPES[path.suffix], filename=f"{kept.name} {name}")
 
 
 def _path(services: RecordingRouteServices, recording_id: str) -> FilePath:
     return services.recordings.readable(recording_id).path
+
+
+def _pair(
+    services: RecordingRouteServices, recording_id: str, t_s: float
+) -> tuple[tuple[RecordedFrame, RecordedFrame], tuple[Sighting, Calibration] | None]:
+    """Return both foveae of a moment, and as an observation where they can be rectified."""
+    with services.recordings.opened.reading(_path(services, recording_id)) as recording:
+        pair = moments.pair_at(recording, t_s)
+        try:
+            return pair, moments.observation_of(recording, pair)
+        except FoveaError:
+            return pair, None
 
 
 def _jpeg(content: bytes) -> Response:

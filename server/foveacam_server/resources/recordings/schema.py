@@ -12,6 +12,9 @@ from foveacam_server.foundation.schema import RequestModel, ResponseModel
 RoleName = Literal["wide", "left", "right"]
 Rate = Literal["full", "live"]
 RecordingState = Literal["starting", "recording", "ending", "complete", "partial", "truncated", "damaged"]
+FilmFormat = Literal[
+    "h264", "hevc", "vp9", "av1", "prores", "prores_hq", "prores_4444", "mpeg4", "png", "npy"
+]
 Show = Literal["wide", "left", "right", "side-by-side", "anaglyph"]
 
 
@@ -30,6 +33,20 @@ class RecordingRequest(RequestModel):
     rate: Rate = "full"
     """`full`: look after look, with the wide camera's frames between them; `live`: what live views show."""
     label: Text = ""
+    numbered: bool = False
+    """Whether a number follows the name: the first free one, of four digits."""
+    compress: bool = False
+    """Each frame by zlib, without loss; it may not keep up at the full rate."""
+    packed: bool = False
+    """Grey of twelve bits in three bytes for two pixels."""
+
+
+class NameDocument(ResponseModel):
+    """The name that a recording would get. `free`: whether it can be recorded now, else `why` not."""
+
+    name: str
+    free: bool
+    why: str
 
 
 class RecordingPatch(RequestModel):
@@ -180,6 +197,30 @@ class TimelineStream(ResponseModel):
     t_s: list[float]
 
 
+class TrackDocument(ResponseModel):
+    """One channel of a recording over time, seconds from its begin.
+
+    `runs`: first and last message of each; between two runs nothing came. `drops`: messages before and after
+    an interval in a run that lacks some, and how many by the period; none where a stream keeps no period.
+    """
+
+    name: str
+    kind: Literal["frames", "telemetry", "boxes"]
+    role: RoleName | None
+    count: int
+    period_s: float | None
+    runs: list[tuple[float, float]]
+    drops: list[tuple[float, float, int]]
+
+
+class TracksDocument(ResponseModel):
+    """All channels of a recording over time, told from its index alone."""
+
+    duration_s: float
+    recorded: str | None
+    tracks: list[TrackDocument]
+
+
 class TimelineDocument(ResponseModel):
     """Times of all exposures of a recording. `calibrated`: whether depth can be computed from its poses."""
 
@@ -207,12 +248,30 @@ class RecordedFrameDocument(ResponseModel):
     jpeg_url: str
 
 
+class RecordedBox(ResponseModel):
+    """The box of a followed target in the wide picture; `late_ms`: how long after its frame it was found."""
+
+    slot: str
+    x_px: float
+    y_px: float
+    width_px: float
+    height_px: float
+    late_ms: float
+
+
 class MomentDocument(ResponseModel):
-    """The frames of all cameras nearest to a time. `meeting_m`: distance at which the gazes cross, if any."""
+    """The frames of all cameras nearest to a time.
+
+    `meeting_m`: distance at which the gazes cross, if any; `meeting_z_m`: its depth; `meeting_px`: its place
+    in the wide picture. `boxes`: of the targets that were followed.
+    """
 
     t_s: float
     frames: dict[RoleName, RecordedFrameDocument]
     meeting_m: float | None
+    meeting_z_m: float | None
+    meeting_px: tuple[float, float] | None
+    boxes: list[RecordedBox]
 
 
 class RecordedDepthDocument(ResponseModel):
@@ -233,10 +292,27 @@ class RecordedDepthDocument(ResponseModel):
     picture_url: str
 
 
+class FormatDocument(ResponseModel):
+    """A format of exports; `available`: whether this machine can write it, else `why` not."""
+
+    name: str
+    title: str
+    suffix: str
+    available: bool
+    why: str
+
+
 class FilmRequest(RequestModel):
-    """A film (MP4) of one camera, of both foveae side by side or as an anaglyph; or of a part of it."""
+    """A film of one camera, of both foveae side by side or as an anaglyph; or of a part of it.
+
+    `format`: `png` gives a ZIP of pictures with their times, `npy` an array of one camera's pixels at full
+    depth. `fps`: resampled in time; null: every frame, at the recorded rate. `undistorted`: the wide camera
+    alone.
+    """
 
     show: Show = "wide"
+    format: FilmFormat = "h264"
+    undistorted: bool = False
     fps: Annotated[float, Field(ge=0.1, le=240.0)] | None = None
     start_s: Seconds = 0.0
     end_s: Seconds | None = None

@@ -23,7 +23,7 @@ from foveacam_pipeline.capture.recording.bounds import (
     RecordingBounds,
     early_end_message,
 )
-from foveacam_pipeline.capture.recording.recorder import Recorder
+from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
 from foveacam_pipeline.capture.recording.session import RecordingSession
 from foveacam_pipeline.storage.free_space import free_bytes
 from foveacam_server.foundation.events import EventLevel, EventLog
@@ -34,10 +34,12 @@ from foveacam_server.resources.recordings.collection import RecordingCollection,
 from foveacam_server.resources.recordings.depth import RecordedDepthService
 from foveacam_server.resources.recordings.documents import URL, counts_of, live_document, recording_document
 from foveacam_server.resources.recordings.film_service import FilmService
+from foveacam_server.resources.recordings.imports.service import ImportService
 from foveacam_server.resources.recordings.live import LiveRecording
 from foveacam_server.resources.recordings.notes import RecordingNotes, notes_path, write_notes
 from foveacam_server.resources.recordings.opened import OpenRecordings
 from foveacam_server.resources.recordings.schema import (
+    NameDocument,
     RecordingChange,
     RecordingDocument,
     RecordingEnded,
@@ -76,6 +78,8 @@ class RecordingTools:
     clock: Clock
     free_bytes: Callable[[Path], int] = free_bytes
     """Returns the free space on the disk of a folder."""
+    folders: Sequence[Path] = ()
+    """Folders from which recordings are opened, besides the data directory's own."""
 
 
 class RecordingService:
@@ -93,6 +97,9 @@ class RecordingService:
         self._live: LiveRecording | None = None
         tools.jobs.handle(KIND, self._work, parallel=True)
         self.films = FilmService(self, tools.jobs)
+        self.imports = ImportService(
+            self.collection, folders=tools.folders, free_bytes=tools.free_bytes, report=self._report_import
+        )
 
     def close(self) -> None:
         """Close the files that are open for reading; after the jobs have ended."""
@@ -107,7 +114,8 @@ class RecordingService:
             if jobs.has_key(idempotency_key):
                 return jobs.submit(KIND, request, idempotency_key=idempotency_key)
             self._check_free()
-            path, roles = self.collection.new_file(request.name), _roles(request.roles)
+            path = self.collection.new_file(request.name, numbered=request.numbered)
+            roles = _roles(request.roles)
             every, calibration = request.rate == "full", self._tools.calibration.current
             rig, full = answer_of(
                 self._tools.hardware.submit(lambda rig: (identity_of(rig, calibration), full_rates(rig))),
@@ -132,11 +140,22 @@ class RecordingService:
                 label=request.label,
                 bounds=bounds,
                 every=every,
+                packed=request.packed,
+                options=RecordingOptions(compress=request.compress),
                 begun_ns=self._tools.clock.now_ns(),
             )
         begun = f"recording {path.stem} has begun; it ends by itself after {bounds.longest_s:g} s"
         self._emit("recording.created", begun, self._live.id)
         return job
+
+    def name_of(self, name: str, *, numbered: bool) -> NameDocument:
+        """Return the name that a recording would get, and why it could not be recorded."""
+        try:
+            self.collection.check_writable()
+            path = self.collection.new_file(name, numbered=numbered)
+        except FoveaError as error:
+            return NameDocument(name=name, free=False, why=str(error))
+        return NameDocument(name=path.stem, free=True, why="")
 
     def stop(self, recording_id: str) -> RecordingDocument:
         """End a recording and return it when its file is complete; an ended one is returned as it is."""
@@ -145,6 +164,9 @@ class RecordingService:
             live.stopping.set()
             live.ended.wait(STOP_WAIT_S)
         return self.get(recording_id)
+
+    def _report_import(self, stored: StoredRecording) -> None:
+        self._emit("recording.imported", f"recording {stored.name} was added", stored.id)
 
     # What lies on the disk --------------------------------------------------------------------------------
 
@@ -340,7 +362,8 @@ def _create_file(live: LiveRecording) -> Recorder:
     """Create the file and its notes and return the recorder; on an error remove both."""
     try:
         write_notes(live.path, RecordingNotes(id=live.id, label=live.label, created_utc=live.created_utc))
-        return Recorder(live.path, RecordingSession(timestamp=live.created_utc, rig=live.rig))
+        session = RecordingSession(timestamp=live.created_utc, rig=live.rig)
+        return Recorder(live.path, session, options=live.options)
     except (StorageFull, DeviceFault):
         with suppress(OSError):
             notes_path(live.path).unlink(missing_ok=True)

@@ -70,8 +70,8 @@ async function answerTo(method, path, options) {
   try {
     response = await fetch(ROOT + path, {
       method,
-      headers: body === undefined ? headers : { "Content-Type": "application/json", ...headers },
-      body: body === undefined ? null : JSON.stringify(body),
+      headers: body === undefined ? headers : { "Content-Type": typeOf(body), ...headers },
+      body: body === undefined ? null : body instanceof Blob ? body : JSON.stringify(body),
       cache: "no-store",
       // a command, STOP above all, does not wait for the reads of other tabs
       priority: method === "GET" ? "low" : "high",
@@ -83,6 +83,11 @@ async function answerTo(method, path, options) {
   }
   if (!response.ok) throw new RequestError(await problemOf(response));
   return response;
+}
+
+/** @param {unknown} body a part of a file, or what is sent as JSON */
+function typeOf(body) {
+  return body instanceof Blob ? "application/octet-stream" : "application/json";
 }
 
 /** @param {string} method @param {string} path @param {unknown} error @returns {Problem} */

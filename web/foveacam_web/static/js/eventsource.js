@@ -58,6 +58,7 @@ const KINDS = [
   "capture.removed",
   "capture.ended",
   "recording.created",
+  "recording.imported",
   "recording.progress",
   "recording.updated",
   "recording.removed",

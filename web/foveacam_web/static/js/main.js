@@ -133,6 +133,8 @@ const settings = makeSettings(store);
 const lease = makeLease({ store, commands });
 const faultTray = mountFaultTray(need("faults"), { store, reader: faultReader });
 
+const recordButton = makeRecordButton({ store, live: recording });
+
 const keyboard = new Keyboard({
   stop: () => void commands.stop(),
   escape,
@@ -149,6 +151,7 @@ const keyboard = new Keyboard({
     0: onWide(() => views.wide.fit()),
     t: onWide(() => followOrders.toggle()),
     p: () => store.state.loop_page && void loopOrders.togglePause(),
+    r: () => recordButton.press(),
     m: onWide(() => measure.toggle()),
     1: onWide(() => measure.choose(1)),
     2: onWide(() => measure.choose(2)),
@@ -250,7 +253,7 @@ function mountTools() {
   ) => html`<a class="tool" href=${href} aria-label=${label} title=${label}>${icon(name)}</a>`;
   fill(
     need("tools"),
-    makeRecordButton({ store, live: recording }),
+    recordButton.element,
     link("Capture: raster datasets", "raster", CAPTURE_ADDRESS),
     link("Followed targets", "follow", FOLLOW_ADDRESS),
     link("Vergence loop", "verge", LOOP_ADDRESS),

@@ -19,13 +19,14 @@ const DEFAULT_SETTINGS = Object.freeze({
   scene: true,
   single_keys: true,
   hints: true,
+  record: Object.freeze({ prefix: "recording", rate: "full", compress: false, packed: false }),
 });
 
 /** @returns {Settings} */
 export function loadSettings() {
   try {
     const kept = JSON.parse(localStorage.getItem(SETTINGS_KEY) ?? "{}");
-    return { ...DEFAULT_SETTINGS, ...kept };
+    return { ...DEFAULT_SETTINGS, ...kept, record: { ...DEFAULT_SETTINGS.record, ...kept.record } };
   } catch {
     return { ...DEFAULT_SETTINGS }; // private mode or a damaged entry: use the defaults
   }

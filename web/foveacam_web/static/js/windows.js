@@ -1,8 +1,23 @@
 // Starts the page of a window that shows any views, divided as its address says.
 
+import { decoded } from "./addresses.js";
 import { need } from "./dom.js";
 import { openViewsPage } from "./video/page.js";
 import { Board } from "./windows/board.js";
+import { keepLayout } from "./windows/last_layout.js";
+import { layoutOf, layoutText } from "./windows/layout.js";
+import { Slot, titleOf } from "./windows/slot.js";
 
 const page = openViewsPage();
-new Board(need("panes"), page);
+const board = new Board(need("panes"), {
+  make: (source, acts) => new Slot(source, { ...page, acts }),
+  keep: {
+    read: () => layoutOf(decoded(location.hash.slice(1)) ?? ""),
+    write: (layout) => {
+      keepLayout(layout);
+      history.replaceState(null, "", `#${layoutText(layout)}`);
+    },
+    shown: (sources) => (document.title = `${sources.map(titleOf).join(", ")}: FoveaCam Duo`),
+  },
+});
+addEventListener("hashchange", () => board.read());

@@ -8,9 +8,9 @@ import { icon } from "../icons.js";
 import { headOf } from "./collection.js";
 import { sizeWords, whenWords } from "./dataset_words.js";
 import { makeEditable } from "./editable.js";
-import { makePlayer } from "./player.js";
-import { makeDepth } from "./player_depth.js";
-import { makeFilm } from "./player_film.js";
+import { makeDepth } from "../replay/depth.js";
+import { makeExports } from "../replay/exports.js";
+import { Player } from "../replay/player.js";
 import {
   CAMERAS,
   clockWords,
@@ -23,7 +23,7 @@ import {
 } from "./recording_words.js";
 
 /**
- * @import { RecordedStreamDocument, RecordingDocument, TimelineDocument } from "#api"
+ * @import { RecordedStreamDocument, RecordingDocument, TimelineDocument, TracksDocument } from "#api"
  * @import { Noun } from "./collection.js"
  * @import { EntryReader } from "./collection_readers.js"
  * @import { GalleryContext } from "./page.js"
@@ -96,18 +96,20 @@ function makeStage(id, orders, { store, signal }) {
   let shown = "";
   const begin = async (/** @type {RecordingDocument} */ recording) => {
     try {
-      const path = recordingPath(id, "/timeline");
-      const timeline = /** @type {TimelineDocument} */ (await request("GET", path, { patience_ms: 60_000 }));
+      const read = (/** @type {string} */ part) => request("GET", recordingPath(id, part), { patience_ms: 60_000 });
+      const [timeline, tracks] = await Promise.all([read("/timeline"), read("/tracks")]);
       if (signal.aborted) return;
-      const depth = makeDepth(id, { orders, at: () => player.at() });
-      const player = makePlayer(id, timeline, {
-        store,
-        signal,
-        moved: (at_s) => depth.move(at_s),
-        depth: () => void depth.compute(),
-      });
+      const depth = makeDepth(id, { orders, at: () => player.at_s });
+      const player = new Player(
+        { id, timeline: /** @type {TimelineDocument} */ (timeline), tracks: /** @type {TracksDocument} */ (tracks) },
+        { store, signal, moved: (at_s) => depth.move(at_s), depth: () => void depth.compute() },
+      );
       update(element, player.element);
-      update(beside, [panel("Depth", depth.element), panel("Film", makeFilm(recording, { orders, signal }))]);
+      update(beside, [
+        panel("Depth", depth.element),
+        panel("Export", makeExports(recording, { orders, signal, span: () => player.span })),
+      ]);
+      await player.restore();
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
       update(element, nothing(sentence(error.message)));

@@ -4,6 +4,7 @@ import { RequestError, request } from "../api.js";
 import { badge } from "../parts.js";
 import { h, html } from "../dom.js";
 import { sentence } from "../format.js";
+import { makeImporter } from "../replay/importer.js";
 import { openEntry, openList } from "./collection.js";
 import { CollectionOrders } from "./collection_orders.js";
 import { EntryReader, ListReader } from "./collection_readers.js";
@@ -11,8 +12,8 @@ import { makeRecordingPage } from "./recording_page.js";
 import { boundWords, clockWords, isBeingMade, recordingPath, stateWords, tallyWords } from "./recording_words.js";
 
 /**
- * @import { JobDocument, RecordedDepthDocument, RecordingDocument } from "#api"
- * @import { FilmShow, GalleryPlace } from "#page"
+ * @import { FilmRequest, JobDocument, RecordedDepthDocument, RecordingDocument } from "#api"
+ * @import { GalleryPlace } from "#page"
  * @import { GalleryContext } from "./page.js"
  */
 
@@ -29,6 +30,7 @@ export function openRecordings({ id, part }, context) {
     hear: (list, { kind }) => void (kind.startsWith("recording.") && list.readAll()),
   });
   const { store, signal } = context;
+  const importer = makeImporter(context);
   const list = openList(
     {
       noun: NOUN,
@@ -36,6 +38,7 @@ export function openRecordings({ id, part }, context) {
       orders: new RecordingOrders(context, () => reader.readAll()),
       reader,
       card: cardOf,
+      above: () => importer,
       intro: () =>
         "The round button in the bar at the top records what all three cameras deliver, while you go on working.",
     },
@@ -116,21 +119,24 @@ export class RecordingOrders extends CollectionOrders {
   }
 
   /**
-   * Make a film and return its document; null when it was refused, failed or was abandoned.
+   * Make an export and return its address; null when it was refused, failed, cancelled or abandoned.
    * @param {string} id
-   * @param {FilmShow} show
-   * @param {{told: (done: number, total: number) => void, signal: AbortSignal}} how
+   * @param {FilmRequest} wish
+   * @param {{told: (done: number, total: number) => void, signal: AbortSignal, cancelled: AbortSignal}} how
    * @returns {Promise<string | null>}
    */
-  film(id, show, { told, signal }) {
+  film(id, wish, { told, signal, cancelled }) {
     return this.commands.attempt(async () => {
-      let job = /** @type {JobDocument} */ (await request("POST", this.path(id, "/films"), { body: { show } }));
+      let job = /** @type {JobDocument} */ (await request("POST", this.path(id, "/films"), { body: wish }));
+      const cancel = () => void this.commands.send("POST", `/jobs/${job.id}/cancel`);
+      cancelled.addEventListener("abort", cancel, { once: true });
       while (job.ended_utc === null) {
         if (signal.aborted) return null;
         await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
         job = /** @type {JobDocument} */ (await request("GET", `/jobs/${job.id}`));
         told(job.progress?.done ?? 0, job.progress?.total ?? 0);
       }
+      if (job.state === "cancelled") return null;
       if (job.problem) throw new RequestError(job.problem);
       return job.result_url;
     });

@@ -1,9 +1,10 @@
-// The record button of the top bar: a click starts a recording named by date and time, the next click ends it.
+// The record button of the top bar: a click starts a recording as the settings say, the next click ends it.
 
 import { fill, h, html, say } from "../dom.js";
 import { count } from "../format.js";
 import { icon } from "../icons.js";
-import { boundWords, clockWords, droppedOf, momentName, tallyWords } from "../gallery/recording_words.js";
+import { boundWords, clockWords, droppedOf, tallyWords } from "../gallery/recording_words.js";
+import { recordingOf } from "./options.js";
 
 /** @param {{store: import("../store.js").Store, live: import("./live.js").LiveRecording}} context */
 export function makeRecordButton({ store, live }) {
@@ -15,7 +16,7 @@ export function makeRecordButton({ store, live }) {
   button.addEventListener("click", async () => {
     if (busy) return;
     busy = true;
-    await (store.state.recording ? live.stop() : live.begin({ name: momentName(new Date()) }));
+    await (store.state.recording ? live.stop() : live.begin(recordingOf(store.state.settings.record, new Date())));
     busy = false;
   });
   let on = /** @type {boolean | null} */ (null);
@@ -31,7 +32,7 @@ export function makeRecordButton({ store, live }) {
     button.setAttribute("aria-label", name);
     button.title = now
       ? `${name}: ${tallyWords(recording)}; ${boundWords(recording)}`
-      : "Record what the cameras deliver, until it is stopped, for five minutes at most";
+      : "Record what the cameras deliver (R), until it is stopped, for five minutes at most";
     button.disabled = recording?.state === "ending";
     if (recording)
       fill(
@@ -40,7 +41,7 @@ export function makeRecordButton({ store, live }) {
         dropWords(droppedOf(recording)),
       );
   });
-  return place;
+  return { element: place, press: () => button.click() };
 }
 
 /** @param {number} dropped */

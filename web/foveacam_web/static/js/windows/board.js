@@ -1,25 +1,27 @@
-// The panes of a window and their dividers: places them as the layout says, and keeps the layout in the address.
+// The panes of a board and their dividers: places them as the layout says. `keep` says where the layout is kept: in the
+// address of a window of views, or beside a recording.
 
-import { decoded } from "../addresses.js";
 import { h } from "../dom.js";
 import {
+  SOURCES,
   USUAL_LAYOUT,
   closePane,
   exchangePane,
-  layoutOf,
-  layoutText,
   moveDivider,
   nextSource,
   placesOf,
   sourcesOf,
   splitPane,
 } from "./layout.js";
-import { keepLayout } from "./last_layout.js";
-import { Slot, titleOf } from "./slot.js";
 
 /**
- * @import { Divider, Layout, Source } from "#page"
- * @typedef {Omit<ConstructorParameters<typeof Slot>[1], "acts">} SlotContext
+ * @import { Box, Divider, Layout, Source } from "#page"
+ * @import { Acts } from "./pane_controls.js"
+ * @typedef {{
+ *   element: HTMLElement, select: HTMLSelectElement, place: (box: Box) => void,
+ *   allow: (now: {several: boolean, full: boolean}) => void
+ * }} BoardSlot the pane of one source
+ * @typedef {{read: () => Layout | null, write: (layout: Layout) => void, shown?: (sources: Source[]) => void}} LayoutKeeper
  */
 
 const STEP = 0.02;
@@ -27,34 +29,55 @@ const STEP = 0.02;
 /** The window's panes. */
 export class Board {
   #place;
-  #context;
+  #make;
+  #keep;
+  #sources;
+  #usual;
   /** @type {Layout} */
-  #layout = USUAL_LAYOUT;
-  /** @type {Map<Source, Slot>} */
+  #layout;
+  /** @type {Map<Source, BoardSlot>} */
   #slots = new Map();
   /** By path and axis. @type {Map<string, HTMLElement>} */
   #dividers = new Map();
 
-  /** @param {HTMLElement} place @param {SlotContext} context */
-  constructor(place, context) {
+  /**
+   * @param {HTMLElement} place
+   * @param {{
+   *   make: (source: Source, acts: Acts) => BoardSlot, keep: LayoutKeeper, sources?: readonly Source[], usual?: Layout,
+   *   signal?: AbortSignal
+   * }} options `usual`: the layout where none is kept
+   */
+  constructor(place, { make, keep, sources = SOURCES, usual = USUAL_LAYOUT, signal }) {
     this.#place = place;
-    this.#context = context;
-    addEventListener("hashchange", () => this.#read());
-    addEventListener("resize", () => this.#allow());
-    this.#read();
+    this.#make = make;
+    this.#keep = keep;
+    this.#sources = sources;
+    this.#usual = usual;
+    this.#layout = usual;
+    addEventListener("resize", () => this.#allow(), signal ? { signal } : {});
+    this.read();
   }
 
-  #read() {
-    this.#layout = layoutOf(decoded(location.hash.slice(1)) ?? "") ?? USUAL_LAYOUT;
+  get layout() {
+    return this.#layout;
+  }
+
+  /** Show the layout that is kept. */
+  read() {
+    this.#layout = this.#keep.read() ?? this.#usual;
     this.#show();
+  }
+
+  /** Show another layout, and keep it. @param {Layout} layout */
+  change(layout) {
+    this.#change(layout);
   }
 
   /** @param {Layout} layout @param {Source} [focus] whose select gets the keyboard */
   #change(layout, focus) {
     this.#layout = layout;
-    keepLayout(layout);
-    history.replaceState(null, "", `#${layoutText(layout)}`);
     this.#show();
+    this.#keep.write(layout);
     if (focus) this.#slot(focus).select.focus();
   }
 
@@ -62,7 +85,7 @@ export class Board {
   #show() {
     const { panes, dividers } = placesOf(this.#layout);
     const shown = sourcesOf(this.#layout);
-    document.title = `${shown.map(titleOf).join(", ")}: FoveaCam Duo`;
+    this.#keep.shown?.(shown);
     for (const [source, { element }] of this.#slots) if (!shown.includes(source)) element.remove();
     for (const { source, box } of panes) {
       const slot = this.#slot(source);
@@ -80,24 +103,24 @@ export class Board {
 
   #allow() {
     const shown = sourcesOf(this.#layout);
-    const now = { several: shown.length > 1, full: nextSource(this.#layout) === null };
+    const now = { several: shown.length > 1, full: nextSource(this.#layout, this.#sources) === null };
     for (const source of shown) this.#slot(source).allow(now);
   }
 
-  /** @param {Source} source @returns {Slot} */
+  /** @param {Source} source @returns {BoardSlot} */
   #slot(source) {
     const known = this.#slots.get(source);
     if (known) return known;
-    const made = new Slot(source, { ...this.#context, acts: this.#acts() });
+    const made = this.#make(source, this.#acts());
     this.#slots.set(source, made);
     return made;
   }
 
-  /** @returns {import("./slot.js").Acts} */
+  /** @returns {Acts} */
   #acts() {
     return {
       split: (source, axis) => {
-        const added = nextSource(this.#layout);
+        const added = nextSource(this.#layout, this.#sources);
         if (added) this.#change(splitPane(this.#layout, source, axis, added), added);
       },
       close: (source) => {

@@ -70,7 +70,7 @@ function readLayout(tokens, depth) {
 }
 
 /** @param {string} word @returns {word is Source} */
-export function isSource(word) {
+function isSource(word) {
   return SOURCES.includes(/** @type {Source} */ (word));
 }
 
@@ -79,10 +79,14 @@ export function sourcesOf(layout) {
   return typeof layout === "string" ? [layout] : layout.parts.flatMap(sourcesOf);
 }
 
-/** Return the source that a new pane shows: the first that the window does not; null when it shows all. @param {Layout} layout */
-export function nextSource(layout) {
+/**
+ * Return the source that a new pane shows: the first that the board does not; null when it shows all.
+ * @param {Layout} layout
+ * @param {readonly Source[]} [sources]
+ */
+export function nextSource(layout, sources = SOURCES) {
   const shown = sourcesOf(layout);
-  return SOURCES.find((source) => !shown.includes(source)) ?? null;
+  return sources.find((source) => !shown.includes(source)) ?? null;
 }
 
 /**

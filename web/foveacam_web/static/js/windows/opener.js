@@ -24,8 +24,12 @@ export function offerWindows(views, scene) {
 
 /** @param {Source} source @param {string} title */
 function opener(source, title) {
+  return openAside(windowAddress(source), title);
+}
+
+/** Make the link that opens an address in a window of its own. @param {string} href @param {string} title of what it shows */
+export function openAside(href, title) {
   const label = `Open ${title} in a window of its own`;
-  const href = windowAddress(source);
   const click = (/** @type {MouseEvent} */ event) => {
     if (event.ctrlKey || event.metaKey || event.shiftKey) return; // the browser's own ways to open it elsewhere
     event.preventDefault();

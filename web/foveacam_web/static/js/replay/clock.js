@@ -7,6 +7,8 @@ const SAME_S = 0.001; // frames closer than this are one step
 
 /** The clock of a player. */
 export class PlayerClock {
+  #streams;
+  #stepped = "";
   #steps_s;
   #changed;
   #duration_s;
@@ -16,6 +18,7 @@ export class PlayerClock {
 
   /** @param {TimelineDocument} timeline @param {() => void} changed */
   constructor(timeline, changed) {
+    this.#streams = timeline.streams;
     this.#steps_s = stepsOf(timeline.streams);
     this.#duration_s = timeline.duration_s;
     this.#changed = changed;
@@ -32,6 +35,13 @@ export class PlayerClock {
   /** The index of the newest step, from 0. */
   get step() {
     return Math.max(0, upTo(this.#steps_s, this.at_s + SAME_S / 2) - 1);
+  }
+
+  /** Step through the frames of one stream, or of all. @param {string} name of the stream; empty for all */
+  stepThrough(name) {
+    if (name === this.#stepped) return;
+    this.#stepped = name;
+    this.#steps_s = stepsOf(this.#streams.filter((stream) => name === "" || stream.name === name));
   }
 
   /** @param {number} at_s */

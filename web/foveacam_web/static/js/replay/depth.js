@@ -4,8 +4,8 @@ import { RequestError } from "../api.js";
 import { h, html, update } from "../dom.js";
 import { distanceText, number, sentence } from "../format.js";
 import { icon } from "../icons.js";
-import "./drawn.js";
-import { clockWords } from "./recording_words.js";
+import "../gallery/drawn.js";
+import { clockWords } from "../gallery/recording_words.js";
 
 /**
  * @import { RecordedDepthDocument } from "#api"
@@ -16,7 +16,7 @@ const FAR_APART_MS = 5;
 
 /**
  * @param {string} id
- * @param {{orders: import("./recordings.js").RecordingOrders, at: () => number}} context `at`: returns the shown moment
+ * @param {{orders: import("../gallery/recordings.js").RecordingOrders, at: () => number}} context `at`: returns the shown moment
  */
 export function makeDepth(id, { orders, at }) {
   const element = h("div", { class: "stack" });
