@@ -40,7 +40,7 @@ from foveacam_hardware.contract import (
     ValueRange,
 )
 from foveacam_hardware.simulated_faults import FaultInjector
-from foveacam_server.rig.ports import OpeningWatch
+from foveacam_server.rig.ports import RigOpeningWatch
 
 STATIONS = (
     Station(name="board", target=StationTarget.BOARD, pose=PanTiltPose(pan_rad=0.5, tilt_rad=0.0)),
@@ -321,7 +321,7 @@ class FakeRig:
         self.problems: tuple[FakeProblem, ...] = ()
         self.closed = threading.Event()
 
-    def connect(self, *, watch: OpeningWatch | None = None) -> None:
+    def connect(self, *, watch: RigOpeningWatch | None = None) -> None:
         try:
             self.mirrors.connect()
             self.problems = ()

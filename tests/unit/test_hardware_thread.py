@@ -25,7 +25,7 @@ from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import LENGTH
 from foveacam_server.rig.live_views import LiveRates
 from foveacam_server.rig.opening_steps import FIRST_DEVICES, OpeningSteps
-from foveacam_server.rig.ports import OpeningWatch
+from foveacam_server.rig.ports import RigOpeningWatch
 from foveacam_server.rig.status import RigState
 from foveacam_server.rig.stop import StopSwitch
 
@@ -209,7 +209,7 @@ def test_camera_on_probation_is_not_called_back_before_it_delivers(setup: Hardwa
     reconnected = threading.Event()
     connect = setup.rig.connect
 
-    def connecting(*, watch: OpeningWatch | None = None) -> None:
+    def connecting(*, watch: RigOpeningWatch | None = None) -> None:
         connect(watch=watch)
         reconnected.set()
 

@@ -20,7 +20,7 @@ from foveacam_hardware.contract import (
     Timeout,
 )
 from foveacam_server.foundation.events import EventLevel, EventLog
-from foveacam_server.rig.ports import AssembledRig, CameraKeeper, OpeningWatch
+from foveacam_server.rig.ports import AssembledRig, CameraKeeper, RigOpeningWatch
 from foveacam_server.rig.schema import DeviceName, DeviceProblemDocument
 from foveacam_server.rig.status import RigStatus
 
@@ -103,7 +103,7 @@ class DeviceReconnector:
         waiting = self._problems.keys() - self._probation
         return bool(waiting) and self._clock.now_ns() >= self._next_retry_ns
 
-    def connect(self, rig: AssembledRig, *, watch: OpeningWatch | None = None) -> bool:
+    def connect(self, rig: AssembledRig, *, watch: RigOpeningWatch | None = None) -> bool:
         """Reconnect every missing device; return whether the mirrors were connected and parked just now."""
         mirrors_were_lost = MIRRORS in self._problems or not rig.mirrors.state.connected
         rig.connect(watch=watch)

@@ -35,7 +35,7 @@ class OpeningStep:
 
 
 class OpeningSteps:
-    """Implements `OpeningWatch`: written by the hardware thread, read by any thread."""
+    """Implements `RigOpeningWatch`: written by the hardware thread, read by any thread."""
 
     def __init__(self) -> None:
         self._steps: tuple[OpeningStep, ...] = ()

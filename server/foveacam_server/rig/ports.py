@@ -36,7 +36,7 @@ class RigProblem(Protocol):
         ...
 
 
-class OpeningWatch(Protocol):
+class RigOpeningWatch(Protocol):
     """Follows the opening of a rig, device by device."""
 
     def begins(self, device: str) -> None:
@@ -92,7 +92,7 @@ class AssembledRig(CaptureRig, Protocol):
         """Problems of devices as of the last `connect`."""
         ...
 
-    def connect(self, *, watch: OpeningWatch | None = None) -> object:
+    def connect(self, *, watch: RigOpeningWatch | None = None) -> object:
         """Connect every device that is not connected; list in `problems` what could not be."""
         ...
 

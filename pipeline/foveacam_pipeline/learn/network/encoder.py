@@ -29,7 +29,7 @@ class ResidualBlock(nn.Module):
         return torch.relu(self.body(x) + self.shortcut(x))
 
 
-class Encoder(nn.Module):
+class EyeEncoder(nn.Module):
     """Pictures (n, 3, h, w), standardised, to cells (n, c, h / 4, w / 4) and tokens (n, t, h / 8, w / 8)."""
 
     def __init__(self, cells_width: int, tokens_width: int) -> None:

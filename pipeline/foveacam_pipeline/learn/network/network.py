@@ -8,7 +8,7 @@ from torch.nn import functional
 
 from foveacam_pipeline.learn.network.config import NetworkConfig
 from foveacam_pipeline.learn.network.correlation import RowMatches, match_rows, row_scores
-from foveacam_pipeline.learn.network.encoder import Encoder, standardised
+from foveacam_pipeline.learn.network.encoder import EyeEncoder, standardised
 from foveacam_pipeline.learn.network.refinement import Enlargement, RefinementStep
 from foveacam_pipeline.learn.network.row_attention import AttentionBlock, column_code
 
@@ -39,7 +39,7 @@ class FoveatedStereo(nn.Module):
         super().__init__()
         self.config = config
         cells, tokens = config.cells_width, config.tokens_width
-        self.encoder = Encoder(cells, tokens)
+        self.encoder = EyeEncoder(cells, tokens)
         self.blocks = nn.ModuleList([AttentionBlock(tokens, config.heads) for _ in range(config.blocks)])
         self.join = nn.Conv2d(cells + tokens, cells, 1)
         self.start = nn.Conv2d(2 * cells, 2 * cells, 3, 1, 1)
