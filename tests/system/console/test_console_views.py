@@ -200,7 +200,8 @@ def test_the_views_of_both_eyes_are_live_without_a_fixation(console: Console, vi
 
 
 def test_the_colours_of_the_anaglyph_are_chosen_for_all_viewers(console: Console, server: Server) -> None:
-    colours = console.page.get_by_label("Colours of the left and the right glass")
+    pane = console.page.locator(".pane-anaglyph")
+    colours = pane.get_by_label("Colours of the left and the right glass")
     expect(colours).to_have_value("red_cyan")
     with console.page.expect_response(lambda answer: answer.url.endswith("/anaglyph/style")):
         colours.select_option("blue_red")
