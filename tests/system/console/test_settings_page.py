@@ -36,6 +36,18 @@ def test_cameras_are_saved_under_a_name_and_applied_after_a_change(
     expect(cameras.get_by_text("None is saved yet.")).to_be_visible()
 
 
+def test_recordings_are_named_and_packed_as_the_settings_say(
+    server: Server, open_console: OpenConsole
+) -> None:
+    console = opened(server, open_console)
+    recordings = part(console, "Recordings")
+    recordings.get_by_label("Name, before its number").fill("desk")
+    expect(recordings.get_by_text("The next one is named “desk 0001”.")).to_be_visible()
+    recordings.get_by_label("Compress each frame").check()
+    kept = console.page.evaluate("JSON.parse(localStorage.getItem('foveacam.settings')).record")
+    assert (kept["prefix"], kept["compress"]) == ("desk", True)
+
+
 def test_window_is_saved_under_a_name_and_opened_from_it(server: Server, open_console: OpenConsole) -> None:
     console = opened(server, open_console)
     layout = "row-600(wide,column-500(left,right))"

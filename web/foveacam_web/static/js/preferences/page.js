@@ -7,6 +7,7 @@ import { icon } from "../icons.js";
 import { pageHead } from "../pages.js";
 import { settingRows } from "../panels/dialogs.js";
 import { nothing, panel } from "../parts.js";
+import { recordOptions } from "../recording/options.js";
 import { anaglyphColours } from "../video/anaglyph_colours.js";
 import { lastLayout } from "../windows/last_layout.js";
 import { layoutAddress } from "../windows/layout.js";
@@ -21,6 +22,8 @@ import { layoutAddress } from "../windows/layout.js";
 /** @param {HTMLElement} place @param {{store: Store, commands: Commands, preferences: Preferences}} context */
 export function mountSettingsPage(place, { store, commands, preferences }) {
   const [cameras, layouts, rig] = [h("div", { class: "stack" }), h("div", { class: "stack" }), h("div", {})];
+  const recordings = h("div", {});
+  let shown = new AbortController();
   const colours = anaglyphColours(commands);
   fill(
     place,
@@ -29,7 +32,7 @@ export function mountSettingsPage(place, { store, commands, preferences }) {
       ${panel("This browser", h("div", { class: "settings" }, settingRows(store)))}
       <div class="column">
         ${panel("All viewers", h("label", { class: "setting" }, "Anaglyph: left and right glass", colours))}
-        ${panel("Rig", rig)}
+        ${panel("Recordings", recordings)} ${panel("Rig", rig)}
       </div>
       <div class="column">${panel("Cameras by name", cameras)} ${panel("Windows by name", layouts)}</div>
     </div>`,
@@ -39,6 +42,11 @@ export function mountSettingsPage(place, { store, commands, preferences }) {
   });
   store.on(["window_layouts", "settings_page"], ({ window_layouts, settings_page }) => {
     if (settings_page) update(layouts, layoutsOf(window_layouts, preferences));
+  });
+  store.on(["settings_page"], ({ settings_page }) => {
+    shown.abort();
+    shown = new AbortController();
+    fill(recordings, settings_page && recordOptions({ store, signal: shown.signal }));
   });
   update(
     rig,
