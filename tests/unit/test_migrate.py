@@ -1,6 +1,7 @@
 """Migrations of the database, from a file that the first usable version of the server wrote."""
 
 import sqlite3
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 
@@ -102,6 +103,13 @@ def test_a_database_of_a_newer_version_is_refused_and_left_as_it_is(tmp_path: Pa
         with pytest.raises(InvalidInput, match="newer version"):
             Store(tmp_path)
     assert _rows(tmp_path / "foveacam.sqlite", "alembic_version") == [("9999",)]
+
+
+def test_databases_of_one_process_are_made_at_the_same_time(tmp_path: Path) -> None:
+    paths = [tmp_path / f"{number}.sqlite" for number in range(12)]
+    with ThreadPoolExecutor(6) as pool:
+        list(pool.map(migrate, paths))
+    assert all(_rows(path, "alembic_version") == [(_newest(),)] for path in paths)
 
 
 def test_a_migration_that_fails_leaves_the_database_as_it_was(

@@ -384,7 +384,7 @@ def test_a_cancelled_export_leaves_nothing(bench: Bench) -> None:
     recordings = bench.recordings
     record(recordings.collection.folder / "long.fcap", ticks=3000)
     (known,) = recordings.search()
-    job = recordings.films.start(known.id, FilmRequest(show="wide", fps=240.0))
+    job = recordings.films.start(known.id, FilmRequest(show="wide", fps=240.0, format="av1"))
     waiting = threading.Event()
     while bench.jobs.get(job.id).describe().progress.done == 0:
         waiting.wait(0.005)

@@ -2,6 +2,7 @@
 
 import logging
 import sqlite3
+import threading
 from contextlib import closing
 from pathlib import Path
 
@@ -18,6 +19,8 @@ from foveacam_hardware.contract import InvalidInput
 FIRST_REVISION = "0001"
 """What databases have that were made before revisions were numbered."""
 _FOLDER = Path(__file__).parent / "migrations"
+_MIGRATING = threading.Lock()
+"""Alembic's `context` and `op` belong to the whole process: one migration at a time."""
 
 
 def migration_config() -> Config:
@@ -41,7 +44,7 @@ def migrate(path: Path) -> None:
     engine = create_engine(f"sqlite:///{path}", connect_args={"timeout": 5.0}, poolclass=NullPool)
     event.listen(engine, "connect", _leave_transactions_to_sqlalchemy)
     event.listen(engine, "begin", _begin)
-    with engine.begin() as connection:
+    with _MIGRATING, engine.begin() as connection:
         config.attributes["connection"] = connection
         found = _revision(connection)
         if found == newest:

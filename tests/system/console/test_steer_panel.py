@@ -189,7 +189,11 @@ def test_keys_numbers_and_a_double_click_steer_a_pad(stub: StubServer, stubbed: 
 def test_distance_and_shift_belong_to_the_gaze(stub: StubServer, stubbed: Page) -> None:
     panel(stubbed).get_by_label("Vertical shift").fill("0.25")
     panel(stubbed).get_by_label("Distance for steering").fill("0.5")
-    gaze = stub.steering.orders()[-1]["gaze"]
+    for _ in range(100):
+        gaze = stub.steering.orders()[-1]["gaze"]
+        if gaze["distance_m"] is not None:
+            break
+        stubbed.wait_for_timeout(100)  # the order is on its way
     assert (gaze["distance_m"], gaze["vertical_shift_deg"]) == (1.0, 0.25)
 
 
