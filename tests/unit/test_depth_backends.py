@@ -17,6 +17,8 @@ from foveacam_server.resources.depth_backends.service import DepthBackendService
 
 from .network_graphs import constant, matcher, write_card
 
+pytestmark = pytest.mark.slow
+
 PAIR = known_pair().pair
 
 

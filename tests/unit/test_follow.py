@@ -19,6 +19,8 @@ from foveacam_pipeline.verge.aim import aim_at, volts_for
 
 from .plane_head import PlaneHead, noise_texture
 
+pytestmark = pytest.mark.slow
+
 Z_M = 6.0
 Shift = Callable[[int], tuple[float, float]]
 

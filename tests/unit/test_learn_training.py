@@ -24,6 +24,8 @@ from foveacam_pipeline.networks.estimator import NetworkEstimator
 
 from .learning_pairs import scene, varied_pair
 
+pytestmark = pytest.mark.slow
+
 PLAN = TrainingPlan(steps=6, batch=1, crop_px=(96, 64))
 
 
@@ -59,7 +61,6 @@ def test_a_run_that_is_stopped_and_gone_on_with_ends_with_the_same_weights(tmp_p
     assert (whole / "curves.png").stat().st_size > 5_000
 
 
-@pytest.mark.slow
 def test_training_without_truth_brings_the_disparity_nearer_to_it(tmp_path: Path) -> None:
     plan = replace(PLAN, steps=120, batch=2)
     train([scene("a", seed=1, pairs=8)], tmp_path, plan, watcher())

@@ -20,6 +20,8 @@ from foveacam_pipeline.stereo.match import match
 
 from .network_graphs import constant, matcher, quarter_size, write_card
 
+pytestmark = pytest.mark.slow
+
 
 def checked(graph: Path, **changes: object) -> NetworkCheck:
     return check_network(load_network(write_card(graph, **changes)))
