@@ -10,8 +10,8 @@ import uvicorn
 from starlette.types import ASGIApp
 
 from foveacam_hardware.contract import DeviceFault
+from foveacam_server.doors.listening_socket import listen
 from foveacam_server.doors.server import WatchedServer, server_config
-from foveacam_server.rig.stream_socket import listen
 
 _START_TIMEOUT_S = 20.0
 

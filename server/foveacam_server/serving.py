@@ -17,12 +17,12 @@ from foveacam_server.app import create_app
 from foveacam_server.assembly.services import Services
 from foveacam_server.console.security import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
+from foveacam_server.doors.listening_socket import listen
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.chosen_rig import check_simulation, compile_renderer, rig_config
-from foveacam_server.rig.stream_socket import listen
 
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
 TOKEN_FILE = "token"  # noqa: S105 - a file's name, no token

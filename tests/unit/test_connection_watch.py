@@ -11,8 +11,8 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from foveacam_server.doors.connection_watch import BODY_S, HEADERS_S, UNREAD_S
+from foveacam_server.doors.listening_socket import listen
 from foveacam_server.doors.server import WatchedServer, server_config
-from foveacam_server.rig.stream_socket import listen
 
 REQUEST = b"GET /hello HTTP/1.1\r\nHost: x\r\n\r\n"
 UPGRADE = (

@@ -13,8 +13,8 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from foveacam_server.console.security import AccessRules, SecurityMiddleware
+from foveacam_server.doors.listening_socket import listen
 from foveacam_server.doors.server import WatchedServer, server_config
-from foveacam_server.rig.stream_socket import listen
 
 FORWARDED = {"X-Forwarded-For": "203.0.113.7", "X-Forwarded-Proto": "https"}
 UPGRADE = {

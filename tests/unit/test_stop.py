@@ -17,13 +17,13 @@ from starlette.routing import Route
 
 from foveacam_server.console.security import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
+from foveacam_server.doors.listening_socket import listen
 from foveacam_server.doors.server import WatchedServer, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
 from foveacam_server.rig.stop import StopSwitch
-from foveacam_server.rig.stream_socket import listen
 
 STOP = b"POST /api/v1/stop HTTP/1.1\r\nHost: 127.0.0.1\r\n"
 WAIT_S = 20.0

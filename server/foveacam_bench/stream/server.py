@@ -19,12 +19,12 @@ from fastapi import FastAPI, WebSocket, WebSocketDisconnect
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MonotonicClock
+from foveacam_server.doors.listening_socket import listen
 from foveacam_server.resources.views import routes
 from foveacam_server.rig import stream_messages
 from foveacam_server.rig.encoder import Scale
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.stream import LiveStreams
-from foveacam_server.rig.stream_socket import listen
 
 LIVE = ("wide", "left", "right")
 NAIVE_CHOICE: tuple[tuple[str, Scale], ...] = (("wide", 1), ("left", 2), ("right", 2))

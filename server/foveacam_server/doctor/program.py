@@ -13,9 +13,9 @@ from foveacam_hardware.drivers.cameras.aravis.library import LIBRARY
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.checks.findings import Finding, fine, problem, warning
 from foveacam_server.checks.needs import RigNeeds
+from foveacam_server.doors.listening_socket import listen
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.calibrations.service import SHIPPED
-from foveacam_server.rig.stream_socket import listen
 
 REMEDIES = {
     "pypylon": install_command("pylon"),

@@ -89,7 +89,7 @@ class SteeringSession:
             if message.held or message.volts is not None or message.gaze is not None:
                 self._press(message)
             return
-        self._hand.hear(course)
+        self._hand.hear(course)  # it is there, whether or not its target is refused
         self._hand.hear(course, self._target(message, before=course.target))
         if not message.held:
             self._hand.release(course)

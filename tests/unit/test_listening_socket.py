@@ -3,7 +3,7 @@ import socket
 import pytest
 
 from foveacam_hardware.contract import Busy, InvalidInput
-from foveacam_server.rig.stream_socket import SEND_BUFFER_BYTES, listen
+from foveacam_server.doors.listening_socket import SEND_BUFFER_BYTES, listen
 
 
 def test_connections_inherit_the_small_send_buffer() -> None:
