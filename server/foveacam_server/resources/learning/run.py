@@ -3,6 +3,7 @@
 import json
 import subprocess
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, get_args
 import typer
 from rich.console import Console
 
-from foveacam_hardware.contract import InvalidInput, install_command
+from foveacam_hardware.contract import Cancelled, InvalidInput, install_command
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 
 if TYPE_CHECKING:
@@ -61,7 +62,10 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
         )
         facts = train(own, order.out, plan, watcher, commit=_commit())
         network = load_checkpoint(order.out / CHECKPOINT).network()
-        judged = [] if bar.cancelled() else [_judge(network, dataset, bar) for dataset in held_out]
+        judged: list[Evaluation] = []
+        for dataset in held_out:
+            with suppress(Cancelled):  # Ctrl-C: what was trained and judged so far is told
+                judged.append(_judge(network, dataset, bar))
     document = {**facts.model_dump(mode="json"), "held_out": [asdict(found) for found in judged]}
     (order.out / "training.json").write_text(json.dumps(document, indent=1) + "\n")
     if as_json:
