@@ -67,7 +67,7 @@ def server(disk: Disk) -> Iterator[Running]:
 
 
 def mount(*words: str | Path) -> None:
-    subprocess.run(["mount", *words], check=True, capture_output=True)
+    subprocess.run(["mount", *words], check=True, capture_output=True, text=True)
 
 
 def unmount(folder: Path) -> None:
@@ -79,10 +79,21 @@ def read_only(folder: Path) -> Iterator[None]:
     """Let nothing be written to a folder; what is open for writing elsewhere on its disk goes on."""
     mount("--bind", folder, folder)
     try:
-        mount("-o", "remount,bind,ro", folder)
+        _protect(folder)
         yield
     finally:
         unmount(folder)
+
+
+def _protect(folder: Path) -> None:
+    """Make a bind mount read-only; the kernel refuses that while a last frame is still written through it."""
+    waiting, end_s = threading.Event(), time.monotonic() + 20.0
+    while True:
+        try:
+            return mount("-o", "remount,bind,ro", folder)
+        except subprocess.CalledProcessError as error:
+            assert time.monotonic() < end_s, error.stderr
+        waiting.wait(0.1)
 
 
 def paused(server: Running, name: str) -> tuple[str, Document]:
