@@ -19,7 +19,9 @@ from foveacam_hardware.contract import (
     OutOfRange,
     Role,
     StereoVolts,
+    Stopped,
     TriggerHead,
+    TriggerSource,
     VirtualClock,
 )
 from foveacam_hardware.rig import Rig
@@ -135,6 +137,44 @@ def test_the_mirror_has_settled_when_the_exposure_begins(rig: Rig) -> None:
         far = at_rest.centre_m + 10.0 * at_rest.direction(719.5, 539.5)
         seen = world.projection(role, sighting.left.t_ns - sighting.left.exposure_ns // 2).project(far)[0]
         assert np.linalg.norm(seen - [719.5, 539.5]) < 1.0
+
+
+def commanded(rig: Rig) -> Rig:
+    """Let both foveae wait for commands: a rig without trigger cables."""
+    for camera in (rig.left, rig.right):
+        camera.configure(replace(camera.settings, trigger_source=TriggerSource.SOFTWARE))
+    return rig
+
+
+def test_foveae_without_trigger_cables_are_exposed_by_commands_when_the_mirrors_rest(rig: Rig) -> None:
+    pulsed = rig.head.look(both(60.0, -30.0))
+    began_ns = rig.clock.now_ns()
+    sighting = commanded(rig).head.look(both(60.0, -30.0))
+
+    assert sighting.volts == pulsed.volts
+    assert sighting.left.volts == sighting.volts.left
+    settled_ns = began_ns + rig.head.settle_us * 1000
+    assert min(sighting.left.t_ns, sighting.right.t_ns) > settled_ns
+    assert sighting.wide.t_ns >= max(sighting.left.t_ns, sighting.right.t_ns)
+    assert np.corrcoef(sighting.left.image.ravel(), pulsed.left.image.ravel())[0, 1] > 0.99
+
+
+def test_commanded_exposure_can_be_begun_and_read_later_and_with_one_fovea_alone(rig: Rig) -> None:
+    head = commanded(rig).head
+    assert isinstance(head, TriggerHead)
+    assert isinstance(head, OneEyedHead)
+    receipt = head.begin(both(20.0, 0.0), settle_us=5000).wait()
+    assert [frame.role for frame in head.frames_of(receipt)] == [Role.LEFT, Role.RIGHT]
+    assert not head.look_without(Role.LEFT, both(0.0, 0.0)).left.image.any()
+
+
+def test_commanded_exposure_whose_mirrors_were_parked_meanwhile_is_refused(rig: Rig) -> None:
+    head = commanded(rig).head
+    assert isinstance(head, TriggerHead)
+    begun = head.begin(both(20.0, 0.0), settle_us=5000)
+    rig.mirrors.park()
+    with pytest.raises(Stopped, match="parked during the exposure"):
+        begun.wait()
 
 
 def test_frames_of_earlier_triggers_are_dropped(rig: Rig) -> None:

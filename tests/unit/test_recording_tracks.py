@@ -71,6 +71,7 @@ def test_a_recording_has_a_track_a_stream_with_telemetry_and_boxes(tmp_path: Pat
 
     with Recording(tmp_path / "a.fcap") as recording:
         found = tracks_document(recording)
+        counted = tracks_document(recording, whole={"left"})
 
     named = {track.name: track for track in found.tracks}
     assert list(named) == ["center", "left", "A", "telemetry"]
@@ -78,6 +79,7 @@ def test_a_recording_has_a_track_a_stream_with_telemetry_and_boxes(tmp_path: Pat
     assert [named[name].role for name in named] == ["wide", "left", None, None]
     assert named["left"].runs == [(0.0, 0.06), (0.8, 0.88)]
     assert named["left"].drops == [(0.82, 0.86, 1)]
+    assert {track.name: track.drops for track in counted.tracks}["left"] == []
     assert (named["A"].count, named["telemetry"].count) == (8, 16)
     assert found.recorded == SESSION.timestamp
     json.dumps(found.as_json(), allow_nan=False)

@@ -59,6 +59,28 @@ def test_changed_value_changes_its_line_alone_and_keeps_its_comment() -> None:
     ]
 
 
+def test_foveae_without_a_trigger_cable_are_exposed_by_command_in_both_tables() -> None:
+    before = drafted(SERIAL)
+    assert before.fovea_trigger == "hardware"
+    after = merge_draft(SERIAL, before.model_copy(update={"fovea_trigger": "software"}), before=before)
+
+    assert changed_lines(SERIAL, after) == ['+trigger = "software"', '+trigger = "software"']
+    assert 'trigger = "software"\n\n# What the mirrors are calibrated with' in after
+    assert drafted(after).fovea_trigger == "software"
+    assert faults(drafted(after), after) == {}
+    changed = drafted(after).model_copy(update={"cameras": COMPLETE.cameras})
+    exchanged = merge_draft(after, changed, before=drafted(after))
+    assert 'kind = "pylon"' in exchanged
+    assert exchanged.count('trigger = "software"') == 2
+
+
+def test_trigger_that_only_one_fovea_could_have_is_a_fault_of_its_field() -> None:
+    cameras = COMPLETE.cameras.model_copy(update={"left": DraftCamera(kind="opencv", name="/dev/video0")})
+    found = faults(COMPLETE.model_copy(update={"cameras": cameras, "fovea_trigger": "hardware"}))
+
+    assert "fovea_trigger" in found
+
+
 def test_roles_exchanged_exchange_the_serial_numbers_alone() -> None:
     before = drafted(SERIAL)
     left, right = before.cameras.left, before.cameras.right

@@ -9,6 +9,7 @@ const draft = {
   name: "Lab",
   baseline_mm: 200,
   cameras: { wide: null, left: camera, right: null },
+  fovea_trigger: "hardware",
   mirrors: { port: "auto", max_v: 170, bias_v: 90, low_pass_hz: 120, settle_us: 14000, pulse_us: 4000 },
   pan_tilt: null,
   markers: { side_mm: 60, spacing_mm: 100, wide_id: 0, left_id: 1, right_id: 2 },

@@ -2420,6 +2420,11 @@ export interface components {
             /** @default 200 */
             baseline_mm: number;
             cameras: components["schemas"]["DraftCameras"];
+            /**
+             * @default hardware
+             * @enum {string}
+             */
+            fovea_trigger: "hardware" | "software" | "none";
             markers: components["schemas"]["DraftMarkers"];
             mirrors: components["schemas"]["DraftMirrors"];
             /** @default FoveaCam Duo */
@@ -2885,7 +2890,8 @@ export interface components {
          * @description One channel of a recording over time, seconds from its begin.
          *
          *     `runs`: first and last message of each; between two runs nothing came. `drops`: messages before and after
-         *     an interval in a run that lacks some, and how many by the period; none where a stream keeps no period.
+         *     an interval in a run that lacks some, and how many by the period; none where a stream keeps no period, and
+         *     none where the recorder counted that nothing is missing.
          */
         TrackDocument: {
             count: number;

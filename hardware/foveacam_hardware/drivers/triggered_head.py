@@ -1,6 +1,7 @@
 """Implements the contract's Head with two triggered foveae and a free-running wide camera.
 
-Steers and exposes through the controller, then identifies the frames of that trigger by their times.
+Steers and exposes through the controller, then identifies the frames of that trigger by their times. Foveae
+that are set to software trigger are exposed by commands instead.
 """
 
 import logging
@@ -25,6 +26,7 @@ from foveacam_hardware.contract import (
     Timeout,
     same_exposure,
 )
+from foveacam_hardware.drivers.commanded_exposure import COMMAND_NS, CommandedExposer, by_command
 
 logger = logging.getLogger(__name__)
 
@@ -56,6 +58,7 @@ class TriggeredHead:
         self._right = right
         self._wide = wide
         self._clock = clock
+        self._commands = CommandedExposer(mirrors, clock)
         self.settle_us = settle_us
         self.pulse_us = pulse_us
 
@@ -71,7 +74,10 @@ class TriggeredHead:
 
     def begin(self, volts: StereoVolts, *, settle_us: int) -> PendingExposure:
         """Begin to steer, settle and expose both foveae; the previous frames can be read meanwhile."""
-        return self._mirrors.begin_exposure(volts, settle_us=settle_us, pulse_us=self._pulse_us())
+        pulse_us, cameras = self._pulse_us(), self._present(None)
+        if by_command(cameras):
+            return self._commands.begin(volts, cameras, settle_us=settle_us)
+        return self._mirrors.begin_exposure(volts, settle_us=settle_us, pulse_us=pulse_us)
 
     def frames_of(self, receipt: ExposureReceipt) -> tuple[Frame, Frame]:
         """Return both foveae's frames of a finished exposure."""
@@ -107,9 +113,7 @@ class TriggeredHead:
 
     def _look(self, volts: StereoVolts, settle_us: int | None, *, missing: Role | None) -> Sighting:
         wait_us = self.settle_us if settle_us is None else settle_us
-        receipt = self._mirrors.expose(
-            volts, settle_us=wait_us, pulse_us=self._pulse_us(missing), without=missing
-        )
+        receipt = self._expose(volts, wait_us, missing=missing)
         # wide first: it runs freely, and a newer frame would replace it soon
         wides = self._wides_until(receipt.middle_ns(exposure_ns=self._exposure_ns(missing)))
         if missing is None:
@@ -132,6 +136,12 @@ class TriggeredHead:
             missing=missing,
             exposure_after_trigger_ns=receipt.t_exposure_start_ns - receipt.t_trigger_ns,
         )
+
+    def _expose(self, volts: StereoVolts, settle_us: int, *, missing: Role | None) -> ExposureReceipt:
+        pulse_us, cameras = self._pulse_us(missing), self._present(missing)
+        if by_command(cameras):
+            return self._commands.begin(volts, cameras, settle_us=settle_us).wait()
+        return self._mirrors.expose(volts, settle_us=settle_us, pulse_us=pulse_us, without=missing)
 
     def _wides_until(self, t_ns: int) -> list[Frame]:
         """Return the unread wide frames, oldest first; the last one is of `t_ns` or later."""
@@ -169,7 +179,8 @@ class TriggeredHead:
 
     def _frame(self, camera: Camera, receipt: ExposureReceipt, volts: MirrorVolts) -> Frame:
         """Return the camera's frame of this trigger; frames of earlier triggers are dropped."""
-        tolerance_ns = camera.settings.exposure_ns // 2 + CLOCK_TOLERANCE_NS
+        early_ns = camera.settings.exposure_ns // 2 + CLOCK_TOLERANCE_NS
+        late_by_ns = early_ns + (COMMAND_NS if by_command([camera]) else 0)
         while True:
             try:
                 frame = camera.read(timeout_ms=READ_TIMEOUT_MS)
@@ -179,7 +190,7 @@ class TriggeredHead:
                     f" ({silence}); check its cables and its trigger setting"
                 ) from silence
             late_ns = frame.t_ns - receipt.middle_ns(exposure_ns=frame.exposure_ns)
-            if abs(late_ns) <= tolerance_ns:
+            if -early_ns <= late_ns <= late_by_ns:
                 return frame.with_volts(volts, frame_id=receipt.frame_id)
             if late_ns > 0:
                 raise DeviceFault(

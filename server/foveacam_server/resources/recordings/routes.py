@@ -208,8 +208,10 @@ def timeline(recording_id: RecordingId, services: ServicesDep) -> TimelineDocume
 )
 def tracks(recording_id: RecordingId, services: ServicesDep) -> TracksDocument:
     """Return runs, gaps and drops of every channel, from the file's index alone."""
+    streams = services.recordings.get(recording_id).streams
+    whole = {stream.name for stream in streams if stream.dropped == 0 and stream.missing == 0}
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
-        return tracks_document(recording)
+        return tracks_document(recording, whole=whole)
 
 
 @router.get(

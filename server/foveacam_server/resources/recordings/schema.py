@@ -201,7 +201,8 @@ class TrackDocument(ResponseModel):
     """One channel of a recording over time, seconds from its begin.
 
     `runs`: first and last message of each; between two runs nothing came. `drops`: messages before and after
-    an interval in a run that lacks some, and how many by the period; none where a stream keeps no period.
+    an interval in a run that lacks some, and how many by the period; none where a stream keeps no period, and
+    none where the recorder counted that nothing is missing.
     """
 
     name: str

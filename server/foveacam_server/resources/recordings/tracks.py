@@ -1,5 +1,7 @@
 """The channels of a recording over time, as a document."""
 
+from collections.abc import Container
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,10 +14,14 @@ from foveacam_server.resources.recordings.schema import TrackDocument, TracksDoc
 ORDER = ("wide", "left", "right")
 
 
-def tracks_document(recording: Recording) -> TracksDocument:
-    """Return cameras, telemetry and boxes of a recording over time."""
+def tracks_document(recording: Recording, *, whole: Container[str] = ()) -> TracksDocument:
+    """Return cameras, telemetry and boxes of a recording over time.
+
+    `whole`: names of the streams of which the recorder counted that nothing is missing; they have no drops,
+    however uneven their rate.
+    """
     begin_ns, end_ns = recording.span_ns
-    frames = [_frames(stream, begin_ns) for stream in recording.streams.values()]
+    frames = [_frames(stream, begin_ns, whole=stream.name in whole) for stream in recording.streams.values()]
     frames.sort(key=lambda track: (_place(track), track.name))
     others = [topic for topic in recording.topics if topic not in recording.streams]
     return TracksDocument(
@@ -36,8 +42,10 @@ def _kind(topic: str) -> bool:
     return topic == TELEMETRY or topic.startswith(DESCRIPTOR_PREFIX)
 
 
-def _frames(stream: RecordedStream, begin_ns: int) -> TrackDocument:
+def _frames(stream: RecordedStream, begin_ns: int, *, whole: bool) -> TrackDocument:
     track = _document(stream.name, stream.t_ns, begin_ns)
+    if whole:
+        track.drops = []
     track.role = None if stream.role is None else stream.role.value
     return track
 

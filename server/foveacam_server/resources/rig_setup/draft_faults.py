@@ -23,6 +23,8 @@ def _field(key: str) -> str:
         return "baseline_mm"
     table, _, rest = key.partition(".")
     role, _, last = rest.partition(".")
+    if table == "cameras" and role in ROLES and last == "trigger":
+        return "fovea_trigger"
     if table == "cameras" and role in ROLES and (not last or last in CAMERA_KEYS):
         return f"cameras.{role}"
     return key

@@ -4,7 +4,7 @@ Only what the draft changes against the state `before` is written, so that an ed
 """
 
 from collections.abc import Mapping, Set
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import tomlkit
 from pydantic import BaseModel, ValidationError
@@ -25,9 +25,11 @@ from foveacam_server.resources.rig_setup.schema import (
     DraftMarkers,
     DraftMirrors,
     DraftPanTilt,
+    FoveaTrigger,
     RigDraft,
 )
 
+FOVEAE = ("left", "right")
 CAMERAS: dict[str, type[BaseModel]] = {
     "aravis": AravisCameraConfig,
     "pylon": PylonCameraConfig,
@@ -111,6 +113,7 @@ def draft_of(content: Content) -> RigDraft:
         head["baseline_mm"] = round(1e3 * baseline_m, 6)
     parts = {
         "cameras": DraftCameras(**{role: _camera(_table(cameras, role)) for role in ROLES}),
+        "fovea_trigger": _fovea_trigger(cameras),
         "mirrors": _valid(DraftMirrors, _table(content, "mirrors")),
         "pan_tilt": _valid(DraftPanTilt, _table(content, "pan_tilt")),
         "markers": _valid(DraftMarkers, _table(content, "markers")),
@@ -133,6 +136,8 @@ def merge_draft(text: str | None, draft: RigDraft, *, before: RigDraft | None) -
         old = None if before is None else getattr(before.cameras, role)
         if before is None or old != getattr(draft.cameras, role):
             _merge_camera(document, role, getattr(draft.cameras, role))
+    if before is None or (before.fovea_trigger, before.cameras) != (draft.fovea_trigger, draft.cameras):
+        _merge_trigger(document, draft.fovea_trigger)
     _merge_values(document, "markers", draft.markers, None if before is None else before.markers)
     if before is None or before.pan_tilt != draft.pan_tilt:
         _merge_pan_tilt(document, draft.pan_tilt, None if before is None else before.pan_tilt)
@@ -152,7 +157,7 @@ def _merge_values(document: TOMLDocument, name: str, now: BaseModel, before: Bas
     if changed:
         table = document.setdefault(name, tomlkit.table())
         for key, value in changed.items():
-            table[key] = value
+            _set(table, key, value)
 
 
 def _merge_camera(document: TOMLDocument, role: str, camera: DraftCamera | None) -> None:
@@ -171,7 +176,16 @@ def _merge_camera(document: TOMLDocument, role: str, camera: DraftCamera | None)
         table["kind"] = camera.kind
     table.pop(other, None)
     if str(table.get(key)) != camera.name:
-        table[key] = camera.name
+        _set(table, key, camera.name)
+
+
+def _merge_trigger(document: TOMLDocument, trigger: FoveaTrigger) -> None:
+    """Write what starts the exposures of both foveae, where it is not what the file says already."""
+    cameras = _table(document, "cameras")
+    for role in FOVEAE:
+        table = cameras.get(role)
+        if isinstance(table, Table) and table.get("kind") in CAMERAS and _trigger_of(table) != trigger:
+            _set(table, "trigger", trigger)
 
 
 def _merge_pan_tilt(document: TOMLDocument, now: DraftPanTilt | None, before: DraftPanTilt | None) -> None:
@@ -189,7 +203,20 @@ def _merge_pan_tilt(document: TOMLDocument, now: DraftPanTilt | None, before: Dr
     old = before or DraftPanTilt(kind=now.kind)
     for key, value in now:
         if key == "kind" or (key in known and value != getattr(old, key)):
-            table.pop(key, None) if value is None else table.update({key: value})
+            table.pop(key, None) if value is None else _set(table, key, value)
+
+
+def _set(table: Table, key: str, value: object) -> None:
+    """Set a key; a new one follows the last one, before what is written above the next table."""
+    if key in table:
+        table[key] = value
+        return
+    body = table.value.body
+    own = max((place + 1 for place, (name, _) in enumerate(body) if name is not None), default=0)
+    above_next = body[own:]
+    del body[own:]
+    table.append(key, tomlkit.item(value))
+    body.extend(above_next)
 
 
 def _drop_all_but(table: Table, kept: Set[str]) -> None:
@@ -214,6 +241,18 @@ def _camera(table: Content) -> DraftCamera | None:
     if kind not in CAMERAS or name is None or not str(name):
         return None
     return DraftCamera(kind=kind, name=str(name)[:300])
+
+
+def _fovea_trigger(cameras: Content) -> FoveaTrigger:
+    return next((found for role in FOVEAE if (found := _trigger_of(_table(cameras, role)))), "hardware")
+
+
+def _trigger_of(table: Content) -> FoveaTrigger | None:
+    """Return what starts the exposures of a fovea's camera; None without one, or where it is wrong."""
+    if table.get("kind") not in CAMERAS:
+        return None
+    given = table.get("trigger", "none" if table["kind"] == "opencv" else "hardware")
+    return next((trigger for trigger in get_args(FoveaTrigger) if trigger == given), None)
 
 
 def _table(content: Content, key: str) -> Content:

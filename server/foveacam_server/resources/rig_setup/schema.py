@@ -9,6 +9,7 @@ from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
 CameraKind: TypeAlias = Literal["aravis", "pylon", "opencv", "simulated"]
 RoleName: TypeAlias = Literal["wide", "left", "right"]
+FoveaTrigger: TypeAlias = Literal["hardware", "software", "none"]
 CameraName: TypeAlias = Annotated[str, Field(min_length=1, max_length=300, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """A serial number, a source of OpenCV, or the role of a simulated camera."""
 PortName: TypeAlias = Annotated[str, Field(max_length=300, pattern=r"^[^\x00-\x1f\x7f]*$")]
@@ -125,6 +126,8 @@ class RigDraft(RequestModel):
     name: Label = "FoveaCam Duo"
     baseline_mm: Millimetres = 200.0
     cameras: DraftCameras = DraftCameras()
+    fovea_trigger: FoveaTrigger = "hardware"
+    """What starts the exposures of left and right: the controller's pulse, a command, or nothing."""
     mirrors: DraftMirrors = DraftMirrors()
     pan_tilt: DraftPanTilt | None = None
     markers: DraftMarkers = DraftMarkers()

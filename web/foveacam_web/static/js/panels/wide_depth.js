@@ -33,18 +33,28 @@ export class WideDepth {
     this.#store = store;
     this.#commands = commands;
     this.element = h("span", { class: "wide-depth" }, this.#words, this.#button, this.#said);
-    store.on(["stop", "rig"], () => this.#draw());
+    let calibrated = "";
+    store.on(["stop", "rig"], ({ rig }) => {
+      const now = rig?.calibration?.id ?? "";
+      if (now !== calibrated) void this.readAll();
+      else this.#draw();
+      calibrated = now;
+    });
   }
 
   readAll() {
     return this.#reads.read("wide_depth", async () => {
+      if (!this.#store.state.rig?.calibration) {
+        this.#known = this.#job = null; // not calibrated: there is nothing to ask for
+        return this.#draw();
+      }
       try {
         this.#known = /** @type {WideDepthDocument} */ (await request("GET", "/wide_depth"));
         const id = this.#known.survey_job_id;
         this.#job = id ? /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`)) : null;
       } catch (error) {
         if (!(error instanceof RequestError)) throw error;
-        this.#known = this.#job = null; // not calibrated: there is nothing to show
+        this.#known = this.#job = null;
       }
       this.#draw();
     });

@@ -6,7 +6,7 @@ import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { CAMERAS } from "../rig/words.js";
 import { chooser, notesBeside } from "./fields.js";
-import { busName, cameraChoices, cameraOf, keyOf, roleIn, ROLES, withRole, withValue } from "./words.js";
+import { busName, cameraChoices, cameraOf, keyOf, roleIn, ROLES, TRIGGERS, withRole, withValue } from "./words.js";
 
 /**
  * @import { FoundCameraDocument, RigDraft } from "#api"
@@ -32,6 +32,21 @@ export function rolesOf(state, orders) {
         ${notesBeside(`cameras.${role}`, state)}
       </div>`;
     })}
+    ${!setup.simulated && triggerOf(setup.draft, state, orders)}
+  </div>`;
+}
+
+/** Build the choice of what starts the foveae's exposures. @param {RigDraft} draft @param {ConsoleState} state @param {SetupOrders} orders */
+function triggerOf(draft, state, orders) {
+  return html`<div class="field" title="One pulse of the mirrors' controller exposes both foveae when their mirrors rest">
+    ${chooser({
+      id: "setup-fovea_trigger",
+      label: "Left and right expose",
+      choices: TRIGGERS,
+      value: draft.fovea_trigger,
+      change: (trigger) => orders.change((now) => withValue(now, "fovea_trigger", trigger)),
+    })}
+    ${notesBeside("fovea_trigger", state)}
   </div>`;
 }
 

@@ -89,7 +89,16 @@ const PAN_TILTS = [
 export const FIELDS = new Set(
   [...RIG, ...CONTROLLER, ...MARKERS, ...TURNED]
     .map(({ path }) => path)
-    .concat("mirrors.port", "pan_tilt", "pan_tilt.port", "cameras.wide", "cameras.left", "cameras.right", "cameras"),
+    .concat(
+      "mirrors.port",
+      "pan_tilt",
+      "pan_tilt.port",
+      "cameras.wide",
+      "cameras.left",
+      "cameras.right",
+      "cameras",
+      "fovea_trigger",
+    ),
 );
 
 /** @param {ConsoleState} state @param {SetupOrders} orders */

@@ -39,6 +39,13 @@ const BUSES = Object.freeze({
   simulated: "Simulated bus",
 });
 
+/** What starts the exposures of left and right. @type {{value: string, text: string}[]} */
+export const TRIGGERS = [
+  { value: "hardware", text: "on the controller's pulse" },
+  { value: "software", text: "on a command: no trigger cable" },
+  { value: "none", text: "all the time" },
+];
+
 /** @param {StartStepDocument} step */
 export function stepName({ device }) {
   return STEPS[device] ?? device;
