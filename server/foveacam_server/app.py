@@ -42,6 +42,7 @@ from foveacam_server.resources.planner import routes as planner
 from foveacam_server.resources.positioners import pan_tilt_routes as pan_tilt
 from foveacam_server.resources.positioners import rail_routes as rail
 from foveacam_server.resources.reach import routes as reach
+from foveacam_server.resources.recordings import moment_routes as recording_moments
 from foveacam_server.resources.recordings import routes as recordings
 from foveacam_server.resources.recordings.imports import routes as recording_imports
 from foveacam_server.resources.references import routes as references
@@ -74,6 +75,7 @@ _RESOURCES = (
     rail,
     recording_imports,  # before the routes with an id in their place
     recordings,
+    recording_moments,
     views,
     window_layouts,
     fixations,
