@@ -115,7 +115,7 @@ def test_a_card_that_was_spoiled_by_hand_is_listed_with_its_problem(
 ) -> None:
     network = service.networks.add(write_card(matcher(tmp_path / "a.onnx")))
     (network.folder / "card.yaml").write_text("format: other")
-    (document,) = service.describe().backends[1:]
+    document = service.describe().backends[-1]
     assert document.name == "shifts" and "format" in (document.problem or "")
 
 

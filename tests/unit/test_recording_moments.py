@@ -14,9 +14,10 @@ from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RIG, RecordingSession, RigDescription, read_wide_lens
 from foveacam_pipeline.capture.recording.values import FramePose, TrackedBox
 from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.stereo.estimator import BACKENDS, DepthEstimator
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_pipeline.stereo.values import DepthMap
-from foveacam_server.resources.recordings.depth import RecordedDepthService, centre_of
+from foveacam_server.resources.recordings.depth import DepthOrder, RecordedDepthService, centre_of
 from foveacam_server.resources.recordings.moments import (
     anaglyph,
     difference,
@@ -38,10 +39,18 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return look(tmp_path_factory.mktemp("looks") / "plane.fcap")
 
 
+class BuiltIn:
+    """The backends that need no network."""
+
+    def open(self, name: str, *, research_confirmed: bool) -> tuple[DepthEstimator, str | None]:
+        assert not research_confirmed
+        return {str(built_in): found for built_in, found in BACKENDS.items()}[name], None
+
+
 @pytest.fixture
 def desk() -> Iterator[RecordedDepthService]:
     opened = OpenRecordings()
-    yield RecordedDepthService(opened)
+    yield RecordedDepthService(opened, BuiltIn())
     opened.close()
 
 
@@ -74,18 +83,18 @@ def test_a_moment_has_the_nearest_frame_of_every_camera_and_where_the_foveae_loo
 def test_depth_at_the_centre_is_that_of_the_plane_and_is_not_computed_twice(
     desk: RecordedDepthService, seen: Path
 ) -> None:
-    found = desk.at(seen, t_s=0.0)
+    found = desk.at(seen, t_s=0.0, order=DepthOrder())
 
     assert found.z_m == pytest.approx(Z_M, rel=2e-3)
     assert found.sigma_m is not None
     assert 0.0 < found.sigma_m < 0.05
     assert found.verged_z_m == pytest.approx(Z_M, rel=2e-3)
     assert (found.apart_ms, found.known > 0.5) == (0.0, True)
-    assert desk.at(seen, t_s=0.02) is found
+    assert desk.at(seen, t_s=0.02, order=DepthOrder()) is found
 
 
 def test_both_backends_tell_the_same_depth_and_are_kept_apart(desk: RecordedDepthService, seen: Path) -> None:
-    full, live = (desk.at(seen, t_s=0.0, backend=backend) for backend in ("sgbm", "live"))
+    full, live = (desk.at(seen, t_s=0.0, order=DepthOrder(backend=backend)) for backend in ("sgbm", "live"))
 
     assert full is not live
     assert full.z_m is not None and live.z_m == pytest.approx(full.z_m, rel=1e-3)
@@ -94,7 +103,7 @@ def test_both_backends_tell_the_same_depth_and_are_kept_apart(desk: RecordedDept
 def test_looks_of_mirrors_that_stand_still_are_fused_and_state_no_larger_error(
     desk: RecordedDepthService, seen: Path
 ) -> None:
-    one, fused = (desk.at(seen, t_s=0.0, looks=looks) for looks in (1, 8))
+    one, fused = (desk.at(seen, t_s=0.0, order=DepthOrder(looks=looks)) for looks in (1, 8))
 
     assert (one.looks, fused.looks) == (1, 2)  # the recording has no more
     assert one.sigma_m is not None and fused.sigma_m is not None
@@ -116,12 +125,12 @@ def test_without_calibration_or_poses_depth_is_refused_in_words(
     desk: RecordedDepthService, tmp_path: Path
 ) -> None:
     with pytest.raises(NotCalibrated, match="carries no calibration"):
-        desk.at(look(tmp_path / "a.fcap", calibration=None), t_s=0.0)
+        desk.at(look(tmp_path / "a.fcap", calibration=None), t_s=0.0, order=DepthOrder())
     with pytest.raises(InvalidInput, match="nobody knows where it looks"):
-        desk.at(look(tmp_path / "b.fcap", volts=False), t_s=0.0)
+        desk.at(look(tmp_path / "b.fcap", volts=False), t_s=0.0, order=DepthOrder())
     record(tmp_path / "c.fcap", streams=("center",))
     with pytest.raises(InvalidInput, match="no frames of the left camera"):
-        desk.at(tmp_path / "c.fcap", t_s=0.0)
+        desk.at(tmp_path / "c.fcap", t_s=0.0, order=DepthOrder())
 
 
 def test_frames_of_another_size_than_the_calibration_s_have_no_depth(
@@ -130,7 +139,7 @@ def test_frames_of_another_size_than_the_calibration_s_have_no_depth(
     rig = RigDescription(rig_id="r", name="r", baseline_m=0.2, calibration=CALIBRATION)
     record(tmp_path / "a.fcap", rig=rig)
     with pytest.raises(InvalidInput, match="32 x 24 px, its calibration is of 1440 x 1080"):
-        desk.at(tmp_path / "a.fcap", t_s=0.0)
+        desk.at(tmp_path / "a.fcap", t_s=0.0, order=DepthOrder())
 
 
 def test_a_recording_of_others_has_outlines_by_the_matrix_that_came_with_its_frames(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from foveacam_server.foundation.job_table import Job, JobState
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.store import Document, Store
 from foveacam_server.resources.calibrations.service import CalibrationService
+from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.recordings.begin import check_room
 from foveacam_server.resources.recordings.live import LiveRecording
 from foveacam_server.resources.recordings.schema import FilmRequest, RecordingRequest
@@ -58,6 +59,7 @@ class Bench:
             tap=tap,
             hub=hub,
             rates=limits,
+            backends=DepthBackendService(folder / "networks", events=self.events),
             events=self.events,
             clock=clock,
             free_bytes=lambda _: self.free_bytes,

@@ -68,6 +68,29 @@ export interface components {
          * @enum {string}
          */
         AutoMode: "off" | "once" | "continuous";
+        /** @description How two backends differ on one look, disparities in px of the rectified window. */
+        BackendComparisonDocument: {
+            difference_url: string;
+            edges: number[];
+            first: components["schemas"]["ComparedBackend"];
+            id: string;
+            known_both: number;
+            left_url: string;
+            limit_px: number;
+            median_px: number | null;
+            second: components["schemas"]["ComparedBackend"];
+            shares: number[];
+            spread_px: number | null;
+            within_1: number | null;
+            within_2: number | null;
+        };
+        /** @description Two backends that are compared on the newest look. */
+        BackendComparisonRequest: {
+            first: string;
+            /** @default false */
+            research_confirmed?: boolean;
+            second: string;
+        };
         /** @description White all over. */
         BlankPattern: {
             /**
@@ -390,6 +413,15 @@ export interface components {
         CombineRequest: {
             label?: string | null;
             sessions: string[];
+        };
+        /** @description One side of a comparison. */
+        ComparedBackend: {
+            compute_ms: number;
+            known: number;
+            name: string;
+            picture_url: string;
+            sha256: string | null;
+            sigma_median_px: number | null;
         };
         /** @description Differences of two calibrations: fovea px, and wide px for the wide camera. */
         ComparisonDocument: {
@@ -2167,14 +2199,15 @@ export interface components {
          * @description Depth along the rig's z at the centre of the left fovea; None where too little could be matched.
          *
          *     `verged_z_m`: depth at which the gazes cross. `known`: share of pixels with depth. `apart_ms`: time
-         *     between the eyes' exposures. `backend`: the estimator. `looks`: number of fused looks.
+         *     between the eyes' exposures. `backend`: the estimator; `network_sha256`: of its graph, None of a built-in.
+         *     `looks`: number of fused looks.
          */
         RecordedDepthDocument: {
             apart_ms: number;
-            /** @enum {string} */
-            backend: "sgbm" | "live";
+            backend: string;
             known: number;
             looks: number;
+            network_sha256: string | null;
             picture_url: string;
             sigma_m: number | null;
             t_s: number;
@@ -3122,6 +3155,8 @@ export type AlternativeDocument = components['schemas']['AlternativeDocument'];
 export type AnaglyphColours = components['schemas']['AnaglyphColours'];
 export type AreasDocument = components['schemas']['AreasDocument'];
 export type AutoMode = components['schemas']['AutoMode'];
+export type BackendComparisonDocument = components['schemas']['BackendComparisonDocument'];
+export type BackendComparisonRequest = components['schemas']['BackendComparisonRequest'];
 export type BlankPattern = components['schemas']['BlankPattern'];
 export type BoardDocument = components['schemas']['BoardDocument'];
 export type BoardOption = components['schemas']['BoardOption'];
@@ -3152,6 +3187,7 @@ export type ClosingEyeDocument = components['schemas']['ClosingEyeDocument'];
 export type CloudDocument = components['schemas']['CloudDocument'];
 export type ClutterRequest = components['schemas']['ClutterRequest'];
 export type CombineRequest = components['schemas']['CombineRequest'];
+export type ComparedBackend = components['schemas']['ComparedBackend'];
 export type ComparisonDocument = components['schemas']['ComparisonDocument'];
 export type ControllerDocument = components['schemas']['ControllerDocument'];
 export type ControllerLinkDocument = components['schemas']['ControllerLinkDocument'];

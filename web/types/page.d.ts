@@ -520,4 +520,4 @@ export type ConsoleState = SharedState &
   MeasureState &
   FollowState &
   LoopState &
-  SteerState & { gallery: GalleryPlace | null; planner_page: boolean };
+  SteerState & { gallery: GalleryPlace | null; planner_page: boolean; compare_page: boolean };

@@ -9,6 +9,7 @@ from foveacam_server.datasets.derived_products import DerivedProductTools
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.captures.service import CaptureService
+from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.mosaics.service import MosaicService
 from foveacam_server.resources.recordings.collection import RECORDINGS
 from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
@@ -37,6 +38,7 @@ def open_collections(
     *,
     hardware: HardwareThread,
     jobs: JobRunner,
+    backends: DepthBackendService,
 ) -> CollectionServices:
     """Open all of them and register the handlers of their jobs."""
     tools = _capture_tools(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
@@ -47,7 +49,9 @@ def open_collections(
     return CollectionServices(
         captures=captures,
         stills=StillService(foundation.store.subfolder(STILLS), tools),
-        recordings=_recordings(foundation, knowledge, displays, hardware=hardware, jobs=jobs),
+        recordings=_recordings(
+            foundation, knowledge, displays, hardware=hardware, jobs=jobs, backends=backends
+        ),
         mosaics=MosaicService(making, displays.viewer),
         references=ReferenceService(making),
     )
@@ -85,6 +89,7 @@ def _recordings(
     *,
     hardware: HardwareThread,
     jobs: JobRunner,
+    backends: DepthBackendService,
 ) -> RecordingService:
     tools = RecordingTools(
         hardware=hardware,
@@ -93,6 +98,7 @@ def _recordings(
         tap=displays.tap,
         hub=displays.hub,
         rates=live_rates(foundation.settings),
+        backends=backends,
         events=foundation.events,
         clock=foundation.clock,
         folders=foundation.settings.recording_folders,

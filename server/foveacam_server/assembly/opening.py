@@ -36,6 +36,7 @@ from foveacam_server.resources.cameras.presets import CameraPreset, CameraPreset
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.shapes import ShapeWorker
+from foveacam_server.resources.depth_backends.comparison import BackendComparisons
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
@@ -73,7 +74,10 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     jobs = JobRunner(foundation.store, events=foundation.events, clock=foundation.clock)
     calibration = _open_calibration(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
     trigger_tests = _trigger_tests(foundation, knowledge, hardware=hardware, jobs=jobs)
-    collected = open_collections(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
+    depth_backends = DepthBackendService(foundation.store.subfolder("networks"), events=foundation.events)
+    collected = open_collections(
+        foundation, knowledge, displays, hardware=hardware, jobs=jobs, backends=depth_backends
+    )
     observation = _open_observation(
         foundation,
         knowledge,
@@ -81,6 +85,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         hardware=hardware,
         jobs=jobs,
         captures=collected.captures.collection,
+        matcher=depth_backends,
     )
     stop, stopping = _stop(foundation, hardware, jobs)
     computing = ComputeQueue()
@@ -136,7 +141,8 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         overlay=displays.overlay,
         jobs=jobs,
         clouds=observation.clouds,
-        depth_backends=observation.depth_backends,
+        depth_backends=depth_backends,
+        backend_comparisons=BackendComparisons(depth_backends),
         captures=collected.captures,
         stills=collected.stills,
         recordings=collected.recordings,
@@ -209,7 +215,6 @@ class _ObservationServices:
     """Services that turn looks into fixations, clouds, wide depth and measurements."""
 
     clouds: CloudCollection
-    depth_backends: DepthBackendService
     fixations: FixationService
     follows: FollowService
     rounds: FollowRounds
@@ -244,6 +249,7 @@ def _open_observation(
     hardware: HardwareThread,
     jobs: JobRunner,
     captures: CaptureCollection,
+    matcher: DepthBackendService,
 ) -> _ObservationServices:
     """Open them and start their threads and that of the jobs, whose handlers are registered by now."""
     clouds = CloudCollection(foundation.store)
@@ -253,10 +259,9 @@ def _open_observation(
         knowledge.health.add(fixation, calibration)
         wide_depth.add(fixation, calibration)
 
-    depth_backends = DepthBackendService(foundation.store.subfolder("networks"), events=foundation.events)
     shapes = ShapeWorker(
         clouds=clouds,
-        matcher=depth_backends,
+        matcher=matcher,
         sink=displays.hub,
         viewer=displays.viewer,
         events=foundation.events,
@@ -291,7 +296,6 @@ def _open_observation(
     measurements = _open_measurements(foundation, knowledge, displays, hardware=hardware, clouds=clouds)
     return _ObservationServices(
         clouds=clouds,
-        depth_backends=depth_backends,
         fixations=fixations,
         follows=follows,
         rounds=rounds,

@@ -20,6 +20,7 @@ from foveacam_server.resources.cameras.service import CameraSettingsService
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.clouds.collection import CloudCollection
+from foveacam_server.resources.depth_backends.comparison import BackendComparisons
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
@@ -90,6 +91,7 @@ class Services:
     jobs: JobRunner
     clouds: CloudCollection
     depth_backends: DepthBackendService
+    backend_comparisons: BackendComparisons
     captures: CaptureService
     recordings: RecordingService
     stills: StillService

@@ -41,7 +41,7 @@ def test_the_chosen_network_computes_the_cloud_of_a_look_which_says_so(
 ) -> None:
     network = networks.add(write_card(matcher(tmp_path / "a.onnx", first_px=-16, last_px=16)))
     listed = server.get("/depth/backends").json()
-    assert [backend["name"] for backend in listed["backends"]] == ["sgbm", "shifts"]
+    assert [backend["name"] for backend in listed["backends"]] == ["sgbm", "live", "shifts"]
     assert listed["in_use"] == "sgbm"
     before = server.last_event
     assert choose(server, "shifts")["in_use"] == "shifts"
@@ -81,3 +81,35 @@ def test_what_cannot_be_chosen_is_refused_in_words(
     assert refused["status"] == 422 and "research_confirmed" in refused["detail"]
     assert choose(server, "shifts", research_confirmed=True)["in_use"] == "shifts"
     assert choose(server, "Shifts!")["status"] == 422
+
+
+def test_two_backends_are_compared_on_the_newest_look_with_pictures(
+    server: Running, networks: NetworkFolder, tmp_path: Path
+) -> None:
+    network = networks.add(write_card(matcher(tmp_path / "a.onnx", first_px=-16, last_px=16)))
+    new_cloud(server)
+    found = server.post("/depth/comparisons", {"first": "sgbm", "second": "shifts"}).json()
+
+    assert (found["first"]["sha256"], found["second"]["sha256"]) == (None, network.card.sha256)
+    assert 0.0 < found["known_both"] <= min(found["first"]["known"], found["second"]["known"])
+    assert abs(found["median_px"]) < 1.0 and 0.0 < found["within_1"] <= found["within_2"] <= 1.0
+    assert len(found["edges"]) == len(found["shares"]) + 1
+    addresses = [found[side]["picture_url"] for side in ("first", "second")]
+    for address in (*addresses, found["difference_url"], found["left_url"]):
+        answer = server.http.get(address)
+        assert (answer.status_code, answer.content[:4]) == (200, b"\x89PNG")
+
+
+def test_a_comparison_that_cannot_be_made_is_refused_in_words(
+    server: Running, networks: NetworkFolder, tmp_path: Path
+) -> None:
+    networks.add(write_card(matcher(tmp_path / "a.onnx"), research_only=True, licence="CC BY-NC 4.0"))
+    new_cloud(server)
+    for first, second, status, words in (
+        ("sgbm", "sgbm", 422, "with itself"),
+        ("sgbm", "nothing", 404, "no depth network nothing"),
+        ("sgbm", "shifts", 422, "for research only (CC BY-NC 4.0)"),
+    ):
+        refused = server.post("/depth/comparisons", {"first": first, "second": second})
+        assert (refused.status_code, words in refused.json()["detail"]) == (status, True)
+    assert server.http.get(f"{API}/depth/comparisons/cmp-0/first.png").status_code == 404

@@ -1,4 +1,4 @@
-"""The choice of what computes the depth of looks, beside the depth view."""
+"""The choice of what computes the depth of looks, beside the depth view, and the comparison of two."""
 
 import re
 from collections.abc import Iterator
@@ -42,9 +42,15 @@ def in_use(server: Server) -> str:
     return str(httpx.get(f"{server.url}api/v1/depth/backends").json()["in_use"])
 
 
-def test_without_a_network_there_is_no_list(console: Console) -> None:
-    console.page.locator("#tab-depth").click()
-    expect(console.page.get_by_label(LIST)).to_be_hidden()
+def look(server: Server) -> None:
+    """Fixate the middle of the wide view and wait for the depth of that look."""
+    answer = httpx.post(
+        f"{server.url}api/v1/fixations",
+        json={"pixel": {"x_px": 720, "y_px": 540}},
+        headers={"Prefer": "wait=30"},
+        timeout=60,
+    )
+    assert answer.status_code == 200
 
 
 def test_a_network_for_research_is_chosen_after_a_confirmation_and_one_that_fails_says_why(
@@ -55,7 +61,12 @@ def test_a_network_for_research_is_chosen_after_a_confirmation_and_one_that_fail
     page.locator("#tab-depth").click()
     choice = page.get_by_label(LIST)
     expect(choice.locator("option")).to_have_text(
-        ["Semi-global matching", "broken (Apache-2.0)", "shifts (research only, CC BY-NC 4.0)"]
+        [
+            "Semi-global matching",
+            "The same, faster and coarser",
+            "broken (Apache-2.0)",
+            "shifts (research only, CC BY-NC 4.0)",
+        ]
     )
     choice.select_option("shifts")
     with page.expect_response(lambda answer: answer.url.endswith("/depth/backend")):
@@ -63,15 +74,37 @@ def test_a_network_for_research_is_chosen_after_a_confirmation_and_one_that_fail
     assert in_use(server) == "shifts"
     with page.expect_response(lambda answer: answer.url.endswith("/depth/backend")):
         choice.select_option("broken")
-    answer = httpx.post(
-        f"{server.url}api/v1/fixations",
-        json={"pixel": {"x_px": 720, "y_px": 540}},
-        headers={"Prefer": "wait=30"},
-        timeout=60,
-    )
-    assert answer.status_code == 200
+    look(server)
     console.wait_until(
         "fetch('/api/v1/depth/backends').then(answer => answer.json()).then(found => found.fallback !== null)"
     )
     choice.focus()
     expect(choice).to_have_attribute("title", re.compile("instead of broken: .*no finite number"))
+
+
+def test_two_backends_are_compared_on_a_look_by_a_slider_a_difference_and_a_histogram(
+    console: Console, server: Server, networks: NetworkFolder
+) -> None:
+    look(server)
+    page = console.page
+    page.locator("#tab-depth").click()
+    page.get_by_role("link", name="Compare two").click()
+    expect(page.get_by_role("heading", name="Compare depth")).to_be_focused()
+    page.get_by_label("Left of the slider").select_option("sgbm")
+    page.get_by_label("Right of it").select_option("sgbm")
+    start = page.get_by_role("button", name="Compare on the newest look")
+    expect(start).to_be_disabled()
+    page.get_by_label("Right of it").select_option("shifts")
+    expect(start).to_be_disabled()
+    page.get_by_label("This is research").check()
+    start.click()
+    result = page.locator(".compare-result")
+    expect(result.get_by_role("img", name="Histogram of the differences")).to_be_visible()
+    expect(result.locator("dt", has_text="Known to both")).to_be_visible()
+    meet = page.get_by_label("Where the two pictures meet")
+    meet.fill("20")
+    assert page.evaluate("getComputedStyle(document.querySelector('.over')).clipPath").endswith(
+        "80% 0px 0px)"
+    )
+    page.set_viewport_size({"width": 390, "height": 844})
+    assert console.overflow_px() <= 0

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import String, select
@@ -28,6 +27,7 @@ from foveacam_server.resources.clouds.depth_patches import (
     save_patch,
 )
 from foveacam_server.resources.clouds.schema import CloudDocument
+from foveacam_server.rig.encoder import encode_png
 from foveacam_web.glb import write_glb
 
 CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png", "depth.npz"]
@@ -95,7 +95,7 @@ class CloudCollection:
         (partial / "cloud.ply").write_bytes(ply_bytes(shape.cloud))
         if has_mesh:
             (partial / "mesh.glb").write_bytes(write_glb(shape.mesh, y_up=True))
-        (partial / "depth.png").write_bytes(_png(shape.depth_picture))
+        (partial / "depth.png").write_bytes(encode_png(shape.depth_picture))
         if shape.patch is not None:
             save_patch(shape.patch, partial / "patch.npz")
         if shape.look is not None:
@@ -173,9 +173,3 @@ def _describe(cloud_id: str, shape: FixationShape, *, has_mesh: bool) -> CloudDo
         glb_url=f"{url}.glb" if has_mesh else None,
         depth_url=f"{url}/depth.png",
     )
-
-
-def _png(picture: NDArray[np.uint8]) -> bytes:
-    bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
-    _, encoded = cv2.imencode(".png", bgr, [cv2.IMWRITE_PNG_COMPRESSION, 1])
-    return encoded.tobytes()

@@ -3,12 +3,16 @@
 from typing import Annotated, Protocol
 
 from fastapi import APIRouter, Depends, Path
+from fastapi.responses import Response
 from starlette.concurrency import run_in_threadpool
 
-from foveacam_server.foundation.answers import opened_services, problems
+from foveacam_server.foundation.answers import file_responses, opened_services, problems
 from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.resources.depth_backends.comparison import BackendComparisons, PictureName
 from foveacam_server.resources.depth_backends.documents import check_document
 from foveacam_server.resources.depth_backends.schema import (
+    BackendComparisonDocument,
+    BackendComparisonRequest,
     BackendName,
     DepthBackendChoice,
     DepthBackendsDocument,
@@ -23,6 +27,7 @@ class DepthBackendRouteServices(Protocol):
     """Services that these routes use."""
 
     depth_backends: DepthBackendService
+    backend_comparisons: BackendComparisons
     computing: ComputeQueue
 
 
@@ -45,3 +50,25 @@ async def choose(request: DepthBackendChoice, services: ServicesDep) -> DepthBac
 async def check(name: Annotated[BackendName, Path()], services: ServicesDep) -> NetworkCheckDocument:
     """Run a network on a pair whose disparities are known; say what is wrong with it or its card."""
     return check_document(await services.computing.run(lambda: services.depth_backends.check(name)))
+
+
+@router.post("/comparisons", summary="Compare two backends on the newest look", responses=problems(404, 409))
+async def compare(request: BackendComparisonRequest, services: ServicesDep) -> BackendComparisonDocument:
+    """Compute the depth of the newest look by two backends; return how they differ, with pictures."""
+    return await services.computing.run(lambda: services.backend_comparisons.compare(request))
+
+
+@router.get(
+    "/comparisons/{comparison_id}/{picture}.png",
+    summary="Picture of a comparison",
+    response_class=Response,
+    responses={**file_responses("image/png"), **problems(404)},
+)
+def picture(
+    comparison_id: Annotated[str, Path(max_length=100)],
+    picture: PictureName,
+    services: ServicesDep,
+) -> Response:
+    """Return the depth of either backend, their difference, or the left picture; of the last comparisons."""
+    content = services.backend_comparisons.picture(comparison_id, picture)
+    return Response(content, media_type="image/png", headers={"Cache-Control": "private, max-age=3600"})

@@ -72,3 +72,48 @@ class StoredChoice(ResponseModel):
     """The file `networks/in_use.json`."""
 
     name: str
+
+
+class BackendComparisonRequest(RequestModel):
+    """Two backends that are compared on the newest look."""
+
+    first: BackendName
+    second: BackendName
+    research_confirmed: bool = False
+    """Confirms that the use is research, as the licence of such a network wants."""
+
+
+class ComparedBackend(ResponseModel):
+    """One side of a comparison."""
+
+    name: str
+    sha256: str | None
+    known: float
+    """Share of the left picture's pixels that have a disparity."""
+    compute_ms: float
+    sigma_median_px: float | None
+    """Median of the errors that it states."""
+    picture_url: str
+
+
+class BackendComparisonDocument(ResponseModel):
+    """How two backends differ on one look, disparities in px of the rectified window."""
+
+    id: str
+    first: ComparedBackend
+    second: ComparedBackend
+    known_both: float
+    median_px: float | None
+    """Of first minus second; None where no pixel is known to both."""
+    spread_px: float | None
+    """Robust standard deviation of first minus second."""
+    within_1: float | None
+    """Share of the differences within one stated standard error of a difference of independent errors."""
+    within_2: float | None
+    edges: list[float]
+    """Ends of the histogram's bins, in stated standard errors of the difference."""
+    shares: list[float]
+    limit_px: float
+    """Difference of the picture's full colour."""
+    difference_url: str
+    left_url: str

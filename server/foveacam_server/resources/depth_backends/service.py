@@ -38,12 +38,15 @@ class DepthBackendService:
         self._in_use: DepthEstimator = BACKENDS[BUILT_IN]
         self._sha256: str | None = None
         self._fallback: str | None = None
+        self.last_pair: RectifiedPair | None = None
+        """The newest look of which depth was computed."""
         self._restore()
 
     def estimate(self, pair: RectifiedPair) -> MatchedPair:
         """Return the disparities of a pair by the backend in use; when it fails, by semi-global matching."""
         with self._changing:
             backend, sha256 = self._in_use, self._sha256
+            self.last_pair = pair
         try:
             matched = MatchedPair(disparity=backend.estimate(pair), backend=backend.name, sha256=sha256)
         except FoveaError as error:
@@ -57,34 +60,15 @@ class DepthBackendService:
 
     def describe(self) -> DepthBackendsDocument:
         """Return all backends and the one in use."""
-        built_in = DepthBackendDocument(
-            name=BUILT_IN,
-            kind="built_in",
-            licence="that of this program",
-            research_only=False,
-            sha256=None,
-            problem=None,
-        )
+        built_in = [_describe_built_in(name) for name in BACKENDS]
         networks = [_describe(name, network) for name, network in self.networks.every().items()]
         return DepthBackendsDocument(
-            in_use=self._in_use.name, fallback=self._fallback, backends=[built_in, *networks]
+            in_use=self._in_use.name, fallback=self._fallback, backends=[*built_in, *networks]
         )
 
     def choose(self, choice: DepthBackendChoice) -> DepthBackendsDocument:
         """Use a backend from now on; raise InvalidInput when it cannot be used or needs a confirmation."""
-        if choice.name == BUILT_IN:
-            estimator, sha256 = BACKENDS[BUILT_IN], None
-        else:
-            network = self.networks.get(choice.name)
-            if network.card.research_only and not choice.research_confirmed:
-                raise InvalidInput(
-                    f"{choice.name} is for research only ({network.card.licence}); confirm that this is "
-                    "research with research_confirmed: true, or choose another",
-                    asked=choice.name,
-                    found=network.card.licence,
-                    remedy="confirm with research_confirmed: true",
-                )
-            estimator, sha256 = NetworkEstimator.open(network), network.card.sha256
+        estimator, sha256 = self.open(choice.name, research_confirmed=choice.research_confirmed)
         write_document(
             self._choice_file,
             {"format": FORM, "version": VERSION, **StoredChoice(name=choice.name).model_dump()},
@@ -97,6 +81,25 @@ class DepthBackendService:
             data=DepthBackendChange(name=choice.name, detail="chosen"),
         )
         return self.describe()
+
+    def open(self, name: str, *, research_confirmed: bool) -> tuple[DepthEstimator, str | None]:
+        """Return a backend, ready, and the SHA-256 of its graph.
+
+        Raise NotFound without one of that name, InvalidInput when it cannot be used or needs a confirmation.
+        """
+        for built_in, estimator in BACKENDS.items():
+            if built_in == name:
+                return estimator, None
+        network = self.networks.get(name)
+        if network.card.research_only and not research_confirmed:
+            raise InvalidInput(
+                f"{name} is for research only ({network.card.licence}); confirm that this is research with "
+                "research_confirmed: true, or choose another",
+                asked=name,
+                found=network.card.licence,
+                remedy="confirm with research_confirmed: true",
+            )
+        return NetworkEstimator.open(network), network.card.sha256
 
     def check(self, name: str) -> NetworkCheck:
         """Check a network on a pair whose disparities are known."""
@@ -118,8 +121,7 @@ class DepthBackendService:
         if stored.name == BUILT_IN:
             return
         try:
-            network = self.networks.get(stored.name)
-            self._use(NetworkEstimator.open(network), network.card.sha256)
+            self._use(*self.open(stored.name, research_confirmed=True))
         except FoveaError as error:
             self._tell_fallback(stored.name, str(error))
 
@@ -133,6 +135,17 @@ class DepthBackendService:
                 level=EventLevel.WARNING,
                 data=DepthBackendChange(name=name, detail=reason),
             )
+
+
+def _describe_built_in(name: str) -> DepthBackendDocument:
+    return DepthBackendDocument(
+        name=name,
+        kind="built_in",
+        licence="that of this program",
+        research_only=False,
+        sha256=None,
+        problem=None,
+    )
 
 
 def _describe(name: str, network: StereoNetwork | str) -> DepthBackendDocument:

@@ -4,6 +4,7 @@ import threading
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from foveacam_pipeline.capture.recording.values import RecordedFrame
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.accumulate import DisparityStack
 from foveacam_pipeline.stereo.depth import depth_map
-from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend
+from foveacam_pipeline.stereo.estimator import DepthEstimator
 from foveacam_pipeline.stereo.pictures import depth_picture
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import DepthMap
@@ -30,12 +31,30 @@ CENTRE_KNOWN = 0.05
 """Below this share of known pixels the centre has no depth."""
 
 
+class BackendsByName(Protocol):
+    """Opens the backends that compute depth."""
+
+    def open(self, name: str, *, research_confirmed: bool) -> tuple[DepthEstimator, str | None]:
+        """Return a backend and the SHA-256 of its graph; raise NotFound or InvalidInput."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DepthOrder:
+    """By what depth is computed. `looks`: most looks to fuse, while the mirrors do not move."""
+
+    backend: str = "sgbm"
+    research_confirmed: bool = False
+    looks: int = 1
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedDepth:
     """Depth along the rig's z at the centre of the left fovea, with its standard error, m; None: unknown.
 
     `verged_z_m`: where the gazes cross. `known`: share of pixels with depth. `apart_ms`: between the eyes'
-    exposures. `looks`: number of fused looks. `picture`: JPEG.
+    exposures. `looks`: number of fused looks. `sha256`: of a network's
+    graph. `picture`: JPEG.
     """
 
     t_ns: int
@@ -45,34 +64,36 @@ class RecordedDepth:
     known: float
     apart_ms: float
     looks: int
+    sha256: str | None
     picture: bytes
 
 
 class RecordedDepthService:
     """Computes depth on request, one at a time, and caches the last results."""
 
-    def __init__(self, opened: OpenRecordings) -> None:
+    def __init__(self, opened: OpenRecordings, backends: BackendsByName) -> None:
         self._opened = opened
+        self._backends = backends
         self._lock = threading.Lock()
-        self._kept: OrderedDict[tuple[Path, int, int, DepthBackend, int], RecordedDepth] = OrderedDict()
+        self._kept: OrderedDict[tuple[Path, int, int, DepthOrder], RecordedDepth] = OrderedDict()
 
-    def at(self, path: Path, *, t_s: float, backend: DepthBackend = "sgbm", looks: int = 1) -> RecordedDepth:
-        """Return the depth at a time; raise `NotCalibrated` or `InvalidInput` where there is none.
-
-        `looks`: most looks to fuse from that time on, while the mirrors do not move.
-        """
+    def at(self, path: Path, *, t_s: float, order: DepthOrder) -> RecordedDepth:
+        """Return the depth at a time; raise `NotCalibrated`, `NotFound` or `InvalidInput` without one."""
         with self._opened.reading(path) as recording:
             pair = pair_at(recording, t_s)
-            observations, calibration = _observations_at_rest(recording, pair, looks)
-        key = path, pair[0].t_ns, pair[1].t_ns, backend, looks
+            observations, calibration = _observations_at_rest(recording, pair, order.looks)
+        key = path, pair[0].t_ns, pair[1].t_ns, order
         with self._lock:
             found = self._kept.get(key)
             if found is None:
+                backend, sha256 = self._backends.open(
+                    order.backend, research_confirmed=order.research_confirmed
+                )
                 rectified = rectify(observations[0], calibration, scale=0.5)
                 stack = DisparityStack()
                 for sighting in observations:
                     each = rectify(sighting, calibration, scale=0.5)
-                    stack = stack.with_map(BACKENDS[backend].estimate(each))
+                    stack = stack.with_map(backend.estimate(each))
                 fused = stack.fused() if len(observations) > 1 else stack.maps[0]
                 depth = depth_map(rectified, fused)
                 z_m, sigma_m = centre_of(depth)
@@ -85,6 +106,7 @@ class RecordedDepthService:
                     known=float(np.isfinite(depth.z_m).mean()),
                     apart_ms=abs(pair[1].t_ns - pair[0].t_ns) / 1e6,
                     looks=len(observations),
+                    sha256=sha256,
                     picture=encode_jpeg(depth_picture(depth), quality=QUALITY),
                 )
                 self._kept[key] = found

@@ -9,11 +9,11 @@ from fastapi.responses import Response
 from foveacam_hardware.contract import FoveaError, InvalidInput, Role, Sighting
 from foveacam_pipeline.capture.recording.values import RecordedFrame
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_server.foundation.answers import file_responses, problems
 from foveacam_server.foundation.quantities import Seconds
 from foveacam_server.resources.recordings import moments
+from foveacam_server.resources.recordings.depth import DepthOrder
 from foveacam_server.resources.recordings.documents import URL
 from foveacam_server.resources.recordings.layout import read_layout, write_layout
 from foveacam_server.resources.recordings.layout_schema import AnaglyphName, LayoutDocument, LayoutRequest
@@ -33,8 +33,14 @@ router = APIRouter(prefix="/recordings", tags=["recordings"])
 Moment = Annotated[Seconds, Query(description="seconds from the recording's begin")]
 ScaleQuery = Annotated[Literal["1", "2"], Query(description="full size, or half")]
 BackendQuery = Annotated[
-    DepthBackend, Query(description="sgbm: at full size; live: several times faster, coarser")
+    str,
+    Query(
+        max_length=40,
+        pattern="^[a-z0-9][a-z0-9_-]*$",
+        description="sgbm: at full size; live: several times faster, coarser; or a network by its name",
+    ),
 ]
+ResearchQuery = Annotated[bool, Query(description="confirms research, as the licence of some networks wants")]
 LooksQuery = Annotated[
     int, Query(ge=1, le=16, description="looks fused from this moment on, as long as the mirrors stand still")
 ]
@@ -162,10 +168,13 @@ def depth(
     t_s: Moment = 0.0,
     backend: BackendQuery = "sgbm",
     looks: LooksQuery = 1,
+    *,
+    research_confirmed: ResearchQuery = False,
 ) -> RecordedDepthDocument:
     """Match both foveae by their recorded poses and calibration; refused where these are missing."""
     path = _path(services, recording_id)
-    found = services.recordings.depth.at(path, t_s=t_s, backend=backend, looks=looks)
+    order = DepthOrder(backend=backend, research_confirmed=research_confirmed, looks=looks)
+    found = services.recordings.depth.at(path, t_s=t_s, order=order)
     with services.recordings.opened.reading(path) as recording:
         at_s = (found.t_ns - recording.span_ns[0]) / 1e9
     return RecordedDepthDocument(
@@ -176,8 +185,10 @@ def depth(
         known=round(found.known, 4),
         apart_ms=round(found.apart_ms, 3),
         backend=backend,
+        network_sha256=found.sha256,
         looks=found.looks,
-        picture_url=f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}&backend={backend}&looks={looks}",
+        picture_url=f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}&backend={backend}&looks={looks}"
+        + ("&research_confirmed=true" if research_confirmed else ""),
     )
 
 
@@ -193,10 +204,13 @@ def depth_picture(
     t_s: Moment = 0.0,
     backend: BackendQuery = "sgbm",
     looks: LooksQuery = 1,
+    *,
+    research_confirmed: ResearchQuery = False,
 ) -> Response:
     """Return depth as colours, with a scale in metres."""
     path = _path(services, recording_id)
-    found = services.recordings.depth.at(path, t_s=t_s, backend=backend, looks=looks)
+    order = DepthOrder(backend=backend, research_confirmed=research_confirmed, looks=looks)
+    found = services.recordings.depth.at(path, t_s=t_s, order=order)
     return _jpeg(found.picture)
 
 

@@ -5,7 +5,6 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, LONGEST_S, EndCause
-from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_server.foundation.quantities import Seconds, Text
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
@@ -279,7 +278,8 @@ class RecordedDepthDocument(ResponseModel):
     """Depth along the rig's z at the centre of the left fovea; None where too little could be matched.
 
     `verged_z_m`: depth at which the gazes cross. `known`: share of pixels with depth. `apart_ms`: time
-    between the eyes' exposures. `backend`: the estimator. `looks`: number of fused looks.
+    between the eyes' exposures. `backend`: the estimator; `network_sha256`: of its graph, None of a built-in.
+    `looks`: number of fused looks.
     """
 
     t_s: float
@@ -288,7 +288,8 @@ class RecordedDepthDocument(ResponseModel):
     verged_z_m: float | None
     known: float
     apart_ms: float
-    backend: DepthBackend
+    backend: str
+    network_sha256: str | None
     looks: int
     picture_url: str
 

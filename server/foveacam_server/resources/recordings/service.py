@@ -31,7 +31,7 @@ from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.resources.recordings.begin import check_room, full_rates, identity_of
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
-from foveacam_server.resources.recordings.depth import RecordedDepthService
+from foveacam_server.resources.recordings.depth import BackendsByName, RecordedDepthService
 from foveacam_server.resources.recordings.documents import URL, counts_of, live_document, recording_document
 from foveacam_server.resources.recordings.film_service import FilmService
 from foveacam_server.resources.recordings.imports.service import ImportService
@@ -74,6 +74,7 @@ class RecordingTools:
     tap: FrameTap
     hub: FrameHub
     rates: LiveRates
+    backends: BackendsByName
     events: EventLog
     clock: Clock
     free_bytes: Callable[[Path], int] = free_bytes
@@ -91,7 +92,7 @@ class RecordingService:
     def __init__(self, folder: Path, tools: RecordingTools) -> None:
         self.collection = RecordingCollection(folder)
         self.opened = OpenRecordings()
-        self.depth = RecordedDepthService(self.opened)
+        self.depth = RecordedDepthService(self.opened, tools.backends)
         self._tools = tools
         self._lock = threading.Lock()
         self._live: LiveRecording | None = None

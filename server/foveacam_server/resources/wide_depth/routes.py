@@ -2,7 +2,6 @@
 
 from typing import Annotated, Protocol
 
-import cv2
 from fastapi import APIRouter, Depends
 from fastapi.responses import JSONResponse, Response
 
@@ -20,6 +19,7 @@ from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
 from foveacam_server.resources.wide_depth.service import WideDepthService
+from foveacam_server.rig.encoder import encode_png
 
 router = APIRouter(tags=["depth"])
 
@@ -49,9 +49,7 @@ def document(services: ServicesDep) -> WideDepthDocument:
 )
 def png(services: ServicesDep) -> Response:
     """Return a heat map with its scale; what is unknown is striped."""
-    bgr = cv2.cvtColor(services.wide_depth.picture(), cv2.COLOR_RGB2BGR)
-    _, encoded = cv2.imencode(".png", bgr, [cv2.IMWRITE_PNG_COMPRESSION, 1])
-    return Response(encoded.tobytes(), media_type="image/png")
+    return Response(encode_png(services.wide_depth.picture()), media_type="image/png")
 
 
 @router.get(

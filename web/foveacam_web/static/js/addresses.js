@@ -11,6 +11,7 @@ export const FOLLOW_ADDRESS = "#/follow";
 export const LOOP_ADDRESS = "#/loop";
 export const GALLERY_ADDRESS = "#/gallery";
 export const PLANNER_ADDRESS = "#/planner";
+export const COMPARE_ADDRESS = "#/compare";
 
 /** @type {{page: WizardPage, title: string}[]} */
 export const WIZARD_PAGES = [
@@ -25,7 +26,7 @@ export const WIZARD_PAGES = [
 /**
  * Return which page an address opens; null and false for all others.
  * @param {string} hash
- * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page">}
+ * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page" | "compare_page">}
  */
 export function pagesAt(hash) {
   return {
@@ -38,6 +39,7 @@ export function pagesAt(hash) {
     loop_page: hash === LOOP_ADDRESS,
     gallery: galleryAt(hash),
     planner_page: planAt(hash) !== null,
+    compare_page: hash === COMPARE_ADDRESS,
   };
 }
 

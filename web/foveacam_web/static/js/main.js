@@ -47,6 +47,7 @@ import { WideDepth } from "./panels/wide_depth.js";
 import { followAddress, openPage, turnPages } from "./pages.js";
 import { toolButton } from "./parts.js";
 import { mountPlannerPage } from "./planner/page.js";
+import { mountComparePage } from "./compare/page.js";
 import { mountSettingsPage } from "./preferences/page.js";
 import { Preferences } from "./preferences/reader.js";
 import { makeRecordButton } from "./recording/button.js";
@@ -204,6 +205,7 @@ const slots = {
 fill(need("still-capture"), stillPanel({ store, commands, reader: stillReader }));
 mountGallery(need("gallery"), { store, commands, reader: galleryReader });
 mountPlannerPage(need("planner"), { store });
+mountComparePage(need("compare-page"), { store, commands });
 mountSettingsPage(need("settings-page"), { store, commands, preferences });
 mountSetupPage(need("setup-page"), { store, orders: setupOrders, reader: setupReader });
 turnPages({ store, views, slots });

@@ -29,6 +29,7 @@ export function createStore() {
     ...STEER_STATE,
     gallery: null,
     planner_page: false,
+    compare_page: false,
   });
 }
 

@@ -106,10 +106,13 @@ export class RecordingOrders extends CollectionOrders {
    * Return the depth of a moment, or the reason why there is none.
    * @param {string} id
    * @param {number} t_s
+   * @param {{backend: string, research_confirmed: boolean}} by
    * @returns {Promise<RecordedDepthDocument | RequestError>}
    */
-  async depth(id, t_s) {
-    const path = this.path(id, `/depth?t_s=${t_s.toFixed(6)}&backend=live`);
+  async depth(id, t_s, { backend, research_confirmed }) {
+    const query = new URLSearchParams({ t_s: t_s.toFixed(6), backend });
+    if (research_confirmed) query.set("research_confirmed", "true");
+    const path = this.path(id, `/depth?${query}`);
     try {
       return await request("GET", path, { patience_ms: DEPTH_MS });
     } catch (error) {

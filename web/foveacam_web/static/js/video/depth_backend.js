@@ -1,7 +1,9 @@
-// Chooses what computes the depth of looks: semi-global matching, or a network. Nothing is shown while there is none.
+// Chooses what computes the depth of looks: semi-global matching or a network; links to where two are compared.
 
+import { COMPARE_ADDRESS } from "../addresses.js";
 import { request } from "../api.js";
 import { fill, h } from "../dom.js";
+import { icon } from "../icons.js";
 import { backendWords, choiceWords } from "./depth_words.js";
 
 /**
@@ -21,7 +23,6 @@ export function depthBackend(commands) {
     });
     fill(select, ...options);
     select.value = found.in_use;
-    select.hidden = found.backends.length < 2;
     select.title = choiceWords(found);
     select.classList.toggle("warn", found.fallback !== null);
     confirm.hidden = true;
@@ -44,5 +45,10 @@ export function depthBackend(commands) {
   });
   confirm.addEventListener("click", () => void choose(true));
   void refresh().catch(() => {}); // the server is not there yet: asked again when it is opened
-  return h("span", { class: "depth-backends" }, select, confirm);
+  const compare = h(
+    "a",
+    { class: "tool", href: COMPARE_ADDRESS, title: "Compare two", "aria-label": "Compare two" },
+    icon("scales"),
+  );
+  return h("span", { class: "depth-backends" }, select, confirm, compare);
 }

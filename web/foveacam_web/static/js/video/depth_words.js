@@ -3,10 +3,12 @@
 /** @import { DepthBackendDocument, DepthBackendsDocument } from "#api" */
 
 const BUILT_IN = "sgbm";
+/** @type {Readonly<Record<string, string>>} */
+const BUILT_IN_WORDS = Object.freeze({ sgbm: "Semi-global matching", live: "The same, faster and coarser" });
 
 /** Return the words of a backend in the list. @param {DepthBackendDocument} backend */
 export function backendWords({ kind, name, licence, problem, research_only }) {
-  if (kind === "built_in") return "Semi-global matching";
+  if (kind === "built_in") return BUILT_IN_WORDS[name] ?? name;
   if (problem) return `${name} (cannot be used)`;
   return research_only ? `${name} (research only, ${licence})` : `${name} (${licence})`;
 }
