@@ -54,7 +54,7 @@ test("figures say what they would be, and what is unknown", () => {
   });
   assert.deepEqual(
     words.differenceRows(found).map(([, text]) => text),
-    ["50 %", "−0.250 px", "0.500 px", "70 % (68 % where both are stated rightly)", "–"],
+    ["50 %", "−0.250 px", "0.500 px", "70 % (68 % if stated rightly)", "–"],
   );
 });
 

@@ -64,5 +64,5 @@ function signed(px) {
 
 /** @param {number | null} value @param {string} right */
 function share(value, right) {
-  return value === null ? MISSING : `${Math.round(100 * value)} % (${right} where both are stated rightly)`;
+  return value === null ? MISSING : `${Math.round(100 * value)} % (${right} if stated rightly)`;
 }
