@@ -1,4 +1,4 @@
-"""The commands `foveacam learn train|evaluate|export|info`; they need the extra `learn`."""
+"""The commands `foveacam learn pairs|train|evaluate|export|info`; all but `pairs` need the extra `learn`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,7 +9,7 @@ from foveacam_server.commands.options import JsonOption, parse_pair
 
 app = typer.Typer(
     name="learn",
-    help="Train a stereo network on what the rig captured, without truth (Sec. 5).",
+    help="Train a stereo network on what the rig captured, or on simulated pairs with truth (Sec. 5).",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -18,6 +18,34 @@ app = typer.Typer(
 DatasetsArgument = Annotated[list[Path], typer.Argument(help="datasets of verged pairs: folders of captures")]
 CheckpointArgument = Annotated[Path, typer.Argument(help="checkpoint (.safetensors)")]
 CROP = "256x160"
+PAIR_SIZE = "360x270"
+
+
+@app.command()
+def pairs(
+    *,
+    out: Annotated[Path, typer.Option(help="folder for the pairs; one that is there goes on")],
+    count: Annotated[int, typer.Option(help="pairs in all", min=1, max=10_000_000)],
+    seed: Annotated[int, typer.Option(help="seed of the stream of pairs", min=0)] = 0,
+    split: Annotated[str, typer.Option(help="train, or held-out: other scenes and textures")] = "train",
+    size: Annotated[
+        str, typer.Option(help="width and height, px: 360x270, 720x540 or 1440x1080")
+    ] = PAIR_SIZE,
+    workers: Annotated[int, typer.Option(help="processes", min=1, max=256)] = 1,
+    as_json: JsonOption = False,
+) -> None:
+    """Render verged pairs of random scenes with their truth; needs a checkout of the sources."""
+    from foveacam_server.resources.learning.simulated_pairs import PairRequest, run_pairs
+
+    request = PairRequest(
+        out=out,
+        count=count,
+        seed=seed,
+        split=split,
+        size=parse_pair(size, option="--size", example=PAIR_SIZE) or (0, 0),
+        workers=workers,
+    )
+    run_pairs(request, as_json=as_json)
 
 
 @app.command()
