@@ -1,7 +1,7 @@
 """Simulated pairs with truth: the truth explains the pictures, and folders are made again bit by bit."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +16,9 @@ from foveacam_bench.learned.scenes import draw_scene, scene_seed
 from foveacam_hardware.contract import InvalidInput, StorageFull
 from foveacam_hardware.sim.scenes.materials import CheckerboardMaterial, NoiseMaterial
 from foveacam_pipeline.learn import pair_folder
-from foveacam_pipeline.learn.pair_folder import DOCUMENT, LabelledPairs, Split
+from foveacam_pipeline.learn.pair_folder import DOCUMENT, PairTruth, Split, StoredPairs
 from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_server.cli import app
 
 SIZE = (360, 270)
@@ -44,10 +45,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+def labelled(folder: Path) -> Iterator[tuple[RectifiedPair, PairTruth]]:
+    for sample in StoredPairs(folder):
+        assert sample.truth is not None
+        yield sample.pair, sample.truth
+
+
 @pytest.mark.slow
 def test_the_right_picture_warped_by_the_truth_is_the_left_one(folder: Path) -> None:
-    for labelled in LabelledPairs(folder):
-        pair, truth = labelled.pair, labelled.truth
+    for pair, truth in labelled(folder):
         rows, columns = np.indices(truth.both.shape)
         x = np.asarray(columns - np.nan_to_num(truth.disparity_px), dtype=np.float32)
         y = np.asarray(rows, dtype=np.float32)
@@ -62,17 +68,16 @@ def test_the_right_picture_warped_by_the_truth_is_the_left_one(folder: Path) -> 
 @pytest.mark.slow
 def test_semi_global_matching_finds_the_truth(folder: Path) -> None:
     errors_px = []
-    for labelled in LabelledPairs(folder):
-        found = match(labelled.pair).residual_px
-        known = labelled.truth.both & np.isfinite(found)
-        errors_px.append(np.median(np.abs(found - labelled.truth.disparity_px)[known]))
+    for pair, truth in labelled(folder):
+        found = match(pair).residual_px
+        known = truth.both & np.isfinite(found)
+        errors_px.append(np.median(np.abs(found - truth.disparity_px)[known]))
     assert max(errors_px) < 0.4
 
 
 @pytest.mark.slow
 def test_masks_divide_what_the_left_eye_sees(folder: Path) -> None:
-    for labelled in LabelledPairs(folder):
-        truth = labelled.truth
+    for _pair, truth in labelled(folder):
         seen = np.isfinite(truth.disparity_px)
         assert not (truth.both & truth.occluded).any()
         assert np.array_equal(truth.both | truth.occluded, seen)
@@ -88,7 +93,7 @@ def test_the_same_seed_gives_the_same_bytes_also_after_a_stop(folder: Path, tmp_
         done[0] = number
 
     first = made(order(tmp_path / "a", count=4), on_pair=count, stopped=lambda: done[0] >= 1)
-    assert (first.made, len(LabelledPairs(tmp_path / "a"))) == (1, 1)
+    assert (first.made, len(StoredPairs(tmp_path / "a"))) == (1, 1)
     again = made(order(tmp_path / "a", count=4))
     assert (again.made, len(again.document.pairs)) == (3, 4)
     for path in folder.iterdir():
@@ -105,7 +110,7 @@ def test_another_seed_is_refused_in_a_folder_that_goes_on(folder: Path) -> None:
 @pytest.mark.slow
 def test_worker_processes_make_the_same_pairs(folder: Path, tmp_path: Path) -> None:
     found = made(replace(order(tmp_path / "w", count=2), workers=2))
-    assert found.document.pairs == LabelledPairs(folder).document.pairs[:2]
+    assert found.document.pairs == StoredPairs(folder).document.pairs[:2]
 
 
 def test_scenes_and_textures_of_both_splits_are_disjoint() -> None:
@@ -136,7 +141,7 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.M
         patch.setattr(pair_folder, "write_file", full)
         with pytest.raises(StorageFull, match="the same command goes on"):
             made(order(tmp_path, count=2))
-    assert len(list(LabelledPairs(tmp_path))) == 1
+    assert len(list(StoredPairs(tmp_path))) == 1
 
 
 @pytest.mark.slow
@@ -146,10 +151,10 @@ def test_a_damaged_pair_is_refused(tmp_path: Path) -> None:
     document["pairs"][0]["sha256"] = "0" * 64
     (tmp_path / DOCUMENT).write_text(json.dumps(document))
     with pytest.raises(InvalidInput, match="differs from its hash"):
-        LabelledPairs(tmp_path)[0]
+        StoredPairs(tmp_path)[0]
     (tmp_path / "pairs-00000.npz").write_bytes(b"no shard")
     with pytest.raises(InvalidInput, match="the shard cannot be read"):
-        LabelledPairs(tmp_path)[0]
+        StoredPairs(tmp_path)[0]
 
 
 @pytest.mark.slow

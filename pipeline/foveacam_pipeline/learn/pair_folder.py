@@ -85,16 +85,15 @@ class PairTruth:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LabelledPair:
-    """A rectified pair with its truth."""
+class PairSample:
+    """A rectified pair, with its truth where that is known."""
 
     pair: RectifiedPair
-    truth: PairTruth
+    truth: PairTruth | None = None
 
 
-def pair_arrays(labelled: LabelledPair) -> dict[str, NDArray[np.generic]]:
+def pair_arrays(pair: RectifiedPair, truth: PairTruth) -> dict[str, NDArray[np.generic]]:
     """Return the arrays that are kept of a pair, by name; masks with eight pixels a byte."""
-    pair, truth = labelled.pair, labelled.truth
     masks = {
         "valid_left": pair.valid_left,
         "valid_right": pair.valid_right,
@@ -162,7 +161,7 @@ class PairFolderWriter:
         return self._document
 
 
-class LabelledPairs(Sequence[LabelledPair]):
+class StoredPairs(Sequence[PairSample]):
     """The pairs of a folder, read when they are asked for and checked against their hashes."""
 
     def __init__(self, folder: Path) -> None:
@@ -173,10 +172,10 @@ class LabelledPairs(Sequence[LabelledPair]):
         return len(self.document.pairs)
 
     @overload
-    def __getitem__(self, index: int) -> LabelledPair: ...
+    def __getitem__(self, index: int) -> PairSample: ...
     @overload
-    def __getitem__(self, index: slice) -> Sequence[LabelledPair]: ...
-    def __getitem__(self, index: int | slice) -> LabelledPair | Sequence[LabelledPair]:
+    def __getitem__(self, index: slice) -> Sequence[PairSample]: ...
+    def __getitem__(self, index: int | slice) -> PairSample | Sequence[PairSample]:
         if isinstance(index, slice):
             return [self[number] for number in range(*index.indices(len(self)))]
         number = range(len(self))[index]
@@ -187,9 +186,9 @@ class LabelledPairs(Sequence[LabelledPair]):
             raise InvalidInput(
                 f"{self.folder}: pair {number} differs from its hash in {DOCUMENT}; make the pairs anew"
             )
-        return _labelled(self.document, entry, arrays)
+        return _sample(self.document, entry, arrays)
 
-    def __iter__(self) -> Iterator[LabelledPair]:
+    def __iter__(self) -> Iterator[PairSample]:
         return (self[number] for number in range(len(self)))
 
 
@@ -234,9 +233,7 @@ def _check_same(folder: Path, found: PairDocument, asked: PairDocument) -> None:
             )
 
 
-def _labelled(
-    document: PairDocument, entry: PairEntry, arrays: dict[str, NDArray[np.generic]]
-) -> LabelledPair:
+def _sample(document: PairDocument, entry: PairEntry, arrays: dict[str, NDArray[np.generic]]) -> PairSample:
     shape = (document.height, document.width)
 
     def mask(name: str) -> NDArray[np.bool_]:
@@ -261,4 +258,4 @@ def _labelled(
         both=mask("both"),
         occluded=mask("occluded"),
     )
-    return LabelledPair(pair=pair, truth=truth)
+    return PairSample(pair=pair, truth=truth)

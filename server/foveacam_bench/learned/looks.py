@@ -15,7 +15,7 @@ from foveacam_hardware.sim.presets import RIG120
 from foveacam_hardware.sim.render.projection import Projection, disparity_of
 from foveacam_hardware.sim.sensor import image_from_radiance
 from foveacam_hardware.sim.world import World, renderer_projection
-from foveacam_pipeline.learn.pair_folder import LabelledPair, PairTruth
+from foveacam_pipeline.learn.pair_folder import PairTruth
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.rectify import halved, rectify_frames, window_from_raw
 from foveacam_pipeline.stereo.values import RectifiedPair
@@ -27,9 +27,10 @@ SCALES = (0.25, 0.5, 1.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LabelledLook:
-    """A labelled pair; `row_error_px`: median over pixels of |row of the right picture - row of the left|."""
+    """A pair, its truth, and the median over pixels of |row of the right picture - row of the left|, px."""
 
-    labelled: LabelledPair
+    pair: RectifiedPair
+    truth: PairTruth
     row_error_px: float
 
 
@@ -68,7 +69,7 @@ def render_look(drawn: PairScene, calibration: Calibration, *, scale: float, noi
     pair = pair if scale >= 0.5 else halved(pair)
     truth, row_error_px = _truth(scene, views, calibration, volts, pair)
     scene.close()
-    return LabelledLook(labelled=LabelledPair(pair=pair, truth=truth), row_error_px=row_error_px)
+    return LabelledLook(pair=pair, truth=truth, row_error_px=row_error_px)
 
 
 def _frame(scene: AnimatedScene, view: Projection, role: Role, drawn: PairScene, *, key: int) -> Frame:

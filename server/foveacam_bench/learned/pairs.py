@@ -83,7 +83,7 @@ def make_pair(seed: int, split: Split, index: int, size: tuple[int, int]) -> Mad
     number = scene_seed(seed, split, index)
     scale = scale_of(calibration, size)
     look = render_look(draw_scene(number), calibration, scale=scale, noise_seed=number)
-    pair, arrays = look.labelled.pair, pair_arrays(look.labelled)
+    pair, arrays = look.pair, pair_arrays(look.pair, look.truth)
     entry = PairEntry(
         scene_seed=number,
         sha256=arrays_sha256(arrays),

@@ -15,7 +15,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-DatasetsArgument = Annotated[list[Path], typer.Argument(help="datasets of verged pairs: folders of captures")]
+DatasetsArgument = Annotated[
+    list[Path], typer.Argument(help="folders of verged pairs: captured datasets, or of `pairs`")
+]
 CheckpointArgument = Annotated[Path, typer.Argument(help="checkpoint (.safetensors)")]
 CROP = "256x160"
 PAIR_SIZE = "360x270"
@@ -62,6 +64,9 @@ def train(
     batch: Annotated[int, typer.Option(help="crops a step", min=1, max=256)] = 4,
     crop: Annotated[str, typer.Option(help="width and height of a crop, px, multiples of 8")] = CROP,
     seed: Annotated[int, typer.Option(help="seed of all that is drawn at random", min=0)] = 0,
+    truth: Annotated[
+        bool, typer.Option("--truth/--no-truth", help="train on pairs with truth by it, or as on all others")
+    ] = True,
     as_json: JsonOption = False,
 ) -> None:
     """Train on datasets and judge on a held-out scene; after Ctrl-C the same command goes on."""
@@ -76,6 +81,7 @@ def train(
         batch=batch,
         crop_px=parse_pair(crop, option="--crop", example=CROP) or (0, 0),
         seed=seed,
+        truth=truth,
     )
     run_training(order, as_json=as_json)
 
@@ -84,7 +90,7 @@ def train(
 def evaluate(
     checkpoint: CheckpointArgument, datasets: DatasetsArgument, *, as_json: JsonOption = False
 ) -> None:
-    """Compare a network with semi-global matching on datasets, by photometric error."""
+    """Compare a network with semi-global matching on datasets, by photometric error and truth."""
     from foveacam_server.resources.learning.run import run_evaluation
 
     run_evaluation(checkpoint, datasets, as_json=as_json)
