@@ -1,7 +1,8 @@
 """Simulated pairs with truth: the truth explains the pictures, and folders are made again bit by bit."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from typer.testing import CliRunner
 from foveacam_bench.learned import pairs as simulated
 from foveacam_bench.learned.pairs import MadePairs, PairOrder, make_pair, make_pairs
 from foveacam_bench.learned.scenes import draw_scene, scene_seed
-from foveacam_hardware.contract import InvalidInput, StorageFull
+from foveacam_hardware.contract import DeviceFault, InvalidInput, StorageFull
 from foveacam_hardware.sim.scenes.materials import CheckerboardMaterial, NoiseMaterial
 from foveacam_pipeline.learn import pair_folder
 from foveacam_pipeline.learn.pair_folder import DOCUMENT, PairTruth, Split, StoredPairs
@@ -141,6 +142,20 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.M
         patch.setattr(pair_folder, "write_file", full)
         with pytest.raises(StorageFull, match="the same command goes on"):
             made(order(tmp_path, count=2))
+    assert len(list(StoredPairs(tmp_path))) == 1
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_leaves_what_was_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def one_then_killed(*_arguments: object) -> Generator[simulated.MadePair, None, None]:
+        yield make_pair(SEED, Split.TRAIN, 0, SIZE)
+        raise BrokenProcessPool
+
+    monkeypatch.setattr(simulated, "_made", one_then_killed)
+    with pytest.raises(DeviceFault, match="1 pairs are kept; the same command goes on"):
+        made(order(tmp_path))
     assert len(list(StoredPairs(tmp_path))) == 1
 
 

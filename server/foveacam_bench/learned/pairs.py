@@ -4,11 +4,14 @@ A pair depends on seed, split, size and its index alone, whatever the number of 
 """
 
 import multiprocessing
+import os
 import signal
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Generator
 from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +23,7 @@ from numpy.typing import NDArray
 
 from foveacam_bench.learned.looks import PRESET, own_calibration, render_look, scale_of
 from foveacam_bench.learned.scenes import draw_scene, scene_seed
+from foveacam_hardware.contract import DeviceFault
 from foveacam_pipeline.learn.pair_folder import (
     PairDocument,
     PairEntry,
@@ -67,13 +71,20 @@ def make_pairs(
     began, began_s = writer.count, time.perf_counter()
     on_pair(began, order.count, 0.0)
     rate = 0.0
-    with closing(_made(order, began)) as pairs:
-        for entry, arrays in pairs:
-            writer.add(entry, arrays)
-            rate = (writer.count - began) / (time.perf_counter() - began_s)
-            on_pair(writer.count, order.count, rate)
-            if stopped():
-                break
+    try:
+        with closing(_made(order, began)) as pairs:
+            for entry, arrays in pairs:
+                writer.add(entry, arrays)
+                rate = (writer.count - began) / (time.perf_counter() - began_s)
+                on_pair(writer.count, order.count, rate)
+                if stopped():
+                    break
+    except BrokenProcessPool as error:
+        kept = len(writer.flush().pairs)
+        raise DeviceFault(
+            f"a worker process was ended from outside, perhaps for its memory; {kept} pairs are kept; the "
+            "same command goes on, with fewer --workers if memory is short"
+        ) from error
     return MadePairs(document=writer.flush(), made=writer.count - began, pairs_per_s=rate)
 
 
@@ -124,7 +135,7 @@ def _made(order: PairOrder, begin: int) -> Generator[MadePair, None, None]:
     try:
         waiting: deque[Future[MadePair]] = deque()
         for index in todo:
-            waiting.append(pool.submit(make_pair, order.seed, order.split, index, order.size))
+            waiting.append(_submit(pool, order, index))
             if len(waiting) >= (1 + AHEAD) * order.workers:
                 yield waiting.popleft().result()
         while waiting:
@@ -133,7 +144,23 @@ def _made(order: PairOrder, begin: int) -> Generator[MadePair, None, None]:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
+def _submit(pool: ProcessPoolExecutor, order: PairOrder, index: int) -> Future[MadePair]:
+    """Submit one pair; the process that may be started for it leaves Ctrl-C to this program."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return pool.submit(make_pair, order.seed, order.split, index, order.size)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _start_worker() -> None:
-    """Leave Ctrl-C to the program that started the worker, and its other cores to the other workers."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Use one core, and end with the program that started the worker, however that ends."""
     cv2.setNumThreads(1)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
