@@ -159,6 +159,9 @@ def test_a_run_with_both_kinds_of_pairs_is_gone_on_with_bit_equal(tmp_path: Path
     assert all(torch.equal(once[name], twice[name]) for name in once)
     assert (whole / "curves.csv").read_text() == (parts / "curves.csv").read_text()
     assert facts.truth and {"truth", "photometric"} < facts.loss.keys()
+    larger = replace(scene("c", seed=3), pairs=[PairSample(pair=varied_sample(3, 192, 128).pair)])
+    with pytest.raises(InvalidInput, match="from 64 up to 160 x 96"):
+        train([larger, *datasets], whole, replace(PLAN, crop_px=(168, 96)), watcher())
     with pytest.raises(InvalidInput, match="a run with other use of truth"):
         train(datasets, whole, replace(PLAN, weights=LossWeights(truth=0.0)), watcher())
 

@@ -49,18 +49,11 @@ class LoadedDataset:
 
 
 def load_datasets(folders: Sequence[Path]) -> tuple[LoadedDataset, ...]:
-    """Return the pairs of datasets; raise InvalidInput for one without, of another size, or given twice."""
+    """Return the pairs of datasets; raise InvalidInput for one without any, or given twice."""
     loaded = tuple(_load(folder) for folder in folders)
     names = [dataset.name for dataset in loaded]
     if len(set(names)) < len(names):
         raise InvalidInput(f"datasets {', '.join(names)}: one is named twice; give each once")
-    sizes = {dataset.name: dataset.size for dataset in loaded}
-    if len(set(sizes.values())) > 1:
-        listed = ", ".join(f"{name} {width} x {height}" for name, (width, height) in sizes.items())
-        raise InvalidInput(
-            f"pairs of different sizes, px: {listed}; train on datasets of one rig, and on pairs with "
-            "truth of its size"
-        )
     return loaded
 
 

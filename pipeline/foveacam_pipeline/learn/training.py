@@ -188,7 +188,7 @@ def learning_rate(step: int, steps: int) -> float:
 
 def _check_plan(datasets: Sequence[LoadedDataset], plan: TrainingPlan) -> None:
     width, height = plan.crop_px
-    largest_width, largest_height = datasets[0].size
+    largest_width, largest_height = (min(sides) for sides in zip(*(d.size for d in datasets), strict=True))
     if width % 8 or height % 8 or width > largest_width or height > largest_height or min(width, height) < 64:
         raise InvalidInput(
             f"crops of {width} x {height} px: multiples of 8 are needed, from 64 up to {largest_width} x "

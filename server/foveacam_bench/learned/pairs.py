@@ -127,7 +127,7 @@ def _plan(order: PairOrder) -> PairDocument:
 def _made(order: PairOrder, begin: int) -> Generator[MadePair, None, None]:
     """Yield the pairs from an index on, in order."""
     todo = range(begin, order.count)
-    if order.workers == 1 or len(todo) < 2:
+    if order.workers == 1:
         yield from (make_pair(order.seed, order.split, index, order.size) for index in todo)
         return
     context = multiprocessing.get_context("spawn")
