@@ -99,6 +99,7 @@ def test_a_folder_of_pairs_is_loaded_as_it_was_stored(tmp_path: Path) -> None:
         assert np.array_equal(given.truth.disparity_px, read.truth.disparity_px)
         assert np.array_equal(given.truth.occluded, read.truth.occluded)
         assert read.pair.offset_px == given.pair.offset_px
+    assert found.pairs[1] is found.pairs[1]
     with pytest.raises(InvalidInput, match="has no pairs yet"):
         load_datasets([stored(tmp_path / "empty", [])])
 

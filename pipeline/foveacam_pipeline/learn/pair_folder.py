@@ -24,6 +24,8 @@ from foveacam_pipeline.storage.disk import disk_errors, write_file
 DOCUMENT = "pairs.json"
 SHARD_PAIRS = 50
 """Pairs of a shard; the last one may have fewer."""
+KEPT_BYTES = 1 << 30
+"""Pairs that were read stay in memory up to this size; the rest is read anew each time."""
 
 
 class Split(StrEnum):
@@ -167,6 +169,8 @@ class StoredPairs(Sequence[PairSample]):
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.document = read_document(folder)
+        self._kept: dict[int, PairSample] = {}
+        self._kept_bytes = 0
 
     def __len__(self) -> int:
         return len(self.document.pairs)
@@ -179,6 +183,12 @@ class StoredPairs(Sequence[PairSample]):
         if isinstance(index, slice):
             return [self[number] for number in range(*index.indices(len(self)))]
         number = range(len(self))[index]
+        return self._kept[number] if number in self._kept else self._read(number)
+
+    def __iter__(self) -> Iterator[PairSample]:
+        return (self[number] for number in range(len(self)))
+
+    def _read(self, number: int) -> PairSample:
         shard, place = divmod(number, SHARD_PAIRS)
         entry = self.document.pairs[number]
         arrays = _read_shard(self.folder, shard, prefix=f"{place:02d}.")
@@ -186,10 +196,12 @@ class StoredPairs(Sequence[PairSample]):
             raise InvalidInput(
                 f"{self.folder}: pair {number} differs from its hash in {DOCUMENT}; make the pairs anew"
             )
-        return _sample(self.document, entry, arrays)
-
-    def __iter__(self) -> Iterator[PairSample]:
-        return (self[number] for number in range(len(self)))
+        sample = _sample(self.document, entry, arrays)
+        size = sum(array.nbytes for array in arrays.values())
+        if self._kept_bytes + size <= KEPT_BYTES:
+            self._kept[number] = sample
+            self._kept_bytes += size
+        return sample
 
 
 def is_pair_folder(folder: Path) -> bool:

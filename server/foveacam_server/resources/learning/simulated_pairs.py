@@ -49,7 +49,7 @@ def run_pairs(request: PairRequest, *, as_json: bool) -> None:
         typer.echo(json.dumps({**told, "split": found.document.split, "seed": found.document.seed}))
         return
     left = "" if complete >= request.count else "; the same command goes on"
-    made = f"{complete} of {request.count} pairs, {found.pairs_per_s:.2f} pairs/s"
+    made = f"{complete} of {max(complete, request.count)} pairs, {found.pairs_per_s:.2f} pairs/s"
     typer.echo(f"{made}: {request.out / DOCUMENT}{left}")
 
 
