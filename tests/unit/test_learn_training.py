@@ -13,7 +13,7 @@ from safetensors.torch import load_file, save_file
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn import training
 from foveacam_pipeline.learn.checkpoint import Checkpoint, TrainingFacts, load_checkpoint, save_checkpoint
-from foveacam_pipeline.learn.evaluation import evaluate, filled, network_disparity
+from foveacam_pipeline.learn.evaluation import evaluate, filled, network_answer
 from foveacam_pipeline.learn.export import export_network
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import FoveatedStereo
@@ -150,7 +150,8 @@ def test_the_exported_network_is_a_depth_backend_with_the_same_disparities(tmp_p
     trained = checkpoint()
     card = export_network(trained, tmp_path / "out", name="ours", licence="own work")
     pair = varied_pair(3, width=157, height=91)  # sides that are padded
-    expected, seen = network_disparity(trained.network(), pair)
+    answer, seen = network_answer(trained.network(), pair)
+    expected = answer.disparity_px
     found = NetworkEstimator.open(load_network(card)).disparity_px(pair)
     assert np.abs(found - expected).max() <= 0.02
     assert seen.shape == expected.shape == (91, 157)

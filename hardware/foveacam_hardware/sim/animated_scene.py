@@ -17,8 +17,8 @@ from foveacam_hardware.sim.render.renderer import Radiance, Renderer
 from foveacam_hardware.sim.render.scene import Scene
 from foveacam_hardware.sim.rig_pose import RigPoseAtTime, image_motion_px, project_in_world, unmoved_rig
 from foveacam_hardware.sim.scenes.build import build_scene
-from foveacam_hardware.sim.scenes.format import Object
-from foveacam_hardware.sim.scenes.loader import load_scene, scene_path
+from foveacam_hardware.sim.scenes.format import Object, SceneFile
+from foveacam_hardware.sim.scenes.loader import SCENES_FOLDER, load_scene, scene_path
 from foveacam_hardware.sim.scenes.motion import pose
 
 CACHED_FRAMES = 4
@@ -44,11 +44,14 @@ class AnimatedScene:
     Projections are in the rig frame; `rig_pose` returns the pose of the rig in the scene.
     """
 
-    def __init__(self, name_or_file: str | Path, *, threads: int = 2) -> None:
-        path = scene_path(name_or_file)
-        self.file = load_scene(path)
-        self.name = path.stem
-        self.scene = build_scene(self.file, folder=path.parent)
+    def __init__(self, scene: str | Path | SceneFile, *, threads: int = 2) -> None:
+        """Build a scene that ships, that of a file, or one that was read or drawn already."""
+        if isinstance(scene, SceneFile):
+            self.file, self.name, folder = scene, scene.title, SCENES_FOLDER
+        else:
+            path = scene_path(scene)
+            self.file, self.name, folder = load_scene(path), path.stem, path.parent
+        self.scene = build_scene(self.file, folder=folder)
         self._renderer = Renderer(self.scene, threads=threads, cached_frames=CACHED_FRAMES)
         self._probe_renderer = Renderer(self.scene, threads=1, cached_frames=2)
         self._moving = [

@@ -33,6 +33,8 @@ class TrainingFacts(BaseModel):
     """SHA-256 of the manifest of each dataset by its name."""
     commit: str
     """Git commit of the program, empty outside a checkout."""
+    truth: bool = False
+    """Whether pairs with truth were trained on by it."""
     loss: dict[str, float] = Field(default_factory=dict)
     """Parts of the loss, means of the last hundred steps."""
 

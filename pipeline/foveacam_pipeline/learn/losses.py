@@ -1,11 +1,11 @@
-"""Losses of self-supervised stereo (Eq. 15): photometric, smoothness, and attention reconstruction.
+"""Losses of training: by the truth where there is one, else self-supervised (Eq. 15).
 
-The last is needed in addition to the paper's: the gradient of a warped picture reaches one or two pixels,
-residual disparities are tens of pixels. It rebuilds each left cell from right cells by the shares of the
-matching, and so reaches along the whole row.
+The latter are photometric, smoothness, and attention reconstruction, an addition to the paper's: the gradient
+of a warped picture reaches one or two pixels, residual disparities are tens of pixels. It rebuilds each left
+cell from right cells by the shares of the matching, and so reaches along the whole row.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import torch
 from torch import Tensor
@@ -22,6 +22,9 @@ STEP_DECAY = 0.8
 EDGE_FALL = 10.0
 """How fast smoothness is asked for less where the picture changes."""
 LEAST_SCALE_PX = 0.05
+LARGEST_ERROR_PX = 16.0
+"""Of the likelihood: larger errors count as this."""
+LEAST_LOG_SHARE = -12.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,15 +36,116 @@ class LossWeights:
     smoothness: float = 0.01
     scale: float = 0.02
     """Of the likelihood of what left and right disagree by, under the stated scale of the error."""
+    truth: float = 0.1
+    """Of the difference from the truth, px; zero trains pairs with truth as if they had none."""
+    true_matching: float = 0.5
+    """Of the cross-entropy of the matching with the true column."""
+    true_scale: float = 0.1
+    """Of the likelihood of the true error under its stated scale."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairBatch:
-    """Pictures (n, 3, h, w) of 0 to 1, and where the left window looks at something, (n, 1, h, w) bool."""
+    """Pictures (n, 3, h, w) of 0 to 1, and where the left window looks at something, (n, 1, h, w) bool.
+
+    `disparity_px`, `known`: (n, 1, h, w) true disparity, and where it is known and seen by both eyes, bool;
+    `labelled`: (n,) bool, which pairs have truth. None of them: no pair has.
+    """
 
     left: Tensor
     right: Tensor
     valid_left: Tensor
+    disparity_px: Tensor | None = None
+    known: Tensor | None = None
+    labelled: Tensor | None = None
+
+
+SELF_SUPERVISED = ("photometric", "reconstruction", "smoothness", "scale")
+SUPERVISED = ("truth", "true matching", "true scale")
+"""Names of the parts of both losses."""
+
+
+def training_loss(
+    prediction: Prediction, batch: PairBatch, weights: LossWeights, *, masked: bool
+) -> tuple[Tensor, dict[str, float]]:
+    """Return the loss of a batch and its parts: supervised for pairs with truth, else self-supervised.
+
+    `masked`: as for `self_supervised`.
+    """
+    labelled = batch.labelled
+    if labelled is None or weights.truth == 0.0 or not labelled.any():
+        return self_supervised(prediction, batch, weights, masked=masked)
+    if labelled.all():
+        return supervised(prediction, batch, weights)
+    share = float(labelled.float().mean())
+    found, parts = supervised(*_rows(prediction, batch, labelled), weights)
+    other, other_parts = self_supervised(*_rows(prediction, batch, ~labelled), weights, masked=masked)
+    return share * found + (1.0 - share) * other, parts | other_parts
+
+
+def supervised(
+    prediction: Prediction, batch: PairBatch, weights: LossWeights
+) -> tuple[Tensor, dict[str, float]]:
+    """Return the loss of pairs with truth and its parts; only what both eyes see counts."""
+    if batch.disparity_px is None or batch.known is None:
+        raise ValueError("a supervised loss needs the truth of the batch")
+    true_px, known = batch.disparity_px, batch.known.to(batch.disparity_px)
+    last = len(prediction.disparities) - 1
+    shares = [STEP_DECAY ** (last - number) for number in range(last + 1)]
+    off = [
+        share * _mean((d - true_px).abs(), known)
+        for share, d in zip(shares, prediction.disparities, strict=True)
+    ]
+    scale = laplace_scale(prediction)
+    error_px = (prediction.disparity.detach() - true_px).abs()
+    parts = {
+        "truth": weights.truth * torch.stack(off).sum() / sum(shares),
+        "true matching": weights.true_matching * matching_entropy(prediction.matches, true_px, known),
+        "true scale": weights.true_scale
+        * _mean(error_px.clamp_max(LARGEST_ERROR_PX) / scale + scale.log(), known),
+    }
+    return torch.stack(list(parts.values())).sum(), {
+        name: float(part.detach()) for name, part in parts.items()
+    }
+
+
+def matching_entropy(matches: RowMatches, true_px: Tensor, known: Tensor) -> Tensor:
+    """Return the cross-entropy of the shares of right columns with the true ones; both (n, 1, h, w)."""
+    middle = CELL_PX // 2
+    true_px, known = (plane[:, 0, middle::CELL_PX, middle::CELL_PX] for plane in (true_px, known))
+    columns = matches.scores.shape[3]
+    place = torch.arange(columns, device=true_px.device, dtype=true_px.dtype)
+    target = place - true_px / CELL_PX
+    known = known * ((target >= 0.0) & (target <= columns - 1.0))
+    target = target.clamp(0.0, columns - 1.001)
+    low = target.floor().long()[..., None]
+    part = target - low[..., 0]
+    logs = matches.scores.log_softmax(dim=3)
+    found = logs.gather(3, low)[..., 0] * (1.0 - part) + logs.gather(3, low + 1)[..., 0] * part
+    return _mean(-found.clamp_min(LEAST_LOG_SHARE), known)
+
+
+def _rows(prediction: Prediction, batch: PairBatch, rows: Tensor) -> tuple[Prediction, PairBatch]:
+    """Return some pairs of a batch and what is predicted of them; `rows`: (n,) bool."""
+    matches = prediction.matches
+    part = Prediction(
+        disparities=tuple(disparity[rows] for disparity in prediction.disparities),
+        log_scale=prediction.log_scale[rows],
+        matches=RowMatches(
+            scores=matches.scores[rows],
+            share=matches.share[rows],
+            disparity=matches.disparity[rows],
+            peak=matches.peak[rows],
+        ),
+    )
+    given = {
+        field.name: getattr(batch, field.name)[rows] for field in fields(batch) if field.name != "labelled"
+    }
+    return part, PairBatch(**given)
+
+
+def _mean(values: Tensor, weight: Tensor) -> Tensor:
+    return (values * weight).sum() / weight.sum().clamp_min(1.0)
 
 
 def self_supervised(
@@ -64,6 +168,11 @@ def self_supervised(
     }
     total = torch.stack(list(parts.values())).sum()
     return total, {name: float(part.detach()) for name, part in parts.items()}
+
+
+def laplace_scale(prediction: Prediction) -> Tensor:
+    """Return the stated scale of the Laplace error of the last disparity, (n, 1, h, w) px."""
+    return prediction.log_scale.exp() + LEAST_SCALE_PX
 
 
 def warped(right: Tensor, disparity: Tensor) -> tuple[Tensor, Tensor]:
@@ -111,8 +220,8 @@ def scale_likelihood(prediction: Prediction, batch: PairBatch, seen: Tensor) -> 
     slope = batch.left.diff(dim=3, append=batch.left[..., -1:]).abs().mean(dim=1, keepdim=True)
     off_px = photometric_error(batch.left, rebuilt) / (slope + 0.02)
     change_px = (prediction.disparity - prediction.disparities[-2]).detach().abs()
-    scale = prediction.log_scale.exp() + LEAST_SCALE_PX
-    likelihood = torch.maximum(off_px, change_px).detach().clamp_max(16.0) / scale + scale.log()
+    scale = laplace_scale(prediction)
+    likelihood = torch.maximum(off_px, change_px).detach().clamp_max(LARGEST_ERROR_PX) / scale + scale.log()
     shown = (seen & inside).to(likelihood)
     return (likelihood * shown).sum() / shown.sum().clamp_min(1.0)
 

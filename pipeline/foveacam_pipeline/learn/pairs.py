@@ -1,8 +1,13 @@
-"""Pairs to train on: rectified by each dataset's own calibration, in memory, cropped at random by seed."""
+"""Pairs to train on: rectified by each dataset's own calibration, or of a folder of pairs with truth.
+
+They are cropped at random by seed.
+"""
 
 import hashlib
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +17,8 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.learn.losses import PairBatch
-from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.learn.pair_folder import DOCUMENT as PAIRS_DOCUMENT
+from foveacam_pipeline.learn.pair_folder import PairSample, StoredPairs, is_pair_folder
 
 SCALE = 0.5
 LEAST_VALID = 0.5
@@ -25,34 +31,52 @@ DOCUMENT = "dataset.json"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadedDataset:
-    """The rectified pairs of one dataset; `digest` is the SHA-256 of its document."""
+    """The rectified pairs of one dataset; `digest` is the SHA-256 of its document.
+
+    `labelled`: whether their truth is known.
+    """
 
     name: str
     digest: str
-    pairs: tuple[RectifiedPair, ...]
+    pairs: Sequence[PairSample]
+    labelled: bool = False
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the pairs, px."""
+        height, width = self.pairs[0].pair.left.shape[:2]
+        return width, height
 
 
 def load_datasets(folders: Sequence[Path]) -> tuple[LoadedDataset, ...]:
-    """Return the pairs of datasets; raise InvalidInput for one without, of another size, or given twice."""
+    """Return the pairs of datasets; raise InvalidInput for one without any, or given twice."""
     loaded = tuple(_load(folder) for folder in folders)
     names = [dataset.name for dataset in loaded]
     if len(set(names)) < len(names):
         raise InvalidInput(f"datasets {', '.join(names)}: one is named twice; give each once")
-    sizes = {dataset.name: dataset.pairs[0].left.shape[:2] for dataset in loaded}
-    if len(set(sizes.values())) > 1:
-        listed = ", ".join(f"{name} {width} x {height}" for name, (height, width) in sizes.items())
-        raise InvalidInput(f"pairs of different sizes, px: {listed}; train on datasets of one rig")
     return loaded
 
 
 def _load(folder: Path) -> LoadedDataset:
+    return _load_labelled(folder) if is_pair_folder(folder) else _load_captured(folder)
+
+
+def _load_labelled(folder: Path) -> LoadedDataset:
+    pairs = StoredPairs(folder)
+    if not pairs:
+        raise InvalidInput(f"{folder} has no pairs yet; make them with `foveacam learn pairs --out {folder}`")
+    digest = hashlib.sha256((folder / PAIRS_DOCUMENT).read_bytes()).hexdigest()
+    return LoadedDataset(name=folder.name, digest=digest, pairs=pairs, labelled=True)
+
+
+def _load_captured(folder: Path) -> LoadedDataset:
     dataset = Dataset.open(folder)
     if dataset.calibration is None:
         raise InvalidInput(f"{folder} has no calibration: it has no rectified pairs; leave it out")
     pairs = tuple(
         point.rectified(scale=SCALE, bracket=bracket) for point in dataset for bracket in point.brackets
     )
-    verged = tuple(pair for pair in pairs if np.isfinite(pair.verged_z_m))
+    verged = tuple(PairSample(pair=pair) for pair in pairs if np.isfinite(pair.verged_z_m))
     if not verged:
         raise InvalidInput(
             f"{folder} has no verged pairs ({len(pairs)} of parallel gazes): capture it at a distance, as "
@@ -62,52 +86,83 @@ def _load(folder: Path) -> LoadedDataset:
     return LoadedDataset(name=folder.name, digest=digest, pairs=verged)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Crop:
+    left: NDArray[np.float32]
+    right: NDArray[np.float32]
+    valid: NDArray[np.bool_]
+    disparity_px: NDArray[np.float32]
+    """Zero where it is not known."""
+    known: NDArray[np.bool_]
+    """Whether it is, and both eyes see the pixel."""
+    labelled: bool
+
+
 class CropSource:
     """Random crops of the pairs of all datasets; the crops of a step depend on seed and step alone."""
 
     def __init__(
         self, datasets: Sequence[LoadedDataset], *, size: tuple[int, int], batch: int, seed: int
     ) -> None:
-        self._pairs = [pair for dataset in datasets for pair in dataset.pairs]
+        self._datasets = tuple(datasets)
+        self._ends = list(accumulate(len(dataset.pairs) for dataset in datasets))
         self._size, self._batch, self._seed = size, batch, seed
 
     def batch(self, step: int) -> PairBatch:
         """Return the crops of a step."""
         rng = np.random.default_rng((self._seed, step))
         crops = [self._crop(rng) for _ in range(self._batch)]
-        left, right, valid = (np.stack(planes) for planes in zip(*crops, strict=True))
         return PairBatch(
-            left=torch.from_numpy(left),
-            right=torch.from_numpy(right),
-            valid_left=torch.from_numpy(valid[:, None]),
+            left=torch.from_numpy(np.stack([crop.left for crop in crops])),
+            right=torch.from_numpy(np.stack([crop.right for crop in crops])),
+            valid_left=torch.from_numpy(np.stack([crop.valid for crop in crops])[:, None]),
+            disparity_px=torch.from_numpy(np.stack([crop.disparity_px for crop in crops])[:, None]),
+            known=torch.from_numpy(np.stack([crop.known for crop in crops])[:, None]),
+            labelled=torch.tensor([crop.labelled for crop in crops]),
         )
 
-    def _crop(
-        self, rng: np.random.Generator
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+    def _crop(self, rng: np.random.Generator) -> _Crop:
         width, height = self._size
         for _ in range(DRAWS):
-            pair = self._pairs[rng.integers(len(self._pairs))]
-            y = int(rng.integers(pair.left.shape[0] - height + 1))
-            x = int(rng.integers(pair.left.shape[1] - width + 1))
+            sample = self._sample(int(rng.integers(self._ends[-1])))
+            y = int(rng.integers(sample.pair.left.shape[0] - height + 1))
+            x = int(rng.integers(sample.pair.left.shape[1] - width + 1))
             window = np.s_[y : y + height, x : x + width]
-            if pair.valid_left[window].mean() >= LEAST_VALID:
+            if sample.pair.valid_left[window].mean() >= LEAST_VALID:
                 break
-        return self._varied(pair, window, rng)
+        return _varied_crop(sample, window, rng)
 
-    def _varied(
-        self, pair: RectifiedPair, window: tuple[slice, slice], rng: np.random.Generator
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
-        """Return a crop with other brightness in each eye; half of them mirrored, with the eyes exchanged."""
-        left, right = (_varied(picture[window], rng) for picture in (pair.left, pair.right))
-        valid = pair.valid_left[window]
-        if rng.random() < 0.5:
-            # Mirrored, the right eye is the left one, and every disparity keeps its sign
-            left, right = right[:, :, ::-1], left[:, :, ::-1]
-            valid = pair.valid_right[window][:, ::-1]
-        if rng.random() < 0.5:
-            left, right, valid = left[:, ::-1], right[:, ::-1], valid[::-1]
-        return np.ascontiguousarray(left), np.ascontiguousarray(right), np.ascontiguousarray(valid)
+    def _sample(self, number: int) -> PairSample:
+        dataset = bisect_right(self._ends, number)
+        return self._datasets[dataset].pairs[number - (self._ends[dataset - 1] if dataset else 0)]
+
+
+def _varied_crop(sample: PairSample, window: tuple[slice, slice], rng: np.random.Generator) -> _Crop:
+    """Return a crop with other brightness in each eye; half of them mirrored, with the eyes exchanged.
+
+    Those with truth are not mirrored: the truth is that of the left eye.
+    """
+    pair, truth = sample.pair, sample.truth
+    left, right = (_varied(picture[window], rng) for picture in (pair.left, pair.right))
+    valid = pair.valid_left[window]
+    disparity_px = np.zeros(valid.shape, np.float32)
+    known = np.zeros(valid.shape, np.bool_)
+    if rng.random() < 0.5 and truth is None:
+        # Mirrored, the right eye is the left one, and every disparity keeps its sign
+        left, right = right[:, :, ::-1], left[:, :, ::-1]
+        valid = pair.valid_right[window][:, ::-1]
+    if truth is not None:
+        known = truth.both[window] & valid
+        disparity_px = np.where(known, truth.disparity_px[window], np.float32(0.0))
+    rows = slice(None, None, -1 if rng.random() < 0.5 else 1)
+    return _Crop(
+        left=np.ascontiguousarray(left[:, rows]),
+        right=np.ascontiguousarray(right[:, rows]),
+        valid=np.ascontiguousarray(valid[rows]),
+        disparity_px=np.ascontiguousarray(disparity_px[rows]),
+        known=np.ascontiguousarray(known[rows]),
+        labelled=truth is not None,
+    )
 
 
 def picture_planes(picture: NDArray[np.uint8]) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""Trains the network on captured pairs without truth: fixed steps, by seed, stopped and resumed at will."""
+"""Trains the network on captured pairs and on pairs with truth: fixed steps, by seed, resumed at will."""
 
 import math
 from collections import deque
@@ -16,7 +16,7 @@ from foveacam_pipeline.learn.checkpoint import (
     save_checkpoint,
 )
 from foveacam_pipeline.learn.curves import LossCurves
-from foveacam_pipeline.learn.losses import LossWeights, self_supervised
+from foveacam_pipeline.learn.losses import SELF_SUPERVISED, SUPERVISED, LossWeights, training_loss
 from foveacam_pipeline.learn.network.config import SIZES, SizeName
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pairs import CropSource, LoadedDataset
@@ -89,6 +89,9 @@ class _Run:
             self._network.parameters(), lr=LEARNING_RATE, weight_decay=WEIGHT_DECAY
         )
         self._crops = CropSource(datasets, size=plan.crop_px, batch=plan.batch, seed=plan.seed)
+        taught = [dataset.labelled and plan.weights.truth > 0.0 for dataset in datasets]
+        self._truth = any(taught)
+        self._parts = (() if all(taught) else SELF_SUPERVISED) + (SUPERVISED if self._truth else ())
         self._newest: deque[dict[str, float]] = deque(maxlen=SHOWN)
         self.done = self._go_on() if self._path.exists() else 0
         self._curves = LossCurves(folder, steps=self.done)
@@ -102,12 +105,13 @@ class _Run:
         batch = self._crops.batch(self.done)
         prediction = self._network(batch.left, batch.right)
         masked = self.done >= MASKED_FROM * plan.steps
-        loss, parts = self_supervised(prediction, batch, plan.weights, masked=masked)
+        loss, parts = training_loss(prediction, batch, plan.weights, masked=masked)
         self._optimizer.zero_grad(set_to_none=True)
         torch.autograd.backward(loss)
         torch.nn.utils.clip_grad_norm_(self._network.parameters(), CLIP)
         self._optimizer.step()
         self.done += 1
+        parts = {name: parts.get(name, 0.0) for name in self._parts}  # a batch may have but one kind of pairs
         self._newest.append(parts)
         self._curves.add(self.done, parts)
         return float(loss.detach())
@@ -134,6 +138,7 @@ class _Run:
             seed=self._plan.seed,
             datasets=self._digests,
             commit=self._commit,
+            truth=self._truth,
             loss=means,
         )
 
@@ -144,6 +149,7 @@ class _Run:
             ("network", facts.network.size, self._plan.size),
             ("steps", facts.steps_planned, self._plan.steps),
             ("seed", facts.seed, self._plan.seed),
+            ("use of truth", facts.truth, self._truth),
             ("datasets", sorted(facts.datasets.items()), sorted(self._digests.items())),
         ):
             if found != asked:
@@ -182,7 +188,7 @@ def learning_rate(step: int, steps: int) -> float:
 
 def _check_plan(datasets: Sequence[LoadedDataset], plan: TrainingPlan) -> None:
     width, height = plan.crop_px
-    largest_height, largest_width = datasets[0].pairs[0].left.shape[:2]
+    largest_width, largest_height = (min(sides) for sides in zip(*(d.size for d in datasets), strict=True))
     if width % 8 or height % 8 or width > largest_width or height > largest_height or min(width, height) < 64:
         raise InvalidInput(
             f"crops of {width} x {height} px: multiples of 8 are needed, from 64 up to {largest_width} x "

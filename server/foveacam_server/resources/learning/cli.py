@@ -1,4 +1,4 @@
-"""The commands `foveacam learn train|evaluate|export|info`; they need the extra `learn`."""
+"""The commands `foveacam learn pairs|train|evaluate|export|info`; all but `pairs` need the extra `learn`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,15 +9,45 @@ from foveacam_server.commands.options import JsonOption, parse_pair
 
 app = typer.Typer(
     name="learn",
-    help="Train a stereo network on what the rig captured, without truth (Sec. 5).",
+    help="Train a stereo network on what the rig captured, or on simulated pairs with truth (Sec. 5).",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 
-DatasetsArgument = Annotated[list[Path], typer.Argument(help="datasets of verged pairs: folders of captures")]
+DatasetsArgument = Annotated[
+    list[Path], typer.Argument(help="folders of verged pairs: captured datasets, or of `pairs`")
+]
 CheckpointArgument = Annotated[Path, typer.Argument(help="checkpoint (.safetensors)")]
 CROP = "256x160"
+PAIR_SIZE = "360x270"
+
+
+@app.command()
+def pairs(
+    *,
+    out: Annotated[Path, typer.Option(help="folder for the pairs; one that is there goes on")],
+    count: Annotated[int, typer.Option(help="pairs in all", min=1, max=10_000_000)],
+    seed: Annotated[int, typer.Option(help="seed of the stream of pairs", min=0)] = 0,
+    split: Annotated[str, typer.Option(help="train, or held-out: other scenes and textures")] = "train",
+    size: Annotated[
+        str, typer.Option(help="width and height, px: 360x270, 720x540 or 1440x1080")
+    ] = PAIR_SIZE,
+    workers: Annotated[int, typer.Option(help="processes", min=1, max=256)] = 1,
+    as_json: JsonOption = False,
+) -> None:
+    """Render verged pairs of random scenes with their truth; needs a checkout of the sources."""
+    from foveacam_server.resources.learning.simulated_pairs import PairRequest, run_pairs
+
+    request = PairRequest(
+        out=out,
+        count=count,
+        seed=seed,
+        split=split,
+        size=parse_pair(size, option="--size", example=PAIR_SIZE) or (0, 0),
+        workers=workers,
+    )
+    run_pairs(request, as_json=as_json)
 
 
 @app.command()
@@ -34,6 +64,9 @@ def train(
     batch: Annotated[int, typer.Option(help="crops a step", min=1, max=256)] = 4,
     crop: Annotated[str, typer.Option(help="width and height of a crop, px, multiples of 8")] = CROP,
     seed: Annotated[int, typer.Option(help="seed of all that is drawn at random", min=0)] = 0,
+    truth: Annotated[
+        bool, typer.Option("--truth/--no-truth", help="train on pairs with truth by it, or as on all others")
+    ] = True,
     as_json: JsonOption = False,
 ) -> None:
     """Train on datasets and judge on a held-out scene; after Ctrl-C the same command goes on."""
@@ -48,6 +81,7 @@ def train(
         batch=batch,
         crop_px=parse_pair(crop, option="--crop", example=CROP) or (0, 0),
         seed=seed,
+        truth=truth,
     )
     run_training(order, as_json=as_json)
 
@@ -56,7 +90,7 @@ def train(
 def evaluate(
     checkpoint: CheckpointArgument, datasets: DatasetsArgument, *, as_json: JsonOption = False
 ) -> None:
-    """Compare a network with semi-global matching on datasets, by photometric error."""
+    """Compare a network with semi-global matching on datasets, by photometric error and truth."""
     from foveacam_server.resources.learning.run import run_evaluation
 
     run_evaluation(checkpoint, datasets, as_json=as_json)

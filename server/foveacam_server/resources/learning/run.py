@@ -16,7 +16,7 @@ from foveacam_hardware.contract import Cancelled, InvalidInput, install_command
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 
 if TYPE_CHECKING:
-    from foveacam_pipeline.learn.evaluation import Evaluation
+    from foveacam_pipeline.learn.evaluation import Evaluation, TruthFigures
     from foveacam_pipeline.learn.network.config import SizeName
     from foveacam_pipeline.learn.network.network import FoveatedStereo
     from foveacam_pipeline.learn.pairs import LoadedDataset
@@ -34,12 +34,14 @@ class TrainingOrder:
     batch: int
     crop_px: tuple[int, int]
     seed: int
+    truth: bool = True
 
 
 def run_training(order: TrainingOrder, *, as_json: bool) -> None:
     """Train, then judge on the held-out datasets; print what came of it."""
     _check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint
+    from foveacam_pipeline.learn.losses import LossWeights
     from foveacam_pipeline.learn.pairs import load_datasets
     from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
 
@@ -52,6 +54,7 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
         batch=order.batch,
         crop_px=order.crop_px,
         seed=order.seed,
+        weights=LossWeights() if order.truth else LossWeights(truth=0.0),
     )
     order.out.mkdir(parents=True, exist_ok=True)
     with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
@@ -127,13 +130,21 @@ def _judge(network: "FoveatedStereo", dataset: "LoadedDataset", bar: ProgressBar
 
 
 def _print(found: "Evaluation") -> None:
+    judged = "" if found.methods[0].truth is None else " | EPE, px | above 1 px | answered | within 1 sigma"
     typer.echo(
         f"{found.dataset}, {found.pairs} pairs: photometric error, all pixels | seen by both eyes | L1 alone"
+        f"{judged}"
     )
     for row in found.methods:
-        typer.echo(
-            f"  {row.method:<14}{row.photometric:.4f} | {row.photometric_seen:.4f} | {row.absolute:.4f}"
-        )
+        photometric = f"{row.photometric:.4f} | {row.photometric_seen:.4f} | {row.absolute:.4f}"
+        typer.echo(f"  {row.method:<14}{photometric}{_against_truth(row.truth)}")
+
+
+def _against_truth(found: "TruthFigures | None") -> str:
+    if found is None:
+        return ""
+    sigma = "-" if found.within_1_sigma is None else f"{found.within_1_sigma:.3f}"
+    return f" | {found.epe_px:.3f} | {found.bad_1:.3f} | {found.answered:.3f} | {sigma}"
 
 
 def _check_split(order: TrainingOrder) -> None:

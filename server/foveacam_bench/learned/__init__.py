@@ -1,0 +1,1 @@
+"""Pairs with truth to train stereo networks on, of the simulated rig."""

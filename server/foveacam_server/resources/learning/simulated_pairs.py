@@ -1,0 +1,60 @@
+"""Runs `foveacam learn pairs`: the benches, which read the simulation's truth, make the pairs."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.learn.pair_folder import DOCUMENT, Split
+from foveacam_server.foundation.bench_package import bench_module
+from foveacam_server.foundation.progress_bar import progress_bar
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairRequest:
+    """What the command line asked for."""
+
+    out: Path
+    count: int
+    seed: int
+    split: str
+    size: tuple[int, int]
+    workers: int
+
+
+def run_pairs(request: PairRequest, *, as_json: bool) -> None:
+    """Make the pairs that are missing; say how many a second were made."""
+    learned = bench_module("learned.pairs")
+    order = learned.PairOrder(
+        folder=request.out,
+        count=request.count,
+        seed=request.seed,
+        split=_split(request.split),
+        size=request.size,
+        workers=request.workers,
+    )
+    with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
+        bar.stage("pairs")
+        found = learned.make_pairs(
+            order,
+            on_pair=lambda done, total, rate: bar.progress(done, total=total, note=f"{rate:.2f} pairs/s"),
+            stopped=bar.cancelled,
+        )
+    complete = len(found.document.pairs)
+    if as_json:
+        told = {"pairs": complete, "made": found.made, "pairs_per_s": found.pairs_per_s}
+        typer.echo(json.dumps({**told, "split": found.document.split, "seed": found.document.seed}))
+        return
+    left = "" if complete >= request.count else "; the same command goes on"
+    made = f"{complete} of {max(complete, request.count)} pairs, {found.pairs_per_s:.2f} pairs/s"
+    typer.echo(f"{made}: {request.out / DOCUMENT}{left}")
+
+
+def _split(name: str) -> Split:
+    try:
+        return Split(name)
+    except ValueError:
+        raise InvalidInput(f"--split {name}: it is one of {', '.join(Split)}", asked=name) from None
