@@ -7,6 +7,7 @@ import pytest
 from foveacam_hardware.contract import PARKED
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.track.follow import MOST_TARGETS
+from foveacam_server.foundation.store import Document
 from foveacam_server.rig.schema import FollowMark
 from tests.system import server_state
 from tests.system.conftest import API, CENTRE, Running
@@ -33,7 +34,7 @@ def followed(server: Running, body: object = CENTRE) -> str:
     answer = server.post("/follows", body)
     assert answer.status_code == 201, answer.text
     follow_id = str(answer.json()["id"])
-    server.poll(f"/follows/{follow_id}", lambda found: found.get("hits", 0) > 1)
+    seen_more_often(server, follow_id, than=1)
     return follow_id
 
 
@@ -69,8 +70,7 @@ def test_a_target_is_followed_marked_changed_and_let_go(server: Running) -> None
     change = {"label": "poster", "tracker": "filter", "priority": 2.0}
     answer = server.http.patch(f"{API}/follows/{follow_id}", json=change).json()
     assert {name: answer[name] for name in change} == change
-    hits = answer["hits"]
-    found = server.poll(f"/follows/{follow_id}", lambda now: now["hits"] > hits + 2)
+    found = seen_more_often(server, follow_id, than=answer["hits"] + 2)
     assert (found["state"], found["tracker"], found["label"]) == ("followed", "filter", "poster")
 
     assert server.http.delete(f"{API}/follows/{follow_id}").status_code == 204
@@ -100,11 +100,10 @@ def test_two_targets_share_the_foveae_with_a_fixation_and_a_round_until_the_stop
     before = {follow_id: server.get(f"/follows/{follow_id}").json()["hits"] for follow_id in (first, second)}
     assert server.fixate({**CENTRE, "depth": False})["state"] == "verged"
     for follow_id, hits in before.items():
-        server.poll(f"/follows/{follow_id}", lambda found, hits=hits: found["hits"] > hits + 2)
+        seen_more_often(server, follow_id, than=hits + 2)
 
     check_round(server, first, second)
-    hits = server.get(f"/follows/{first}").json()["hits"]
-    server.poll(f"/follows/{first}", lambda found: found["hits"] > hits)
+    seen_more_often(server, first, than=server.get(f"/follows/{first}").json()["hits"])
 
     server.post("/stop")
     try:
@@ -112,6 +111,11 @@ def test_two_targets_share_the_foveae_with_a_fixation_and_a_round_until_the_stop
         assert server.post("/follows", CENTRE).status_code == 409
     finally:
         server.http.delete(f"{API}/stop")
+
+
+def seen_more_often(server: Running, follow_id: str, *, than: int) -> Document:
+    """Return a followed target once the foveae have seen it more often."""
+    return server.poll(f"/follows/{follow_id}", lambda found: found.get("hits", 0) > than)
 
 
 def check_round(server: Running, first: str, second: str) -> None:
