@@ -1,5 +1,6 @@
 """Runs before any test: options of the test run, and what a library reads when it is imported."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -12,8 +13,11 @@ CONTROLLER_PORT = "FOVEACAM_CONTROLLER_PORT"
 """Names the port of a mirror controller that is none of ours."""
 SHARING = ("tests/system/console", "tests/system/api")
 """Folders whose files share a server or a browser: what a whole folder opens, one worker opens."""
-LASTING = ("shared_rig", "shared_server")
-"""Fixtures whose servers run until their folder ends: the files that need none of them come first."""
+LASTING = ("serve", "server", "own_server", "shared_rig", "shared_server")
+"""Fixtures with a simulated rig: the files that need none of them come first, while another worker compiles
+the renderer; those come last whose servers run until their folder ends."""
+
+gc.disable()  # until the tests are collected: what is imported stays, and searching it takes half that time
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -42,6 +46,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         needs = [LASTING.index(name) + 1 for name in getattr(item, "fixturenames", ()) if name in LASTING]
         lasting[item.path] = max([lasting.get(item.path, 0), *needs])
     items.sort(key=lambda item: (_turn(item), lasting[item.path]))
+
+
+def pytest_collection_finish() -> None:
+    """Collect garbage from now on, outside of what was imported."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)

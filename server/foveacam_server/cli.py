@@ -16,6 +16,7 @@ from rich.console import Console
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
 from foveacam_server.commands.calibrate import app as calibrate_app
+from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import checked_settings
 from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
@@ -98,7 +99,8 @@ def serve(
     replay_at_end: ReplayAtEndOption = None,
 ) -> None:
     """Open the rig and serve the console, the 3D pane and the REST interface."""
-    from foveacam_server.serving import run_server  # not loaded for other commands
+    with collection_paused():
+        from foveacam_server.serving import run_server  # not loaded for other commands
 
     chosen = {
         "rig": rig,

@@ -6,12 +6,15 @@ matrices wait for each other most of the time. A variable that the user has set 
 
 import os
 
+from foveacam_server.foundation.collection_pause import collection_paused
+
 ALGEBRA_THREADS = "OPENBLAS_NUM_THREADS"
 
 
 def main() -> None:
     """Run the program."""
     os.environ.setdefault(ALGEBRA_THREADS, "1")
-    from foveacam_server.cli import main as run  # loads numpy, which reads the variable once
+    with collection_paused():
+        from foveacam_server.cli import main as run  # loads numpy, which reads the variable once
 
     run()

@@ -37,7 +37,7 @@ EVENT_PATIENCE_S = 90.0
 """Less than the two minutes that a test has: it says what it missed, instead of ending the whole run."""
 CENTRE = {"pixel": {"x_px": 720.0, "y_px": 540.0}}
 API = server_state.API
-POLL_S, JOB_POLL_S = 0.02, 0.05
+POLL_S = 0.05
 LIVE_WIDE_HZ, LIVE_FOVEA_HZ = 1.5, 1.0
 """Slow live views: two cores are shared with a browser and another server."""
 
@@ -93,9 +93,7 @@ class Running:
 
     def ended(self, job: Document) -> Document:
         """Return a job once it has ended."""
-        return self.poll(
-            f"/jobs/{job['id']}", lambda found: found["ended_utc"] is not None, every_s=JOB_POLL_S
-        )
+        return self.poll(f"/jobs/{job['id']}", lambda found: found["ended_utc"] is not None)
 
     def reset(self) -> None:
         """Bring the server back to the state in which it starts."""

@@ -93,7 +93,7 @@ def program() -> Iterator[FakeProgram]:
         yield running
 
 
-@pytest.fixture(params=[SETTINGS, COMMANDED], ids=["free running", "by command"])
+@pytest.fixture
 def camera(program: FakeProgram, request: pytest.FixtureRequest) -> Iterator[SupervisedCamera]:
     opened = aravis_camera(program.serial, settings=request.param)
     try:
@@ -112,7 +112,17 @@ def expose(camera: SupervisedCamera) -> int:
     return camera.read(timeout_ms=10_000.0).epoch
 
 
-@pytest.mark.parametrize(("fault", "outage_s"), [("killed", 0.0), ("killed", 3.5), ("stopped", 0.0)])
+@pytest.mark.parametrize(
+    ("camera", "fault", "outage_s"),
+    [
+        pytest.param(SETTINGS, "killed", 0.0, id="free running, killed"),
+        pytest.param(SETTINGS, "killed", 3.5, id="free running, killed for long"),
+        pytest.param(SETTINGS, "stopped", 0.0, id="free running, stopped"),
+        pytest.param(COMMANDED, "killed", 0.0, id="by command, killed"),
+        pytest.param(COMMANDED, "stopped", 0.0, id="by command, stopped"),
+    ],
+    indirect=["camera"],
+)
 def test_a_camera_that_is_gone_is_noticed_and_comes_back_by_itself(
     camera: SupervisedCamera, program: FakeProgram, fault: str, outage_s: float
 ) -> None:
@@ -141,6 +151,7 @@ def test_a_camera_that_another_program_holds_says_so(program: FakeProgram) -> No
         "device.open()\n"
         "print('held', flush=True)\n"
         "sys.stdin.read()\n"
+        "device.close()\n"
     )
     with subprocess.Popen(
         [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True

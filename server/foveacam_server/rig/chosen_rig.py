@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, load_rig_config
+from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import Settings
 
 
@@ -47,9 +48,10 @@ def check_simulation(config: SimulatedRigConfig) -> None:
 
 def compile_renderer(console: Console) -> None:
     """Prepare the renderer of the simulated rig, which takes a minute the first time."""
-    from foveacam_hardware.sim.render import warm_up
+    with collection_paused():
+        from foveacam_hardware.sim.render import warm_up
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
+    with Progress(*columns, console=console, transient=True) as progress, collection_paused():
         task = progress.add_task("preparing the simulated rig (first start: about a minute)")
         warm_up(lambda done, total, _name: progress.update(task, completed=done, total=total))

@@ -154,7 +154,7 @@ def test_a_paused_capture_waits_with_the_rig_and_goes_on(server: Running) -> Non
 
 
 def test_the_stop_ends_a_capture_and_it_goes_on_afterwards(server: Running) -> None:
-    capture_id, job = begin(server, "stopped", plan(3, 4, wide="none"))
+    capture_id, job = begin(server, "stopped", plan(3, wide="none"))
     server.poll(f"{URL}/{capture_id}", lambda document: document["points"]["taken"] >= 1)
     server.post("/stop")
     try:

@@ -1,20 +1,30 @@
 """Followed targets by REST."""
 
+from collections.abc import Iterator
+
 import pytest
 
 from foveacam_hardware.contract import PARKED
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.track.follow import MOST_TARGETS
+from foveacam_server.foundation.store import Document
+from foveacam_server.rig.schema import FollowMark
 from tests.system import server_state
 from tests.system.conftest import API, CENTRE, Running
 
 pytestmark = pytest.mark.timeout(300)
-TEXTURED = {"pixel": {"x_px": 860.0, "y_px": 900.0}}
-"""The yellow book."""
+SHELF = {"pixel": {"x_px": 800.0, "y_px": 610.0}}
+"""So near to the other target that the mirrors rest soon: a swing in an exposure is rendered many times."""
 
 
-@pytest.fixture(autouse=True)
-def nothing_followed(server: Running) -> None:
+@pytest.fixture(scope="module", autouse=True)
+def ended(server: Running) -> Iterator[None]:
+    """Follow nothing afterwards."""
+    yield
+    follow_nothing(server)
+
+
+def follow_nothing(server: Running) -> None:
     server.http.delete(f"{API}/follows").raise_for_status()
     server_state.end_jobs(server.http)
 
@@ -24,11 +34,22 @@ def followed(server: Running, body: object = CENTRE) -> str:
     answer = server.post("/follows", body)
     assert answer.status_code == 201, answer.text
     follow_id = str(answer.json()["id"])
-    server.poll(f"/follows/{follow_id}", lambda found: found.get("hits", 0) > 1)
+    seen_more_often(server, follow_id, than=1)
     return follow_id
 
 
-def test_a_target_is_followed_with_its_position_until_it_is_let_go(server: Running) -> None:
+def test_bad_requests_are_told(server: Running) -> None:
+    assert server.post("/follows", {}).status_code == 422
+    both = server.post("/follows", {**CENTRE, "target_id": "tgt-1"})
+    assert (both.status_code, "found both" in both.json()["detail"]) == (422, True)
+    assert server.post("/follows", {"target_id": "tgt-1"}).status_code == 404
+    assert server.post("/follows", {"pixel": {"x_px": 5000.0, "y_px": 1.0}}).status_code == 422
+    assert server.get("/follows/fol-1/trail").status_code == 404
+    nothing = server.post("/follows/rounds", {"name": "round"})
+    assert (nothing.status_code, "no target is followed" in nothing.json()["detail"]) == (409, True)
+
+
+def test_a_target_is_followed_marked_changed_and_let_go(server: Running) -> None:
     follow_id = followed(server)
     found = server.get(f"/follows/{follow_id}").json()
     assert found["state"] == "followed"
@@ -42,45 +63,27 @@ def test_a_target_is_followed_with_its_position_until_it_is_let_go(server: Runni
     assert len(trail) >= 2
     assert trail[-1]["z_m"] == pytest.approx(found["point_rig_m"][2], rel=0.02)
 
-    assert server.http.delete(f"{API}/follows/{follow_id}").status_code == 204
-    assert server.get("/follows").json() == []
-    assert server.get(f"/follows/{follow_id}").status_code == 404
+    (mark,) = marks(server)
+    assert (mark.id, mark.state) == (follow_id, "followed")
+    assert mark.x_px == pytest.approx(720.0, abs=3.0)
 
-
-def test_the_wide_view_marks_what_is_followed(server: Running) -> None:
-    follow_id = followed(server)
-    overlay = server.services.overlay.of(server.services.hardware.gaze)
-    assert overlay is not None
-    assert [(mark.id, mark.state) for mark in overlay.follows] == [(follow_id, "followed")]
-    assert overlay.follows[0].x_px == pytest.approx(720.0, abs=3.0)
-    server.http.delete(f"{API}/follows")
-    overlay = server.services.overlay.of(server.services.hardware.gaze)
-    assert overlay is not None
-    assert overlay.follows == []
-
-
-def test_two_targets_share_the_foveae_and_a_fixation_comes_between(server: Running) -> None:
-    first, second = followed(server), followed(server, TEXTURED)
-    before = server.get(f"/follows/{first}").json()["hits"]
-    assert server.fixate({**CENTRE, "depth": False})["state"] == "verged"
-    for follow_id in (first, second):
-        server.poll(f"/follows/{follow_id}", lambda found: found["hits"] > before + 2)
-
-
-def test_label_tracker_and_priority_are_changed_while_it_is_followed(server: Running) -> None:
-    follow_id = followed(server)
     change = {"label": "poster", "tracker": "filter", "priority": 2.0}
     answer = server.http.patch(f"{API}/follows/{follow_id}", json=change).json()
     assert {name: answer[name] for name in change} == change
-    hits = answer["hits"]
-    found = server.poll(f"/follows/{follow_id}", lambda now: now["hits"] > hits + 2)
+    found = seen_more_often(server, follow_id, than=answer["hits"] + 2)
     assert (found["state"], found["tracker"], found["label"]) == ("followed", "filter", "poster")
 
+    assert server.http.delete(f"{API}/follows/{follow_id}").status_code == 204
+    assert server.get("/follows").json() == []
+    assert server.get(f"/follows/{follow_id}").status_code == 404
+    assert marks(server) == []
 
-def test_a_stored_target_is_followed_by_its_id_and_keeps_its_name(server: Running) -> None:
-    target_id = server.fixate({**CENTRE, "depth": False, "label": "the poster"})["target_id"]
-    follow_id = followed(server, {"target_id": target_id})
-    assert server.get(f"/follows/{follow_id}").json()["label"] == "the poster"
+
+def marks(server: Running) -> list[FollowMark]:
+    """Return what the wide view draws over the followed targets."""
+    overlay = server.services.overlay.of(server.services.hardware.gaze)
+    assert overlay is not None
+    return overlay.follows
 
 
 def test_what_cannot_be_verged_on_is_let_go_with_the_reason(server: Running) -> None:
@@ -90,8 +93,18 @@ def test_what_cannot_be_verged_on_is_let_go_with_the_reason(server: Running) -> 
     assert "both foveae must see a target" in ended["reason"]
 
 
-def test_the_stop_ends_following(server: Running) -> None:
-    followed(server)
+def test_two_targets_share_the_foveae_with_a_fixation_and_a_round_until_the_stop(server: Running) -> None:
+    target_id = server.fixate({**CENTRE, "depth": False, "label": "the poster"})["target_id"]
+    first, second = followed(server, {"target_id": target_id}), followed(server, SHELF)
+    assert server.get(f"/follows/{first}").json()["label"] == "the poster"
+    before = {follow_id: server.get(f"/follows/{follow_id}").json()["hits"] for follow_id in (first, second)}
+    assert server.fixate({**CENTRE, "depth": False})["state"] == "verged"
+    for follow_id, hits in before.items():
+        seen_more_often(server, follow_id, than=hits + 2)
+
+    check_round(server, first, second)
+    seen_more_often(server, first, than=server.get(f"/follows/{first}").json()["hits"])
+
     server.post("/stop")
     try:
         server.poll("/follows", lambda found: not found)
@@ -100,10 +113,13 @@ def test_the_stop_ends_following(server: Running) -> None:
         server.http.delete(f"{API}/stop")
 
 
-def test_a_round_captures_all_targets_as_a_dataset_while_they_are_followed(server: Running) -> None:
-    nothing = server.post("/follows/rounds", {"name": "round"})
-    assert (nothing.status_code, "no target is followed" in nothing.json()["detail"]) == (409, True)
-    first, second = followed(server), followed(server, TEXTURED)
+def seen_more_often(server: Running, follow_id: str, *, than: int) -> Document:
+    """Return a followed target once the foveae have seen it more often."""
+    return server.poll(f"/follows/{follow_id}", lambda found: found.get("hits", 0) > than)
+
+
+def check_round(server: Running, first: str, second: str) -> None:
+    """Take a round of both targets, and check that it is a dataset whose name is taken."""
     answer = server.post("/follows/rounds", {"name": "round", "label": "both"}, Prefer="wait=60")
     assert answer.status_code == 200, answer.text
     taken = answer.json()
@@ -120,17 +136,10 @@ def test_a_round_captures_all_targets_as_a_dataset_while_they_are_followed(serve
         assert point.pose.volts not in (None, PARKED)
     again = server.post("/follows/rounds", {"name": "round"})
     assert (again.status_code, "already" in again.json()["detail"]) == (422, True)
-    hits = server.get(f"/follows/{first}").json()["hits"]
-    server.poll(f"/follows/{first}", lambda found: found["hits"] > hits)
 
 
-def test_bad_requests_are_told(server: Running) -> None:
-    assert server.post("/follows", {}).status_code == 422
-    both = server.post("/follows", {**CENTRE, "target_id": "tgt-1"})
-    assert (both.status_code, "found both" in both.json()["detail"]) == (422, True)
-    assert server.post("/follows", {"target_id": "tgt-1"}).status_code == 404
-    assert server.post("/follows", {"pixel": {"x_px": 5000.0, "y_px": 1.0}}).status_code == 422
-    assert server.get("/follows/fol-1/trail").status_code == 404
+def test_more_targets_than_can_be_followed_are_refused(server: Running) -> None:
+    follow_nothing(server)
     for _ in range(MOST_TARGETS):
         assert server.post("/follows", CENTRE).status_code == 201
     refused = server.post("/follows", CENTRE)

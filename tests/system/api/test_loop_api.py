@@ -16,17 +16,35 @@ PNG = b"\x89PNG"
 X_PX, Y_PX = CENTRE["pixel"]["x_px"], CENTRE["pixel"]["y_px"]
 
 
-@pytest.fixture(autouse=True)
-def no_loop(server: Running) -> Iterator[None]:
-    server_state.end_jobs(server.http)
-    server.http.delete(f"{API}/loop/settings").raise_for_status()
+@pytest.fixture(scope="module", autouse=True)
+def ended(server: Running) -> Iterator[None]:
+    """Leave no loop to the next file."""
     yield
+    end_loop(server)
+
+
+@pytest.fixture(autouse=True)
+def default_settings(server: Running) -> None:
+    server.http.delete(f"{API}/loop/settings").raise_for_status()
+
+
+@pytest.fixture
+def no_loop(server: Running) -> None:
+    end_loop(server)
+
+
+def end_loop(server: Running) -> None:
+    server_state.end_jobs(server.http)
     server.http.delete(f"{API}/loop").raise_for_status()
     server.poll("/loop", lambda loop: not loop["running"])
 
 
 def tracking(server: Running) -> Document:
-    """Choose a target and return the loop once it tracks."""
+    """Return the loop that tracks the target: that of the test before, or a new one."""
+    loop: Document = server.get("/loop").json()
+    if loop["running"] and loop["status"] == "tracking":
+        return loop
+    end_loop(server)
     answer = server.post("/loop", CENTRE)
     assert answer.status_code == 200, answer.text
     return server.poll("/loop", lambda loop: loop["status"] == "tracking" and loop["looks"] > 2)
@@ -44,7 +62,41 @@ def changed(server: Running, patch: object) -> Document:
     return found
 
 
-def test_the_loop_keeps_both_foveae_on_a_target_until_it_is_ended(server: Running) -> None:
+def test_what_needs_a_running_loop_says_so(server: Running, no_loop: None) -> None:
+    answers = [
+        server.http.patch(f"{API}/loop", json={"paused": True}),
+        server.http.put(f"{API}/loop/drag", json={"x_px": 1.0, "y_px": 1.0}),
+        server.post("/loop/tune", {}),
+        server.post("/loop/trigger/reset"),
+    ]
+    assert [answer.status_code for answer in answers] == [409] * 4
+    assert "choose a target first" in answers[0].json()["detail"]
+    assert server.post("/loop", {}).status_code == 422
+    assert server.post("/loop", {"pixel": {"x_px": 5000.0, "y_px": 1.0}}).status_code == 422
+    assert not server.get("/loop").json()["running"]
+
+
+def test_settings_are_bounded_kept_and_put_back_by_group(server: Running, no_loop: None) -> None:
+    gains = {"kp": 0.3, "ki": 0.1, "kd": 0.05}
+    patch = {"pan": gains, "most_hz": 20.0, "tracker": "off"}
+    kept = server.http.patch(f"{API}/loop/settings", json=patch).json()
+    assert (kept["pan"], kept["most_hz"], kept["tracker"]) == (gains, 20.0, "off")
+    for refused in (
+        {"sensitivity": 5.0},
+        {"pan": {"kp": 3.0, "ki": 0.0, "kd": 0.0}},
+        {"box_width_px": 10},
+        {"lead_ms": 60.0},
+        {"tracker": "eye"},
+    ):
+        assert server.http.patch(f"{API}/loop/settings", json=refused).status_code == 422
+    assert server.get("/loop").json()["settings"] == kept
+    reset = server.http.delete(f"{API}/loop/settings", params={"group": "pan"}).json()
+    assert (reset["pan"]["kp"], reset["most_hz"]) == (0.1, 20.0)
+    assert server.http.delete(f"{API}/loop/settings").json()["most_hz"] is None
+    assert server.http.delete(f"{API}/loop/settings", params={"group": "eyes"}).status_code == 422
+
+
+def test_the_loop_keeps_both_foveae_on_a_target_until_it_is_ended(server: Running, no_loop: None) -> None:
     before = server.last_event
     loop = tracking(server)
     truth = server.truth.depth_at(X_PX, Y_PX, server.rig.clock.now_ns())
@@ -61,6 +113,20 @@ def test_the_loop_keeps_both_foveae_on_a_target_until_it_is_ended(server: Runnin
     ended = server.wait_for_event("loop.ended", after=before)
     assert ended["status"] == "off"
     assert server.poll("/loop", lambda now: not now["running"])["status"] == "off"
+
+
+def test_history_and_picture_tell_what_the_loop_saw(server: Running, no_loop: None) -> None:
+    assert server.get("/loop/match.png").status_code == 404
+    assert server.get("/loop/history").json() == []
+    tracking(server)
+    samples = server.get("/loop/history").json()
+    assert [one["look"] for one in samples] == list(range(1, len(samples) + 1))
+    assert samples[-1]["t_s"] > samples[0]["t_s"]
+    later = server.get("/loop/history", after_look=samples[-1]["look"]).json()
+    assert all(one["look"] > samples[-1]["look"] for one in later)
+    assert math.isfinite(samples[-1]["error_deg"][2])
+    picture = server.get("/loop/match.png")
+    assert (picture.status_code, picture.content[:4]) == (200, PNG)
 
 
 def test_an_axis_that_is_set_is_held_until_it_is_released(server: Running) -> None:
@@ -103,26 +169,6 @@ def test_a_drag_takes_the_eyes_and_the_loop_goes_on_afterwards(server: Running) 
     assert (loop["target"]["x_px"], loop["target"]["y_px"]) == pytest.approx((X_PX, Y_PX), abs=3.0)
 
 
-def test_settings_are_bounded_kept_and_put_back_by_group(server: Running) -> None:
-    gains = {"kp": 0.3, "ki": 0.1, "kd": 0.05}
-    patch = {"pan": gains, "most_hz": 20.0, "tracker": "off"}
-    kept = server.http.patch(f"{API}/loop/settings", json=patch).json()
-    assert (kept["pan"], kept["most_hz"], kept["tracker"]) == (gains, 20.0, "off")
-    for refused in (
-        {"sensitivity": 5.0},
-        {"pan": {"kp": 3.0, "ki": 0.0, "kd": 0.0}},
-        {"box_width_px": 10},
-        {"lead_ms": 60.0},
-        {"tracker": "eye"},
-    ):
-        assert server.http.patch(f"{API}/loop/settings", json=refused).status_code == 422
-    assert server.get("/loop").json()["settings"] == kept
-    reset = server.http.delete(f"{API}/loop/settings", params={"group": "pan"}).json()
-    assert (reset["pan"]["kp"], reset["most_hz"]) == (0.1, 20.0)
-    assert server.http.delete(f"{API}/loop/settings").json()["most_hz"] is None
-    assert server.http.delete(f"{API}/loop/settings", params={"group": "eyes"}).status_code == 422
-
-
 def test_tuning_that_is_cancelled_leaves_the_gains_and_the_loop_goes_on(server: Running) -> None:
     before = tracking(server)["settings"]
     job = server.post("/loop/tune", {"polish": False}).json()
@@ -137,50 +183,10 @@ def test_tuning_that_is_cancelled_leaves_the_gains_and_the_loop_goes_on(server: 
     assert server.get("/loop/tune.png").status_code == 404
 
 
-def test_the_loop_and_following_exclude_each_other(server: Running) -> None:
-    tracking(server)
-    refused = server.post("/follows", CENTRE)
-    assert (refused.status_code, "loop" in refused.json()["detail"]) == (409, True)
-    server.http.delete(f"{API}/loop")
-    server.poll("/loop", lambda loop: not loop["running"])
-    assert server.post("/follows", CENTRE).status_code == 201
-    refused = server.post("/loop", CENTRE)
-    assert (refused.status_code, "follow targets" in refused.json()["detail"]) == (409, True)
-    server.http.delete(f"{API}/follows").raise_for_status()
-
-
-def test_history_and_picture_tell_what_the_loop_saw(server: Running) -> None:
-    assert server.get("/loop/match.png").status_code == 404
-    assert server.get("/loop/history").json() == []
-    tracking(server)
-    samples = server.get("/loop/history").json()
-    assert [one["look"] for one in samples] == list(range(1, len(samples) + 1))
-    assert samples[-1]["t_s"] > samples[0]["t_s"]
-    later = server.get("/loop/history", after_look=samples[-1]["look"]).json()
-    assert all(one["look"] > samples[-1]["look"] for one in later)
-    assert math.isfinite(samples[-1]["error_deg"][2])
-    picture = server.get("/loop/match.png")
-    assert (picture.status_code, picture.content[:4]) == (200, PNG)
-
-
 def test_a_fixation_comes_between_and_the_loop_goes_on(server: Running) -> None:
     looks = tracking(server)["looks"]
     assert server.fixate({**CENTRE, "depth": False})["state"] == "verged"
     server.poll("/loop", lambda loop: loop["status"] == "tracking" and loop["looks"] > looks)
-
-
-def test_what_needs_a_running_loop_says_so(server: Running) -> None:
-    answers = [
-        server.http.patch(f"{API}/loop", json={"paused": True}),
-        server.http.put(f"{API}/loop/drag", json={"x_px": 1.0, "y_px": 1.0}),
-        server.post("/loop/tune", {}),
-        server.post("/loop/trigger/reset"),
-    ]
-    assert [answer.status_code for answer in answers] == [409] * 4
-    assert "choose a target first" in answers[0].json()["detail"]
-    assert server.post("/loop", {}).status_code == 422
-    assert server.post("/loop", {"pixel": {"x_px": 5000.0, "y_px": 1.0}}).status_code == 422
-    assert not server.get("/loop").json()["running"]
 
 
 def test_each_eye_follows_a_place_of_its_own_until_the_eyes_are_united(server: Running) -> None:
@@ -205,14 +211,8 @@ def test_a_place_outside_the_fovea_is_refused_and_the_loop_goes_on(server: Runni
     assert server.get("/loop").json()["eyes"] == []
 
 
-@pytest.mark.parametrize("apart", [False, True])
-def test_equal_failures_of_the_exposure_latch_the_loop_until_the_trigger_is_reset(
-    server: Running, apart: bool
-) -> None:
+def test_equal_failures_of_the_exposure_latch_the_loop_until_the_trigger_is_reset(server: Running) -> None:
     tracking(server)
-    if apart:
-        answer = server.http.put(f"{API}/loop/eyes/right", json={"x_px": 700.0, "y_px": 500.0})
-        assert answer.status_code == 200, answer.text
     faults = server.truth.world.faults
     faults.no_strobe.update((Role.LEFT, Role.RIGHT))
     try:
@@ -223,18 +223,34 @@ def test_equal_failures_of_the_exposure_latch_the_loop_until_the_trigger_is_rese
         faults.no_strobe.clear()
     server.poll("/rig", lambda rig: not rig["problems"])  # a live look has shown that it works again
     assert server.post("/loop/trigger/reset", {}).status_code == 200
-    goes_on = "split" if apart else "tracking"
-    assert server.poll("/loop", lambda loop: loop["status"] == goes_on)["trigger"]["in_a_row"] == 0
+    assert server.poll("/loop", lambda loop: loop["status"] == "tracking")["trigger"]["in_a_row"] == 0
 
 
-def test_a_failure_that_passes_is_survived_without_a_reset(server: Running) -> None:
-    tracking(server)
+@pytest.mark.parametrize("apart", [False, True])
+def test_a_failure_that_passes_is_survived_without_a_reset(server: Running, apart: bool) -> None:
+    failures = tracking(server)["trigger"]["failures"]
+    if apart:
+        answer = server.http.put(f"{API}/loop/eyes/right", json={"x_px": 700.0, "y_px": 500.0})
+        assert answer.status_code == 200, answer.text
     faults = server.truth.world.faults
-    faults.no_strobe.add(Role.LEFT)
+    faults.no_strobe.update((Role.LEFT, Role.RIGHT) if apart else (Role.LEFT,))
     try:
-        server.poll("/loop", lambda loop: loop["trigger"]["failures"] > 0)
+        server.poll("/loop", lambda loop: loop["trigger"]["failures"] > failures)
     finally:
         faults.no_strobe.clear()
-    loop = server.poll("/loop", lambda loop: loop["status"] == "tracking")
+    goes_on = "split" if apart else "tracking"
+    loop = server.poll("/loop", lambda loop: loop["status"] == goes_on and loop["trigger"]["in_a_row"] == 0)
     assert not loop["trigger"]["latched"]
     assert loop["running"]
+
+
+def test_the_loop_and_following_exclude_each_other(server: Running) -> None:
+    tracking(server)
+    refused = server.post("/follows", CENTRE)
+    assert (refused.status_code, "loop" in refused.json()["detail"]) == (409, True)
+    server.http.delete(f"{API}/loop")
+    server.poll("/loop", lambda loop: not loop["running"])
+    assert server.post("/follows", CENTRE).status_code == 201
+    refused = server.post("/loop", CENTRE)
+    assert (refused.status_code, "follow targets" in refused.json()["detail"]) == (409, True)
+    server.http.delete(f"{API}/follows").raise_for_status()

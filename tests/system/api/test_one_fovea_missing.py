@@ -13,7 +13,7 @@ POSTER_PX = {"pixel": {"x_px": 812.0, "y_px": 420.0}}
 WHITEBOARD_PX = {"pixel": {"x_px": 660.0, "y_px": 300.0}}
 
 
-@pytest.fixture(params=["left", "right"])
+@pytest.fixture(scope="module", params=["left", "right"])
 def lost(server: Running, request: pytest.FixtureRequest) -> Iterator[str]:
     """Unplug one fovea; plug it in again afterwards, and wait until it is back."""
     role = str(request.param)

@@ -7,7 +7,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Request, expect
+from playwright.sync_api import Browser, BrowserContext, CDPSession, ConsoleMessage, Page, Request, expect
 
 from .server_process import PATIENCE_S, Server
 
@@ -17,6 +17,8 @@ WIDE_WIDTH_PX = 1440
 DESKTOP = {"width": 1440, "height": 900}
 PHONE = {"width": 360, "height": 740}
 NO_STORAGE = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('off'); } })"
+CHANGEABLE = {"viewport", "color_scheme"}
+"""Options of a browser profile that a tab can change."""
 TOUCH = {"viewport": PHONE, "has_touch": True, "is_mobile": True}
 
 
@@ -113,7 +115,7 @@ def posted(request: Request) -> dict[str, Any]:  # Any: a JSON document
 
 @dataclass
 class Tabs:
-    """Browser profiles of the tests, one for each set of settings and options.
+    """Browser profiles of the tests, one for each set of options that a tab cannot change.
 
     A profile costs four times what loading the page costs, so that the next test gets it again: with an empty
     page, nothing stored and nothing routed.
@@ -122,15 +124,27 @@ class Tabs:
     browser: Browser
     stack: ExitStack
     idle: dict[str, list[Console]] = field(default_factory=dict)
+    sessions: dict[Page, CDPSession] = field(default_factory=dict)
 
     def open_tab(self, settings: dict[str, Any], options: dict[str, Any]) -> tuple[str, Console]:
-        """Return an empty tab of such a profile, and the name to give it back under."""
-        name = json.dumps([settings, options], sort_keys=True)
+        """Return an empty tab with these settings and options, and the name to give it back under."""
+        fixed = {} if options.keys() <= CHANGEABLE else options
+        name = json.dumps(fixed, sort_keys=True)
         waiting = self.idle.setdefault(name, [])
-        if waiting:
-            return name, waiting.pop()
-        context = self.stack.enter_context(contexts(self.browser, settings, options))
-        return name, console_of(context.new_page())
+        console = waiting.pop() if waiting else self._new_tab(fixed)
+        page = console.page
+        if not fixed:
+            page.set_viewport_size(options["viewport"])
+        page.emulate_media(color_scheme=options.get("color_scheme", "light"))
+        session = self.sessions[page] = page.context.new_cdp_session(page)
+        session.send("Page.enable")
+        session.send("Page.addScriptToEvaluateOnNewDocument", {"source": keep_settings(settings)})
+        return name, console
+
+    def _new_tab(self, options: dict[str, Any]) -> Console:
+        context = self.browser.new_context(**options)
+        self.stack.callback(context.close)
+        return console_of(context.new_page())
 
     def release_tab(self, name: str, console: Console) -> None:
         """Leave no trace of a test."""
@@ -138,9 +152,9 @@ class Tabs:
         origin = str(page.evaluate("location.origin"))
         page.unroute_all()
         page.goto("about:blank")
-        session = page.context.new_cdp_session(page)
+        session = self.sessions.pop(page)
         session.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
-        session.detach()
+        session.detach()  # which takes the script with the settings along
         page.context.clear_cookies()
         for other in page.context.pages:
             if other is not page:
@@ -149,14 +163,17 @@ class Tabs:
         self.idle[name].append(console)
 
 
+def keep_settings(settings: dict[str, Any]) -> str:
+    """Return the script that lets the page find these settings unless it has kept others."""
+    kept = json.dumps(json.dumps(settings))
+    return f"localStorage.getItem('foveacam.settings') ?? localStorage.setItem('foveacam.settings', {kept})"
+
+
 @contextmanager
 def contexts(browser: Browser, settings: dict[str, Any], options: dict[str, Any]) -> Iterator[BrowserContext]:
     """Open a browser profile in which the page finds these settings."""
     context = browser.new_context(**options)
-    kept = json.dumps(json.dumps(settings))
-    context.add_init_script(
-        f"localStorage.getItem('foveacam.settings') ?? localStorage.setItem('foveacam.settings', {kept})"
-    )
+    context.add_init_script(keep_settings(settings))
     yield context
     context.close()
 

@@ -3,11 +3,11 @@
 import time
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Page
 
 from foveacam_bench.servers import free_port
 
-from .console_page import DESKTOP, OpenConsole, console_of, contexts
+from .console_page import OpenConsole, console_of
 from .server_process import Server, StartServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -19,27 +19,30 @@ RECOVERY_S = 5.0
 """On a machine with nothing else to do (`foveacam bench console`); on a busy one, what its like takes."""
 
 
-def test_stop_answers_within_a_second_with_many_viewers_open(browser: Browser, server: Server) -> None:
+def test_stop_answers_within_a_second_with_many_viewers_open(
+    open_console: OpenConsole, server: Server
+) -> None:
     server.be_idle()
-    with contexts(browser, {"scene": False}, {"viewport": DESKTOP}) as context:
-        viewers = [console_of(context.new_page()) for _ in range(VIEWERS)]
-        for viewer in viewers:
-            viewer.page.goto(server.url)
-        for viewer in viewers:
-            viewer.wait_for_frames("wide")
-        page = viewers[0].page
-        plain_s = max(seconds_of_a_plain_answer(page) for _ in range(3))
-        began_s = time.monotonic()
-        with page.expect_response(
-            lambda answer: answer.url.endswith("/stop") and answer.request.method == "POST"
-        ) as stop:
-            page.keyboard.press("Space")
-        took_s = time.monotonic() - began_s
-        assert stop.value.json()["engaged"] is True
-        plain_s = max(plain_s, *(seconds_of_a_plain_answer(page) for _ in range(3)))  # as busy as it is now
-        assert took_s < max(STOP_S, 2.0 * plain_s)
-        for viewer in viewers:
-            viewer.page.locator("#stopped").wait_for(state="visible")
+    first = open_console(server.url)
+    viewers = [first, *(console_of(first.page.context.new_page()) for _ in range(VIEWERS - 1))]
+    for viewer in viewers[1:]:
+        viewer.page.goto(server.url)
+    for viewer in viewers:
+        viewer.wait_for_frames("wide")
+    page = first.page
+    page.bring_to_front()
+    plain_s = max(seconds_of_a_plain_answer(page) for _ in range(3))
+    began_s = time.monotonic()
+    with page.expect_response(
+        lambda answer: answer.url.endswith("/stop") and answer.request.method == "POST"
+    ) as stop:
+        page.keyboard.press("Space")
+    took_s = time.monotonic() - began_s
+    assert stop.value.json()["engaged"] is True
+    plain_s = max(plain_s, *(seconds_of_a_plain_answer(page) for _ in range(3)))  # as busy as it is now
+    assert took_s < max(STOP_S, 2.0 * plain_s)
+    for viewer in viewers:
+        viewer.page.locator("#stopped").wait_for(state="visible")
     server.send("DELETE", "/stop")
 
 

@@ -125,13 +125,15 @@ def test_control_is_taken_and_given_back(console: Console, server: Server) -> No
 
 
 def test_dark_and_light_follow_the_system_and_the_button(open_console: OpenConsole, server: Server) -> None:
+    page = open_console(server.url).page
     grounds = {}
     for scheme in ("dark", "light"):
-        console = open_console(server.url, options={"color_scheme": scheme})
-        grounds[scheme] = console.page.evaluate("getComputedStyle(document.body).backgroundColor")
+        page.emulate_media(color_scheme=scheme)
+        page.reload()
+        grounds[scheme] = page.evaluate("getComputedStyle(document.body).backgroundColor")
     assert grounds["dark"] != grounds["light"]
-    console.page.get_by_role("button", name="Dark or light").click()
-    assert console.page.evaluate("getComputedStyle(document.body).backgroundColor") == grounds["dark"]
+    page.get_by_role("button", name="Dark or light").click()
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == grounds["dark"]
 
 
 @pytest.mark.parametrize("path", ["", "view"])

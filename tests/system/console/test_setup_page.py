@@ -33,6 +33,7 @@ def own_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 def open_setup(own_server: Server, open_console: OpenConsole) -> Iterator[OpenSetup]:
     """Open the page with a draft of nothing, on the simulated rig."""
     own_server.send("POST", "/rig/setup/draft", {"path": None})
+    name = own_server.get("/rig")["name"]
 
     def open_() -> Console:
         console = open_console(f"{own_server.url}#/setup")
@@ -40,7 +41,8 @@ def open_setup(own_server: Server, open_console: OpenConsole) -> Iterator[OpenSe
         return console
 
     yield open_
-    own_server.send("POST", "/rig/setup/open", {"path": None})
+    if own_server.get("/rig")["name"] != name:
+        own_server.send("POST", "/rig/setup/open", {"path": None})
 
 
 def card(page: Page, kind: str, name: str) -> Locator:
