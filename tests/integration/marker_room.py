@@ -88,6 +88,13 @@ def make_grey(rig: Rig) -> None:
         camera.configure(replace(camera.settings, pixel_format=PixelFormat.MONO8))
 
 
+def expose_briefly(rig: Rig) -> None:
+    """Expose for an eighth of the time: what moves is drawn fewer times for one picture."""
+    for camera in rig.cameras:
+        now = camera.settings
+        camera.configure(replace(now, exposure_ns=now.exposure_ns // 8, gain_db=now.gain_db + 18.0))
+
+
 def true_wide() -> Intrinsics:
     """Return the simulated wide lens in the pipeline's model, fitted to its truth (to 1e-7 px)."""
     lens = WideLens()

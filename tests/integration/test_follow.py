@@ -1,12 +1,19 @@
 """A followed walker on the simulated rig, in virtual time."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from foveacam_bench.track.following import FAST, follow_walkers
 
+from .marker_room import make_grey
+
+CLICKED_STANDING = (replace(FAST[0], start_s=0.7),)
+"""It walks from before the first look on; a place that rests while it is verged on is drawn once a look."""
+
 
 def test_a_walker_at_two_metres_a_second_stays_in_both_foveae() -> None:
-    run = follow_walkers(FAST, seconds=0.8)
+    run = follow_walkers(CLICKED_STANDING, seconds=0.5, adjust=make_grey)
     assert run.looks > 5
     assert all(run.in_fovea["walker 0"])
     assert run.lost_looks == 0

@@ -15,6 +15,8 @@ from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, Pixel
 from foveacam_pipeline.verge.verdict import CANNOT_TURN
 from foveacam_server.resources.calibrations.service import SHIPPED
 
+from .marker_room import make_grey
+
 SURVEYED = Path(__file__).parents[1] / "data" / "rig120-calibration.json"
 WHITEBOARD = ((660.0, 300.0), (640.0, 213.0))
 """Its frame's outer edge looks like the inner one: a fovea that sees it alone sees a nearer frame."""
@@ -27,6 +29,7 @@ OUT_OF_REACH_OF_THE_LEFT = (1082.0, 903.0)
 def rig() -> Iterator[Rig]:
     warm_up()
     with open_simulated(scene="bench", inline=True) as opened:
+        make_grey(opened)
         yield opened
 
 
@@ -76,10 +79,7 @@ def test_a_plain_board_is_as_far_as_its_frame_says(
     assert found.distance_sigma_m <= 0.05 * found.distance_m
 
 
-@pytest.mark.parametrize(
-    ("aside_px", "down_px", "surveyed"),
-    [(0.0, 0.0, False), (1.0, 0.0, True), (0.0, 1.0, False), (-1.0, -1.0, True)],
-)
+@pytest.mark.parametrize(("aside_px", "down_px", "surveyed"), [(0.0, 1.0, False), (-1.0, -1.0, True)])
 def test_a_look_alike_beside_a_hidden_target_is_not_taken_for_it(
     rig: Rig, calibration: Calibration, aside_px: float, down_px: float, *, surveyed: bool
 ) -> None:

@@ -29,6 +29,8 @@ MEASURED = load_calibration(
 """As the procedures measured it; it is written anew when they or the simulated rig change."""
 TEXEL_M = 0.4e-3
 TILE = 2048
+NOISE_SHAPE = (2160, 2880)
+"""Twice a picture's height and width: the noise of a picture is cut out of it at a place of its own."""
 LOOK_NS = 33_000_000
 EXPOSURE_NS = 8_000_000
 
@@ -49,6 +51,11 @@ def noise_texture(seed: int = 3) -> Texture:
     spectrum = np.fft.fft2(rng.standard_normal((TILE, TILE))) / radius
     grain = np.fft.ifft2(spectrum).real
     return np.asarray(128.0 + 35.0 * grain / grain.std(), dtype=np.float32)
+
+
+@cache
+def _camera_noise() -> NDArray[np.float32]:
+    return np.random.default_rng(1).standard_normal(NOISE_SHAPE, dtype=np.float32)
 
 
 def plain_texture() -> Texture:
@@ -75,6 +82,15 @@ def _scaled(scale: float, x: float, y: float) -> NDArray[np.float64]:
     return np.array([[scale, 0.0, x], [0.0, scale, y], [0.0, 0.0, 1.0]])
 
 
+def _in_first_tile(texels: NDArray[np.float64], size: tuple[int, int]) -> NDArray[np.float64]:
+    """Move a homography of pixels to texels by whole tiles, so that the picture begins in the first."""
+    width, height = size
+    corners = np.array([[(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)]])
+    begin = cv2.perspectiveTransform(corners, texels)[0].min(axis=0)
+    x, y = (-TILE * np.floor(begin / TILE)).tolist()
+    return _scaled(1.0, x, y) @ texels
+
+
 @dataclass
 class PlaneHead:
     """Looks at a plane at depth `z_m`; `shift_m(t_ns)` moves it; `blind` eyes see another picture.
@@ -98,16 +114,17 @@ class PlaneHead:
     def __post_init__(self) -> None:
         self._rng = np.random.default_rng(1)
         wide_texel_px = self.z_m / self.calibration.wide.fx_px / TEXEL_M
-        self._coarse = self._blurred(0.7 * wide_texel_px)
-        self._fine = self._blurred(1.4 * self.z_m / self.calibration.fovea_f_px / TEXEL_M)
-        self._wide_texels = (_wide_tan(self.calibration.wide) * (self.z_m / TEXEL_M)).astype(np.float32)
+        self._coarse = np.tile(self._blurred(0.7 * wide_texel_px), (2, 2))
+        self._fine = np.tile(self._blurred(1.4 * self.z_m / self.calibration.fovea_f_px / TEXEL_M), (2, 2))
+        texels = (_wide_tan(self.calibration.wide) * (self.z_m / TEXEL_M)).astype(np.float32)
+        self._wide_texels = np.ascontiguousarray(np.moveaxis(np.mod(texels, np.float32(TILE)), 2, 0))
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         t_ns = self.clock.now_ns()
-        maps = self._wide_texels - np.array(self.shift_m(t_ns), dtype=np.float32) / np.float32(TEXEL_M)
-        drawn = cv2.remap(
-            self._coarse, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP
-        )
+        x_m, y_m = self.shift_m(t_ns)
+        x = self._wide_texels[0] + np.float32(-x_m / TEXEL_M % TILE)
+        y = self._wide_texels[1] + np.float32(-y_m / TEXEL_M % TILE)
+        drawn = cv2.remap(self._coarse, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
         image = self._noisy(drawn)
         column_px = self.passer_px(t_ns)
         if column_px is not None:
@@ -138,7 +155,9 @@ class PlaneHead:
             turned = np.array([[-1.0, 0.0, size[0] - 1.0], [0.0, -1.0, size[1] - 1.0], [0.0, 0.0, 1.0]])
             there = _scaled(0.7, 0.31, 0.31) @ there @ turned
         shift_x_m, shift_y_m = self.shift_m(t_ns)
-        texels = _scaled(1.0 / TEXEL_M, -shift_x_m / TEXEL_M, -shift_y_m / TEXEL_M) @ there
+        texels = _in_first_tile(
+            _scaled(1.0 / TEXEL_M, -shift_x_m / TEXEL_M, -shift_y_m / TEXEL_M) @ there, size
+        )
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         drawn = cv2.warpPerspective(self._fine, texels, size, flags=flags, borderMode=cv2.BORDER_WRAP)
         return Frame(
@@ -151,8 +170,12 @@ class PlaneHead:
         )
 
     def _noisy(self, drawn: cv2.typing.MatLike) -> NDArray[np.uint8]:
-        noise = self._rng.standard_normal(drawn.shape, dtype=np.float32)
-        return np.asarray(np.clip(np.rint(drawn + self.noise * noise), 0, 255), dtype=np.uint8)
+        height, width = drawn.shape
+        y, x = self._rng.integers(NOISE_SHAPE[0] - height), self._rng.integers(NOISE_SHAPE[1] - width)
+        noise = _camera_noise()[y : y + height, x : x + width]
+        return np.asarray(
+            cv2.addWeighted(drawn, 1.0, noise, self.noise, 0.0, dtype=cv2.CV_8U), dtype=np.uint8
+        )
 
     def _blurred(self, sigma_px: float) -> Texture:
         wrapped = np.pad(self.texture, 64, mode="wrap")

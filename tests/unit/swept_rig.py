@@ -57,8 +57,11 @@ class SweptRig:
     def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
         """Return an eye's projection at rest, with the drift of a moment."""
         tilt = self._laws[role].tilt_rad(np.array([[volts.x_v, volts.y_v]]))[0]
-        turn = np.append(self._drift.turn_rad(role, 1e-9 * (t_ns or 0)), 0.0) + self._knocked[role]
+        turn = self._mount_turn_rad(role, t_ns or 0)
         return self._eyes[role].view(float(tilt[0]), float(tilt[1]), mount_turn_rad=turn)
+
+    def _mount_turn_rad(self, role: Role, t_ns: int) -> NDArray[np.float64]:
+        return np.append(self._drift.turn_rad(role, 1e-9 * t_ns), 0.0) + self._knocked[role]
 
     def pivot_m(self, role: Role) -> NDArray[np.float64]:
         """Return the centre of a mirror."""
@@ -86,16 +89,17 @@ class SweptRig:
         t_ns: int = 0,
     ) -> NDArray[np.float64]:
         """Return the volts, within the limits and in steps of the DAC, that bring a point onto a pixel."""
-        volts = start_v.copy()
+        volts, turn = start_v.copy(), self._mount_turn_rad(role, t_ns)
 
-        def miss(at_v: NDArray[np.float64]) -> NDArray[np.float64]:
-            drive = MirrorVolts(x_v=float(at_v[0]), y_v=float(at_v[1]))
-            view = self.static_projection(role, drive, t_ns=t_ns)
-            return np.asarray(view.pixels(point_rig_m[None])[0] - target_px, dtype=np.float64)
+        def misses(at_v: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+            tilts = self._laws[role].tilt_rad(at_v).tolist()
+            views = [self._eyes[role].view(x_rad, y_rad, mount_turn_rad=turn) for x_rad, y_rad in tilts]
+            return [np.asarray(view.pixels(point_rig_m[None])[0] - target_px) for view in views]
 
         for _ in range(8):
-            now, before = miss(volts), volts
-            slope = np.column_stack([miss(volts + step) - now for step in (np.array([1.0, 0]), [0, 1.0])])
+            before = volts
+            now, right, down = misses(volts + np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]))
+            slope = np.column_stack([right - now, down - now])
             volts = np.clip(volts - np.linalg.solve(slope, now), -MAX_V, MAX_V)
             if np.abs(volts - before).max() < 1e-3 * DAC_STEP_V:  # the next step is its square
                 break

@@ -85,7 +85,7 @@ def test_its_tracker_is_changed_while_it_is_followed() -> None:
 
 
 def test_what_is_hidden_is_told_as_lost_and_found_again_where_it_went_on() -> None:
-    hidden_ns = (900_000_000, 1_700_000_000)
+    hidden_ns = (400_000_000, 1_200_000_000)
     column_px = 700.0
 
     def passer(t_ns: int) -> float | None:
@@ -95,7 +95,7 @@ def test_what_is_hidden_is_told_as_lost_and_found_again_where_it_went_on() -> No
     follower = Follower(head.calibration, clock=head.clock)
     follower.add(begin(head))
     states = []
-    for _ in range(75):
+    for _ in range(50):
         follower.step(head)
         states.append((head.clock.now_ns(), follower.reports()[0].state))
     during = {state for t_ns, state in states if hidden_ns[0] + 200_000_000 < t_ns < hidden_ns[1]}
@@ -111,7 +111,7 @@ def test_what_leaves_the_field_is_told_and_taken_up_again_when_it_is_back() -> N
     follower = Follower(head.calibration, clock=head.clock)
     follower.add(begin(head))
     states = []
-    while head.clock.now_ns() < 4_600_000_000:
+    while head.clock.now_ns() < 3_200_000_000:
         if follower.step(head).sighting is None:
             head.clock.sleep_until_ns(head.clock.now_ns() + head.look_ns)
         states.append(follower.reports()[0].state)

@@ -62,7 +62,7 @@ def test_a_run_that_is_stopped_and_gone_on_with_ends_with_the_same_weights(tmp_p
 
 
 def test_training_without_truth_brings_the_disparity_nearer_to_it(tmp_path: Path) -> None:
-    plan = replace(PLAN, steps=120, batch=2)
+    plan = replace(PLAN, steps=60, batch=2)
     train([scene("a", seed=1, pairs=8)], tmp_path, plan, watcher())
     network = load_checkpoint(tmp_path / CHECKPOINT).network()
     dataset = scene("held out", seed=100)

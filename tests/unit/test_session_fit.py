@@ -157,7 +157,7 @@ def test_sweeps_of_two_sessions_are_fitted_as_one(lens: Intrinsics) -> None:
     earlier, later = (
         session_of(run, begin_s=begin_s) for run, begin_s in zip(runs, (10.0, 4000.0), strict=True)
     )
-    settings = FitSettings(compare=False)
+    settings = FitSettings(mirror_order=8, field_order=3, compare=False)
     before, after, both = (
         fit_session(sweeps, lens, drawing=DRAWING, label="fit", settings=settings)
         for sweeps in (earlier, later, [*earlier, *later])

@@ -127,7 +127,8 @@ class SpringHead:
     looks: int = 0
 
     def __post_init__(self) -> None:
-        self._wall = (128.0 + self.contrast * (noise_texture() - 128.0)).astype(np.float32)
+        wall = (128.0 + self.contrast * (noise_texture() - 128.0)).astype(np.float32)
+        self._wall = np.pad(wall, ((0, 512), (0, 1024)), mode="wrap")  # as far as it is seen
         self._at = np.zeros(4)
         self._rng = np.random.default_rng(9)
 

@@ -3,7 +3,7 @@
 Every look is charged `COMPUTE_S` of the rig's time, as measured for the pipeline on one busy core of two.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -111,12 +111,15 @@ def follow_walkers(
     seconds: float,
     followed: int | None = None,
     tracker: TrackerKind = TrackerKind.TEMPLATE,
+    adjust: Callable[[Rig], None] | None = None,
 ) -> FollowRun:
-    """Follow the first `followed` walkers, None for all, and judge every look."""
+    """Follow the first `followed` walkers, None for all, and judge every look; `adjust` the rig first."""
     calibration, result = load_calibration(CERTIFICATE), FollowRun()
     with TemporaryDirectory() as folder:
         scene = write_square(Path(folder) / "square.toml", walkers)
         with open_simulated(scene=str(scene), inline=True) as rig:
+            if adjust is not None:
+                adjust(rig)
             follower = Follower(calibration, clock=rig.clock)
             clicks: dict[str, Click] = {}
             for number in range(len(walkers) if followed is None else followed):
