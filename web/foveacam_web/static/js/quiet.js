@@ -20,10 +20,10 @@ export class QuietReads {
     try {
       do {
         this.#busy.delete(`${what} again`);
-        await read();
+        await read().catch((error) => {
+          if (!(error instanceof RequestError)) throw error;
+        });
       } while (this.#busy.has(`${what} again`));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
     } finally {
       this.#busy.delete(what);
       this.#busy.delete(`${what} again`);
