@@ -53,6 +53,14 @@ def look(server: Server) -> None:
     assert answer.status_code == 200
 
 
+def test_without_a_network_there_is_no_list_but_the_way_to_compare(
+    console: Console,
+) -> None:
+    console.page.locator("#tab-depth").click()
+    expect(console.page.get_by_role("link", name="Compare two")).to_be_visible()
+    expect(console.page.get_by_label(LIST)).to_be_hidden()
+
+
 def test_a_network_for_research_is_chosen_after_a_confirmation_and_one_that_fails_says_why(
     console: Console, server: Server, networks: NetworkFolder
 ) -> None:

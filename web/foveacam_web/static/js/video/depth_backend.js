@@ -1,4 +1,4 @@
-// Chooses what computes the depth of looks: semi-global matching or a network; links to where two are compared.
+// Chooses what computes the depth of looks where there are networks; links to where two backends are compared.
 
 import { COMPARE_ADDRESS } from "../addresses.js";
 import { request } from "../api.js";
@@ -23,6 +23,7 @@ export function depthBackend(commands) {
     });
     fill(select, ...options);
     select.value = found.in_use;
+    select.hidden = !found.backends.some(({ kind }) => kind === "network"); // it would cover the picture
     select.title = choiceWords(found);
     select.classList.toggle("warn", found.fallback !== null);
     confirm.hidden = true;
