@@ -3,7 +3,7 @@
 from pathlib import Path as FilePath
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Path, Query
+from fastapi import APIRouter, Depends, Path, Query
 from fastapi.responses import Response
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, Role, Sighting
@@ -44,6 +44,15 @@ ResearchQuery = Annotated[bool, Query(description="confirms research, as the lic
 LooksQuery = Annotated[
     int, Query(ge=1, le=16, description="looks fused from this moment on, as long as the mirrors stand still")
 ]
+
+
+def _depth_order(
+    backend: BackendQuery = "sgbm", looks: LooksQuery = 1, *, research_confirmed: ResearchQuery = False
+) -> DepthOrder:
+    return DepthOrder(backend=backend, research_confirmed=research_confirmed, looks=looks)
+
+
+OrderDep = Annotated[DepthOrder, Depends(_depth_order)]
 StyleQuery = Annotated[AnaglyphName, Query(description="colours of the left and the right glass")]
 QUALITY = 85
 _LASTING = {"Cache-Control": "private, max-age=3600"}
@@ -165,15 +174,11 @@ def difference(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0
 def depth(
     recording_id: RecordingId,
     services: ServicesDep,
+    order: OrderDep,
     t_s: Moment = 0.0,
-    backend: BackendQuery = "sgbm",
-    looks: LooksQuery = 1,
-    *,
-    research_confirmed: ResearchQuery = False,
 ) -> RecordedDepthDocument:
     """Match both foveae by their recorded poses and calibration; refused where these are missing."""
     path = _path(services, recording_id)
-    order = DepthOrder(backend=backend, research_confirmed=research_confirmed, looks=looks)
     found = services.recordings.depth.at(path, t_s=t_s, order=order)
     with services.recordings.opened.reading(path) as recording:
         at_s = (found.t_ns - recording.span_ns[0]) / 1e9
@@ -184,11 +189,11 @@ def depth(
         verged_z_m=_rounded(found.verged_z_m),
         known=round(found.known, 4),
         apart_ms=round(found.apart_ms, 3),
-        backend=backend,
+        backend=order.backend,
         network_sha256=found.sha256,
         looks=found.looks,
-        picture_url=f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}&backend={backend}&looks={looks}"
-        + ("&research_confirmed=true" if research_confirmed else ""),
+        picture_url=f"{URL}/{recording_id}/depth.jpg?t_s={at_s:.6f}&backend={order.backend}&looks={order.looks}"
+        + ("&research_confirmed=true" if order.research_confirmed else ""),
     )
 
 
@@ -201,15 +206,11 @@ def depth(
 def depth_picture(
     recording_id: RecordingId,
     services: ServicesDep,
+    order: OrderDep,
     t_s: Moment = 0.0,
-    backend: BackendQuery = "sgbm",
-    looks: LooksQuery = 1,
-    *,
-    research_confirmed: ResearchQuery = False,
 ) -> Response:
     """Return depth as colours, with a scale in metres."""
     path = _path(services, recording_id)
-    order = DepthOrder(backend=backend, research_confirmed=research_confirmed, looks=looks)
     found = services.recordings.depth.at(path, t_s=t_s, order=order)
     return _jpeg(found.picture)
 
