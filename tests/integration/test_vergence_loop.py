@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,10 +13,9 @@ from foveacam_bench.loop.tuned_steps import POSTER_PER_M, POSTER_PX
 from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
+from foveacam_pipeline.loop.autotune import autotune
 from foveacam_pipeline.loop.fault_gate import LATCH_AFTER
-from foveacam_pipeline.loop.relay import relay
 from foveacam_pipeline.loop.settings import AXES, Axis, Gains, LoopSettings
-from foveacam_pipeline.loop.step_experiment import measure_steps, settle
 from foveacam_pipeline.loop.vergence_loop import LoopStatus
 from foveacam_pipeline.verge.aim import gazes_under
 
@@ -130,17 +128,15 @@ def test_exposures_without_a_strobe_latch_the_gate(rig: Rig) -> None:
     assert charged.step().status is LoopStatus.TRACKING
 
 
+@pytest.mark.timeout(300)  # some 80 looks
 def test_tuned_gains_settle_faster_than_the_default_ones(rig: Rig) -> None:
     charged = begun(rig, LoopSettings(tracker=None), inverse_z_per_m=POSTER_PER_M)
-    loop = charged.loop
-    settle(loop, charged.step)
-    before = measure_steps(loop, charged.step, axes=(Axis.VERGE,))[Axis.VERGE]
-    settle(loop, charged.step)
-    loop.settings = replace(loop.settings, depth=relay(loop, Axis.VERGE, charged.step).gains)
-    settle(loop, charged.step)
-    after = measure_steps(loop, charged.step, axes=(Axis.VERGE,))[Axis.VERGE]
-    assert after.cost < 0.6 * before.cost
-    assert after.overshoot < 0.10
+    result = autotune(charged.loop, charged.step)
+    assert charged.loop.settings == result.settings
+    for axis, before in result.before.items():
+        after = result.after[axis]
+        assert after.cost < 0.6 * before.cost
+        assert after.overshoot < 0.10
 
 
 @pytest.mark.timeout(300)  # some 40 looks
