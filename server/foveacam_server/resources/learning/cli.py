@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from foveacam_server.commands.options import JsonOption, parse_pair
+from foveacam_server.commands.options import ClusterOption, JsonOption, parse_pair
 
 app = typer.Typer(
     name="learn",
@@ -34,6 +34,7 @@ def pairs(
         str, typer.Option(help="width and height, px: 360x270, 720x540 or 1440x1080")
     ] = PAIR_SIZE,
     workers: Annotated[int, typer.Option(help="processes", min=1, max=256)] = 1,
+    cluster: ClusterOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Render verged pairs of random scenes with their truth; needs a checkout of the sources."""
@@ -46,6 +47,7 @@ def pairs(
         split=split,
         size=parse_pair(size, option="--size", example=PAIR_SIZE) or (0, 0),
         workers=workers,
+        cluster=cluster,
     )
     run_pairs(request, as_json=as_json)
 
