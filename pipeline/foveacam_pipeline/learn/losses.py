@@ -66,6 +66,8 @@ class PairBatch:
     disparity_px: Tensor | None = None
     known: Tensor | None = None
     labelled: Tensor | None = None
+    geometry: Tensor | None = None
+    """Where the eyes look, (n, 8) as `view_geometry` gives it."""
     prior: Tensor | None = None
     """Relative inverse depth of the left pictures by one eye, (n, 1, h, w)."""
 

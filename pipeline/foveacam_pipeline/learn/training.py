@@ -63,13 +63,15 @@ class TrainingPlan:
     """Width and height, multiples of 8."""
     seed: int = 0
     weights: LossWeights = field(default_factory=LossWeights)
+    signed: bool = True
+    geometry: bool = False
     prior: PriorSchedule = "none"
     """How the loss by a monocular prior is weighted over the steps."""
 
     @property
     def network(self) -> NetworkConfig:
         """What is trained."""
-        return SIZES[self.size]
+        return SIZES[self.size].model_copy(update={"signed": self.signed, "geometry": self.geometry})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,7 +143,7 @@ def _stereo_task(
         weights = replace(plan.weights, prior=prior_weight(plan.prior, step / plan.steps))
         if prior is not None and weights.prior > 0.0:
             batch = replace(batch, prior=prior.inverse_depth(batch.left))
-        prediction = network(batch.left, batch.right)
+        prediction = network(batch.left, batch.right, batch.geometry)
         return training_loss(prediction, batch, weights, masked=step >= MASKED_FROM * plan.steps)
 
     facts = TrainingFacts(
