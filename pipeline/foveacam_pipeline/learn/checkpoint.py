@@ -11,6 +11,8 @@ from safetensors.torch import save
 from torch import Tensor
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.learn.monocular.network import MonocularConfig, MonocularDepth
+from foveacam_pipeline.learn.monocular.prior_loss import PriorSchedule
 from foveacam_pipeline.learn.network.config import NetworkConfig
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.storage.disk import disk_errors, write_file
@@ -24,7 +26,7 @@ class TrainingFacts(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
-    network: NetworkConfig
+    network: NetworkConfig | MonocularConfig
     steps: int
     """Steps so far."""
     steps_planned: int
@@ -35,6 +37,11 @@ class TrainingFacts(BaseModel):
     """Git commit of the program, empty outside a checkout."""
     truth: bool = False
     """Whether pairs with truth were trained on by it."""
+    prior: PriorSchedule = "none"
+    prior_network: str = ""
+    """Name of the monocular prior, with its hash."""
+    without: list[str] = Field(default_factory=list)
+    """Parts of the loss that were left out."""
     loss: dict[str, float] = Field(default_factory=dict)
     """Parts of the loss, means of the last hundred steps."""
 
@@ -48,8 +55,23 @@ class Checkpoint:
     optimizer: dict[str, Tensor]
 
     def network(self) -> FoveatedStereo:
-        """Return the network with its weights, for evaluation."""
+        """Return the network with its weights, for evaluation; raise InvalidInput for a monocular one."""
+        if isinstance(self.facts.network, MonocularConfig):
+            raise InvalidInput(
+                "the checkpoint is that of a monocular prior, it has no disparities of two eyes; give one of "
+                "`foveacam learn train`"
+            )
         network = FoveatedStereo(self.facts.network)
+        network.load_state_dict(self.weights)
+        return network.eval()
+
+    def monocular(self) -> MonocularDepth:
+        """Return the monocular network with its weights; raise InvalidInput for one of two eyes."""
+        if not isinstance(self.facts.network, MonocularConfig):
+            raise InvalidInput(
+                "the checkpoint is that of a stereo network; give one of `foveacam learn prior` as the prior"
+            )
+        network = MonocularDepth(self.facts.network)
         network.load_state_dict(self.weights)
         return network.eval()
 
@@ -106,7 +128,9 @@ def _part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
 
 def _check_weights(path: Path, checkpoint: Checkpoint) -> None:
     with torch.device("meta"):
-        wanted = FoveatedStereo(checkpoint.facts.network).state_dict()
+        config = checkpoint.facts.network
+        made = MonocularDepth(config) if isinstance(config, MonocularConfig) else FoveatedStereo(config)
+        wanted = made.state_dict()
     odd = [
         name
         for name in sorted(wanted.keys() | checkpoint.weights.keys())
