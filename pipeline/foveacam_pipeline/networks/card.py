@@ -47,6 +47,10 @@ class NetworkOutput(_CardPart):
     """Pixels of the input for each unit of the output."""
     positive_only: bool = False
     """The network finds no negative disparities: the right picture is shifted so that there are none."""
+    sigma: TensorName | None = None
+    """Output with the error that the network states of each disparity, in units of the disparity."""
+    sigma_factor: Annotated[float, Field(gt=0.0, le=1e5)] = 1.0
+    """That error times this is the sigma: 68.3 % of the errors of what is kept are smaller."""
 
 
 class NetworkCard(_CardPart):
@@ -171,4 +175,6 @@ output:
   sign: 1                   # -1: the output is flow from left to right
   scale: 1.0                # pixels for each unit of the output
   positive_only: false      # true: the network finds no disparity below zero; it is fed shifted pictures
+  sigma: null               # name of an output like the first one: the error that the network states
+  sigma_factor: 1.0         # 68.3 % of the errors are below that output times this
 """
