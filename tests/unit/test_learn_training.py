@@ -13,12 +13,13 @@ from safetensors.torch import load_file, save_file
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn import training
 from foveacam_pipeline.learn.checkpoint import Checkpoint, TrainingFacts, load_checkpoint, save_checkpoint
-from foveacam_pipeline.learn.evaluation import evaluate, filled, network_answer
+from foveacam_pipeline.learn.evaluation import evaluate, network_answer
 from foveacam_pipeline.learn.export import LAPLACE_FACTOR, export_network
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pairs import CropSource, load_datasets
 from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, learning_rate, train
+from foveacam_pipeline.learn.truth_figures import filled
 from foveacam_pipeline.networks.card import load_network
 from foveacam_pipeline.networks.estimator import NetworkEstimator
 

@@ -6,12 +6,14 @@ import warnings
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import onnx
 import torch
 import yaml
 from torch import Tensor, nn
 
 from foveacam_pipeline.learn.checkpoint import Checkpoint
 from foveacam_pipeline.learn.losses import laplace_scale
+from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import DIVISOR, FoveatedStereo
 from foveacam_pipeline.networks.estimator import LAPLACE_ONE_SIGMA
 from foveacam_pipeline.storage.disk import disk_errors, write_file
@@ -62,6 +64,21 @@ def export_network(
     return path
 
 
+def network_of_graph(path: Path) -> FoveatedStereo | None:
+    """Return the network of a graph that was exported, for evaluation; None for any other graph."""
+    weights = {
+        one.name.removeprefix("network."): torch.from_numpy(onnx.numpy_helper.to_array(one).copy())
+        for one in onnx.load(str(path)).graph.initializer
+    }
+    for config in SIZES.values():
+        network = FoveatedStereo(config)
+        wanted = {name: value.shape for name, value in network.state_dict().items()}
+        if wanted == {name: value.shape for name, value in weights.items() if name in wanted}:
+            network.load_state_dict({name: weights[name] for name in wanted})
+            return network.eval()
+    return None
+
+
 def _graph(network: FoveatedStereo) -> bytes:
     example = tuple(torch.rand(1, 3, *EXAMPLE_SIZE) for _ in range(2))
     free = {2: "height", 3: "width"}
@@ -77,5 +94,6 @@ def _graph(network: FoveatedStereo) -> bytes:
             dynamic_axes=dict.fromkeys(("left", "right", "disp", "sigma"), free),
             opset_version=OPSET,
             dynamo=False,
+            do_constant_folding=False,  # the weights keep their names
         )
         return path.read_bytes()

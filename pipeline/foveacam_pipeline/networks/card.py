@@ -12,6 +12,9 @@ from foveacam_hardware.contract import InvalidInput
 
 LARGEST_CARD_BYTES = 65_536
 LARGEST_SIDE_PX = 8192
+SHIPPED = Path(__file__).parent / "shipped"
+SHIPPED_NAME = "foveal"
+"""How the network that ships is chosen."""
 SidePx = Annotated[int, Field(ge=8, le=LARGEST_SIDE_PX)]
 TensorName = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 Scaling = Literal["0..255", "0..1", "-1..1", "imagenet"]
@@ -110,6 +113,11 @@ def load_network(path: Path) -> StereoNetwork:
         return StereoNetwork(card=NetworkCard.model_validate(document), folder=path.parent)
     except ValidationError as error:
         raise _refusal(path, error) from error
+
+
+def shipped_network() -> StereoNetwork:
+    """Return the network that ships with the program."""
+    return load_network(SHIPPED / f"{SHIPPED_NAME}.yaml")
 
 
 def check_digest(network: StereoNetwork) -> None:

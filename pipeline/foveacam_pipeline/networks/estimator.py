@@ -35,6 +35,12 @@ WRONG_PX = 1.0
 KeptPixels: TypeAlias = NDArray[np.bool_]
 
 
+def largest_sigma_px(settings: MatchSettings = DEFAULT) -> float:
+    """Return the sigma, px, above which a Laplace error exceeds 1 px with too large a probability."""
+    likely_px = LAPLACE_ONE_SIGMA * WRONG_PX / -math.log(settings.max_wrong)
+    return min(settings.max_sigma_px, likely_px)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NetworkEstimator:
     """The network of a card; callable from any thread, one picture at a time."""
@@ -80,8 +86,7 @@ class NetworkEstimator:
     ) -> tuple[FloatImage, KeptPixels]:
         """Return the sigma, and which pixels both eyes see and a Laplace error of it leaves likely right."""
         seen = seen_at_right(np.nan_to_num(found), pair.valid_right) & np.isfinite(found)
-        largest_px = LAPLACE_ONE_SIGMA * WRONG_PX / -math.log(self.settings.max_wrong)
-        return sigma, seen & (sigma <= min(self.settings.max_sigma_px, largest_px))
+        return sigma, seen & (sigma <= largest_sigma_px(self.settings))
 
     def _judged_by_pictures(self, pair: RectifiedPair, found: FloatImage) -> tuple[FloatImage, KeptPixels]:
         """Return sigma and the pixels kept by the error model of semi-global matching at the disparities.

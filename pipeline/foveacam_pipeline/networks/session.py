@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Protocol, cast
 
 import numpy as np
@@ -43,6 +44,13 @@ class NetworkFault(DeviceFault):
     """A network that failed on a picture: out of memory, numbers that are none, a wrong shape."""
 
     code = "network_fault"
+
+
+def missing_runtime() -> str | None:
+    """Return how onnxruntime is installed where it is missing."""
+    if find_spec("onnxruntime") is not None:
+        return None
+    return f"it needs onnxruntime, which is not installed; {install_command('onnx')}"
 
 
 def open_session(network: StereoNetwork) -> GraphSession:

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Final
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
-from foveacam_pipeline.networks.card import StereoNetwork
+from foveacam_pipeline.networks.card import StereoNetwork, shipped_network
 from foveacam_pipeline.networks.check import NetworkCheck, check_network
 from foveacam_pipeline.networks.estimator import NetworkEstimator
+from foveacam_pipeline.networks.session import missing_runtime
 from foveacam_pipeline.stereo.estimator import BACKENDS, DepthEstimator, MatchedPair
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_server.foundation.events import EventLevel, EventLog
@@ -61,9 +62,12 @@ class DepthBackendService:
     def describe(self) -> DepthBackendsDocument:
         """Return all backends and the one in use."""
         built_in = [_describe_built_in(name) for name in BACKENDS]
-        networks = [_describe(name, network) for name, network in self.networks.every().items()]
+        shipped = shipped_network()
+        networks = [(shipped.name, shipped), *self.networks.every().items()]
         return DepthBackendsDocument(
-            in_use=self._in_use.name, fallback=self._fallback, backends=[*built_in, *networks]
+            in_use=self._in_use.name,
+            fallback=self._fallback,
+            backends=[*built_in, *(_describe(name, network) for name, network in networks)],
         )
 
     def choose(self, choice: DepthBackendChoice) -> DepthBackendsDocument:
@@ -159,5 +163,5 @@ def _describe(name: str, network: StereoNetwork | str) -> DepthBackendDocument:
         licence=network.card.licence,
         research_only=network.card.research_only,
         sha256=network.card.sha256,
-        problem=None,
+        problem=missing_runtime(),
     )
