@@ -5,7 +5,7 @@ The folder is named by what its pairs depend on, so that changed scenes get pair
 
 import hashlib
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,17 +17,16 @@ from foveacam_pipeline.learn.pair_folder import PairSample, Split, StoredPairs
 SEED = 5
 PAIRS, QUICK_PAIRS = 200, 24
 SIZE = (360, 270)
+WORKERS = len(os.sched_getaffinity(0))
 
 
-def held_out_pairs(
-    folder: Path | None, *, count: int, on_pair: Callable[[int, int, float], None] = lambda *_: None
-) -> Sequence[PairSample]:
+def held_out_pairs(folder: Path | None, *, count: int) -> Sequence[PairSample]:
     """Return at most `count` pairs of a folder; of None, they are rendered where they are missing.
 
     Raise InvalidInput for a folder of pairs to train on.
     """
     if folder is None:
-        return _rendered(count, on_pair)
+        return _rendered(count)
     stored = StoredPairs(folder)
     if stored.document.split is not Split.HELD_OUT:
         raise InvalidInput(
@@ -39,17 +38,17 @@ def held_out_pairs(
     return stored[:count]
 
 
-def _rendered(count: int, on_pair: Callable[[int, int, float], None]) -> Sequence[PairSample]:
+def _rendered(count: int) -> Sequence[PairSample]:
     order = PairOrder(
         folder=Path(),
         count=count,
         seed=SEED,
         split=Split.HELD_OUT,
         size=SIZE,
-        workers=len(os.sched_getaffinity(0)),
+        workers=WORKERS,
     )
     order = replace(order, folder=_cache_folder(order))
-    make_pairs(order, on_pair=on_pair, stopped=lambda: False)
+    make_pairs(order, on_pair=lambda *_: None, stopped=lambda: False)
     return StoredPairs(order.folder)[:count]
 
 
