@@ -58,6 +58,18 @@ def test_looks_are_matched_by_semi_global_matching_until_a_network_is_chosen(
     assert kinds(events).count("depth.backend") == 2
 
 
+def test_pairs_of_the_live_view_are_matched_alike_and_not_kept_for_comparisons(
+    service: DepthBackendService, tmp_path: Path
+) -> None:
+    network = service.networks.add(write_card(matcher(tmp_path / "a.onnx")))
+    assert service.network_in_use() is None
+    choose(service, "shifts")
+    assert service.estimate_live(PAIR).backend == "shifts" and service.last_pair is None
+    assert service.network_in_use() == network
+    service.estimate(PAIR)
+    assert service.last_pair is PAIR
+
+
 def test_the_choice_is_kept_over_a_restart(
     service: DepthBackendService, tmp_path: Path, events: EventLog
 ) -> None:

@@ -72,15 +72,20 @@ class NetworkCard(_CardPart):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StereoNetwork:
-    """A network on the disk: its card and the folder with its graph."""
+    """A network on the disk: its card, and the path of that, in the folder of its graph."""
 
     card: NetworkCard
-    folder: Path
+    path: Path
 
     @property
     def name(self) -> str:
         """Name by which the network is chosen."""
         return self.card.name
+
+    @property
+    def folder(self) -> Path:
+        """The folder with card and graph."""
+        return self.path.parent
 
     @property
     def graph(self) -> Path:
@@ -110,7 +115,7 @@ def load_network(path: Path) -> StereoNetwork:
             f"{path}: a card is a table of keys; `foveacam depth card` prints one to begin with"
         )
     try:
-        return StereoNetwork(card=NetworkCard.model_validate(document), folder=path.parent)
+        return StereoNetwork(card=NetworkCard.model_validate(document), path=path)
     except ValidationError as error:
         raise _refusal(path, error) from error
 
@@ -118,6 +123,11 @@ def load_network(path: Path) -> StereoNetwork:
 def shipped_network() -> StereoNetwork:
     """Return the network that ships with the program."""
     return load_network(SHIPPED / f"{SHIPPED_NAME}.yaml")
+
+
+def find_network(text: str) -> StereoNetwork:
+    """Return the network that ships by its name, or that of a card's path; raise InvalidInput."""
+    return shipped_network() if text == SHIPPED_NAME else load_network(Path(text))
 
 
 def check_digest(network: StereoNetwork) -> None:

@@ -44,7 +44,7 @@ class NetworkFolder:
             shutil.copyfile(network.graph, partial / network.card.file)
             shutil.copyfile(card, partial / CARD)
             partial.rename(target)
-        return StereoNetwork(card=network.card, folder=target)
+        return StereoNetwork(card=network.card, path=target / CARD)
 
     def remove(self, name: str) -> None:
         """Delete a network and its graph; raise NotFound when there is none."""

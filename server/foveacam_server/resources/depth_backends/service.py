@@ -44,10 +44,14 @@ class DepthBackendService:
         self._restore()
 
     def estimate(self, pair: RectifiedPair) -> MatchedPair:
-        """Return the disparities of a pair by the backend in use; when it fails, by semi-global matching."""
+        """Return the disparities of a look by the backend in use; when it fails, by semi-global matching."""
+        self.last_pair = pair
+        return self.estimate_live(pair)
+
+    def estimate_live(self, pair: RectifiedPair) -> MatchedPair:
+        """Return the same of a pair that is no look, which is not kept for comparisons."""
         with self._changing:
             backend, sha256 = self._in_use, self._sha256
-            self.last_pair = pair
         try:
             matched = MatchedPair(disparity=backend.estimate(pair), backend=backend.name, sha256=sha256)
         except FoveaError as error:
@@ -85,6 +89,12 @@ class DepthBackendService:
             data=DepthBackendChange(name=choice.name, detail="chosen"),
         )
         return self.describe()
+
+    def network_in_use(self) -> StereoNetwork | None:
+        """Return the network that was chosen; None while it is a backend that is built in."""
+        with self._changing:
+            name, sha256 = self._in_use.name, self._sha256
+        return None if sha256 is None else self.networks.get(name)
 
     def open(self, name: str, *, research_confirmed: bool) -> tuple[DepthEstimator, str | None]:
         """Return a backend, ready, and the SHA-256 of its graph.
