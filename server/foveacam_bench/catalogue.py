@@ -20,6 +20,7 @@ BENCHES: Mapping[str, str] = {
     "doors": "doors.stop",
     "drivers": "drivers.cameras",
     "faults": "faults.all_kinds",
+    "learned": "learned.serving",
     "live": "stream.live",
     "loop": "loop.figures",
     "matching": "depth.matching",
@@ -40,11 +41,13 @@ def bench_names() -> list[str]:
     return sorted(BENCHES)
 
 
-def run_bench(name: str, *, quick: bool, silent: bool, data: Path | None = None) -> dict[str, object]:
+def run_bench(
+    name: str, *, quick: bool, silent: bool, data: Path | None = None, pairs: Path | None = None
+) -> dict[str, object]:
     """Run one bench and return its figures; show a spinner unless `silent`.
 
-    `data`: folder of pictures, if any. Raise InvalidInput for an unknown name, and for `data` that the bench
-    does not read.
+    `data`: folder of pictures, if any; `pairs`: folder of held-out pairs, if any. Raise InvalidInput for an
+    unknown name, and for a folder that the bench does not read.
     """
     if name not in BENCHES:
         raise InvalidInput(f"there is no bench called {name}; the benches are {', '.join(bench_names())}")
@@ -52,7 +55,9 @@ def run_bench(name: str, *, quick: bool, silent: bool, data: Path | None = None)
     accepted = inspect.signature(run).parameters
     if data is not None and "data" not in accepted:
         raise InvalidInput(f"bench {name} reads no pictures; leave --data out")
-    options: dict[str, object] = {"quick": quick, "data": data}
+    if pairs is not None and "pairs" not in accepted:
+        raise InvalidInput(f"bench {name} reads no pairs with truth; leave --pairs out")
+    options: dict[str, object] = {"quick": quick, "data": data, "pairs": pairs}
     given = {option: value for option, value in options.items() if option in accepted}
     if silent:
         return dict(run(**given))

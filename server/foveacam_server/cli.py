@@ -131,6 +131,10 @@ def bench(
         Path | None,
         typer.Option("--data", help="folder of real pairs (aloe/, tsukuba/), where a bench has them"),
     ] = None,
+    pairs: Annotated[
+        Path | None,
+        typer.Option("--pairs", help="folder of held-out pairs with truth, where a bench takes them"),
+    ] = None,
 ) -> None:
     """Measure and print the project's figures; the benches come with a checkout of the sources."""
     from foveacam_pipeline.capture.mosaic.folder import finite
@@ -141,7 +145,7 @@ def bench(
         names = ", ".join(catalogue.bench_names())
         typer.echo(f"foveacam bench NAME [--json] [--quick], where NAME is one of: {names}")
         return
-    figures = catalogue.run_bench(name, quick=quick, silent=as_json, data=data)
+    figures = catalogue.run_bench(name, quick=quick, silent=as_json, data=data, pairs=pairs)
     if as_json:
         typer.echo(json.dumps(finite(figures), allow_nan=False))
     else:

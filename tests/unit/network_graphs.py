@@ -14,9 +14,18 @@ BOX = 9
 
 
 def matcher(
-    path: Path, *, first_px: int = -8, last_px: int = 11, sign: float = 1.0, scale: float = 1.0
+    path: Path,
+    *,
+    first_px: int = -8,
+    last_px: int = 11,
+    sign: float = 1.0,
+    scale: float = 1.0,
+    sigma: float | None = None,
 ) -> Path:
-    """Write a graph that returns the shift of each left pixel with the least difference in a window."""
+    """Write a graph that returns the shift of each left pixel with the least difference in a window.
+
+    With a `sigma` it states it of every pixel, as a second output of that name.
+    """
     shifts = range(first_px, last_px + 1)
     most = max(abs(first_px), abs(last_px))
     ones = np.full((1, 1, BOX, BOX), 1.0 / BOX**2, dtype=np.float32)
@@ -53,7 +62,17 @@ def matcher(
         helper.make_node("Add", ["index", "first"], ["shift"]),
         helper.make_node("Mul", ["shift", "unit"], ["disp"]),
     ]
-    return _write(path, nodes, constants)
+    if sigma is None:
+        return _write(path, nodes, constants)
+    constants += [
+        numpy_helper.from_array(np.array(0.0, dtype=np.float32), "zero"),
+        numpy_helper.from_array(np.array(sigma, dtype=np.float32), "stated"),
+    ]
+    nodes += [
+        helper.make_node("Mul", ["disp", "zero"], ["nothing"]),
+        helper.make_node("Add", ["nothing", "stated"], ["sigma"]),
+    ]
+    return _write(path, nodes, constants, outputs=("disp", "sigma"))
 
 
 def constant(path: Path, value: float) -> Path:
@@ -98,10 +117,19 @@ def write_card(graph: Path, **changes: object) -> Path:
     return path
 
 
-def _write(path: Path, nodes: list[onnx.NodeProto], constants: list[onnx.TensorProto]) -> Path:
+def _write(
+    path: Path,
+    nodes: list[onnx.NodeProto],
+    constants: list[onnx.TensorProto],
+    *,
+    outputs: tuple[str, ...] = ("disp",),
+) -> Path:
     inputs = [helper.make_tensor_value_info(name, TensorProto.FLOAT, FREE) for name in ("left", "right")]
-    outputs = [helper.make_tensor_value_info("disp", TensorProto.FLOAT, ["n", 1, "rows", "columns"])]
-    graph = helper.make_graph(nodes, "stereo", inputs, outputs, constants)
+    infos = [
+        helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", 1, "rows", "columns"])
+        for name in outputs
+    ]
+    graph = helper.make_graph(nodes, "stereo", inputs, infos, constants)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)])
     model.ir_version = 10
     path.write_bytes(model.SerializeToString())

@@ -130,7 +130,11 @@ def test_bench_prints_one_json_object_and_nothing_else(
     monkeypatch.setattr(
         catalogue,
         "run_bench",
-        lambda name, *, quick, silent, data: {"rtt_p50_ms": 0.5, "quick": quick, "far": [{"m": math.inf}]},
+        lambda name, *, quick, silent, **_folders: {
+            "rtt_p50_ms": 0.5,
+            "quick": quick,
+            "far": [{"m": math.inf}],
+        },
     )
     assert run(monkeypatch, "bench", "stream", "--json", "--quick") == 0
     captured = capsys.readouterr()
@@ -141,7 +145,9 @@ def test_bench_prints_one_json_object_and_nothing_else(
 def test_bench_prints_a_table_for_people(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(catalogue, "run_bench", lambda name, *, quick, silent, data: {"rtt_p50_ms": 0.51234})
+    monkeypatch.setattr(
+        catalogue, "run_bench", lambda name, *, quick, silent, **_folders: {"rtt_p50_ms": 0.51234}
+    )
     run(monkeypatch, "bench", "stream")
     assert "0.5123" in capsys.readouterr().out
 

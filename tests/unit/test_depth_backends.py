@@ -7,6 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.networks import session
+from foveacam_pipeline.networks.card import shipped_network
 from foveacam_pipeline.networks.known_pair import known_pair
 from foveacam_server.cli import app
 from foveacam_server.foundation.errors import NotFound
@@ -54,6 +56,18 @@ def test_looks_are_matched_by_semi_global_matching_until_a_network_is_chosen(
     choose(service, "sgbm")
     assert service.estimate(PAIR).backend == "sgbm"
     assert kinds(events).count("depth.backend") == 2
+
+
+def test_pairs_of_the_live_view_are_matched_alike_and_not_kept_for_comparisons(
+    service: DepthBackendService, tmp_path: Path
+) -> None:
+    network = service.networks.add(write_card(matcher(tmp_path / "a.onnx")))
+    assert service.network_in_use() is None
+    choose(service, "shifts")
+    assert service.estimate_live(PAIR).backend == "shifts" and service.last_pair is None
+    assert service.network_in_use() == network
+    service.estimate(PAIR)
+    assert service.last_pair is PAIR
 
 
 def test_the_choice_is_kept_over_a_restart(
@@ -108,6 +122,41 @@ def test_names_that_are_taken_or_unknown_are_refused(service: DepthBackendServic
     for unknown in ("nothing", "../data", "."):
         with pytest.raises(NotFound):
             service.networks.get(unknown)
+
+
+def test_the_network_that_ships_is_chosen_like_any_other(service: DepthBackendService) -> None:
+    network = shipped_network()
+    assert network.graph.stat().st_size <= 4 << 20
+    listed = {backend.name: backend for backend in service.describe().backends}["foveal"]
+    assert (listed.licence, listed.research_only, listed.problem) == ("MIT", False, None)
+    assert service.check("foveal").passed
+    choose(service, "foveal")
+    matched = service.estimate(PAIR)
+    assert (matched.backend, matched.sha256) == ("foveal", network.card.sha256) == ("foveal", listed.sha256)
+    assert service.describe().fallback is None
+    card = (network.folder / "CARD.md").read_text(encoding="utf-8")
+    assert network.card.sha256 in card and "must not be used for" in card
+
+
+def test_without_onnxruntime_networks_are_listed_with_how_to_get_it(
+    service: DepthBackendService, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(session, "find_spec", lambda _name: None)
+    listed = {backend.name: backend.problem for backend in service.describe().backends}
+    assert listed["sgbm"] is None and "pip install 'foveacam-duo[onnx]'" in (listed["foveal"] or "")
+
+
+def test_an_own_network_with_the_name_of_one_that_is_built_in_says_so(
+    service: DepthBackendService, tmp_path: Path
+) -> None:
+    with pytest.raises(InvalidInput, match="a depth backend foveal already"):
+        service.networks.add(write_card(matcher(tmp_path / "a.onnx"), name="foveal"))
+    service.networks.add(write_card(matcher(tmp_path / "a.onnx")))
+    folder = tmp_path / "data" / "networks"
+    (folder / "shifts").rename(folder / "foveal")
+    assert "built in has the name foveal" in str(service.networks.every()["foveal"])
+    service.networks.remove("foveal")
+    assert not service.networks.every()
 
 
 def test_a_card_that_was_spoiled_by_hand_is_listed_with_its_problem(

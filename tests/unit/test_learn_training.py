@@ -13,12 +13,13 @@ from safetensors.torch import load_file, save_file
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn import training
 from foveacam_pipeline.learn.checkpoint import Checkpoint, TrainingFacts, load_checkpoint, save_checkpoint
-from foveacam_pipeline.learn.evaluation import evaluate, filled, network_answer
-from foveacam_pipeline.learn.export import export_network
+from foveacam_pipeline.learn.evaluation import evaluate, network_answer
+from foveacam_pipeline.learn.export import LAPLACE_FACTOR, export_network
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pairs import CropSource, load_datasets
 from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, learning_rate, train
+from foveacam_pipeline.learn.truth_figures import filled
 from foveacam_pipeline.networks.card import load_network
 from foveacam_pipeline.networks.estimator import NetworkEstimator
 
@@ -152,8 +153,10 @@ def test_the_exported_network_is_a_depth_backend_with_the_same_disparities(tmp_p
     pair = varied_pair(3, width=157, height=91)  # sides that are padded
     answer, seen = network_answer(trained.network(), pair)
     expected = answer.disparity_px
-    found = NetworkEstimator.open(load_network(card)).disparity_px(pair)
+    found, sigma = NetworkEstimator.open(load_network(card)).answer(pair)
     assert np.abs(found - expected).max() <= 0.02
+    assert answer.sigma_px is not None and sigma is not None
+    assert np.allclose(sigma, LAPLACE_FACTOR * answer.sigma_px, rtol=0.01)
     assert seen.shape == expected.shape == (91, 157)
 
 

@@ -16,7 +16,7 @@ from foveacam_pipeline.learn.checkpoint import (
     load_checkpoint,
     save_checkpoint,
 )
-from foveacam_pipeline.learn.evaluation import Evaluation, TruthFigures, evaluate
+from foveacam_pipeline.learn.evaluation import Evaluation, evaluate
 from foveacam_pipeline.learn.losses import LossWeights, PairBatch, matching_entropy, training_loss
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.correlation import match_rows
@@ -32,6 +32,7 @@ from foveacam_pipeline.learn.pair_folder import (
 )
 from foveacam_pipeline.learn.pairs import CropSource, LoadedDataset, load_datasets
 from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
+from foveacam_pipeline.learn.truth_figures import TruthFigures
 from foveacam_server.cli import app
 
 from .learning_pairs import scene, varied_sample

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, MirrorVolts, MonotonicClock, Role
 from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_pipeline.stereo.estimator import BACKENDS
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
+from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 from foveacam_pipeline.verge.wide_zoom import wide_zoom
 from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.resources.views.live_stereo import LiveStereo, PairJoiner, SteadySpan
@@ -117,6 +119,22 @@ def test_a_view_is_made_while_it_is_watched_and_no_other(
     assert "depth" not in pictures.counts
     pictures.watching.add("depth")
     feed(tap, pictures, "depth")
+
+
+def test_the_live_depth_is_computed_by_the_backend_that_was_chosen(
+    live: tuple[FrameTap, LiveStereo], pictures: Pictures
+) -> None:
+    tap, stereo = live
+    sizes: list[tuple[int, ...]] = []
+
+    def match(pair: RectifiedPair) -> DisparityMap:
+        sizes.append(pair.left.shape)
+        return BACKENDS["sgbm"].estimate(pair)
+
+    stereo.match_by(match)
+    pictures.watching.add("depth")
+    feed(tap, pictures, "depth")
+    assert (270, 360) in sizes
 
 
 def test_the_wide_view_is_shown_at_the_foveaes_scale_where_they_look() -> None:

@@ -17,10 +17,12 @@ from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import ViewPictureCache, mosaic_views
 from foveacam_pipeline.capture.mosaic.wide import wide_view_of
 from foveacam_pipeline.capture.mosaic.wide_depth import add_wide_depth
+from foveacam_pipeline.networks.card import load_network
 from foveacam_server import cli
 
 from .dataset_scenes import written
 from .mosaic_scenes import SIDE, TEXEL_M, Z_M, scan, small_calibration, texture
+from .network_graphs import constant, matcher, write_card
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +122,32 @@ def test_a_mosaic_that_was_cancelled_is_gone_on_with_and_comes_out_the_same(
     assert watch.seen[-1][0] == watch.seen[-1][1]
     for name in ("overview.png", "depth.tiff", "cloud.ply", "mosaic.json"):
         assert (folder / name).read_bytes() == (made[0] / name).read_bytes()
+
+
+def test_a_network_computes_the_depth_of_the_pairs_and_the_mosaic_says_so(
+    raster: Dataset, tmp_path: Path
+) -> None:
+    network = load_network(write_card(matcher(tmp_path / "a.onnx", first_px=-32, last_px=32)))
+    made = build_mosaic(raster, tmp_path / "made", MosaicSettings(network=network))
+    matching = made.figures.matching
+    assert (matching.backend, matching.sha256, matching.failed_pairs) == ("shifts", network.card.sha256, 0)
+    document = json.loads((tmp_path / "made" / "mosaic.json").read_text())
+    assert document["recipe"]["network_sha256"] == network.card.sha256
+    z_m = made.placed.depth.z_m
+    known = z_m[np.isfinite(z_m)]
+    assert known.size > 0.3 * z_m.size and abs(float(np.median(known)) / Z_M - 1.0) < 0.01
+    with pytest.raises(InvalidInput, match="something else"):
+        build_mosaic(raster, tmp_path / "made")
+
+
+def test_pairs_that_the_network_fails_on_are_matched_and_counted(
+    made: tuple[Path, Mosaic], raster: Dataset, tmp_path: Path
+) -> None:
+    network = load_network(write_card(constant(tmp_path / "nan.onnx", float("nan")), name="broken"))
+    found = build_mosaic(raster, tmp_path / "made", MosaicSettings(network=network))
+    assert found.figures.matching.backend == "broken"
+    assert found.figures.matching.failed_pairs >= len(raster)
+    assert (tmp_path / "made" / "depth.tiff").read_bytes() == (made[0] / "depth.tiff").read_bytes()
 
 
 def test_another_mosaic_or_a_foreign_folder_is_not_overwritten(

@@ -159,14 +159,41 @@ def test_the_sigma_tells_a_network_that_is_off_by_less_than_a_pixel(tmp_path: Pa
     assert np.median(wrong.sigma_px[both]) > 2.0 * np.median(truth.sigma_px[both])
 
 
+def test_a_sigma_of_the_network_replaces_the_error_model_and_decides_what_is_kept(tmp_path: Path) -> None:
+    def stating(sigma: float, factor: float) -> NetworkEstimator:
+        graph = matcher(tmp_path / f"{sigma}.onnx", scale=2.0, sigma=sigma)
+        output = {"scale": 2.0, "sigma": "sigma", "sigma_factor": factor}
+        return NetworkEstimator.open(load_network(write_card(graph, output=output)))
+
+    known = known_pair()
+    sure = stating(0.4, 0.5).estimate(known.pair)
+    answered = np.isfinite(sure.residual_px)
+    assert answered[known.seen].all() and np.unique(sure.sigma_px[answered]) == pytest.approx([0.4])
+    # A Laplace error whose 68.3 % quantile is 1.92 px exceeds 1 px with probability 0.55
+    assert np.isfinite(stating(0.95, 1.0).estimate(known.pair).residual_px).any()
+    assert not np.isfinite(stating(0.97, 1.0).estimate(known.pair).residual_px).any()
+
+
+@pytest.mark.parametrize(
+    ("sigma", "words"),
+    [(0.0, "100 % of its output sigma is not above 0"), (float("nan"), "output sigma is no")],
+)
+def test_a_sigma_that_is_no_error_is_refused_by_name(tmp_path: Path, sigma: float, words: str) -> None:
+    found = checked(matcher(tmp_path / "a.onnx", sigma=sigma), output={"sigma": "sigma"})
+    assert not found.passed and words in found.findings[-1].found
+    found = checked(matcher(tmp_path / "b.onnx", sigma=0.5), output={"sigma": "spread"})
+    assert "output.sigma is 'spread', the graph has disp, sigma" in found.findings[-1].found
+    assert checked(matcher(tmp_path / "c.onnx", sigma=0.5), output={"sigma": "sigma"}).passed
+
+
 def test_tiles_give_the_disparities_of_the_whole(tmp_path: Path) -> None:
     known = known_pair()
     graph = matcher(tmp_path / "a.onnx")
     whole = NetworkEstimator.open(load_network(write_card(graph)))
     tiled = NetworkEstimator.open(load_network(write_card(graph, inputs={"size_px": [160, 96]})))
-    found = tiled.disparity_px(known.pair)
+    found, _ = tiled.answer(known.pair)
     inside = np.s_[20:-20, 20:-20]
-    assert np.median(np.abs(found - whole.disparity_px(known.pair))[inside]) == 0.0
+    assert np.median(np.abs(found - whole.answer(known.pair)[0])[inside]) == 0.0
 
 
 @pytest.mark.parametrize(("width", "height"), [(160, 96), (161, 97), (500, 300)])

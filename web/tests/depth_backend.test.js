@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { backendWords, choiceWords } from "../foveacam_web/static/js/video/depth_words.js";
+import { backendWords, choiceWords, computedBy } from "../foveacam_web/static/js/video/depth_words.js";
 
 const network = /** @type {const} */ ({
   name: "raft",
@@ -17,6 +17,11 @@ test("a network says its licence, and whether it is for research or cannot be us
   assert.equal(backendWords(network), "raft (MIT)");
   assert.equal(backendWords({ ...network, research_only: true }), "raft (research only, MIT)");
   assert.equal(backendWords({ ...network, problem: "no card" }), "raft (cannot be used)");
+});
+
+test("a result says what computed it, a network by the hash of its graph", () => {
+  assert.equal(computedBy("sgbm", null), "Semi-global matching");
+  assert.equal(computedBy("foveal", "7609cef51483d365edca"), "foveal, SHA-256 7609cef51483…");
 });
 
 test("the list says why the last look did without the network in use", () => {

@@ -1542,6 +1542,7 @@ export interface components {
             height: number;
             layers: components["schemas"]["MosaicLayer"][];
             made_utc: string;
+            matching: components["schemas"]["MosaicMatching"];
             near_m: number | null;
             overview_url: string;
             ply_url: string | null;
@@ -1796,6 +1797,14 @@ export interface components {
             tile_px: number;
             tiles_url: string;
             width: number;
+        };
+        /** @description What computed the depth of the pairs. */
+        MosaicMatching: {
+            /** @default sgbm */
+            backend: string;
+            /** @default 0 */
+            failed_pairs: number;
+            sha256: string | null;
         };
         /** @description What computing a mosaic takes: views, px, space on the disk. */
         MosaicNeedsDocument: {
@@ -3305,6 +3314,7 @@ export type MomentDocument = components['schemas']['MomentDocument'];
 export type MosaicDepth = components['schemas']['MosaicDepth'];
 export type MosaicDocument = components['schemas']['MosaicDocument'];
 export type MosaicLayer = components['schemas']['MosaicLayer'];
+export type MosaicMatching = components['schemas']['MosaicMatching'];
 export type MosaicNeedsDocument = components['schemas']['MosaicNeedsDocument'];
 export type MosaicRequest = components['schemas']['MosaicRequest'];
 export type MosaicSeams = components['schemas']['MosaicSeams'];

@@ -17,23 +17,16 @@ from foveacam_pipeline.learn.network.network import DIVISOR, FoveatedStereo
 from foveacam_pipeline.learn.network.refinement import CELL_PX
 from foveacam_pipeline.learn.pair_folder import PairSample
 from foveacam_pipeline.learn.pairs import LoadedDataset, picture_planes
+from foveacam_pipeline.learn.truth_figures import (
+    MethodAnswer,
+    TruthFigures,
+    TruthSums,
+    filled,
+    truth_figures,
+    truth_sums,
+)
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.values import RectifiedPair
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TruthFigures:
-    """Errors against the truth where both eyes see the surface, over all pairs."""
-
-    epe_px: float
-    """Mean of the absolute errors of what is answered."""
-    bad_1: float
-    """Share of errors above 1 px."""
-    answered: float
-    """Share of the pixels with a disparity."""
-    within_1_sigma: float | None = None
-    """Share of errors within the stated sigma; 0.757 would be right for a Laplace error, 0.683 for a Gaussian
-    one. None for a method that states none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,14 +55,6 @@ class Evaluation:
     dataset: str
     pairs: int
     methods: tuple[MethodFigures, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MethodAnswer:
-    """Disparity (h, w) of a method, px, and the standard deviation of its error, px; NaN where unknown."""
-
-    disparity_px: NDArray[np.float32]
-    sigma_px: NDArray[np.float32] | None = None
 
 
 def evaluate(
@@ -130,35 +115,12 @@ def _answers(sample: PairSample) -> dict[str, MethodAnswer]:
     return answers
 
 
-def filled(disparity_px: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return a disparity map (h, w) whose holes have the smaller of the next known ones in their row.
-
-    The smaller one belongs to what is behind, and it is that which is hidden. Rows without any get zero.
-    """
-    known = np.isfinite(disparity_px)
-    before = _carried(disparity_px, known)
-    after = _carried(disparity_px[:, ::-1], known[:, ::-1])[:, ::-1]
-    behind = np.fmin(before, after)
-    return np.nan_to_num(np.where(known, disparity_px, behind)).astype(np.float32)
-
-
-def _carried(values: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float32]:
-    place = np.where(known, np.arange(values.shape[1])[None, :], 0)
-    np.maximum.accumulate(place, axis=1, out=place)
-    return np.take_along_axis(values, place, axis=1)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _PairErrors:
-    """Photometric errors of one pair: all, seen by both eyes, L1; and sums of pixels against the truth."""
+    """Photometric errors of one pair: all, seen by both eyes, L1; and sums against the truth, if any."""
 
     photometric: tuple[float, float, float]
-    seen: int = 0
-    answered: int = 0
-    off_px: float = 0.0
-    bad: int = 0
-    with_sigma: int = 0
-    within: int = 0
+    truth: TruthSums | None
 
 
 def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -> _PairErrors:
@@ -171,38 +133,19 @@ def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -
     absolute = (left - rebuilt).abs().mean(dim=1, keepdim=True)
     both = shown & torch.from_numpy(seen)[None, None]
     photometric = float(error[shown].mean()), float(error[both].mean()), float(absolute[shown].mean())
-    if sample.truth is None:
-        return _PairErrors(photometric=photometric)
-    judged = sample.truth.both & known
-    off_px = np.abs(disparity - sample.truth.disparity_px)[judged]
-    sigma_px = np.zeros(0, np.float32) if answer.sigma_px is None else answer.sigma_px[judged]
-    stated = np.isfinite(sigma_px)
     return _PairErrors(
         photometric=photometric,
-        seen=int(sample.truth.both.sum()),
-        answered=len(off_px),
-        off_px=float(off_px.sum(dtype=np.float64)),
-        bad=int((off_px > 1.0).sum()),
-        with_sigma=int(stated.sum()),
-        within=int((off_px[: len(stated)][stated] <= sigma_px[stated]).sum()),
+        truth=None if sample.truth is None else truth_sums(answer, sample.truth),
     )
 
 
 def _figures(method: str, rows: Sequence[_PairErrors]) -> MethodFigures:
     columns = zip(*(row.photometric for row in rows), strict=True)
     photometric, seen, absolute = (float(np.nanmean(column)) for column in columns)
-    pixels, answered = sum(row.seen for row in rows), sum(row.answered for row in rows)
-    stated = sum(row.with_sigma for row in rows)
-    truth = TruthFigures(
-        epe_px=sum(row.off_px for row in rows) / max(1, answered),
-        bad_1=sum(row.bad for row in rows) / max(1, answered),
-        answered=answered / max(1, pixels),
-        within_1_sigma=sum(row.within for row in rows) / stated if stated else None,
-    )
     return MethodFigures(
         method=method,
         photometric=photometric,
         photometric_seen=seen,
         absolute=absolute,
-        truth=truth if pixels else None,
+        truth=truth_figures([row.truth for row in rows if row.truth is not None]),
     )

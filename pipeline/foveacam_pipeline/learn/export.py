@@ -1,38 +1,50 @@
 """Exports a trained network as ONNX with its card, so that it can be chosen as a depth backend."""
 
 import hashlib
+import math
 import warnings
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import onnx
 import torch
 import yaml
 from torch import Tensor, nn
 
 from foveacam_pipeline.learn.checkpoint import Checkpoint
+from foveacam_pipeline.learn.losses import laplace_scale
+from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import DIVISOR, FoveatedStereo
+from foveacam_pipeline.networks.estimator import LAPLACE_ONE_SIGMA
 from foveacam_pipeline.storage.disk import disk_errors, write_file
 
 OPSET = 18
 EXAMPLE_SIZE = (64, 96)
 """Height and width of the picture by which the graph is traced; it takes any multiples of 8."""
+LAPLACE_FACTOR = LAPLACE_ONE_SIGMA / math.sqrt(2.0)
+"""The 68.3 % quantile of a Laplace error over its standard deviation."""
 
 
-class DisparityAlone(nn.Module):
-    """The network as a graph of two pictures of 0 to 1 and one disparity."""
+class DisparityWithSigma(nn.Module):
+    """The network as a graph of two pictures of 0 to 1 to a disparity and its standard deviation."""
 
     def __init__(self, network: FoveatedStereo) -> None:
         super().__init__()
         self.network = network
 
-    def forward(self, left: Tensor, right: Tensor) -> Tensor:
-        """Return the disparity (n, 1, h, w), px."""
-        disparity: Tensor = self.network(left, right).disparity
-        return disparity
+    def forward(self, left: Tensor, right: Tensor) -> tuple[Tensor, Tensor]:
+        """Return disparity and sigma, both (n, 1, h, w), px: sqrt(2) times the scale of a Laplace error."""
+        prediction = self.network(left, right)
+        return prediction.disparity, math.sqrt(2.0) * laplace_scale(prediction)
 
 
-def export_network(checkpoint: Checkpoint, folder: Path, *, name: str, licence: str) -> Path:
-    """Write `NAME.onnx` and `NAME.yaml` into a folder; return the path of the card."""
+def export_network(
+    checkpoint: Checkpoint, folder: Path, *, name: str, licence: str, sigma_factor: float = LAPLACE_FACTOR
+) -> Path:
+    """Write `NAME.onnx` and `NAME.yaml` into a folder; return the path of the card.
+
+    `sigma_factor`: as in `NetworkOutput`.
+    """
     graph = _graph(checkpoint.network())
     card = {
         "format": "foveacam-network",
@@ -42,6 +54,7 @@ def export_network(checkpoint: Checkpoint, folder: Path, *, name: str, licence: 
         "sha256": hashlib.sha256(graph).hexdigest(),
         "licence": licence,
         "inputs": {"scaling": "0..1", "divisor": DIVISOR},
+        "output": {"name": "disp", "sigma": "sigma", "sigma_factor": round(sigma_factor, 4)},
     }
     path = folder / f"{name}.yaml"
     with disk_errors(f"the network {name}", folder):
@@ -51,6 +64,21 @@ def export_network(checkpoint: Checkpoint, folder: Path, *, name: str, licence: 
     return path
 
 
+def network_of_graph(path: Path) -> FoveatedStereo | None:
+    """Return the network of a graph that was exported, for evaluation; None for any other graph."""
+    weights = {
+        one.name.removeprefix("network."): torch.from_numpy(onnx.numpy_helper.to_array(one).copy())
+        for one in onnx.load(str(path)).graph.initializer
+    }
+    for config in SIZES.values():
+        network = FoveatedStereo(config)
+        wanted = {name: value.shape for name, value in network.state_dict().items()}
+        if wanted == {name: value.shape for name, value in weights.items() if name in wanted}:
+            network.load_state_dict({name: weights[name] for name in wanted})
+            return network.eval()
+    return None
+
+
 def _graph(network: FoveatedStereo) -> bytes:
     example = tuple(torch.rand(1, 3, *EXAMPLE_SIZE) for _ in range(2))
     free = {2: "height", 3: "width"}
@@ -58,13 +86,14 @@ def _graph(network: FoveatedStereo) -> bytes:
         path = Path(folder) / "graph.onnx"
         warnings.simplefilter("ignore")  # the exporter by tracing is called old; it needs no further package
         torch.onnx.export(
-            DisparityAlone(network).eval(),
+            DisparityWithSigma(network).eval(),
             example,
             path,
             input_names=["left", "right"],
-            output_names=["disp"],
-            dynamic_axes={"left": free, "right": free, "disp": free},
+            output_names=["disp", "sigma"],
+            dynamic_axes=dict.fromkeys(("left", "right", "disp", "sigma"), free),
             opset_version=OPSET,
             dynamo=False,
+            do_constant_folding=False,  # the weights keep their names
         )
         return path.read_bytes()

@@ -12,6 +12,9 @@ from foveacam_hardware.contract import InvalidInput
 
 LARGEST_CARD_BYTES = 65_536
 LARGEST_SIDE_PX = 8192
+SHIPPED = Path(__file__).parent / "shipped"
+SHIPPED_NAME = "foveal"
+"""How the network that ships is chosen."""
 SidePx = Annotated[int, Field(ge=8, le=LARGEST_SIDE_PX)]
 TensorName = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 Scaling = Literal["0..255", "0..1", "-1..1", "imagenet"]
@@ -47,6 +50,10 @@ class NetworkOutput(_CardPart):
     """Pixels of the input for each unit of the output."""
     positive_only: bool = False
     """The network finds no negative disparities: the right picture is shifted so that there are none."""
+    sigma: TensorName | None = None
+    """Output with the error that the network states of each disparity, in units of the disparity."""
+    sigma_factor: Annotated[float, Field(gt=0.0, le=1e5)] = 1.0
+    """That error times this is the sigma: 68.3 % of the errors of what is kept are smaller."""
 
 
 class NetworkCard(_CardPart):
@@ -65,15 +72,20 @@ class NetworkCard(_CardPart):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StereoNetwork:
-    """A network on the disk: its card and the folder with its graph."""
+    """A network on the disk: its card, and the path of that, in the folder of its graph."""
 
     card: NetworkCard
-    folder: Path
+    path: Path
 
     @property
     def name(self) -> str:
         """Name by which the network is chosen."""
         return self.card.name
+
+    @property
+    def folder(self) -> Path:
+        """The folder with card and graph."""
+        return self.path.parent
 
     @property
     def graph(self) -> Path:
@@ -103,9 +115,19 @@ def load_network(path: Path) -> StereoNetwork:
             f"{path}: a card is a table of keys; `foveacam depth card` prints one to begin with"
         )
     try:
-        return StereoNetwork(card=NetworkCard.model_validate(document), folder=path.parent)
+        return StereoNetwork(card=NetworkCard.model_validate(document), path=path)
     except ValidationError as error:
         raise _refusal(path, error) from error
+
+
+def shipped_network() -> StereoNetwork:
+    """Return the network that ships with the program."""
+    return load_network(SHIPPED / f"{SHIPPED_NAME}.yaml")
+
+
+def find_network(text: str) -> StereoNetwork:
+    """Return the network that ships by its name, or that of a card's path; raise InvalidInput."""
+    return shipped_network() if text == SHIPPED_NAME else load_network(Path(text))
 
 
 def check_digest(network: StereoNetwork) -> None:
@@ -171,4 +193,6 @@ output:
   sign: 1                   # -1: the output is flow from left to right
   scale: 1.0                # pixels for each unit of the output
   positive_only: false      # true: the network finds no disparity below zero; it is fed shifted pictures
+  sigma: null               # name of an output like the first one: the error that the network states
+  sigma_factor: 1.0         # 68.3 % of the errors are below that output times this
 """

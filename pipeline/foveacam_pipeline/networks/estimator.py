@@ -4,6 +4,7 @@ import math
 import threading
 import time
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +22,23 @@ from foveacam_pipeline.networks.session import GraphSession, open_session, run_g
 from foveacam_pipeline.stereo.errors import SEMI_GLOBAL, match_errors
 from foveacam_pipeline.stereo.match import acceptable, gray
 from foveacam_pipeline.stereo.occlusion import occluded_pixels
-from foveacam_pipeline.stereo.refine import FloatImage, refine
+from foveacam_pipeline.stereo.refine import FloatImage, refine, seen_at_right
 from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings, scene_span
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 SHIFT_MARGIN_PX = 8
 """Added to the shift of a network that finds no negative disparities."""
+LAPLACE_ONE_SIGMA = -math.log(1.0 - 0.6827)
+"""The 68.3 % quantile of a Laplace error over its scale."""
+WRONG_PX = 1.0
+
+KeptPixels: TypeAlias = NDArray[np.bool_]
+
+
+def largest_sigma_px(settings: MatchSettings = DEFAULT) -> float:
+    """Return the sigma, px, above which a Laplace error exceeds 1 px with too large a probability."""
+    likely_px = LAPLACE_ONE_SIGMA * WRONG_PX / -math.log(settings.max_wrong)
+    return min(settings.max_sigma_px, likely_px)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,22 +61,17 @@ class NetworkEstimator:
         return self.card.name
 
     def estimate(self, pair: RectifiedPair) -> DisparityMap:
-        """Return the network's disparities where the pictures agree with them, NaN elsewhere.
-
-        The sigma of a pixel is that of the error model of semi-global matching at the network's disparity,
-        and the sub-pixel step beside it that both pictures ask for, which the network did not take.
+        """Return the network's disparities where they are likely right, NaN elsewhere, with their errors.
 
         Raise NetworkFault when the network fails on the pair.
         """
         started = time.perf_counter()
-        left, right = gray(pair.left), gray(pair.right)
-        found = self.disparity_px(pair)
+        found, stated = self.answer(pair)
         found[~pair.valid_left] = np.nan
-        refinement = refine(left, right, np.nan_to_num(found), pair.valid_right)
-        errors = match_errors(found, refinement, SEMI_GLOBAL)
-        sigma = np.hypot(errors.sigma_px, refinement.residual_px - found).astype(np.float32)
-        errors = replace(errors, sigma_px=sigma)
-        known = acceptable(found, refinement, errors, settings=self.settings)
+        if stated is None:
+            sigma, known = self._judged_by_pictures(pair, found)
+        else:
+            sigma, known = self._judged_by_network(pair, found, stated)
         residual = np.where(known, found, np.float32(np.nan))
         sigma[~known] = np.nan
         return DisparityMap(
@@ -74,8 +81,30 @@ class NetworkEstimator:
             occluded=occluded_pixels(residual),
         )
 
-    def disparity_px(self, pair: RectifiedPair) -> FloatImage:
-        """Return what the network says (h, w), px, signed: of every pixel, right or wrong."""
+    def _judged_by_network(
+        self, pair: RectifiedPair, found: FloatImage, sigma: FloatImage
+    ) -> tuple[FloatImage, KeptPixels]:
+        """Return the sigma, and which pixels both eyes see and a Laplace error of it leaves likely right."""
+        seen = seen_at_right(np.nan_to_num(found), pair.valid_right) & np.isfinite(found)
+        return sigma, seen & (sigma <= largest_sigma_px(self.settings))
+
+    def _judged_by_pictures(self, pair: RectifiedPair, found: FloatImage) -> tuple[FloatImage, KeptPixels]:
+        """Return sigma and the pixels kept by the error model of semi-global matching at the disparities.
+
+        The sub-pixel step beside them that both pictures ask for, which the network did not take, is added.
+        """
+        refinement = refine(gray(pair.left), gray(pair.right), np.nan_to_num(found), pair.valid_right)
+        errors = match_errors(found, refinement, SEMI_GLOBAL)
+        sigma = np.hypot(errors.sigma_px, refinement.residual_px - found).astype(np.float32)
+        errors = replace(errors, sigma_px=sigma)
+        return sigma, acceptable(found, refinement, errors, settings=self.settings)
+
+    def answer(self, pair: RectifiedPair) -> tuple[FloatImage, FloatImage | None]:
+        """Return what the network says of every pixel, right or wrong: (h, w) signed disparity and sigma, px.
+
+        The sigma is None where the card names no output for it.
+        """
+        output = self.card.output
         shift_px = self._shift_px(pair)
         left, right = pair.left, shifted_left(pair.right, shift_px)
         height, width = left.shape[:2]
@@ -86,8 +115,9 @@ class NetworkEstimator:
         else:
             whole = max(width, size[0]), max(height, size[1])
             found = self._tiled(padded(left, whole), padded(right, whole), size)
-        found = found[:height, :width] * np.float32(self.card.output.sign * self.card.output.scale)
-        return found - np.float32(shift_px)
+        found = found[:, :height, :width] * np.float32(output.scale)
+        disparity = np.float32(output.sign) * found[0] - np.float32(shift_px)
+        return disparity, found[1] * np.float32(output.sigma_factor) if len(found) == 2 else None
 
     def _shift_px(self, pair: RectifiedPair) -> int:
         """Return by how much the right picture is shifted, so that all disparities are positive."""
@@ -103,11 +133,12 @@ class NetworkEstimator:
 
     def _tiled(self, left: Picture, right: Picture, size: tuple[int, int]) -> NDArray[np.float32]:
         height, width = left.shape[:2]
-        total, weights = (np.zeros((height, width), dtype=np.float32) for _ in range(2))
+        total = np.zeros((1 if self.card.output.sigma is None else 2, height, width), dtype=np.float32)
+        weights = np.zeros((height, width), dtype=np.float32)
         for tile in tiles(width, height, size):
             found = self._run(tile.of(left), tile.of(right))
             rows = slice(tile.y_px, tile.y_px + size[1])
             columns = slice(tile.x_px, tile.x_px + size[0])
-            total[rows, columns] += found * tile.weight
+            total[:, rows, columns] += found * tile.weight
             weights[rows, columns] += tile.weight
         return np.asarray(total / weights, dtype=np.float32)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Protocol, cast
 
 import numpy as np
@@ -45,6 +46,13 @@ class NetworkFault(DeviceFault):
     code = "network_fault"
 
 
+def missing_runtime() -> str | None:
+    """Return how onnxruntime is installed where it is missing."""
+    if find_spec("onnxruntime") is not None:
+        return None
+    return f"it needs onnxruntime, which is not installed; {install_command('onnx')}"
+
+
 def open_session(network: StereoNetwork) -> GraphSession:
     """Return a session of a network's graph on the processor; raise InvalidInput in words.
 
@@ -77,30 +85,49 @@ def open_session(network: StereoNetwork) -> GraphSession:
 def run_graph(
     card: NetworkCard, session: GraphSession, left: NDArray[np.float32], right: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return the graph's output (h, w) for one pair of tensors; raise NetworkFault in words."""
+    """Return the graph's outputs (1 or 2, h, w) for one pair of tensors: disparity, and its stated error.
+
+    Raise NetworkFault in words.
+    """
+    names = [card.output.name] if card.output.sigma is None else [card.output.name, card.output.sigma]
     try:
-        found = session.run([card.output.name], {card.inputs.left: left, card.inputs.right: right})[0]
+        found = session.run(names, {card.inputs.left: left, card.inputs.right: right})
     except Exception as error:
         raise _run_fault(card, error, left) from error
-    array = np.asarray(found, dtype=np.float32)
     vertical, horizontal = (2, 3) if card.inputs.layout == "NCHW" else (1, 2)
-    wanted = left.shape[vertical], left.shape[horizontal]
-    plane = array.squeeze()
-    if plane.shape != wanted:
+    size = left.shape[vertical], left.shape[horizontal]
+    planes = np.stack([_plane(card, name, array, size) for name, array in zip(names, found, strict=True)])
+    if len(planes) == 2 and not (planes[1] > 0.0).all():
+        share = 100.0 * float((planes[1] <= 0.0).mean())
         raise NetworkFault(
-            f"{card.name}: its output {card.output.name} has the shape {array.shape} for pictures of "
-            f"{wanted[1]} x {wanted[0]} px; one disparity a pixel is needed: export it with its upsampling",
-            asked=f"{wanted[1]} x {wanted[0]}",
-            found=str(array.shape),
+            f"{card.name}: {share:.3g} % of its output {card.output.sigma} is not above 0, so that it is no "
+            "error of a disparity; name another output as output.sigma of its card, or none",
+            found=f"{share:.3g} % not above 0",
+            remedy="name another output as output.sigma of its card, or none",
+        )
+    return planes
+
+
+def _plane(
+    card: NetworkCard, name: str, found: NDArray[np.generic], size: tuple[int, int]
+) -> NDArray[np.float32]:
+    """Return an output as (h, w); raise NetworkFault unless it is one finite number a pixel."""
+    plane = np.asarray(found, dtype=np.float32).squeeze()
+    if plane.shape != size:
+        raise NetworkFault(
+            f"{card.name}: its output {name} has the shape {found.shape} for pictures of "
+            f"{size[1]} x {size[0]} px; one number a pixel is needed: export it with its upsampling",
+            asked=f"{size[1]} x {size[0]}",
+            found=str(found.shape),
         )
     if not np.isfinite(plane).all():
         share = 100.0 * (1.0 - float(np.isfinite(plane).mean()))
         raise NetworkFault(
-            f"{card.name}: {share:.3g} % of its output is no finite number; check scaling and divisor in its "
-            "card, and the graph in 32 bits",
+            f"{card.name}: {share:.3g} % of its output {name} is no finite number; check scaling and divisor "
+            "in its card, and the graph in 32 bits",
             found=f"{share:.3g} % not finite",
         )
-    return np.ascontiguousarray(plane)
+    return plane
 
 
 def _check_ports(card: NetworkCard, session: GraphSession) -> None:
@@ -115,8 +142,9 @@ def _check_ports(card: NetworkCard, session: GraphSession) -> None:
                 "export it with 32-bit inputs",
                 found=inputs[name].type,
             )
-    if card.output.name not in outputs:
-        raise _port_error(card, "output.name", card.output.name, outputs)
+    for key, wanted in (("output.name", card.output.name), ("output.sigma", card.output.sigma)):
+        if wanted is not None and wanted not in outputs:
+            raise _port_error(card, key, wanted, outputs)
     others = sorted(set(inputs) - {card.inputs.left, card.inputs.right})
     if others:
         raise InvalidInput(

@@ -61,10 +61,8 @@ def refine(
 ) -> Refinement:
     """Refine a finite disparity map (h, w), px, of two grey images (h, w)."""
     height, width = left.shape
-    columns = np.arange(width, dtype=np.float32)[None, :] - disparity_px
-    rows = np.repeat(np.arange(height, dtype=np.float32)[:, None], width, axis=1)
-    matched = cv2.remap(right, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    seen = cv2.remap(valid_right.view(np.uint8), columns, rows, cv2.INTER_NEAREST)
+    places = _places_at_right(disparity_px)
+    matched = cv2.remap(right, *places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     sums = _gauss_newton(left, np.asarray(matched, dtype=np.uint8))
     step, variance = sums.step_px, sums.variance
     step_variance = variance / np.maximum(sums.energy, np.float32(LEAST_ENERGY))
@@ -80,8 +78,25 @@ def refine(
         noise_sigma_px=_float(cv2.resize(np.sqrt(step_variance), size)),
         likeness=_float(cv2.resize(likeness, size)),
         wide_likeness=_float(cv2.resize(wide_likeness, size)),
-        seen=np.asarray(seen, dtype=np.bool_),
+        seen=_seen_at(places, valid_right),
     )
+
+
+def seen_at_right(disparity_px: FloatImage, valid_right: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return (h, w) bool: whether a finite disparity map, px, leads to a valid part of the right window."""
+    return _seen_at(_places_at_right(disparity_px), valid_right)
+
+
+def _places_at_right(disparity_px: FloatImage) -> tuple[FloatImage, FloatImage]:
+    """Return columns and rows, px, of the right window that show what each left pixel shows."""
+    height, width = disparity_px.shape
+    columns = np.arange(width, dtype=np.float32)[None, :] - disparity_px
+    return columns, np.repeat(np.arange(height, dtype=np.float32)[:, None], width, axis=1)
+
+
+def _seen_at(places: tuple[FloatImage, FloatImage], valid_right: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    seen = cv2.remap(valid_right.view(np.uint8), *places, cv2.INTER_NEAREST)
+    return np.asarray(seen, dtype=np.bool_)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -60,7 +60,7 @@ def make_pairs(
     `on_pair` gets the pairs done, their total, and the rate, pairs/s. Raise InvalidInput for a folder of
     other pairs, StorageFull for a full disk, WorkersLost.
     """
-    writer = PairFolderWriter(order.folder, _plan(order))
+    writer = PairFolderWriter(order.folder, pair_plan(order))
     began, began_s = writer.count, time.perf_counter()
     on_pair(began, order.count, 0.0)
     rate = 0.0
@@ -99,7 +99,8 @@ def make_pair(seed: int, split: Split, index: int, size: tuple[int, int]) -> Mad
     return entry, arrays
 
 
-def _plan(order: PairOrder) -> PairDocument:
+def pair_plan(order: PairOrder) -> PairDocument:
+    """Return the document of a folder without its pairs."""
     calibration = own_calibration()
     scale = scale_of(calibration, order.size)
     return PairDocument(

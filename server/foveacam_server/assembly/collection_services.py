@@ -52,7 +52,7 @@ def open_collections(
         recordings=_recordings(
             foundation, knowledge, displays, hardware=hardware, jobs=jobs, backends=backends
         ),
-        mosaics=MosaicService(making, displays.viewer),
+        mosaics=MosaicService(making, displays.viewer, network_in_use=backends.network_in_use),
         references=ReferenceService(making),
     )
 

@@ -52,6 +52,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     calibration = open_calibration(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
     trigger_tests = open_trigger_tests(foundation, knowledge, hardware=hardware, jobs=jobs)
     depth_backends = DepthBackendService(foundation.store.subfolder("networks"), events=foundation.events)
+    displays.stereo.match_by(lambda pair: depth_backends.estimate_live(pair).disparity)
     collected = open_collections(
         foundation, knowledge, displays, hardware=hardware, jobs=jobs, backends=depth_backends
     )

@@ -41,7 +41,7 @@ def test_the_chosen_network_computes_the_cloud_of_a_look_which_says_so(
 ) -> None:
     network = networks.add(write_card(matcher(tmp_path / "a.onnx", first_px=-16, last_px=16)))
     listed = server.get("/depth/backends").json()
-    assert [backend["name"] for backend in listed["backends"]] == ["sgbm", "live", "shifts"]
+    assert [backend["name"] for backend in listed["backends"]] == ["sgbm", "live", "foveal", "shifts"]
     assert listed["in_use"] == "sgbm"
     before = server.last_event
     assert choose(server, "shifts")["in_use"] == "shifts"

@@ -53,12 +53,15 @@ def look(server: Server) -> None:
     assert answer.status_code == 200
 
 
-def test_without_a_network_there_is_no_list_but_the_way_to_compare(
-    console: Console,
+def test_the_network_that_ships_is_chosen_and_computes_the_depth_of_a_look(
+    console: Console, server: Server
 ) -> None:
     console.page.locator("#tab-depth").click()
     expect(console.page.get_by_role("link", name="Compare two")).to_be_visible()
-    expect(console.page.get_by_label(LIST)).to_be_hidden()
+    with console.page.expect_response(lambda answer: answer.url.endswith("/depth/backend")):
+        console.page.get_by_label(LIST).select_option("foveal")
+    assert in_use(server) == "foveal"
+    httpx.put(f"{server.url}api/v1/depth/backend", json={"name": "sgbm"}).raise_for_status()
 
 
 def test_a_network_for_research_is_chosen_after_a_confirmation_and_one_that_fails_says_why(
@@ -72,6 +75,7 @@ def test_a_network_for_research_is_chosen_after_a_confirmation_and_one_that_fail
         [
             "Semi-global matching",
             "The same, faster and coarser",
+            "foveal (MIT)",
             "broken (Apache-2.0)",
             "shifts (research only, CC BY-NC 4.0)",
         ]

@@ -23,6 +23,7 @@ from foveacam_pipeline.capture.mosaic.parallax import add_overlap_depth
 from foveacam_pipeline.capture.mosaic.pyramid import TilePyramid, paint_tiles
 from foveacam_pipeline.capture.mosaic.render import tile_sources
 from foveacam_pipeline.capture.mosaic.values import (
+    MatchingFigures,
     MosaicFigures,
     MosaicSettings,
 )
@@ -53,6 +54,7 @@ class PlacedScan:
     adjustment: Adjustment
     pictures: ViewPictureCache
     wide: WideView | None
+    matching: MatchingFigures
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -122,10 +124,10 @@ def place_scan(
 ) -> PlacedScan:
     """Return a scan placed on its chart. Raise Cancelled."""
     calibration = mosaic_calibration(scan)
-    patches = pair_depths(views, calibration, chart, settings=settings, steps=steps, store=store)
+    found = pair_depths(views, calibration, chart, settings=settings, steps=steps, store=store)
     pictures = ViewPictureCache(settings)
     wide = wide_view_of(scan, calibration, pictures, views[0])
-    depth = add_wide_depth(fuse(chart, patches), views, pictures, chart=chart, wide=wide)
+    depth = add_wide_depth(fuse(chart, found.patches), views, pictures, chart=chart, wide=wide)
     done = 0
     for count, better in add_overlap_depth(depth, views, pictures, chart=chart):
         steps.step("depth where views overlap", count - done)
@@ -138,6 +140,7 @@ def place_scan(
         adjustment=adjustment,
         pictures=pictures,
         wide=wide,
+        matching=found.matching,
     )
 
 
@@ -179,4 +182,5 @@ def _figures(placed: PlacedScan, pyramid: TilePyramid) -> MosaicFigures:
         tiles=tiles,
         seams=placed.adjustment.figures,
         depth=placed.depth.figures,
+        matching=placed.matching,
     )

@@ -5,7 +5,7 @@ import io
 import json
 import math
 import shutil
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -92,13 +92,17 @@ class MosaicFolder:
 def recipe_of(scan: Dataset, settings: MosaicSettings, chart: Chart) -> dict[str, object]:
     """Return everything that determines a mosaic, as JSON."""
     files = "".join(f"{frame.file}{frame.sha256}" for point in scan for frame in point.frames)
-    recipe = {
+    recipe: dict[str, object] = {
         "dataset": scan.document.header.id,
         "dataset_hash": permanent_hash(scan.document),
         "frames_sha256": hashlib.sha256(files.encode()).hexdigest(),
-        "settings": asdict(settings),
+        "settings": {
+            field.name: getattr(settings, field.name) for field in fields(settings) if field.name != "network"
+        },
         "chart": asdict(chart),
     }
+    if settings.network is not None:
+        recipe["network_sha256"] = settings.network.card.sha256
     plain: dict[str, object] = json.loads(json.dumps(recipe))
     return plain
 

@@ -6,21 +6,34 @@ rows whose gaze crosses its own in front of the rig. What moved between the two 
 is rejected.
 """
 
+import logging
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from foveacam_hardware.contract import Role, Sighting, StereoVolts
 from foveacam_pipeline.capture.mosaic.chart import Chart
 from foveacam_pipeline.capture.mosaic.folder import MosaicFolder
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth, pair_cells
-from foveacam_pipeline.capture.mosaic.values import MosaicSettings
+from foveacam_pipeline.capture.mosaic.values import MatchingFigures, MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import MosaicView
 from foveacam_pipeline.capture.progress_steps import ProgressSteps
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.networks.estimator import NetworkEstimator
+from foveacam_pipeline.networks.session import NetworkFault
 
+_log = logging.getLogger(__name__)
 NEAREST_M, FARTHEST_M = 1.2, 40.0
 """Gazes of different points that cross nearer or farther are not matched."""
 ROW_SHARE = 0.2
 """Nor are those whose rows differ by more than this share of a view's height."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PairDepths:
+    """The depth of all pairs, and what computed it."""
+
+    patches: list[CellDepth]
+    matching: MatchingFigures
 
 
 def pair_depths(
@@ -31,21 +44,52 @@ def pair_depths(
     settings: MosaicSettings,
     steps: ProgressSteps,
     store: MosaicFolder,
-) -> list[CellDepth]:
-    """Return the depth of all pairs. Raise Cancelled, OSError."""
+) -> PairDepths:
+    """Return the depth of all pairs. Raise Cancelled, OSError, InvalidInput for a network that is unfit."""
+    matcher = _PairMatcher(settings, calibration, chart)
     patches = []
     for view in views:
         for other in matching_partners(view, views, calibration):
             key = view.point.index, other.point.index
             cells = store.load_cells(key)
             if cells is None:
-                sighting = combined_look(view, other, settings)
-                cells = pair_cells(sighting, calibration, chart, eye=settings.eye)
+                cells = matcher.cells_of(view, other)
                 store.save_cells(key, cells)
             if cells.per_depth.size:
                 patches.append(cells)
         steps.step("depth of the pairs")
-    return patches
+    return PairDepths(patches=patches, matching=matcher.figures)
+
+
+class _PairMatcher:
+    """Matches pairs by the network of the settings; those that it fails on, by semi-global matching."""
+
+    def __init__(self, settings: MosaicSettings, calibration: Calibration, chart: Chart) -> None:
+        self._settings, self._calibration, self._chart = settings, calibration, chart
+        network = settings.network
+        self._estimator = None if network is None else NetworkEstimator.open(network)
+        self._failed = 0
+
+    @property
+    def figures(self) -> MatchingFigures:
+        """What computed the pairs so far."""
+        network = self._settings.network
+        if network is None:
+            return MatchingFigures()
+        return MatchingFigures(backend=network.name, sha256=network.card.sha256, failed_pairs=self._failed)
+
+    def cells_of(self, left: MosaicView, right: MosaicView) -> CellDepth:
+        """Return the depth of the left fovea of one view and the right one of another."""
+        sighting, eye = combined_look(left, right, self._settings), self._settings.eye
+        if self._estimator is not None:
+            try:
+                return pair_cells(
+                    sighting, self._calibration, self._chart, eye=eye, estimator=self._estimator
+                )
+            except NetworkFault as error:
+                self._failed += 1
+                _log.warning("points %d and %d: %s", left.point.index, right.point.index, error)
+        return pair_cells(sighting, self._calibration, self._chart, eye=eye)
 
 
 def matching_partners(

@@ -3,13 +3,15 @@
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.networks.card import StereoNetwork
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MosaicSettings:
     """Settings of a mosaic. `eye`: whose views; `scan` and `bracket` of the dataset; `quality`: of the JPEGs.
 
-    `adjust`: whether differences between neighbours may move the views.
+    `adjust`: whether differences between neighbours may move the views. `network`: computes the depth of
+    pairs; None: semi-global matching does.
     """
 
     scan: int = 0
@@ -18,6 +20,7 @@ class MosaicSettings:
     quality: int = 90
     adjust: bool = True
     cloud_points: int = 300_000
+    network: StereoNetwork | None = None
 
     def __post_init__(self) -> None:
         """Refuse invalid settings."""
@@ -64,6 +67,18 @@ class DepthFigures:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MatchingFigures:
+    """What computed the depth of the pairs; `sha256`: of a network's graph.
+
+    `failed_pairs`: of those computed last, how many the network failed on; semi-global matching did them.
+    """
+
+    backend: str = "sgbm"
+    sha256: str | None = None
+    failed_pairs: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MosaicFigures:
     """A finished mosaic: size in px, number of foveae and tiles, and quality."""
 
@@ -73,3 +88,4 @@ class MosaicFigures:
     tiles: int
     seams: SeamFigures
     depth: DepthFigures
+    matching: MatchingFigures = MatchingFigures()

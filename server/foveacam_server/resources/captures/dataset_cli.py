@@ -187,6 +187,10 @@ def mosaic(
     scan: Annotated[int, typer.Option(help="which scan, from 0", min=0)] = 0,
     bracket: Annotated[int, typer.Option(help="which exposure, from 0", min=0)] = 0,
     quality: Annotated[int, typer.Option(help="quality of the JPEG tiles", min=1, max=100)] = 90,
+    network: Annotated[
+        str | None,
+        typer.Option(help="what computes the depth of pairs: foveal, or the card of another network (YAML)"),
+    ] = None,
     data: DataOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -196,12 +200,19 @@ def mosaic(
     from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
     from foveacam_pipeline.capture.mosaic.folder import finite
     from foveacam_pipeline.capture.mosaic.values import MosaicSettings
+    from foveacam_pipeline.networks.card import find_network
     from foveacam_server.foundation.progress_bar import progress_bar
     from foveacam_web.glb import write_glb
 
     if eye not in (Role.LEFT.value, Role.RIGHT.value):
         raise InvalidInput(f"a mosaic of the {eye!r} eye was asked for; choose left or right")
-    settings = MosaicSettings(scan=scan, eye=Role(eye), bracket=bracket, quality=quality)
+    settings = MosaicSettings(
+        scan=scan,
+        eye=Role(eye),
+        bracket=bracket,
+        quality=quality,
+        network=None if network is None else find_network(network),
+    )
     opened = Dataset.open(dataset_folder(dataset, data))
     with progress_bar(Console(stderr=True), stage="mosaic", silent=as_json) as bar:
         try:

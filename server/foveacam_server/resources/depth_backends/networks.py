@@ -4,12 +4,18 @@ import shutil
 from pathlib import Path
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
-from foveacam_pipeline.networks.card import StereoNetwork, check_digest, load_network
+from foveacam_pipeline.networks.card import (
+    SHIPPED_NAME,
+    StereoNetwork,
+    check_digest,
+    load_network,
+    shipped_network,
+)
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
 
 CARD = "card.yaml"
-RESERVED = ("sgbm", "live")
+RESERVED = ("sgbm", "live", SHIPPED_NAME)
 """Names of what is built in."""
 
 
@@ -38,7 +44,7 @@ class NetworkFolder:
             shutil.copyfile(network.graph, partial / network.card.file)
             shutil.copyfile(card, partial / CARD)
             partial.rename(target)
-        return StereoNetwork(card=network.card, folder=target)
+        return StereoNetwork(card=network.card, path=target / CARD)
 
     def remove(self, name: str) -> None:
         """Delete a network and its graph; raise NotFound when there is none."""
@@ -47,17 +53,28 @@ class NetworkFolder:
             shutil.rmtree(folder)
 
     def get(self, name: str) -> StereoNetwork:
-        """Return a network; raise NotFound when there is none, InvalidInput when its card cannot be read."""
+        """Return a network, the one that ships among them.
+
+        Raise NotFound when there is none, InvalidInput when its card cannot be read.
+        """
+        if name == SHIPPED_NAME:
+            return shipped_network()
         return load_network(self._existing(name) / CARD)
 
     def every(self) -> dict[str, StereoNetwork | str]:
-        """Return all networks by name; of one whose card cannot be read, why."""
+        """Return all networks that were added, by name; of one that cannot be used, why."""
         found: dict[str, StereoNetwork | str] = {}
         for card in sorted(self._folder.glob(f"*/{CARD}")):
+            name = card.parent.name
             try:
-                found[card.parent.name] = load_network(card)
+                found[name] = load_network(card)
             except FoveaError as error:
-                found[card.parent.name] = str(error)
+                found[name] = str(error)
+            if name in RESERVED:
+                found[name] = (
+                    f"a backend that is built in has the name {name} too; give this one another name in its "
+                    f"card and add it again, after `foveacam depth remove {name}`"
+                )
         return found
 
     def _existing(self, name: str) -> Path:

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Final
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
-from foveacam_pipeline.networks.card import StereoNetwork
+from foveacam_pipeline.networks.card import StereoNetwork, shipped_network
 from foveacam_pipeline.networks.check import NetworkCheck, check_network
 from foveacam_pipeline.networks.estimator import NetworkEstimator
+from foveacam_pipeline.networks.session import missing_runtime
 from foveacam_pipeline.stereo.estimator import BACKENDS, DepthEstimator, MatchedPair
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_server.foundation.events import EventLevel, EventLog
@@ -43,10 +44,14 @@ class DepthBackendService:
         self._restore()
 
     def estimate(self, pair: RectifiedPair) -> MatchedPair:
-        """Return the disparities of a pair by the backend in use; when it fails, by semi-global matching."""
+        """Return the disparities of a look by the backend in use; when it fails, by semi-global matching."""
+        self.last_pair = pair
+        return self.estimate_live(pair)
+
+    def estimate_live(self, pair: RectifiedPair) -> MatchedPair:
+        """Return the same of a pair that is no look, which is not kept for comparisons."""
         with self._changing:
             backend, sha256 = self._in_use, self._sha256
-            self.last_pair = pair
         try:
             matched = MatchedPair(disparity=backend.estimate(pair), backend=backend.name, sha256=sha256)
         except FoveaError as error:
@@ -61,9 +66,12 @@ class DepthBackendService:
     def describe(self) -> DepthBackendsDocument:
         """Return all backends and the one in use."""
         built_in = [_describe_built_in(name) for name in BACKENDS]
-        networks = [_describe(name, network) for name, network in self.networks.every().items()]
+        shipped = shipped_network()
+        networks = [(shipped.name, shipped), *self.networks.every().items()]
         return DepthBackendsDocument(
-            in_use=self._in_use.name, fallback=self._fallback, backends=[*built_in, *networks]
+            in_use=self._in_use.name,
+            fallback=self._fallback,
+            backends=[*built_in, *(_describe(name, network) for name, network in networks)],
         )
 
     def choose(self, choice: DepthBackendChoice) -> DepthBackendsDocument:
@@ -81,6 +89,12 @@ class DepthBackendService:
             data=DepthBackendChange(name=choice.name, detail="chosen"),
         )
         return self.describe()
+
+    def network_in_use(self) -> StereoNetwork | None:
+        """Return the network that was chosen; None while it is a backend that is built in."""
+        with self._changing:
+            name, sha256 = self._in_use.name, self._sha256
+        return None if sha256 is None else self.networks.get(name)
 
     def open(self, name: str, *, research_confirmed: bool) -> tuple[DepthEstimator, str | None]:
         """Return a backend, ready, and the SHA-256 of its graph.
@@ -159,5 +173,5 @@ def _describe(name: str, network: StereoNetwork | str) -> DepthBackendDocument:
         licence=network.card.licence,
         research_only=network.card.research_only,
         sha256=network.card.sha256,
-        problem=None,
+        problem=missing_runtime(),
     )

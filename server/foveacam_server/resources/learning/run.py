@@ -16,12 +16,13 @@ from foveacam_hardware.contract import Cancelled, InvalidInput, install_command
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 
 if TYPE_CHECKING:
-    from foveacam_pipeline.learn.evaluation import Evaluation, TruthFigures
+    from foveacam_pipeline.learn.evaluation import Evaluation
     from foveacam_pipeline.learn.losses import LossWeights
     from foveacam_pipeline.learn.monocular.prior_loss import PriorSchedule
     from foveacam_pipeline.learn.network.config import SizeName
     from foveacam_pipeline.learn.network.network import FoveatedStereo
     from foveacam_pipeline.learn.pairs import LoadedDataset
+    from foveacam_pipeline.learn.truth_figures import TruthFigures
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,7 +21,14 @@ from foveacam_pipeline.capture.mosaic.chart import Chart
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.datasets.collection import CAPTURES_URL
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.mosaics.schema import Eye, MadeMosaic, MosaicDepth, MosaicLayer, MosaicSeams
+from foveacam_server.resources.mosaics.schema import (
+    Eye,
+    MadeMosaic,
+    MosaicDepth,
+    MosaicLayer,
+    MosaicMatching,
+    MosaicSeams,
+)
 
 MOSAICS = ".mosaics"
 """Folder beside the datasets."""
@@ -56,6 +63,7 @@ class MosaicResults(BaseModel):
     tiles: int
     seams: MosaicSeams
     depth: MosaicDepth
+    matching: MosaicMatching = MosaicMatching()
 
 
 class MosaicFile(BaseModel):
@@ -124,6 +132,7 @@ class StoredMosaic:
             tiles=figures.tiles,
             seams=figures.seams,
             depth=figures.depth,
+            matching=figures.matching,
             overview_url=f"{url}/overview.png?made={self.version}",
             depth_picture_url=f"{url}/depth.png?made={self.version}",
             glb_url=f"{url}/mesh.glb?made={self.version}" if has_mesh else None,

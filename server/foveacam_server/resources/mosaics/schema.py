@@ -68,6 +68,16 @@ class MosaicDepth(ResponseModel):
     median_sigma_rel: float | None
 
 
+class MosaicMatching(ResponseModel):
+    """What computed the depth of the pairs."""
+
+    backend: str = "sgbm"
+    sha256: str | None = None
+    """Of the graph, where the backend is a network."""
+    failed_pairs: int = 0
+    """Pairs that the network failed on; semi-global matching did them."""
+
+
 class MadeMosaic(ResponseModel):
     """A finished mosaic.
 
@@ -96,6 +106,7 @@ class MadeMosaic(ResponseModel):
     tiles: int
     seams: MosaicSeams
     depth: MosaicDepth
+    matching: MosaicMatching
     overview_url: str
     depth_picture_url: str
     glb_url: str | None

@@ -1,11 +1,13 @@
 """Computes mosaics of captures as jobs in child processes; serves them and shows them in the 3D scene."""
 
 import threading
+from collections.abc import Callable
 from typing import TypeAlias
 
 from foveacam_hardware.contract import FoveaError, NotConnected
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.mosaic.chart import Chart
+from foveacam_pipeline.networks.card import StereoNetwork
 from foveacam_server.datasets.collection import StoredCapture, brackets_of
 from foveacam_server.datasets.derived_products import (
     DerivedProduct,
@@ -47,11 +49,21 @@ Point: TypeAlias = tuple[float, float, float]
 class MosaicService:
     """All that REST offers of the mosaics of this data directory."""
 
-    def __init__(self, tools: DerivedProductTools, viewer: SceneViewer | None) -> None:
-        """Open the collection; `viewer`: the 3D scene, if there is one."""
+    def __init__(
+        self,
+        tools: DerivedProductTools,
+        viewer: SceneViewer | None,
+        *,
+        network_in_use: Callable[[], StereoNetwork | None],
+    ) -> None:
+        """Open the collection; `viewer`: the 3D scene, if there is one.
+
+        `network_in_use` is asked when a mosaic is begun: it computes the depth of the pairs.
+        """
         self.collection = MosaicCollection(tools.captures.collection.folder / MOSAICS)
         tools.captures.collection.on_delete(self.collection.remove)
         self._captures, self._viewer = tools.captures, viewer
+        self._network_in_use = network_in_use
         self._lock = threading.Lock()
         self._shown: str | None = None
         self._making = DerivedProductJobs(DerivedProduct(noun=NOUN, process=PROCESS, make=self._make), tools)
@@ -131,7 +143,9 @@ class MosaicService:
         self._making.emit("hidden", "a mosaic is out of the 3D scene", capture_id)
 
     def _make(self, kept: StoredCapture, request: str, run: Run) -> str:
-        run([str(kept.folder), str(self.collection.prepare(kept.id)), request])
+        network = self._network_in_use()
+        card = "" if network is None else str(network.path)
+        run([str(kept.folder), str(self.collection.prepare(kept.id)), request, card])
         self.hide(kept.id)
         self.collection.finish(kept.id)
         return mosaic_url(kept.id)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Clock, FoveaError, Frame, Role, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import depth_map, rgb
-from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.estimator import BACKENDS
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle, anaglyph, depth_picture, depth_span, difference
 from foveacam_pipeline.stereo.rectify import halved, rectify_frames
-from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 from foveacam_pipeline.verge.wide_zoom import wide_zoom
 from foveacam_server.rig.frame_tap import FrameTap
 
@@ -101,6 +101,7 @@ class LiveStereo:
         self.style = AnaglyphStyle.RED_CYAN
         """Colours of the anaglyph, for all viewers."""
         self._depth_span = SteadySpan()
+        self._match: Callable[[RectifiedPair], DisparityMap] = BACKENDS["sgbm"].estimate
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="foveacam-live-stereo", daemon=True)
 
@@ -111,6 +112,10 @@ class LiveStereo:
     def spare_while(self, needed_elsewhere: Callable[[], bool]) -> None:
         """Make few pictures while `needed_elsewhere` says that something else needs the machine."""
         self._needed_elsewhere = needed_elsewhere
+
+    def match_by(self, match: Callable[[RectifiedPair], DisparityMap]) -> None:
+        """Compute the live depth by `match`."""
+        self._match = match
 
     def close(self) -> None:
         """End the thread."""
@@ -155,18 +160,17 @@ class LiveStereo:
         pictures: dict[str, Callable[[], NDArray[np.uint8]]] = {
             "anaglyph": lambda: anaglyph(pair, self.style),
             "difference": lambda: difference(pair),
-            "depth": lambda: _depth(pair, self._depth_span),
+            "depth": lambda: self._depth(pair),
         }
         for view, picture in pictures.items():
             if view in views:
                 self._tap.publish_picture(view, picture(), t_ns=t_ns)
 
-
-def _depth(pair: RectifiedPair, span: SteadySpan) -> NDArray[np.uint8]:
-    """Return the picture of the depth of a pair, matched at half its size and drawn at its own."""
-    depth = depth_map(half := halved(pair), match(half))
-    height, width = pair.left.shape[:2]
-    z_m = cv2.resize(depth.z_m, (width, height), interpolation=cv2.INTER_NEAREST)
-    near_m, far_m = span.of(depth.z_m)
-    full = replace(depth, z_m=np.asarray(z_m, dtype=np.float32))
-    return depth_picture(full, near_m=near_m, far_m=far_m)
+    def _depth(self, pair: RectifiedPair) -> NDArray[np.uint8]:
+        """Return the picture of the depth of a pair, matched at half its size and drawn at its own."""
+        depth = depth_map(half := halved(pair), self._match(half))
+        height, width = pair.left.shape[:2]
+        z_m = cv2.resize(depth.z_m, (width, height), interpolation=cv2.INTER_NEAREST)
+        near_m, far_m = self._depth_span.of(depth.z_m)
+        full = replace(depth, z_m=np.asarray(z_m, dtype=np.float32))
+        return depth_picture(full, near_m=near_m, far_m=far_m)

@@ -5,6 +5,7 @@ import { CONSOLE_ADDRESS, galleryAddress } from "../addresses.js";
 import { changing, h, html, update } from "../dom.js";
 import { count, pixels, sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { computedBy } from "../video/depth_words.js";
 import { sizeWords } from "./dataset_words.js";
 import { Made } from "./made.js";
 import { makeMix, makeReadout, makeScale, makeZoom } from "./mosaic_tools.js";
@@ -126,7 +127,7 @@ function actionsOf({ glb_url, ply_url }, { in_scene, state }, mosaic) {
 }
 
 /** @param {MadeMosaic} made */
-function factsOf({ eye, views, width, height, tiles, size_bytes, seams, depth, made_utc }) {
+function factsOf({ eye, views, width, height, tiles, size_bytes, seams, depth, matching, made_utc }) {
   return [
     figures([
       ["Eye", eye],
@@ -141,6 +142,11 @@ function factsOf({ eye, views, width, height, tiles, size_bytes, seams, depth, m
       ["Depth known", percent(depth.known)],
       ["Seen by two pairs or more", percent(depth.seen_twice)],
       ["Pairs differ by", depth.between_pairs_rel_rms === null ? null : `${percent(depth.between_pairs_rel_rms)} rms`],
+      ["Depth by", computedBy(matching.backend, matching.sha256)],
+      [
+        "Network failed on",
+        matching.failed_pairs === 0 ? null : `${count(matching.failed_pairs)} pairs, matched instead`,
+      ],
     ]),
     html`<p class="note">Where no fovea saw, the wide view shows. Depth is where both eyes saw texture.</p>`,
   ];

@@ -1,14 +1,16 @@
 // Shows the fixation: while it runs its steps, then distance, error, final state and reason.
 
 import { answerOf, basisMeaning, basisOf, boundText, chosenOf, heading, spoken } from "../answers.js";
+import { request } from "../api.js";
 import { changing, fill, h, html, say } from "../dom.js";
 import { angle, distance, millis, MISSING, number, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { computedBy } from "../video/depth_words.js";
 import { alternatives, nearerOrFarther } from "./corrections.js";
 import { drawSteps } from "./stepplot.js";
 
 /**
- * @import { FixationDocument, FixationRequest } from "#api"
+ * @import { CloudDocument, FixationDocument, FixationRequest } from "#api"
  * @import { CurrentFixation } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { FollowOrders } from "../follow/orders.js"
@@ -204,11 +206,19 @@ function numbers(fixation) {
 function downloads(cloud_id) {
   const link = (/** @type {string} */ name, /** @type {string} */ path, /** @type {string} */ what) =>
     html`<a href="/api/v1/clouds/${cloud_id}${path}" download="" title=${what}>${icon("down")}${name}</a>`;
+  const by = h("p", { class: "note" });
+  void request("GET", `/clouds/${cloud_id}`)
+    .then((found) => {
+      const { backend, network_sha256 } = /** @type {CloudDocument} */ (found);
+      by.textContent = `Depth by ${computedBy(backend, network_sha256)}`;
+    })
+    .catch(() => {}); // the cloud was deleted meanwhile: its links say so
   return html`<p class="downloads">
-    ${link("PLY", ".ply", "Point cloud with colour and standard error")}
-    ${link("GLB", ".glb", "Textured depth mesh")}
-    ${link("Depth picture", "/depth.png", "Colour-coded depth")}
-  </p>`;
+      ${link("PLY", ".ply", "Point cloud with colour and standard error")}
+      ${link("GLB", ".glb", "Textured depth mesh")}
+      ${link("Depth picture", "/depth.png", "Colour-coded depth")}
+    </p>
+    ${by}`;
 }
 
 /** @param {string} tone @param {string} text @param {string} [meaning] */

@@ -67,9 +67,9 @@ export function makeDepth(id, { orders, at }) {
   return { element, compute, move };
 }
 
-/** Return the choice of what computes; there is one where networks are. @param {Now} now @param {(part: Partial<Now>) => void} show */
+/** Return the choice of what computes, once the server told it. @param {Now} now @param {(part: Partial<Now>) => void} show */
 function chooserOf({ backends, backend }, show) {
-  if (!backends.some(({ kind }) => kind === "network")) return null;
+  if (backends.length === 0) return null;
   return html`<label class="field"
     ><span>Computed by</span
     ><select

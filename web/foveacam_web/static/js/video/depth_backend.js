@@ -1,4 +1,4 @@
-// Chooses what computes the depth of looks where there are networks; links to where two backends are compared.
+// Chooses what computes the depth of looks; links to where two backends are compared.
 
 import { COMPARE_ADDRESS } from "../addresses.js";
 import { request } from "../api.js";
@@ -18,12 +18,16 @@ export function depthBackend(commands) {
   /** @param {DepthBackendsDocument} found */
   const show = (found) => {
     const options = found.backends.map((backend) => {
-      const text = backendWords(backend);
-      return h("option", { value: backend.name, text, disabled: backend.problem !== null });
+      const { name, problem } = backend;
+      return h("option", {
+        value: name,
+        text: backendWords(backend),
+        title: problem ?? "",
+        disabled: problem !== null,
+      });
     });
     fill(select, ...options);
     select.value = found.in_use;
-    select.hidden = !found.backends.some(({ kind }) => kind === "network"); // it would cover the picture
     select.title = choiceWords(found);
     select.classList.toggle("warn", found.fallback !== null);
     confirm.hidden = true;

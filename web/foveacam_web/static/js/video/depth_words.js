@@ -17,5 +17,10 @@ export function backendWords({ kind, name, licence, problem, research_only }) {
 export function choiceWords({ fallback, in_use }) {
   return fallback
     ? `The last look was computed by ${BUILT_IN} instead of ${in_use}: ${fallback}`
-    : "What computes the depth of a look, from the next one on, for all viewers";
+    : "What computes the depth of a look, from the next one on, of this view and of new mosaics; for all viewers";
+}
+
+/** Return what computed a result. @param {string} backend @param {string | null} sha256 of a network's graph */
+export function computedBy(backend, sha256) {
+  return sha256 === null ? (BUILT_IN_WORDS[backend] ?? backend) : `${backend}, SHA-256 ${sha256.slice(0, 12)}…`;
 }

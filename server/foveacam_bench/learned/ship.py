@@ -1,0 +1,129 @@
+"""Puts a trained network into the package as the one that ships, with its card and its figures.
+
+`python -m foveacam_bench.learned.ship CHECKPOINT --pairs TRAIN --held-out HELD [--data FOLDER]`
+exports the checkpoint, fits the factor of its sigma on pairs that it was trained on, measures it on held-out
+ones, and writes `networks/shipped/`: `foveal.onnx`, `foveal.yaml`, `CARD.md`.
+"""
+
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from foveacam_bench.learned.serving import network_figures
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.learn.checkpoint import Checkpoint, TrainingFacts, load_checkpoint
+from foveacam_pipeline.learn.export import LAPLACE_FACTOR, export_network
+from foveacam_pipeline.learn.pair_folder import PairSample, StoredPairs
+from foveacam_pipeline.networks.card import SHIPPED, SHIPPED_NAME, StereoNetwork, load_network
+from foveacam_pipeline.networks.estimator import NetworkEstimator, largest_sigma_px
+from foveacam_pipeline.stereo.refine import seen_at_right
+
+LICENCE = "MIT"
+STRIDE_PX = 4
+"""Of the rows and columns that the factor is fitted on."""
+ONE_SIGMA = 0.6827
+ROUNDS = 30
+LARGEST_BYTES = 4 << 20
+TEMPLATE = Path(__file__).parent / "card_template.md"
+
+
+def ship(checkpoint: Path, *, pairs: Path, held_out: Path, data: Path | None) -> StereoNetwork:
+    """Write the network that ships; return it. Raise InvalidInput for one above 4 MiB."""
+    trained, training = load_checkpoint(checkpoint), StoredPairs(pairs)
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        raw = _exported(trained, folder / "raw", sigma_factor=1.0)
+        factor = fit_sigma_factor(NetworkEstimator.open(raw), training)
+        network = _exported(trained, folder / "fitted", sigma_factor=factor)
+        size = network.graph.stat().st_size
+        if size > LARGEST_BYTES:
+            raise InvalidInput(
+                f"the graph has {size} bytes, at most {LARGEST_BYTES} ship; train a smaller size"
+            )
+        figures = network_figures(network, quick=False, data=data, pairs=held_out)
+        SHIPPED.mkdir(exist_ok=True)
+        for path in (network.graph, network.folder / f"{SHIPPED_NAME}.yaml"):
+            shutil.copyfile(path, SHIPPED / path.name)
+    document = _document(trained.facts, training, StoredPairs(held_out), figures, size=size, factor=factor)
+    (SHIPPED / "CARD.md").write_text(document, encoding="utf-8")
+    return load_network(SHIPPED / f"{SHIPPED_NAME}.yaml")
+
+
+def fit_sigma_factor(estimator: NetworkEstimator, samples: Iterable[PairSample]) -> float:
+    """Return the factor of the stated sigma within which 68.27 % of the errors of the kept pixels lie.
+
+    The estimator's own factor must be 1. Which pixels are kept depends on the factor, hence the rounds.
+    """
+    errors, sigmas = [], []
+    every = np.s_[::STRIDE_PX, ::STRIDE_PX]
+    for sample in samples:
+        said_px, sigma_px = estimator.answer(sample.pair)
+        if sample.truth is None or sigma_px is None:
+            continue
+        used = (sample.truth.both & seen_at_right(said_px, sample.pair.valid_right))[every]
+        errors.append(np.abs(said_px - sample.truth.disparity_px)[every][used])
+        sigmas.append(sigma_px[every][used])
+    error_px, stated_px = np.concatenate(errors), np.concatenate(sigmas)
+    factor = LAPLACE_FACTOR
+    for _ in range(ROUNDS):
+        kept = factor * stated_px <= largest_sigma_px()
+        factor = float(np.quantile(error_px[kept] / stated_px[kept], ONE_SIGMA))
+    return factor
+
+
+def _exported(trained: Checkpoint, folder: Path, *, sigma_factor: float) -> StereoNetwork:
+    card = export_network(trained, folder, name=SHIPPED_NAME, licence=LICENCE, sigma_factor=sigma_factor)
+    return load_network(card)
+
+
+def _document(
+    facts: TrainingFacts,
+    training: StoredPairs,
+    held_out: StoredPairs,
+    figures: dict[str, object],
+    *,
+    size: int,
+    factor: float,
+) -> str:
+    rows = "\n".join(f"| `{name}` | {_shown(value)} |" for name, value in figures.items())
+    return TEMPLATE.read_text(encoding="utf-8").format(
+        size_name=facts.network.size,
+        steps=facts.steps,
+        steps_planned=facts.steps_planned,
+        seed=facts.seed,
+        datasets=", ".join(f"{name} ({digest[:16]}…)" for name, digest in facts.datasets.items()),
+        pairs=len(training),
+        pairs_seed=training.document.seed,
+        held_out=len(held_out),
+        held_out_seed=held_out.document.seed,
+        width=held_out.document.width,
+        height=held_out.document.height,
+        kilobytes=round(size / 1e3),
+        factor=factor,
+        licence=LICENCE,
+        figures=rows,
+    )
+
+
+def _shown(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def main(
+    checkpoint: Annotated[Path, typer.Argument(help="checkpoint (.safetensors) of `foveacam learn train`")],
+    pairs: Annotated[Path, typer.Option(help="folder of the pairs that it was trained on")],
+    held_out: Annotated[Path, typer.Option(help="folder of held-out pairs")],
+    data: Annotated[Path | None, typer.Option(help="folder of real pairs (aloe/, tsukuba/)")] = None,
+) -> None:
+    """Put a trained network into the package as the one that ships, with its card and its figures."""
+    network = ship(checkpoint, pairs=pairs, held_out=held_out, data=data)
+    typer.echo(f"{network.graph}: {network.card.sha256}")
+
+
+if __name__ == "__main__":
+    typer.run(main)
