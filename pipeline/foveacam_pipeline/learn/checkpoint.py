@@ -1,5 +1,6 @@
 """Checkpoints: weights as safetensors with the configuration beside them; never a pickle."""
 
+import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,6 +43,8 @@ class TrainingFacts(BaseModel):
     """Name of the monocular prior, with its hash."""
     without: list[str] = Field(default_factory=list)
     """Parts of the loss that were left out."""
+    started_from: str = ""
+    """Name and hash of the checkpoint whose weights it began with; empty: at random."""
     loss: dict[str, float] = Field(default_factory=dict)
     """Parts of the loss, means of the last hundred steps."""
 
@@ -74,6 +77,21 @@ class Checkpoint:
         network = MonocularDepth(self.facts.network)
         network.load_state_dict(self.weights)
         return network.eval()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartingWeights:
+    """Weights that another training begins with; `name`: what they are, with their hash."""
+
+    name: str
+    checkpoint: Checkpoint
+
+
+def load_starting_weights(path: Path) -> StartingWeights:
+    """Return the weights of a checkpoint; raise as `load_checkpoint`."""
+    checkpoint = load_checkpoint(path)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return StartingWeights(name=f"{path.name} {digest[:16]}", checkpoint=checkpoint)
 
 
 def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:

@@ -12,6 +12,7 @@ from torch import Tensor, nn
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn.checkpoint import (
     Checkpoint,
+    StartingWeights,
     TrainingFacts,
     load_checkpoint,
     save_checkpoint,
@@ -48,6 +49,7 @@ COMPARED = {
     "network of the prior": "prior_network",
     "parts of the loss": "without",
     "datasets": "datasets",
+    "starting weights": "started_from",
 }
 """Facts that a run goes on with must agree in, by what they are."""
 
@@ -103,8 +105,11 @@ def train(
     *,
     commit: str = "",
     prior: MonocularPrior | None = None,
+    start: StartingWeights | None = None,
 ) -> TrainingFacts:
     """Train into `folder`, going on with a checkpoint there; return what the last checkpoint says.
+
+    `start`: weights of the same network to begin with, instead of random ones.
 
     On a processor two runs with one plan have equal weights, whether stopped in between or not. Raise
     InvalidInput when the folder holds a run with another plan, StorageFull for a full disk: the last
@@ -112,7 +117,7 @@ def train(
     """
     torch.manual_seed(plan.seed)
     check_crops(datasets, plan.crop_px)
-    task = _stereo_task(datasets, plan, commit=commit, prior=prior)
+    task = _stereo_task(datasets, plan, commit=commit, prior=prior, start=start)
     crops = CropSource(datasets, size=plan.crop_px, batch=plan.batch, seed=plan.seed)
     return run_task(task, crops, folder, watcher)
 
@@ -131,11 +136,18 @@ def run_task(task: TrainingTask, crops: CropSource, folder: Path, watcher: Train
 
 
 def _stereo_task(
-    datasets: Sequence[LoadedDataset], plan: TrainingPlan, *, commit: str, prior: MonocularPrior | None
+    datasets: Sequence[LoadedDataset],
+    plan: TrainingPlan,
+    *,
+    commit: str,
+    prior: MonocularPrior | None,
+    start: StartingWeights | None,
 ) -> TrainingTask:
     if plan.prior != "none" and prior is None:
         raise InvalidInput("a loss by a monocular prior needs one: give --prior-network")
     network = FoveatedStereo(plan.network)
+    if start is not None:
+        _begin_with(network, start)
     taught = [dataset.labelled and plan.weights.truth > 0.0 for dataset in datasets]
     own = () if all(taught) else SELF_SUPERVISED if plan.prior == "none" else (*SELF_SUPERVISED, PRIOR)
 
@@ -157,10 +169,23 @@ def _stereo_task(
         prior=plan.prior,
         prior_network="" if prior is None or plan.prior == "none" else prior.name,
         without=plan.weights.left_out,
+        started_from="" if start is None else start.name,
     )
     return TrainingTask(
         network=network, loss=loss, parts=own + (SUPERVISED if any(taught) else ()), facts=facts
     )
+
+
+def _begin_with(network: FoveatedStereo, start: StartingWeights) -> None:
+    found = start.checkpoint.network()
+    if found.config != network.config:
+        raise InvalidInput(
+            f"the weights of {start.name} are those of another network ({found.config.size}); give those "
+            f"of the same size ({network.config.size})",
+            asked=network.config.size,
+            found=found.config.size,
+        )
+    network.load_state_dict(found.state_dict())
 
 
 class _Run:

@@ -16,7 +16,7 @@ import typer
 
 from foveacam_bench.learned.serving import network_figures
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.learn.checkpoint import Checkpoint, TrainingFacts, load_checkpoint
+from foveacam_pipeline.learn.checkpoint import Checkpoint, load_checkpoint
 from foveacam_pipeline.learn.export import LAPLACE_FACTOR, export_network
 from foveacam_pipeline.learn.pair_folder import PairSample, StoredPairs
 from foveacam_pipeline.networks.card import SHIPPED, SHIPPED_NAME, StereoNetwork, load_network
@@ -49,7 +49,7 @@ def ship(checkpoint: Path, *, pairs: Path, held_out: Path, data: Path | None) ->
         SHIPPED.mkdir(exist_ok=True)
         for path in (network.graph, network.folder / f"{SHIPPED_NAME}.yaml"):
             shutil.copyfile(path, SHIPPED / path.name)
-    document = _document(trained.facts, training, StoredPairs(held_out), figures, size=size, factor=factor)
+    document = _document(trained, training, StoredPairs(held_out), figures, size=size, factor=factor)
     (SHIPPED / "CARD.md").write_text(document, encoding="utf-8")
     return load_network(SHIPPED / f"{SHIPPED_NAME}.yaml")
 
@@ -82,7 +82,7 @@ def _exported(trained: Checkpoint, folder: Path, *, sigma_factor: float) -> Ster
 
 
 def _document(
-    facts: TrainingFacts,
+    trained: Checkpoint,
     training: StoredPairs,
     held_out: StoredPairs,
     figures: dict[str, object],
@@ -90,12 +90,14 @@ def _document(
     size: int,
     factor: float,
 ) -> str:
+    facts = trained.facts
     rows = "\n".join(f"| `{name}` | {_shown(value)} |" for name, value in figures.items())
     return TEMPLATE.read_text(encoding="utf-8").format(
-        size_name=facts.network.size,
+        size_name=trained.network().config.size,
         steps=facts.steps,
         steps_planned=facts.steps_planned,
         seed=facts.seed,
+        started=f", begun with the weights of {facts.started_from}" if facts.started_from else "",
         datasets=", ".join(f"{name} ({digest[:16]}…)" for name, digest in facts.datasets.items()),
         pairs=len(training),
         pairs_seed=training.document.seed,

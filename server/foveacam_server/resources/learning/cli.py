@@ -82,6 +82,10 @@ def train(
             help="part of the loss left out: photometric, reconstruction, smoothness; again for more"
         ),
     ] = None,
+    start: Annotated[
+        Path | None,
+        typer.Option("--from", help="checkpoint of the same size whose weights it begins with"),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Train on datasets and judge on a held-out scene; after Ctrl-C the same command goes on."""
@@ -100,6 +104,7 @@ def train(
         prior=prior,
         prior_network=prior_network,
         without=tuple(without or ()),
+        start=start,
     )
     run_training(order, as_json=as_json)
 

@@ -41,12 +41,13 @@ class TrainingOrder:
     prior: str = "none"
     prior_network: Path | None = None
     without: tuple[str, ...] = ()
+    start: Path | None = None
 
 
 def run_training(order: TrainingOrder, *, as_json: bool) -> None:
     """Train, then judge on the held-out datasets; print what came of it."""
     check_torch()
-    from foveacam_pipeline.learn.checkpoint import load_checkpoint
+    from foveacam_pipeline.learn.checkpoint import load_checkpoint, load_starting_weights
     from foveacam_pipeline.learn.monocular.prior import load_prior
     from foveacam_pipeline.learn.pairs import load_datasets
     from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
@@ -64,6 +65,7 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
         prior=_schedule(order),
     )
     prior = None if order.prior_network is None else load_prior(order.prior_network)
+    start = None if order.start is None else load_starting_weights(order.start)
     order.out.mkdir(parents=True, exist_ok=True)
     with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
         bar.stage("train")
@@ -71,7 +73,7 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
             on_step=lambda done, total, loss: bar.progress(done, total=total, note=f"loss {loss:.4f}"),
             stopped=bar.cancelled,
         )
-        facts = train(own, order.out, plan, watcher, commit=commit_of_program(), prior=prior)
+        facts = train(own, order.out, plan, watcher, commit=commit_of_program(), prior=prior, start=start)
         network = load_checkpoint(order.out / CHECKPOINT).network()
         judged: list[Evaluation] = []
         for dataset in held_out:
