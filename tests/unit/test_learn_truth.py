@@ -10,6 +10,7 @@ from safetensors.torch import load_file
 from typer.testing import CliRunner
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.batches.cluster import cluster_workers
 from foveacam_pipeline.learn.checkpoint import (
     Checkpoint,
     TrainingFacts,
@@ -195,3 +196,29 @@ def test_the_command_prints_errors_against_the_truth(tmp_path: Path) -> None:
     assert "| EPE, px | above 1 px | answered | within 1 sigma" in told
     (truth,) = (line for line in told.splitlines() if line.strip().startswith("truth"))
     assert truth.endswith("| 0.000 | 0.000 | 1.000 | -")
+
+
+@pytest.mark.slow
+def test_a_cluster_judges_as_this_process_does() -> None:
+    from distributed import LocalCluster  # an extra, and slow to import
+
+    torch.manual_seed(3)
+    network = FoveatedStereo(SIZES["nano"]).eval()
+    dataset = scene("held out", seed=100, pairs=3, labelled=True)
+    counts: list[int] = []
+    with (
+        LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
+        ) as local,
+        cluster_workers(local.scheduler_address, modules=("torch",)) as pool,
+    ):
+        there = evaluate(
+            network,
+            dataset,
+            on_pair=lambda done, _total: counts.append(done),
+            stopped=lambda: False,
+            pool=pool,
+        )
+    here = evaluate(network, dataset, on_pair=lambda _done, _total: None, stopped=lambda: False)
+    assert counts == [1, 2, 3]
+    assert there == here

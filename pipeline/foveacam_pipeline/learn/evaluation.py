@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from itertools import takewhile
 
 import numpy as np
 import torch
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 from torch.nn import functional
 
 from foveacam_hardware.contract import Cancelled
+from foveacam_pipeline.batches.pool import HereAndNow, WorkPool, results_in_order
 from foveacam_pipeline.learn.losses import laplace_scale, photometric_error, warped
 from foveacam_pipeline.learn.network.correlation import consistent
 from foveacam_pipeline.learn.network.geometry import view_geometry
@@ -63,19 +66,21 @@ def evaluate(
     *,
     on_pair: Callable[[int, int], None],
     stopped: Callable[[], bool],
+    pool: WorkPool | None = None,
 ) -> Evaluation:
-    """Return the figures of a dataset; raise Cancelled when stopped before the first pair."""
-    rows: dict[str, list[_PairErrors]] = {}
+    """Return the figures of a dataset; `pool` judges the pairs, else this process.
+
+    Raise Cancelled when stopped before the first pair, WorkersLost.
+    """
+    rows: dict[str, list[PairErrors]] = {}
     done = 0
-    for sample in dataset.pairs:
-        if stopped():
-            break
-        answer, agreed = network_answer(network, sample.pair)
-        seen = agreed if sample.truth is None else sample.truth.both
-        for method, found in (_answers(sample) | {"network": answer}).items():
-            rows.setdefault(method, []).append(_errors(sample, found, seen))
-        done += 1
-        on_pair(done, len(dataset.pairs))
+    todo = ((network, sample) for sample in takewhile(lambda _sample: not stopped(), dataset.pairs))
+    with closing(results_in_order(pool or HereAndNow(), judge_pair, todo)) as results:
+        for errors in results:
+            for method, found in errors.items():
+                rows.setdefault(method, []).append(found)
+            done += 1
+            on_pair(done, len(dataset.pairs))
     if not rows:
         raise Cancelled("the evaluation was stopped before its first pair")
     return Evaluation(
@@ -83,6 +88,14 @@ def evaluate(
         pairs=done,
         methods=tuple(_figures(method, found) for method, found in rows.items()),
     )
+
+
+def judge_pair(network: FoveatedStereo, sample: PairSample) -> dict[str, "PairErrors"]:
+    """Return the errors of one pair by method."""
+    answer, agreed = network_answer(network, sample.pair)
+    seen = agreed if sample.truth is None else sample.truth.both
+    answers = _answers(sample) | {"network": answer}
+    return {method: _errors(sample, found, seen) for method, found in answers.items()}
 
 
 def network_answer(network: FoveatedStereo, pair: RectifiedPair) -> tuple[MethodAnswer, NDArray[np.bool_]]:
@@ -116,14 +129,14 @@ def _answers(sample: PairSample) -> dict[str, MethodAnswer]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _PairErrors:
+class PairErrors:
     """Photometric errors of one pair: all, seen by both eyes, L1; and sums against the truth, if any."""
 
     photometric: tuple[float, float, float]
     truth: TruthSums | None
 
 
-def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -> _PairErrors:
+def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -> PairErrors:
     pair, disparity = sample.pair, answer.disparity_px
     left, right = (torch.from_numpy(picture_planes(picture))[None] for picture in (pair.left, pair.right))
     known = np.isfinite(disparity)
@@ -133,13 +146,13 @@ def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -
     absolute = (left - rebuilt).abs().mean(dim=1, keepdim=True)
     both = shown & torch.from_numpy(seen)[None, None]
     photometric = float(error[shown].mean()), float(error[both].mean()), float(absolute[shown].mean())
-    return _PairErrors(
+    return PairErrors(
         photometric=photometric,
         truth=None if sample.truth is None else truth_sums(answer, sample.truth),
     )
 
 
-def _figures(method: str, rows: Sequence[_PairErrors]) -> MethodFigures:
+def _figures(method: str, rows: Sequence[PairErrors]) -> MethodFigures:
     columns = zip(*(row.photometric for row in rows), strict=True)
     photometric, seen, absolute = (float(np.nanmean(column)) for column in columns)
     return MethodFigures(

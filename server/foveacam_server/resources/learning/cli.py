@@ -136,12 +136,16 @@ def train_prior(
 
 @app.command()
 def evaluate(
-    checkpoint: CheckpointArgument, datasets: DatasetsArgument, *, as_json: JsonOption = False
+    checkpoint: CheckpointArgument,
+    datasets: DatasetsArgument,
+    *,
+    cluster: ClusterOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Compare a network with semi-global matching on datasets, by photometric error and truth."""
     from foveacam_server.resources.learning.run import run_evaluation
 
-    run_evaluation(checkpoint, datasets, as_json=as_json)
+    run_evaluation(checkpoint, datasets, cluster=cluster, as_json=as_json)
 
 
 @app.command()
