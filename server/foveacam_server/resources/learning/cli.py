@@ -16,7 +16,7 @@ app = typer.Typer(
 )
 
 DatasetsArgument = Annotated[
-    list[Path], typer.Argument(help="folders of verged pairs: captured datasets, or of `pairs`")
+    list[Path], typer.Argument(help="verged pairs: captured datasets, recordings (.fcap), folders of `pairs`")
 ]
 CheckpointArgument = Annotated[Path, typer.Argument(help="checkpoint (.safetensors)")]
 CROP = "256x160"
