@@ -20,6 +20,9 @@ from foveacam_pipeline.learn.pairs import LoadedDataset, picture_planes
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.values import RectifiedPair
 
+LEAST_TOTAL_PX = 1.0
+"""Of a depth: what lies at infinity or beyond counts as this total disparity."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TruthFigures:
@@ -34,6 +37,8 @@ class TruthFigures:
     within_1_sigma: float | None = None
     """Share of errors within the stated sigma; 0.757 would be right for a Laplace error, 0.683 for a Gaussian
     one. None for a method that states none."""
+    abs_rel: float = 0.0
+    """Mean of the absolute errors of depth over the true depth."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,15 +85,15 @@ def evaluate(
     stopped: Callable[[], bool],
 ) -> Evaluation:
     """Return the figures of a dataset; raise Cancelled when stopped before the first pair."""
-    rows: dict[str, list[_PairErrors]] = {}
+    rows: dict[str, list[PairErrors]] = {}
     done = 0
     for sample in dataset.pairs:
         if stopped():
             break
         answer, agreed = network_answer(network, sample.pair)
         seen = agreed if sample.truth is None else sample.truth.both
-        for method, found in (_answers(sample) | {"network": answer}).items():
-            rows.setdefault(method, []).append(_errors(sample, found, seen))
+        for method, found in (other_answers(sample) | {"network": answer}).items():
+            rows.setdefault(method, []).append(pair_errors(sample, found, seen))
         done += 1
         on_pair(done, len(dataset.pairs))
     if not rows:
@@ -96,7 +101,7 @@ def evaluate(
     return Evaluation(
         dataset=dataset.name,
         pairs=done,
-        methods=tuple(_figures(method, found) for method, found in rows.items()),
+        methods=tuple(method_figures(method, found) for method, found in rows.items()),
     )
 
 
@@ -116,7 +121,7 @@ def network_answer(network: FoveatedStereo, pair: RectifiedPair) -> tuple[Method
     return answer, agreed
 
 
-def _answers(sample: PairSample) -> dict[str, MethodAnswer]:
+def other_answers(sample: PairSample) -> dict[str, MethodAnswer]:
     """Return what the other methods say; raw matching and the truth itself only where there is a truth."""
     pair, truth = sample.pair, sample.truth
     found = match(pair)
@@ -149,7 +154,7 @@ def _carried(values: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[n
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _PairErrors:
+class PairErrors:
     """Photometric errors of one pair: all, seen by both eyes, L1; and sums of pixels against the truth."""
 
     photometric: tuple[float, float, float]
@@ -159,9 +164,11 @@ class _PairErrors:
     bad: int = 0
     with_sigma: int = 0
     within: int = 0
+    off_rel: float = 0.0
 
 
-def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -> _PairErrors:
+def pair_errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -> PairErrors:
+    """Return the errors of a method on one pair; `seen`: (h, w), where both eyes see the surface."""
     pair, disparity = sample.pair, answer.disparity_px
     left, right = (torch.from_numpy(picture_planes(picture))[None] for picture in (pair.left, pair.right))
     known = np.isfinite(disparity)
@@ -172,12 +179,13 @@ def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -
     both = shown & torch.from_numpy(seen)[None, None]
     photometric = float(error[shown].mean()), float(error[both].mean()), float(absolute[shown].mean())
     if sample.truth is None:
-        return _PairErrors(photometric=photometric)
+        return PairErrors(photometric=photometric)
     judged = sample.truth.both & known
     off_px = np.abs(disparity - sample.truth.disparity_px)[judged]
+    total_px = np.maximum(disparity[judged] + pair.offset_px, LEAST_TOTAL_PX)
     sigma_px = np.zeros(0, np.float32) if answer.sigma_px is None else answer.sigma_px[judged]
     stated = np.isfinite(sigma_px)
-    return _PairErrors(
+    return PairErrors(
         photometric=photometric,
         seen=int(sample.truth.both.sum()),
         answered=len(off_px),
@@ -185,10 +193,12 @@ def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -
         bad=int((off_px > 1.0).sum()),
         with_sigma=int(stated.sum()),
         within=int((off_px[: len(stated)][stated] <= sigma_px[stated]).sum()),
+        off_rel=float((off_px / total_px).sum(dtype=np.float64)),
     )
 
 
-def _figures(method: str, rows: Sequence[_PairErrors]) -> MethodFigures:
+def method_figures(method: str, rows: Sequence[PairErrors]) -> MethodFigures:
+    """Return the figures of a method by its errors on all pairs."""
     columns = zip(*(row.photometric for row in rows), strict=True)
     photometric, seen, absolute = (float(np.nanmean(column)) for column in columns)
     pixels, answered = sum(row.seen for row in rows), sum(row.answered for row in rows)
@@ -198,6 +208,7 @@ def _figures(method: str, rows: Sequence[_PairErrors]) -> MethodFigures:
         bad_1=sum(row.bad for row in rows) / max(1, answered),
         answered=answered / max(1, pixels),
         within_1_sigma=sum(row.within for row in rows) / stated if stated else None,
+        abs_rel=sum(row.off_rel for row in rows) / max(1, answered),
     )
     return MethodFigures(
         method=method,
