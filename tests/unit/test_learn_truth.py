@@ -23,20 +23,14 @@ from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.correlation import match_rows
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pair_folder import (
-    PairDocument,
-    PairEntry,
-    PairFolderWriter,
     PairSample,
-    Split,
-    arrays_sha256,
-    pair_arrays,
 )
 from foveacam_pipeline.learn.pairs import CropSource, LoadedDataset, load_datasets
 from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
 from foveacam_pipeline.learn.truth_figures import TruthFigures
 from foveacam_server.cli import app
 
-from .learning_pairs import scene, varied_sample
+from .learning_pairs import scene, stored, varied_sample
 
 PLAN = TrainingPlan(steps=6, batch=2, crop_px=(96, 64))
 
@@ -53,38 +47,6 @@ def watcher(*, stop_after: int | None = None) -> TrainingWatcher:
 @pytest.fixture(autouse=True)
 def _one_thread() -> None:
     torch.set_num_threads(1)
-
-
-def stored(folder: Path, samples: list[PairSample]) -> Path:
-    """Write samples as a folder of pairs."""
-    plan = PairDocument(
-        seed=0,
-        split=Split.TRAIN,
-        rig_preset="none",
-        calibration_id="none",
-        width=160,
-        height=96,
-        scale=0.25,
-        f_px=14_000.0,
-        baseline_m=0.2,
-    )
-    writer = PairFolderWriter(folder, plan)
-    for sample in samples:
-        assert sample.truth is not None
-        arrays = pair_arrays(sample.pair, sample.truth)
-        entry = PairEntry(
-            scene_seed=0,
-            sha256=arrays_sha256(arrays),
-            verged_z_m=sample.pair.verged_z_m,
-            u0_left_px=sample.pair.u0_left_px,
-            u0_right_px=sample.pair.u0_right_px,
-            v0_px=sample.pair.v0_px,
-            pose_sigma_px=sample.pair.pose_sigma_px,
-            row_error_px=0.0,
-        )
-        writer.add(entry, arrays)
-    writer.flush()
-    return folder
 
 
 def judged(found: Evaluation) -> dict[str, TruthFigures]:

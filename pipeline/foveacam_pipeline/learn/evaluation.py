@@ -86,7 +86,7 @@ def evaluate(
     return Evaluation(
         dataset=dataset.name,
         pairs=done,
-        methods=tuple(_figures(method, found) for method, found in rows.items()),
+        methods=tuple(method_figures(method, found) for method, found in rows.items()),
     )
 
 
@@ -94,8 +94,8 @@ def judge_pair(network: FoveatedStereo, sample: PairSample) -> dict[str, "PairEr
     """Return the errors of one pair by method."""
     answer, agreed = network_answer(network, sample.pair)
     seen = agreed if sample.truth is None else sample.truth.both
-    answers = _answers(sample) | {"network": answer}
-    return {method: _errors(sample, found, seen) for method, found in answers.items()}
+    answers = other_answers(sample) | {"network": answer}
+    return {method: pair_errors(sample, found, seen) for method, found in answers.items()}
 
 
 def network_answer(network: FoveatedStereo, pair: RectifiedPair) -> tuple[MethodAnswer, NDArray[np.bool_]]:
@@ -114,7 +114,7 @@ def network_answer(network: FoveatedStereo, pair: RectifiedPair) -> tuple[Method
     return answer, agreed
 
 
-def _answers(sample: PairSample) -> dict[str, MethodAnswer]:
+def other_answers(sample: PairSample) -> dict[str, MethodAnswer]:
     """Return what the other methods say; raw matching and the truth itself only where there is a truth."""
     pair, truth = sample.pair, sample.truth
     found = match(pair)
@@ -136,7 +136,8 @@ class PairErrors:
     truth: TruthSums | None
 
 
-def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -> PairErrors:
+def pair_errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -> PairErrors:
+    """Return the errors of a method on one pair; `seen`: (h, w), where both eyes see the surface."""
     pair, disparity = sample.pair, answer.disparity_px
     left, right = (torch.from_numpy(picture_planes(picture))[None] for picture in (pair.left, pair.right))
     known = np.isfinite(disparity)
@@ -148,11 +149,12 @@ def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -
     photometric = float(error[shown].mean()), float(error[both].mean()), float(absolute[shown].mean())
     return PairErrors(
         photometric=photometric,
-        truth=None if sample.truth is None else truth_sums(answer, sample.truth),
+        truth=None if sample.truth is None else truth_sums(answer, sample.truth, offset_px=pair.offset_px),
     )
 
 
-def _figures(method: str, rows: Sequence[PairErrors]) -> MethodFigures:
+def method_figures(method: str, rows: Sequence[PairErrors]) -> MethodFigures:
+    """Return the figures of a method by its errors on all pairs."""
     columns = zip(*(row.photometric for row in rows), strict=True)
     photometric, seen, absolute = (float(np.nanmean(column)) for column in columns)
     return MethodFigures(
