@@ -15,6 +15,7 @@ from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
+from foveacam_server.commands.backup import backup, restore
 from foveacam_server.commands.calibrate import app as calibrate_app
 from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import checked_settings
@@ -48,6 +49,8 @@ app.command()(capture)
 app.command()(still)
 app.command()(study)
 app.command()(confirm_zero)
+app.command()(backup)
+app.command()(restore)
 
 _USAGE_ERROR = 2
 _FAILURE = 1

@@ -15,8 +15,15 @@ from foveacam_pipeline.learn.losses import (
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.correlation import consistent, match_rows, row_scores, sample_scores
 from foveacam_pipeline.learn.network.encoder import standardised
+from foveacam_pipeline.learn.network.geometry import (
+    mirrored_geometry,
+    turned_geometry,
+    view_geometry,
+)
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.network.refinement import enlarged
+
+from .learning_pairs import varied_pair
 
 
 def features(columns: int = 24, seed: int = 0) -> torch.Tensor:
@@ -117,3 +124,55 @@ def test_a_prediction_has_the_size_of_the_picture_and_every_weight_gets_a_finite
     assert set(parts) == {"photometric", "reconstruction", "smoothness", "scale"}
     for name, parameter in network.named_parameters():
         assert parameter.grad is not None and parameter.grad.isfinite().all(), name
+
+
+def test_an_unsigned_network_gives_no_negative_disparity() -> None:
+    torch.manual_seed(0)
+    left = features()
+    matches = match_rows(row_scores(left, torch.roll(left, 5, dims=3), reach=12, signed=False))
+    assert matches.disparity.min() >= 0.0  # the true ones are -5
+    network = FoveatedStereo(SIZES["nano"].model_copy(update={"signed": False}))
+    pictures = torch.rand(2, 1, 3, 64, 96)
+    found = network(*pictures)
+    assert all(disparity.min() >= 0.0 for disparity in found.disparities)
+    assert FoveatedStereo(SIZES["nano"])(*pictures).disparity.min() < 0.0
+
+
+def test_the_geometry_changes_nothing_at_first_and_something_once_learnt() -> None:
+    config = SIZES["nano"].model_copy(update={"geometry": True})
+    torch.manual_seed(0)
+    plain = FoveatedStereo(SIZES["nano"])
+    told = FoveatedStereo(config)
+    told.load_state_dict(plain.state_dict(), strict=False)
+    left, right = torch.rand(2, 1, 3, 64, 96)
+    geometry = view_geometry(varied_pair(1))[None]
+    expected = plain(left, right).disparity
+    assert torch.equal(told(left, right, geometry).disparity, expected)
+    torch.autograd.backward(told(left, right, geometry).disparity.sum())
+    for name, parameter in told.films.named_parameters():
+        assert parameter.grad is not None and parameter.grad.isfinite().all(), name
+    with torch.no_grad():
+        torch.nn.init.normal_(told.films[0].get_parameter("terms.2.weight"))
+    assert not torch.equal(told(left, right, geometry).disparity, expected)
+    with pytest.raises(ValueError, match="give the geometry"):
+        told(left, right)
+
+
+def test_the_geometry_of_a_window_is_that_of_the_picture_it_is_cut_from() -> None:
+    pair = varied_pair(2, width=160, height=96)
+    whole = view_geometry(pair)
+    assert view_geometry(pair, (slice(0, 96), slice(0, 160))) == pytest.approx(whole)
+    aside = view_geometry(pair, (slice(20, 84), slice(64, 160)))
+    assert (aside[[0, 2]] > whole[[0, 2]]).all() and aside[1] == aside[3] > whole[1]
+    assert aside[4:] == pytest.approx(whole[4:])
+    mirrored = mirrored_geometry(whole)
+    assert (mirrored[0], mirrored[2]) == (-whole[2], -whole[0])
+    assert mirrored_geometry(mirrored) == pytest.approx(whole)
+    assert turned_geometry(whole)[[1, 3]] == pytest.approx(-whole[[1, 3]])
+
+
+def test_a_network_without_the_new_fields_of_its_configuration_is_the_signed_one() -> None:
+    old = SIZES["nano"].model_dump(exclude={"signed", "geometry"})
+    config = type(SIZES["nano"]).model_validate(old)
+    assert config == SIZES["nano"]
+    assert not [name for name in FoveatedStereo(config).state_dict() if name.startswith("films")]

@@ -1,10 +1,10 @@
 """Simulated pairs with truth: the truth explains the pictures, and folders are made again bit by bit."""
 
 import json
-from collections.abc import Callable, Generator, Iterator
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -14,29 +14,36 @@ from typer.testing import CliRunner
 from foveacam_bench.learned import pairs as simulated
 from foveacam_bench.learned.pairs import MadePairs, PairOrder, make_pair, make_pairs
 from foveacam_bench.learned.scenes import draw_scene, scene_seed
-from foveacam_hardware.contract import DeviceFault, InvalidInput, StorageFull
+from foveacam_hardware.contract import InvalidInput, StorageFull
 from foveacam_hardware.sim.scenes.materials import CheckerboardMaterial, NoiseMaterial
+from foveacam_pipeline.batches.pool import HereAndNow, Part, WorkersLost, WorkPool
+from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.learn import pair_folder
 from foveacam_pipeline.learn.pair_folder import DOCUMENT, PairTruth, Split, StoredPairs
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_server.cli import app
 
+T = TypeVar("T")
 SIZE = (360, 270)
 SEED = 1
 
 
 def order(folder: Path, *, count: int = 2) -> PairOrder:
-    return PairOrder(folder=folder, count=count, seed=SEED, split=Split.TRAIN, size=SIZE, workers=1)
+    return PairOrder(folder=folder, count=count, seed=SEED, split=Split.TRAIN, size=SIZE)
 
 
 def made(
     wanted: PairOrder,
     *,
+    pool: WorkPool | None = None,
     on_pair: Callable[[int], None] = lambda _done: None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> MadePairs:
-    return make_pairs(wanted, on_pair=lambda done, _total, _rate: on_pair(done), stopped=stopped)
+    def tell(done: int, _total: int, _rate: float) -> None:
+        on_pair(done)
+
+    return make_pairs(wanted, pool or HereAndNow(), on_pair=tell, stopped=stopped)
 
 
 @pytest.fixture(scope="module")
@@ -109,9 +116,20 @@ def test_another_seed_is_refused_in_a_folder_that_goes_on(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_worker_processes_make_the_same_pairs(folder: Path, tmp_path: Path) -> None:
-    found = made(replace(order(tmp_path / "w", count=1), workers=2))
+def test_worker_processes_and_a_cluster_make_the_same_pairs(folder: Path, tmp_path: Path) -> None:
+    from distributed import LocalCluster  # an extra, and slow to import
+
+    with local_workers(2) as pool:
+        found = made(order(tmp_path / "processes", count=1), pool=pool)
     assert found.document.pairs == StoredPairs(folder).document.pairs[:1]
+    with LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
+        n_workers=1, threads_per_worker=2, processes=True, dashboard_address=":0"
+    ) as local:
+        out = tmp_path / "cluster"
+        arguments = ["--out", str(out), "--count", "3", "--seed", str(SEED), "--cluster"]
+        result = CliRunner().invoke(app, ["learn", "pairs", *arguments, local.scheduler_address])
+    assert "3 of 3 pairs" in result.output
+    assert StoredPairs(out).document.pairs == StoredPairs(folder).document.pairs[:3]
 
 
 def test_scenes_and_textures_of_both_splits_are_disjoint() -> None:
@@ -146,16 +164,18 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.slow
-def test_a_worker_that_is_killed_leaves_what_was_made(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def one_then_killed(*_arguments: object) -> Generator[simulated.MadePair, None, None]:
-        yield make_pair(SEED, Split.TRAIN, 0, SIZE)
-        raise BrokenProcessPool
+def test_workers_that_are_lost_leave_what_was_made(tmp_path: Path) -> None:
+    class OnePart(HereAndNow):
+        def result(self, part: Part[T]) -> T:
+            if self.answered:
+                raise WorkersLost("the scheduler is gone", remedy="start it again")
+            self.answered = True
+            return part.result()
 
-    monkeypatch.setattr(simulated, "_made", one_then_killed)
-    with pytest.raises(DeviceFault, match="1 pairs are kept; the same command goes on"):
-        made(order(tmp_path))
+        answered = False
+
+    with pytest.raises(WorkersLost, match="the scheduler is gone; 1 pairs are kept; start it again"):
+        made(order(tmp_path), pool=OnePart())
     assert len(list(StoredPairs(tmp_path))) == 1
 
 

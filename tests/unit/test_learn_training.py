@@ -12,7 +12,13 @@ from safetensors.torch import load_file, save_file
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn import training
-from foveacam_pipeline.learn.checkpoint import Checkpoint, TrainingFacts, load_checkpoint, save_checkpoint
+from foveacam_pipeline.learn.checkpoint import (
+    Checkpoint,
+    TrainingFacts,
+    load_checkpoint,
+    load_starting_weights,
+    save_checkpoint,
+)
 from foveacam_pipeline.learn.evaluation import evaluate, network_answer
 from foveacam_pipeline.learn.export import export_network
 from foveacam_pipeline.learn.network.config import SIZES
@@ -93,6 +99,25 @@ def test_a_folder_with_another_run_is_refused(tmp_path: Path) -> None:
             train([dataset], tmp_path, plan, watcher())
     with pytest.raises(InvalidInput, match="multiples of 8"):
         train([scene("a", seed=1)], tmp_path, replace(PLAN, crop_px=(100, 64)), watcher())
+
+
+def test_a_training_begins_with_the_weights_of_another_one(tmp_path: Path) -> None:
+    for name in ("before", "after", "tiny"):
+        (tmp_path / name).mkdir()
+    train([scene("a", seed=1)], tmp_path / "before", PLAN, watcher())
+    start = load_starting_weights(tmp_path / "before" / CHECKPOINT)
+    plan = replace(PLAN, seed=9)
+    train([scene("b", seed=2)], tmp_path / "after", plan, watcher(stop_after=0), start=start)
+    begun = load_checkpoint(tmp_path / "after" / CHECKPOINT)
+    assert begun.facts.steps == 0
+    assert begun.facts.started_from.startswith(f"{CHECKPOINT} ")
+    assert all(torch.equal(begun.weights[name], value) for name, value in start.checkpoint.weights.items())
+    found = train([scene("b", seed=2)], tmp_path / "after", plan, watcher(), start=start)
+    assert found.steps == PLAN.steps
+    with pytest.raises(InvalidInput, match="a run with other starting weights"):
+        train([scene("b", seed=2)], tmp_path / "after", plan, watcher())
+    with pytest.raises(InvalidInput, match=r"another network \(nano\); give those of the same size \(tiny\)"):
+        train([scene("b", seed=2)], tmp_path / "tiny", replace(plan, size="tiny"), watcher(), start=start)
 
 
 def test_a_disk_that_fills_leaves_the_last_checkpoint_whole(

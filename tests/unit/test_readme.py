@@ -1,5 +1,6 @@
-"""What README.md says can be typed, typed."""
+"""What README.md says can be typed, typed; and the Python of every page, imported."""
 
+import ast
 import re
 import shlex
 from dataclasses import replace
@@ -9,7 +10,13 @@ import pytest
 
 from .dataset_scenes import noise_texture, painted, plane_point
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [
+    path
+    for place in (".", "server", "web", "hardware", "pipeline", "docker")
+    for path in (ROOT / place).glob("*.md")
+]
 
 
 def block_of(language: str, word: str) -> str:
@@ -36,3 +43,13 @@ def test_a_capture_is_loaded_in_python_by_the_lines_of_the_readme(
     printed = capsys.readouterr().out
     assert printed.startswith(f"{count} StereoVolts(")
     assert printed.count("(1080, 1440)") >= 2
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[path.relative_to(ROOT).as_posix() for path in PAGES])
+def test_the_python_of_a_page_is_python_and_what_it_imports_exists(page: Path) -> None:
+    for block in re.findall(
+        r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    ):
+        tree = ast.parse(block, page.name)
+        tree.body = [line for line in tree.body if isinstance(line, ast.ImportFrom)]
+        exec(compile(tree, page.name, "exec"), {})  # noqa: S102 - our own pages

@@ -1,5 +1,6 @@
 """Checkpoints: weights as safetensors with the configuration beside them; never a pickle."""
 
+import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,8 @@ from safetensors.torch import save
 from torch import Tensor
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.learn.monocular.network import MonocularConfig, MonocularDepth
+from foveacam_pipeline.learn.monocular.prior_loss import PriorSchedule
 from foveacam_pipeline.learn.network.config import NetworkConfig
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.storage.disk import disk_errors, write_file
@@ -24,7 +27,7 @@ class TrainingFacts(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
-    network: NetworkConfig
+    network: NetworkConfig | MonocularConfig
     steps: int
     """Steps so far."""
     steps_planned: int
@@ -35,6 +38,13 @@ class TrainingFacts(BaseModel):
     """Git commit of the program, empty outside a checkout."""
     truth: bool = False
     """Whether pairs with truth were trained on by it."""
+    prior: PriorSchedule = "none"
+    prior_network: str = ""
+    """Name of the monocular prior, with its hash."""
+    without: list[str] = Field(default_factory=list)
+    """Parts of the loss that were left out."""
+    started_from: str = ""
+    """Name and hash of the checkpoint whose weights it began with; empty: at random."""
     loss: dict[str, float] = Field(default_factory=dict)
     """Parts of the loss, means of the last hundred steps."""
 
@@ -48,10 +58,40 @@ class Checkpoint:
     optimizer: dict[str, Tensor]
 
     def network(self) -> FoveatedStereo:
-        """Return the network with its weights, for evaluation."""
+        """Return the network with its weights, for evaluation; raise InvalidInput for a monocular one."""
+        if isinstance(self.facts.network, MonocularConfig):
+            raise InvalidInput(
+                "the checkpoint is that of a monocular prior, it has no disparities of two eyes; give one of "
+                "`foveacam learn train`"
+            )
         network = FoveatedStereo(self.facts.network)
         network.load_state_dict(self.weights)
         return network.eval()
+
+    def monocular(self) -> MonocularDepth:
+        """Return the monocular network with its weights; raise InvalidInput for one of two eyes."""
+        if not isinstance(self.facts.network, MonocularConfig):
+            raise InvalidInput(
+                "the checkpoint is that of a stereo network; give one of `foveacam learn prior` as the prior"
+            )
+        network = MonocularDepth(self.facts.network)
+        network.load_state_dict(self.weights)
+        return network.eval()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartingWeights:
+    """Weights that another training begins with; `name`: what they are, with their hash."""
+
+    name: str
+    checkpoint: Checkpoint
+
+
+def load_starting_weights(path: Path) -> StartingWeights:
+    """Return the weights of a checkpoint; raise as `load_checkpoint`."""
+    checkpoint = load_checkpoint(path)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return StartingWeights(name=f"{path.name} {digest[:16]}", checkpoint=checkpoint)
 
 
 def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
@@ -106,7 +146,9 @@ def _part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
 
 def _check_weights(path: Path, checkpoint: Checkpoint) -> None:
     with torch.device("meta"):
-        wanted = FoveatedStereo(checkpoint.facts.network).state_dict()
+        config = checkpoint.facts.network
+        made = MonocularDepth(config) if isinstance(config, MonocularConfig) else FoveatedStereo(config)
+        wanted = made.state_dict()
     odd = [
         name
         for name in sorted(wanted.keys() | checkpoint.weights.keys())

@@ -24,7 +24,9 @@ class LossCurves:
         self._rows.append({"step": float(step), **parts})
 
     def write(self) -> None:
-        """Write both files."""
+        """Write both files, once there is a step."""
+        if not self._rows:
+            return
         with disk_errors("the curves", self._folder):
             with (self._folder / CSV).open("w", newline="") as file:
                 writer = csv.DictWriter(file, fieldnames=list(self._rows[0]))

@@ -12,6 +12,7 @@ from torch.nn import functional
 from foveacam_hardware.contract import Cancelled
 from foveacam_pipeline.learn.losses import laplace_scale, photometric_error, warped
 from foveacam_pipeline.learn.network.correlation import consistent
+from foveacam_pipeline.learn.network.geometry import view_geometry
 from foveacam_pipeline.learn.network.network import DIVISOR, FoveatedStereo
 from foveacam_pipeline.learn.network.refinement import CELL_PX
 from foveacam_pipeline.learn.pair_folder import PairSample
@@ -91,7 +92,7 @@ def network_answer(network: FoveatedStereo, pair: RectifiedPair) -> tuple[Method
     right, below = -width % DIVISOR, -height % DIVISOR
     padded = [functional.pad(tensor, (0, right, 0, below), mode="replicate") for tensor in tensors]
     with torch.no_grad():
-        prediction = network(*padded)
+        prediction = network(*padded, view_geometry(pair)[None])
         cells = consistent(prediction.matches.disparity, prediction.matches.scores)
         seen = functional.interpolate(cells.float(), scale_factor=float(CELL_PX), mode="nearest") > 0.5
     planes = (prediction.disparity, math.sqrt(2.0) * laplace_scale(prediction), seen)

@@ -54,7 +54,8 @@ def export_network(
     checkpoint: Checkpoint, folder: Path, *, name: str, licence: str, curve: SigmaCurve = LAPLACE
 ) -> Path:
     """Write `NAME.onnx` and `NAME.yaml` into a folder; return the path of the card."""
-    graph = _graph(checkpoint.network())
+    network = checkpoint.network()
+    graph = _graph(network)
     card = {
         "format": "foveacam-network",
         "version": 1,
@@ -65,6 +66,7 @@ def export_network(
         "inputs": {"scaling": "0..1", "divisor": DIVISOR},
         "output": {
             "name": "disp",
+            "positive_only": not network.config.signed,
             "sigma": "sigma",
             "sigma_factor": round(curve.factor, 4),
             "sigma_power": round(curve.power, 4),

@@ -1,8 +1,8 @@
 """Losses of training: by the truth where there is one, else self-supervised (Eq. 15).
 
-The latter are photometric, smoothness, and attention reconstruction, an addition to the paper's: the gradient
-of a warped picture reaches one or two pixels, residual disparities are tens of pixels. It rebuilds each left
-cell from right cells by the shares of the matching, and so reaches along the whole row.
+The latter are photometric, smoothness, a monocular prior where one is given, and attention reconstruction, an
+addition to the paper's: the gradient of a warped picture reaches one or two pixels, residual disparities are
+tens of pixels. It rebuilds left cells from right cells by the shares of the matching, along the row.
 """
 
 from dataclasses import dataclass, fields
@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from foveacam_pipeline.learn.monocular.prior_loss import prior_loss
 from foveacam_pipeline.learn.network.correlation import RowMatches, consistent
 from foveacam_pipeline.learn.network.network import Prediction
 from foveacam_pipeline.learn.network.refinement import CELL_PX
@@ -42,6 +43,13 @@ class LossWeights:
     """Of the cross-entropy of the matching with the true column."""
     true_scale: float = 0.1
     """Of the likelihood of the true error under its stated scale."""
+    prior: float = 0.0
+    """Of the difference from the monocular prior at this step; a schedule of training sets it."""
+
+    @property
+    def left_out(self) -> list[str]:
+        """The parts without truth that can be left out, and are."""
+        return [name for name in ABLATED if getattr(self, name) == 0.0]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,11 +66,19 @@ class PairBatch:
     disparity_px: Tensor | None = None
     known: Tensor | None = None
     labelled: Tensor | None = None
+    geometry: Tensor | None = None
+    """Where the eyes look, (n, 8) as `view_geometry` gives it."""
+    prior: Tensor | None = None
+    """Relative inverse depth of the left pictures by one eye, (n, 1, h, w)."""
 
 
 SELF_SUPERVISED = ("photometric", "reconstruction", "smoothness", "scale")
 SUPERVISED = ("truth", "true matching", "true scale")
 """Names of the parts of both losses."""
+PRIOR = "prior"
+"""Name of the part by a monocular prior."""
+ABLATED = ("photometric", "reconstruction", "smoothness")
+"""Parts that training may leave out."""
 
 
 def training_loss(
@@ -139,7 +155,9 @@ def _rows(prediction: Prediction, batch: PairBatch, rows: Tensor) -> tuple[Predi
         ),
     )
     given = {
-        field.name: getattr(batch, field.name)[rows] for field in fields(batch) if field.name != "labelled"
+        field.name: getattr(batch, field.name)[rows]
+        for field in fields(batch)
+        if field.name != "labelled" and getattr(batch, field.name) is not None
     }
     return part, PairBatch(**given)
 
@@ -166,6 +184,8 @@ def self_supervised(
         "smoothness": weights.smoothness * smoothness(prediction.disparity, batch.left),
         "scale": weights.scale * scale_likelihood(prediction, batch, seen),
     }
+    if batch.prior is not None and weights.prior > 0.0:
+        parts[PRIOR] = weights.prior * prior_loss(prediction.disparity, batch.prior, batch.valid_left)
     total = torch.stack(list(parts.values())).sum()
     return total, {name: float(part.detach()) for name, part in parts.items()}
 

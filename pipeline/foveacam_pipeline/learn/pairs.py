@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.learn.losses import PairBatch
+from foveacam_pipeline.learn.network.geometry import mirrored_geometry, turned_geometry, view_geometry
 from foveacam_pipeline.learn.pair_folder import DOCUMENT as PAIRS_DOCUMENT
 from foveacam_pipeline.learn.pair_folder import PairSample, StoredPairs, is_pair_folder
 
@@ -96,6 +97,7 @@ class _Crop:
     known: NDArray[np.bool_]
     """Whether it is, and both eyes see the pixel."""
     labelled: bool
+    geometry: torch.Tensor
 
 
 class CropSource:
@@ -119,6 +121,7 @@ class CropSource:
             disparity_px=torch.from_numpy(np.stack([crop.disparity_px for crop in crops])[:, None]),
             known=torch.from_numpy(np.stack([crop.known for crop in crops])[:, None]),
             labelled=torch.tensor([crop.labelled for crop in crops]),
+            geometry=torch.stack([crop.geometry for crop in crops]),
         )
 
     def _crop(self, rng: np.random.Generator) -> _Crop:
@@ -147,14 +150,17 @@ def _varied_crop(sample: PairSample, window: tuple[slice, slice], rng: np.random
     valid = pair.valid_left[window]
     disparity_px = np.zeros(valid.shape, np.float32)
     known = np.zeros(valid.shape, np.bool_)
+    geometry = view_geometry(pair, window)
     if rng.random() < 0.5 and truth is None:
         # Mirrored, the right eye is the left one, and every disparity keeps its sign
         left, right = right[:, :, ::-1], left[:, :, ::-1]
         valid = pair.valid_right[window][:, ::-1]
+        geometry = mirrored_geometry(geometry)
     if truth is not None:
         known = truth.both[window] & valid
         disparity_px = np.where(known, truth.disparity_px[window], np.float32(0.0))
-    rows = slice(None, None, -1 if rng.random() < 0.5 else 1)
+    turned = rng.random() < 0.5
+    rows = slice(None, None, -1 if turned else 1)
     return _Crop(
         left=np.ascontiguousarray(left[:, rows]),
         right=np.ascontiguousarray(right[:, rows]),
@@ -162,6 +168,7 @@ def _varied_crop(sample: PairSample, window: tuple[slice, slice], rng: np.random
         disparity_px=np.ascontiguousarray(disparity_px[rows]),
         known=np.ascontiguousarray(known[rows]),
         labelled=truth is not None,
+        geometry=turned_geometry(geometry) if turned else geometry,
     )
 
 

@@ -3,21 +3,32 @@
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import torch
+from torch import Tensor, nn
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn.checkpoint import (
     Checkpoint,
+    StartingWeights,
     TrainingFacts,
     load_checkpoint,
     save_checkpoint,
 )
 from foveacam_pipeline.learn.curves import LossCurves
-from foveacam_pipeline.learn.losses import SELF_SUPERVISED, SUPERVISED, LossWeights, training_loss
-from foveacam_pipeline.learn.network.config import SIZES, SizeName
+from foveacam_pipeline.learn.losses import (
+    PRIOR,
+    SELF_SUPERVISED,
+    SUPERVISED,
+    LossWeights,
+    PairBatch,
+    training_loss,
+)
+from foveacam_pipeline.learn.monocular.prior import MonocularPrior
+from foveacam_pipeline.learn.monocular.prior_loss import PriorSchedule, prior_weight
+from foveacam_pipeline.learn.network.config import SIZES, NetworkConfig, SizeName
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pairs import CropSource, LoadedDataset
 
@@ -29,6 +40,18 @@ MASKED_FROM = 0.2
 SAVED_EVERY = 200
 SHOWN = 100
 """Steps whose mean loss a checkpoint tells."""
+COMPARED = {
+    "network": "network",
+    "steps": "steps_planned",
+    "seed": "seed",
+    "use of truth": "truth",
+    "monocular prior": "prior",
+    "network of the prior": "prior_network",
+    "parts of the loss": "without",
+    "datasets": "datasets",
+    "starting weights": "started_from",
+}
+"""Facts that a run goes on with must agree in, by what they are."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +65,15 @@ class TrainingPlan:
     """Width and height, multiples of 8."""
     seed: int = 0
     weights: LossWeights = field(default_factory=LossWeights)
+    signed: bool = True
+    geometry: bool = False
+    prior: PriorSchedule = "none"
+    """How the loss by a monocular prior is weighted over the steps."""
+
+    @property
+    def network(self) -> NetworkConfig:
+        """What is trained."""
+        return SIZES[self.size].model_copy(update={"signed": self.signed, "geometry": self.geometry})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +84,19 @@ class TrainingWatcher:
     stopped: Callable[[], bool]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingTask:
+    """A network and how it is trained: what a run takes of it, step after step."""
+
+    network: nn.Module
+    loss: Callable[[PairBatch, int], tuple[Tensor, dict[str, float]]]
+    """The loss of a batch at a step (from 0), and its parts."""
+    parts: tuple[str, ...]
+    """Names of the parts that the loss can have."""
+    facts: TrainingFacts
+    """What a checkpoint says before the first step."""
+
+
 def train(
     datasets: Sequence[LoadedDataset],
     folder: Path,
@@ -59,39 +104,97 @@ def train(
     watcher: TrainingWatcher,
     *,
     commit: str = "",
+    prior: MonocularPrior | None = None,
+    start: StartingWeights | None = None,
 ) -> TrainingFacts:
     """Train into `folder`, going on with a checkpoint there; return what the last checkpoint says.
+
+    `start`: weights of the same network to begin with, instead of random ones.
 
     On a processor two runs with one plan have equal weights, whether stopped in between or not. Raise
     InvalidInput when the folder holds a run with another plan, StorageFull for a full disk: the last
     checkpoint is then whole.
     """
     torch.manual_seed(plan.seed)
-    _check_plan(datasets, plan)
-    run = _Run(datasets, folder, plan, commit=commit)
-    while run.done < plan.steps and not watcher.stopped():
+    check_crops(datasets, plan.crop_px)
+    task = _stereo_task(datasets, plan, commit=commit, prior=prior, start=start)
+    crops = CropSource(datasets, size=plan.crop_px, batch=plan.batch, seed=plan.seed)
+    return run_task(task, crops, folder, watcher)
+
+
+def run_task(task: TrainingTask, crops: CropSource, folder: Path, watcher: TrainingWatcher) -> TrainingFacts:
+    """Train by a task into `folder`, as `train` does; return what the last checkpoint says."""
+    run = _Run(task, crops, folder)
+    total = task.facts.steps_planned
+    while run.done < total and not watcher.stopped():
         loss = run.step()
-        watcher.on_step(run.done, plan.steps, loss)
-        if run.done % SAVED_EVERY == 0 or run.done == plan.steps:
+        watcher.on_step(run.done, total, loss)
+        if run.done % SAVED_EVERY == 0 or run.done == total:
             run.save()
     run.save()
     return run.facts()
 
 
+def _stereo_task(
+    datasets: Sequence[LoadedDataset],
+    plan: TrainingPlan,
+    *,
+    commit: str,
+    prior: MonocularPrior | None,
+    start: StartingWeights | None,
+) -> TrainingTask:
+    if plan.prior != "none" and prior is None:
+        raise InvalidInput("a loss by a monocular prior needs one: give --prior-network")
+    network = FoveatedStereo(plan.network)
+    if start is not None:
+        _begin_with(network, start)
+    taught = [dataset.labelled and plan.weights.truth > 0.0 for dataset in datasets]
+    own = () if all(taught) else SELF_SUPERVISED if plan.prior == "none" else (*SELF_SUPERVISED, PRIOR)
+
+    def loss(batch: PairBatch, step: int) -> tuple[Tensor, dict[str, float]]:
+        weights = replace(plan.weights, prior=prior_weight(plan.prior, step / plan.steps))
+        if prior is not None and weights.prior > 0.0:
+            batch = replace(batch, prior=prior.inverse_depth(batch.left))
+        prediction = network(batch.left, batch.right, batch.geometry)
+        return training_loss(prediction, batch, weights, masked=step >= MASKED_FROM * plan.steps)
+
+    facts = TrainingFacts(
+        network=plan.network,
+        steps=0,
+        steps_planned=plan.steps,
+        seed=plan.seed,
+        datasets={dataset.name: dataset.digest for dataset in datasets},
+        commit=commit,
+        truth=any(taught),
+        prior=plan.prior,
+        prior_network="" if prior is None or plan.prior == "none" else prior.name,
+        without=plan.weights.left_out,
+        started_from="" if start is None else start.name,
+    )
+    return TrainingTask(
+        network=network, loss=loss, parts=own + (SUPERVISED if any(taught) else ()), facts=facts
+    )
+
+
+def _begin_with(network: FoveatedStereo, start: StartingWeights) -> None:
+    found = start.checkpoint.network()
+    if found.config != network.config:
+        raise InvalidInput(
+            f"the weights of {start.name} are those of another network ({found.config.size}); give those "
+            f"of the same size ({network.config.size})",
+            asked=network.config.size,
+            found=found.config.size,
+        )
+    network.load_state_dict(found.state_dict())
+
+
 class _Run:
-    def __init__(
-        self, datasets: Sequence[LoadedDataset], folder: Path, plan: TrainingPlan, *, commit: str
-    ) -> None:
-        self._plan, self._commit, self._path = plan, commit, folder / CHECKPOINT
-        self._digests = {dataset.name: dataset.digest for dataset in datasets}
-        self._network = FoveatedStereo(SIZES[plan.size])
+    def __init__(self, task: TrainingTask, crops: CropSource, folder: Path) -> None:
+        self._task, self._crops, self._path = task, crops, folder / CHECKPOINT
+        self._network = task.network
         self._optimizer = torch.optim.AdamW(
             self._network.parameters(), lr=LEARNING_RATE, weight_decay=WEIGHT_DECAY
         )
-        self._crops = CropSource(datasets, size=plan.crop_px, batch=plan.batch, seed=plan.seed)
-        taught = [dataset.labelled and plan.weights.truth > 0.0 for dataset in datasets]
-        self._truth = any(taught)
-        self._parts = (() if all(taught) else SELF_SUPERVISED) + (SUPERVISED if self._truth else ())
         self._newest: deque[dict[str, float]] = deque(maxlen=SHOWN)
         self.done = self._go_on() if self._path.exists() else 0
         self._curves = LossCurves(folder, steps=self.done)
@@ -99,19 +202,15 @@ class _Run:
 
     def step(self) -> float:
         """Make one step; return its loss."""
-        plan = self._plan
         for group in self._optimizer.param_groups:
-            group["lr"] = learning_rate(self.done, plan.steps)
-        batch = self._crops.batch(self.done)
-        prediction = self._network(batch.left, batch.right)
-        masked = self.done >= MASKED_FROM * plan.steps
-        loss, parts = training_loss(prediction, batch, plan.weights, masked=masked)
+            group["lr"] = learning_rate(self.done, self._task.facts.steps_planned)
+        loss, parts = self._task.loss(self._crops.batch(self.done), self.done)
         self._optimizer.zero_grad(set_to_none=True)
         torch.autograd.backward(loss)
         torch.nn.utils.clip_grad_norm_(self._network.parameters(), CLIP)
         self._optimizer.step()
         self.done += 1
-        parts = {name: parts.get(name, 0.0) for name in self._parts}  # a batch may have but one kind of pairs
+        parts = {name: parts.get(name, 0.0) for name in self._task.parts}  # a batch may lack some kinds
         self._newest.append(parts)
         self._curves.add(self.done, parts)
         return float(loss.detach())
@@ -131,27 +230,13 @@ class _Run:
         """Return what a checkpoint says."""
         names = self._newest[0] if self._newest else {}
         means = {name: sum(parts[name] for parts in self._newest) / len(self._newest) for name in names}
-        return TrainingFacts(
-            network=self._network.config,
-            steps=self.done,
-            steps_planned=self._plan.steps,
-            seed=self._plan.seed,
-            datasets=self._digests,
-            commit=self._commit,
-            truth=self._truth,
-            loss=means,
-        )
+        return self._task.facts.model_copy(update={"steps": self.done, "loss": means})
 
     def _go_on(self) -> int:
         checkpoint = load_checkpoint(self._path)
-        facts = checkpoint.facts
-        for what, found, asked in (
-            ("network", facts.network.size, self._plan.size),
-            ("steps", facts.steps_planned, self._plan.steps),
-            ("seed", facts.seed, self._plan.seed),
-            ("use of truth", facts.truth, self._truth),
-            ("datasets", sorted(facts.datasets.items()), sorted(self._digests.items())),
-        ):
+        facts, asked_facts = checkpoint.facts, self._task.facts
+        for what, name in COMPARED.items():
+            found, asked = getattr(facts, name), getattr(asked_facts, name)
             if found != asked:
                 raise InvalidInput(
                     f"{self._path.parent} holds a run with other {what} ({found} instead of {asked}); give "
@@ -186,8 +271,9 @@ def learning_rate(step: int, steps: int) -> float:
     return LEARNING_RATE * 0.5 * (1.0 + math.cos(math.pi * (step - warm_up) / max(1.0, steps - warm_up)))
 
 
-def _check_plan(datasets: Sequence[LoadedDataset], plan: TrainingPlan) -> None:
-    width, height = plan.crop_px
+def check_crops(datasets: Sequence[LoadedDataset], crop_px: tuple[int, int]) -> None:
+    """Raise InvalidInput for crops that the pairs of a dataset are too small for, or of another divisor."""
+    width, height = crop_px
     largest_width, largest_height = (min(sides) for sides in zip(*(d.size for d in datasets), strict=True))
     if width % 8 or height % 8 or width > largest_width or height > largest_height or min(width, height) < 64:
         raise InvalidInput(

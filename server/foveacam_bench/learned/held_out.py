@@ -12,6 +12,7 @@ from pathlib import Path
 from foveacam_bench.learned import looks, scenes
 from foveacam_bench.learned.pairs import PairOrder, make_pairs, pair_plan
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.learn.pair_folder import PairSample, Split, StoredPairs
 
 SEED = 5
@@ -45,10 +46,10 @@ def _rendered(count: int) -> Sequence[PairSample]:
         seed=SEED,
         split=Split.HELD_OUT,
         size=SIZE,
-        workers=WORKERS,
     )
     order = replace(order, folder=_cache_folder(order))
-    make_pairs(order, on_pair=lambda *_: None, stopped=lambda: False)
+    with local_workers(WORKERS) as pool:
+        make_pairs(order, pool, on_pair=lambda *_: None, stopped=lambda: False)
     return StoredPairs(order.folder)[:count]
 
 

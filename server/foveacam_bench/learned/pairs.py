@@ -1,29 +1,21 @@
-"""Makes folders of pairs with truth for `foveacam learn pairs`: by seed, in worker processes, gone on with.
+"""Makes folders of pairs with truth for `foveacam learn pairs`: by seed, by any workers, gone on with.
 
-A pair depends on seed, split, size and its index alone, whatever the number of workers.
+A pair depends on seed, split, size and its index alone, wherever it is made.
 """
 
-import multiprocessing
-import os
-import signal
-import threading
 import time
-from collections import deque
-from collections.abc import Callable, Generator
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.learned.looks import PRESET, own_calibration, render_look, scale_of
 from foveacam_bench.learned.scenes import draw_scene, scene_seed
-from foveacam_hardware.contract import DeviceFault
+from foveacam_pipeline.batches.pool import WorkersLost, WorkPool, results_in_order
 from foveacam_pipeline.learn.pair_folder import (
     PairDocument,
     PairEntry,
@@ -33,8 +25,6 @@ from foveacam_pipeline.learn.pair_folder import (
     pair_arrays,
 )
 
-AHEAD = 2
-"""Pairs that wait for a worker, each."""
 MadePair: TypeAlias = tuple[PairEntry, dict[str, NDArray[np.generic]]]
 
 
@@ -47,7 +37,6 @@ class PairOrder:
     seed: int
     split: Split
     size: tuple[int, int]
-    workers: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,31 +49,33 @@ class MadePairs:
 
 
 def make_pairs(
-    order: PairOrder, *, on_pair: Callable[[int, int, float], None], stopped: Callable[[], bool]
+    order: PairOrder,
+    pool: WorkPool,
+    *,
+    on_pair: Callable[[int, int, float], None],
+    stopped: Callable[[], bool],
 ) -> MadePairs:
     """Make what is missing of a folder; when stopped, what was made is kept.
 
     `on_pair` gets the pairs done, their total, and the rate, pairs/s. Raise InvalidInput for a folder of
-    other pairs, StorageFull for a full disk.
+    other pairs, StorageFull for a full disk, WorkersLost.
     """
     writer = PairFolderWriter(order.folder, pair_plan(order))
     began, began_s = writer.count, time.perf_counter()
     on_pair(began, order.count, 0.0)
     rate = 0.0
+    todo = ((order.seed, order.split, index, order.size) for index in range(began, order.count))
     try:
-        with closing(_made(order, began)) as pairs:
+        with closing(results_in_order(pool, make_pair, todo)) as pairs:
             for entry, arrays in pairs:
                 writer.add(entry, arrays)
                 rate = (writer.count - began) / (time.perf_counter() - began_s)
                 on_pair(writer.count, order.count, rate)
                 if stopped():
                     break
-    except BrokenProcessPool as error:
+    except WorkersLost as error:
         kept = len(writer.flush().pairs)
-        raise DeviceFault(
-            f"a worker process was ended from outside, perhaps for its memory; {kept} pairs are kept; the "
-            "same command goes on, with fewer --workers if memory is short"
-        ) from error
+        raise WorkersLost(f"{error}; {kept} pairs are kept; {error.remedy}", remedy=error.remedy) from error
     return MadePairs(document=writer.flush(), made=writer.count - began, pairs_per_s=rate)
 
 
@@ -123,45 +114,3 @@ def pair_plan(order: PairOrder) -> PairDocument:
         f_px=calibration.fovea_f_px * scale,
         baseline_m=calibration.baseline_m,
     )
-
-
-def _made(order: PairOrder, begin: int) -> Generator[MadePair, None, None]:
-    """Yield the pairs from an index on, in order."""
-    todo = range(begin, order.count)
-    if order.workers == 1:
-        yield from (make_pair(order.seed, order.split, index, order.size) for index in todo)
-        return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(order.workers, mp_context=context, initializer=_start_worker)
-    try:
-        waiting: deque[Future[MadePair]] = deque()
-        for index in todo:
-            waiting.append(_submit(pool, order, index))
-            if len(waiting) >= (1 + AHEAD) * order.workers:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _submit(pool: ProcessPoolExecutor, order: PairOrder, index: int) -> Future[MadePair]:
-    """Submit one pair; the process that may be started for it leaves Ctrl-C to this program."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        return pool.submit(make_pair, order.seed, order.split, index, order.size)
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _start_worker() -> None:
-    """Use one core, and end with the program that started the worker, however that ends."""
-    cv2.setNumThreads(1)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)

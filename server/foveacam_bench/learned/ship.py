@@ -17,7 +17,7 @@ import typer
 from foveacam_bench.depth.error_fit import LEAST_ERROR_PX, fit_quantile
 from foveacam_bench.learned.serving import network_figures
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.learn.checkpoint import Checkpoint, TrainingFacts, load_checkpoint
+from foveacam_pipeline.learn.checkpoint import Checkpoint, load_checkpoint
 from foveacam_pipeline.learn.export import LAPLACE, SigmaCurve, export_network
 from foveacam_pipeline.learn.network.refinement import CELL_PX
 from foveacam_pipeline.learn.pair_folder import PairSample, StoredPairs
@@ -49,7 +49,7 @@ def ship(checkpoint: Path, *, pairs: Path, held_out: Path, data: Path | None) ->
         SHIPPED.mkdir(exist_ok=True)
         for path in (network.graph, network.folder / f"{SHIPPED_NAME}.yaml"):
             shutil.copyfile(path, SHIPPED / path.name)
-    document = _document(trained.facts, training, StoredPairs(held_out), figures, size=size, curve=curve)
+    document = _document(trained, training, StoredPairs(held_out), figures, size=size, curve=curve)
     (SHIPPED / "CARD.md").write_text(document, encoding="utf-8")
     return load_network(SHIPPED / f"{SHIPPED_NAME}.yaml")
 
@@ -79,7 +79,7 @@ def _exported(trained: Checkpoint, folder: Path, curve: SigmaCurve) -> StereoNet
 
 
 def _document(
-    facts: TrainingFacts,
+    trained: Checkpoint,
     training: StoredPairs,
     held_out: StoredPairs,
     figures: dict[str, object],
@@ -87,12 +87,14 @@ def _document(
     size: int,
     curve: SigmaCurve,
 ) -> str:
+    facts, config = trained.facts, trained.network().config
     rows = "\n".join(f"| `{name}` | {_shown(value)} |" for name, value in figures.items())
     return TEMPLATE.read_text(encoding="utf-8").format(
-        size_name=facts.network.size,
+        size_name=config.size,
         steps=facts.steps,
         steps_planned=facts.steps_planned,
         seed=facts.seed,
+        started=f", begun with the weights of {facts.started_from}" if facts.started_from else "",
         datasets=", ".join(f"{name} ({digest[:16]}…)" for name, digest in facts.datasets.items()),
         pairs=len(training),
         pairs_seed=training.document.seed,
@@ -100,7 +102,7 @@ def _document(
         held_out_seed=held_out.document.seed,
         width=held_out.document.width,
         height=held_out.document.height,
-        reach_px=CELL_PX * facts.network.reach_cells,
+        reach_px=CELL_PX * config.reach_cells,
         kilobytes=round(size / 1e3),
         factor=curve.factor,
         power=curve.power,

@@ -19,6 +19,11 @@ LabelOption = Annotated[str | None, typer.Option(help="name for people")]
 DataOption = Annotated[Path | None, typer.Option(help="folder for calibrations and everything that is taken")]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")]
 
+ClusterOption = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Dask scheduler whose workers compute it, tcp://HOST:8786"),
+]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigOptions:

@@ -1,13 +1,16 @@
-"""ASGI middleware: 413 as a problem document, and HEAD wherever GET is served.
+"""ASGI middleware: 413 as a problem document, HEAD wherever GET is served, and the time of each request.
 
 FastAPI counts a body's bytes (`max_body_size` of a router or route), reads no further, and answers in plain
 text; here that answer is replaced.
 """
 
+import time
+
 from starlette.datastructures import Headers
 from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from foveacam_server.foundation import timings
 from foveacam_server.foundation.answers import BODY_BYTES, MIB
 from foveacam_server.foundation.errors import TOO_LARGE, ProblemDetails
 
@@ -85,3 +88,31 @@ class HeadRequests:
 
 class _HeadersSent(Exception):
     """Ends the GET after its headers."""
+
+
+_METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
+"""What a client invents beside them is no label of its own."""
+
+
+class RequestTimes:
+    """ASGI middleware: observes the time until an answer begins, by method, route and status."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        began_s = time.perf_counter()
+
+        async def send_timed(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                route = getattr(scope.get("route"), "path", "other")
+                method = scope["method"] if scope["method"] in _METHODS else "other"
+                took_s = time.perf_counter() - began_s
+                timings.REQUEST.labels(method, route, str(message["status"])).observe(took_s)
+            await send(message)
+
+        await self._app(scope, receive, send_timed)

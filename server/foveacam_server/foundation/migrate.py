@@ -50,7 +50,7 @@ def migrate(path: Path) -> None:
         if found == newest:
             return
         if found is not None:
-            _copy(path, path.with_name(f"{path.name}.before-{newest}"))
+            copy_database(path, path.with_name(f"{path.name}.before-{newest}"))
             logging.getLogger(__name__).info("migrating %s from %s to %s", path, found, newest)
             if not inspect(connection).has_table("alembic_version"):
                 command.stamp(config, FIRST_REVISION)
@@ -70,6 +70,21 @@ def _upgrade(config: Config, path: Path, *, found: str | None, newest: str | Non
         ) from error
 
 
+def revision_of(path: Path) -> str | None:
+    """Return the revision of the database at `path`; None when it is empty."""
+    engine = create_engine(f"sqlite:///{path}", poolclass=NullPool)
+    with engine.connect() as connection:
+        return _revision(connection)
+
+
+def is_known(revision: str) -> bool:
+    """Return whether this program can bring a database of a revision to the newest one."""
+    try:
+        return ScriptDirectory.from_config(migration_config()).get_revision(revision) is not None
+    except CommandError:
+        return False
+
+
 def _revision(connection: Connection) -> str | None:
     """Return the revision of a database; None when it is empty."""
     tables = inspect(connection)
@@ -79,7 +94,8 @@ def _revision(connection: Connection) -> str | None:
     return FIRST_REVISION if tables.has_table("jobs") else None
 
 
-def _copy(path: Path, copy: Path) -> None:
+def copy_database(path: Path, copy: Path) -> None:
+    """Copy a database, as it is at one moment, also while it is being written."""
     partial = copy.with_name(f"{copy.name}.part")
     try:
         with closing(sqlite3.connect(path)) as source, closing(sqlite3.connect(partial)) as target:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault, Image
+from foveacam_server.foundation import timings
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.view_state import ViewPicture
 
@@ -100,7 +101,8 @@ class JpegStore:
 
 
 def _encode(picture: ViewPicture, scale: Scale) -> EncodedPicture:
-    jpeg = encode_jpeg(picture.image, scale=scale, bits=picture.bits)
+    with timings.ENCODE.time():
+        jpeg = encode_jpeg(picture.image, scale=scale, bits=picture.bits)
     return EncodedPicture(picture=picture, scale=scale, jpeg=jpeg)
 
 

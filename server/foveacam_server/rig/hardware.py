@@ -25,6 +25,7 @@ from foveacam_hardware.contract import (
     Sighting,
     StereoVolts,
 )
+from foveacam_server.foundation import timings
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.rig import refusals
 from foveacam_server.rig.device_reconnector import FOVEAE, WIDE, DeviceReconnector, MirrorLinkMonitor
@@ -335,7 +336,8 @@ class HardwareThread:
         look = rig.head.look
         if lost is not None and isinstance(rig.head, OneEyedHead):
             look = partial(rig.head.look_without, lost)
-        sighting = self._exposed(rig, lambda: look(volts, settle_us=settle_us), missing=lost)
+        with timings.LOOK.time():
+            sighting = self._exposed(rig, lambda: look(volts, settle_us=settle_us), missing=lost)
         if not self._halted.is_set():
             self._gaze = sighting.volts if rig.replayed else rig.mirrors.state.volts
         self._live.show_sighting(sighting, in_session=self._use.holder is not None)

@@ -1,13 +1,15 @@
 """How other threads use the rig: a bounded queue of commands, waiting for results, one job's head."""
 
 import queue
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures import TimeoutError as FutureTimeout
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
 from foveacam_hardware.contract import Busy, Cancelled, FoveaError, Frame, Sighting, StereoVolts, Timeout
+from foveacam_server.foundation import timings
 from foveacam_server.rig.ports import AssembledRig
 
 T = TypeVar("T")
@@ -21,11 +23,13 @@ class HardwareCommand(Generic[T]):
 
     work: Callable[[AssembledRig], T]
     answer: "Future[T]"
+    put_s: float = field(default_factory=time.perf_counter)
 
     def run(self, rig: AssembledRig) -> BaseException | None:
         """Run the work unless its future was cancelled; return the error that it raised."""
         if not self.answer.set_running_or_notify_cancel():
             return None
+        timings.QUEUE.observe(time.perf_counter() - self.put_s)
         try:
             result = self.work(rig)
         except Exception as error:  # noqa: BLE001 - the future carries it, whatever it is; the thread goes on

@@ -1,10 +1,14 @@
 """The REST interface on the simulated rig: a fixation from click to cloud, and everything around it."""
 
+import json
 import math
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from foveacam_hardware.contract import Role
 from foveacam_server.foundation.schema import ResponseModel
@@ -225,6 +229,36 @@ def test_metrics_count_frames(server: Running) -> None:
     metrics = server.http.get("/metrics").text
     assert 'foveacam_camera_frames_total{camera="wide"}' in metrics
     assert "foveacam_rig_ready 1.0" in metrics
+
+
+def test_metrics_time_the_parts_of_a_fixation_and_every_request(
+    server: Running, fixation: dict[str, Any]
+) -> None:
+    server.get(f"/fixations/{fixation['id']}")
+    server.http.request("INVENTED", "/nowhere")
+    server.http.get("/views/wide/snapshot")
+    metrics = server.http.get("/metrics").text
+    for stage in ("queue", "look", "verge", "depth"):
+        count = re.search(rf'foveacam_stage_seconds_count{{stage="{stage}"}} ([0-9.]+)', metrics)
+        assert count is not None and float(count[1]) >= 1, stage
+    answered = 'foveacam_request_seconds_count{method="GET",route="/fixations/{fixation_id}",status="200"}'
+    assert answered in metrics
+    assert 'method="other",route="other"' in metrics
+    assert "INVENTED" not in metrics and "nowhere" not in metrics
+
+
+def test_what_dashboard_and_alerts_ask_for_is_counted(server: Running) -> None:
+    watching = Path(__file__).parents[3] / "docker" / "watching"
+    dashboard = json.loads((watching / "dashboard.json").read_text())
+    asked = [target["expr"] for panel in dashboard["panels"] for target in panel["targets"]]
+    alerts = yaml.safe_load((watching / "alerts.yaml").read_text())
+    asked += [rule["expr"] for group in alerts["groups"] for rule in group["rules"]]
+    metrics = server.http.get("/metrics").text
+    for expression in asked:
+        for name in re.findall(r"foveacam_\w+", expression):
+            assert re.search(rf"^{name}[ {{]", metrics, re.MULTILINE), name
+        for stage in re.findall(r'stage="(\w+)"', expression):
+            assert f'stage="{stage}"' in metrics
 
 
 def test_health_and_readiness(server: Running) -> None:

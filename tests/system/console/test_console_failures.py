@@ -3,12 +3,13 @@
 import time
 
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 
 from foveacam_bench.servers import free_port
 
 from .console_page import OpenConsole, console_of
 from .server_process import Server, StartServer
+from .stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -82,3 +83,22 @@ def seconds_of_a_plain_answer(page: Page) -> float:
         " return performance.now() - began; })()"
     )
     return float(took_ms) / 1000.0
+
+
+def test_a_page_that_does_not_arrive_says_so_and_is_loaded_again(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    console = open_console(stub.url)
+    page = console.page
+    page.route("**/preferences/page.js", lambda route: route.abort())
+    page.evaluate("location.hash = '#/settings'")
+    expect(page.locator("#settings-page [role=alert]")).to_contain_text("This page was not loaded")
+    page.locator("#settings-page").get_by_role("link", name="Console").click()
+    expect(page.locator("#console")).to_be_visible()
+    page.evaluate("location.hash = '#/settings'")
+    page.unroute_all()
+    page.get_by_role("button", name="Load again").click()
+    expect(page.locator("#settings-title")).to_be_focused()
+    expected = ("Failed to load resource: net::ERR_FAILED", "Failed to fetch dynamically imported module")
+    assert [error for error in console.errors if not error.startswith(expected)] == []
+    console.errors.clear()

@@ -191,7 +191,7 @@ def test_tuning_shows_its_progress_why_it_ended_and_its_result(
     expect(page.get_by_text("Aborted: the gains are as before.")).to_be_visible()
     stub.answers["/loop/tune"] = stub.answers["/jobs/job-2"] = tuning_job("succeeded", running["progress"])
     stub.answers["/loop"] = loop_document(tuned=TUNED)
-    with page.expect_request(lambda order: order.url.endswith("/loop/tune")):
+    with page.expect_response(lambda answer: answer.url.endswith("/loop/tune")):
         page.get_by_role("button", name="Tune and polish").click()
     expect(page.locator("#loop-page .tuned tbody tr")).to_have_count(4)
     assert stub.posted_bodies("/loop/tune") == [{"polish": False}, {"polish": False}, {"polish": True}]

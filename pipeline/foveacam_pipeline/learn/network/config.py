@@ -24,6 +24,10 @@ class NetworkConfig(BaseModel):
     reach_cells: Annotated[int, Field(ge=4, le=256)] = 48
     """Largest residual disparity that is looked for, either sign, in quarters of the picture's size."""
     heads: Annotated[int, Field(ge=1, le=16)] = 4
+    signed: bool = True
+    """Whether disparities of both signs are found; false: none below zero, as of usual stereo networks."""
+    geometry: bool = False
+    """Whether the blocks are told where the eyes look."""
 
 
 SIZES: dict[SizeName, NetworkConfig] = {

@@ -27,12 +27,16 @@ class RowMatches:
     """Largest share, (n, 1, h, w): how clear the match is."""
 
 
-def row_scores(left: Tensor, right: Tensor, *, reach: int) -> Tensor:
-    """Return scores (n, h, w, w) of features (n, c, h, w); far below zero beyond the reach, in cells."""
+def row_scores(left: Tensor, right: Tensor, *, reach: int, signed: bool = True) -> Tensor:
+    """Return scores (n, h, w, w) of features (n, c, h, w); far below zero beyond the reach, in cells.
+
+    Not `signed`: also where the disparity would be negative.
+    """
     width, columns = left.shape[1], left.shape[3]
     scores: Tensor = torch.einsum("nchx,nchy->nhxy", left, right) / width**0.5
     place = torch.arange(columns, device=left.device)
-    beyond = (place[:, None] - place[None, :]).abs() > reach
+    disparity = place[:, None] - place[None, :]
+    beyond = (disparity.abs() > reach) if signed else (disparity < 0) | (disparity > reach)
     return scores.masked_fill(beyond, FAR_BELOW)
 
 

@@ -1,6 +1,8 @@
 """The whole network: two pictures to signed disparity with the scale of its error."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import torch
 from torch import Tensor, nn
@@ -9,6 +11,7 @@ from torch.nn import functional
 from foveacam_pipeline.learn.network.config import NetworkConfig
 from foveacam_pipeline.learn.network.correlation import RowMatches, match_rows, row_scores
 from foveacam_pipeline.learn.network.encoder import EyeEncoder, standardised
+from foveacam_pipeline.learn.network.geometry import GeometryFilm
 from foveacam_pipeline.learn.network.refinement import Enlargement, RefinementStep
 from foveacam_pipeline.learn.network.row_attention import AttentionBlock, column_code
 
@@ -41,16 +44,23 @@ class FoveatedStereo(nn.Module):
         cells, tokens = config.cells_width, config.tokens_width
         self.encoder = EyeEncoder(cells, tokens)
         self.blocks = nn.ModuleList([AttentionBlock(tokens, config.heads) for _ in range(config.blocks)])
+        films = range(config.blocks) if config.geometry else ()
+        self.films = nn.ModuleList([GeometryFilm(tokens) for _ in films])
         self.join = nn.Conv2d(cells + tokens, cells, 1)
         self.start = nn.Conv2d(2 * cells, 2 * cells, 3, 1, 1)
         self.step = RefinementStep(cells)
         self.enlargement = Enlargement(cells)
         self.sharpness = nn.Parameter(torch.tensor(2.0))
 
-    def forward(self, left: Tensor, right: Tensor) -> Prediction:
-        """Return the prediction for pictures (n, 3, h, w), 0 to 1, whose sides are multiples of 8."""
-        (cells_left, near_left), (_cells, near_right) = self._features(left, right)
-        scores = row_scores(near_left, near_right, reach=self.config.reach_cells) * self.sharpness.exp()
+    def forward(self, left: Tensor, right: Tensor, geometry: Tensor | None = None) -> Prediction:
+        """Return the prediction for pictures (n, 3, h, w), 0 to 1, whose sides are multiples of 8.
+
+        `geometry`: (n, 8) as `view_geometry` gives it; a network that is not told leaves it out.
+        """
+        (cells_left, near_left), (_cells, near_right) = self._features(left, right, geometry)
+        config = self.config
+        scores = row_scores(near_left, near_right, reach=config.reach_cells, signed=config.signed)
+        scores = scores * self.sharpness.exp()
         matches = match_rows(scores)
         start = self.start(torch.cat([cells_left, near_left], dim=1))
         state, context = start.chunk(2, dim=1)
@@ -58,24 +68,36 @@ class FoveatedStereo(nn.Module):
         disparity = matches.disparity
         found = [functional.interpolate(disparity, scale_factor=4.0, mode="bilinear") * 4.0]
         log_scale = found[0]
-        for _ in range(self.config.steps):
+        for _ in range(config.steps):
             disparity = disparity.detach()
             state, disparity = self.step(state, context, disparity, scores=scores, peak=matches.peak)
+            disparity = disparity if config.signed else disparity.clamp_min(0.0)
             larger, log_scale = self.enlargement(state, disparity)
             found.append(larger)
         return Prediction(disparities=tuple(found), log_scale=log_scale, matches=matches)
 
-    def _features(self, left: Tensor, right: Tensor) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
+    def _features(
+        self, left: Tensor, right: Tensor, geometry: Tensor | None
+    ) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
         """Return cells, and features that are compared, of both eyes; each (n, c, h / 4, w / 4)."""
         (cells_left, left), (cells_right, right) = (self.encoder(standardised(x)) for x in (left, right))
         code = column_code(left.shape[1], left.shape[3]).to(left)
         left, right = left + code, right + code
-        for block in self.blocks:
-            left, right = block(left, right)
+        changes = self._changes(geometry)
+        for block, change in zip(self.blocks, changes, strict=True):
+            left, right = block(change(left), change(right))
         return (cells_left, self._compared(cells_left, left)), (
             cells_right,
             self._compared(cells_right, right),
         )
+
+    def _changes(self, geometry: Tensor | None) -> Sequence[Callable[[Tensor], Tensor]]:
+        """Return what the geometry changes of the tokens before each block."""
+        if not self.config.geometry:
+            return [nn.Identity()] * len(self.blocks)
+        if geometry is None:
+            raise ValueError("this network is told where the eyes look: give the geometry")
+        return [partial(film, geometry=geometry) for film in self.films]
 
     def _compared(self, cells: Tensor, tokens: Tensor) -> Tensor:
         larger = functional.interpolate(tokens, size=cells.shape[2:], mode="bilinear")

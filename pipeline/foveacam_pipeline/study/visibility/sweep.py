@@ -4,17 +4,15 @@ Every map is drawn from its own seed, so that results do not depend on where or 
 computed.
 """
 
-import socket
 from collections.abc import Generator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
-from urllib.parse import urlsplit
 
 import joblib
 import shapely
 
-from foveacam_hardware.contract import InvalidInput, NotConnected, install_command
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.batches.cluster import cluster_client
 from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.study.visibility.coverage import LoopCoverage, closed_path, coverage
 from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
@@ -25,9 +23,6 @@ from foveacam_pipeline.study.visibility.regions import (
     regions_within,
 )
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 REDRAWS = 20
 """Maps drawn for one seed, where no loop leads around the targets, before an error is raised."""
@@ -40,16 +35,6 @@ PARTS = 8
 
 AHEAD = 2
 """Batches for each worker between two checks for cancellation."""
-
-CONNECT_S = 10.0
-"""Timeout of the scheduler's answer."""
-WORKER_S = 10.0
-"""Timeout of the scheduler's first worker."""
-
-START_ONE = (
-    "start one with `dask scheduler`, workers that have foveacam-duo with `dask worker ADDRESS`, and give "
-    "its address, tcp://HOST:8786"
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,46 +154,5 @@ def _workers(cluster: str | None) -> Generator[None, None, None]:
     if cluster is None:
         yield
         return
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise InvalidInput(
-            f"the cluster {cluster} was asked for, and Dask is not installed; {install_command('cluster')}"
-        ) from error
-    _probe(cluster)
-    try:
-        client = Client(  # type: ignore[no-untyped-call]  # Dask ships no types
-            cluster, timeout=CONNECT_S, set_as_default=False
-        )
-    except (OSError, ValueError) as error:
-        raise NotConnected(f"what answers at {cluster} is no Dask scheduler; {START_ONE}") from error
-    with client:
-        _await_worker(client, cluster)
-        with joblib.parallel_config("dask", client=client):
-            yield
-
-
-def _await_worker(client: "Client", cluster: str) -> None:
-    """Raise NotConnected where a scheduler has no workers."""
-    try:
-        client.wait_for_workers(1, timeout=WORKER_S)
-    except TimeoutError as error:
-        raise NotConnected(
-            f"the Dask scheduler at {cluster} has no workers; start some with `dask worker {cluster}` where "
-            "foveacam-duo is installed"
-        ) from error
-
-
-def _probe(cluster: str) -> None:
-    """Raise NotConnected where nothing listens; Dask's own client would retry for a long time."""
-    found = urlsplit(cluster)
-    try:
-        host, port = found.hostname, found.port
-    except ValueError:
-        host, port = None, None
-    if found.scheme not in ("tcp", "tls") or host is None or port is None:
-        raise InvalidInput(f"{cluster!r} is no address of a Dask scheduler; {START_ONE}")
-    try:
-        socket.create_connection((host, port), timeout=CONNECT_S).close()
-    except OSError as error:
-        raise NotConnected(f"no Dask scheduler answers at {cluster}; {START_ONE}") from error
+    with cluster_client(cluster) as client, joblib.parallel_config("dask", client=client):
+        yield

@@ -24,6 +24,7 @@ from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, differenc
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh, RectifiedPair
 from foveacam_pipeline.verge.values import Basis
+from foveacam_server.foundation import timings
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.names import utc_now
@@ -182,7 +183,8 @@ class ShapeWorker:
         pair = rectify(seen.sighting, seen.calibration, scale=SCALE)
         self._publish("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
         self._publish("difference", difference(pair), t_ns=pair.t_ns)
-        matched = self._matcher.estimate(pair)
+        with timings.DEPTH.time():
+            matched = self._matcher.estimate(pair)
         shape = self._shape(seen, pair, matched)
         cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
         self._publish("depth", shape.depth_picture, t_ns=pair.t_ns)

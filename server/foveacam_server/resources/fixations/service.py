@@ -8,6 +8,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_pipeline.verge.values import Basis, Fixation, VergeStep
+from foveacam_server.foundation import timings
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
@@ -142,7 +143,10 @@ class FixationService:
             )
 
         holder = f"fixation {job.id}"
-        with tools.hardware.session(holder, cancelled=context.cancelled, one_eyed=True) as head:
+        with (
+            tools.hardware.session(holder, cancelled=context.cancelled, one_eyed=True) as head,
+            timings.VERGE.time(),
+        ):
             fixation = fixate(
                 head,
                 calibration,

@@ -1,11 +1,11 @@
-"""The commands `foveacam learn pairs|train|evaluate|export|info`; all but `pairs` need the extra `learn`."""
+"""The commands `foveacam learn pairs|train|prior|evaluate|export|info`, which need the extra `learn`."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from foveacam_server.commands.options import JsonOption, parse_pair
+from foveacam_server.commands.options import ClusterOption, JsonOption, parse_pair
 
 app = typer.Typer(
     name="learn",
@@ -34,6 +34,7 @@ def pairs(
         str, typer.Option(help="width and height, px: 360x270, 720x540 or 1440x1080")
     ] = PAIR_SIZE,
     workers: Annotated[int, typer.Option(help="processes", min=1, max=256)] = 1,
+    cluster: ClusterOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Render verged pairs of random scenes with their truth; needs a checkout of the sources."""
@@ -46,6 +47,7 @@ def pairs(
         split=split,
         size=parse_pair(size, option="--size", example=PAIR_SIZE) or (0, 0),
         workers=workers,
+        cluster=cluster,
     )
     run_pairs(request, as_json=as_json)
 
@@ -67,6 +69,23 @@ def train(
     truth: Annotated[
         bool, typer.Option("--truth/--no-truth", help="train on pairs with truth by it, or as on all others")
     ] = True,
+    prior: Annotated[
+        str, typer.Option(help="loss by a monocular prior: none, annealed (to nothing) or full (constant)")
+    ] = "none",
+    prior_network: Annotated[
+        Path | None,
+        typer.Option(help="checkpoint of `learn prior`, or folder of Depth-Anything-V2 (extra `prior`)"),
+    ] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="part of the loss left out: photometric, reconstruction, smoothness; again for more"
+        ),
+    ] = None,
+    start: Annotated[
+        Path | None,
+        typer.Option("--from", help="checkpoint of the same size whose weights it begins with"),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Train on datasets and judge on a held-out scene; after Ctrl-C the same command goes on."""
@@ -82,8 +101,37 @@ def train(
         crop_px=parse_pair(crop, option="--crop", example=CROP) or (0, 0),
         seed=seed,
         truth=truth,
+        prior=prior,
+        prior_network=prior_network,
+        without=tuple(without or ()),
+        start=start,
     )
     run_training(order, as_json=as_json)
+
+
+@app.command(name="prior")
+def train_prior(
+    datasets: Annotated[list[Path], typer.Argument(help="folders of pairs with truth, of `pairs`")],
+    *,
+    out: Annotated[Path, typer.Option(help="folder for checkpoint and curves; one that is there goes on")],
+    steps: Annotated[int, typer.Option(help="steps in all", min=1, max=10_000_000)] = 2000,
+    batch: Annotated[int, typer.Option(help="crops a step", min=1, max=256)] = 4,
+    crop: Annotated[str, typer.Option(help="width and height of a crop, px, multiples of 8")] = CROP,
+    seed: Annotated[int, typer.Option(help="seed of all that is drawn at random", min=0)] = 0,
+    as_json: JsonOption = False,
+) -> None:
+    """Train a monocular prior, one picture to relative inverse depth, for `learn train --prior-network`."""
+    from foveacam_server.resources.learning.prior_run import PriorOrder, run_prior
+
+    order = PriorOrder(
+        datasets=tuple(datasets),
+        out=out,
+        steps=steps,
+        batch=batch,
+        crop_px=parse_pair(crop, option="--crop", example=CROP) or (0, 0),
+        seed=seed,
+    )
+    run_prior(order, as_json=as_json)
 
 
 @app.command()

@@ -4,7 +4,7 @@ import json
 import subprocess
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
@@ -17,6 +17,8 @@ from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 
 if TYPE_CHECKING:
     from foveacam_pipeline.learn.evaluation import Evaluation
+    from foveacam_pipeline.learn.losses import LossWeights
+    from foveacam_pipeline.learn.monocular.prior_loss import PriorSchedule
     from foveacam_pipeline.learn.network.config import SizeName
     from foveacam_pipeline.learn.network.network import FoveatedStereo
     from foveacam_pipeline.learn.pairs import LoadedDataset
@@ -36,13 +38,17 @@ class TrainingOrder:
     crop_px: tuple[int, int]
     seed: int
     truth: bool = True
+    prior: str = "none"
+    prior_network: Path | None = None
+    without: tuple[str, ...] = ()
+    start: Path | None = None
 
 
 def run_training(order: TrainingOrder, *, as_json: bool) -> None:
     """Train, then judge on the held-out datasets; print what came of it."""
-    _check_torch()
-    from foveacam_pipeline.learn.checkpoint import load_checkpoint
-    from foveacam_pipeline.learn.losses import LossWeights
+    check_torch()
+    from foveacam_pipeline.learn.checkpoint import load_checkpoint, load_starting_weights
+    from foveacam_pipeline.learn.monocular.prior import load_prior
     from foveacam_pipeline.learn.pairs import load_datasets
     from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
 
@@ -55,8 +61,11 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
         batch=order.batch,
         crop_px=order.crop_px,
         seed=order.seed,
-        weights=LossWeights() if order.truth else LossWeights(truth=0.0),
+        weights=_weights(order),
+        prior=_schedule(order),
     )
+    prior = None if order.prior_network is None else load_prior(order.prior_network)
+    start = None if order.start is None else load_starting_weights(order.start)
     order.out.mkdir(parents=True, exist_ok=True)
     with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
         bar.stage("train")
@@ -64,7 +73,7 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
             on_step=lambda done, total, loss: bar.progress(done, total=total, note=f"loss {loss:.4f}"),
             stopped=bar.cancelled,
         )
-        facts = train(own, order.out, plan, watcher, commit=_commit())
+        facts = train(own, order.out, plan, watcher, commit=commit_of_program(), prior=prior, start=start)
         network = load_checkpoint(order.out / CHECKPOINT).network()
         judged: list[Evaluation] = []
         for dataset in held_out:
@@ -83,7 +92,7 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
 
 def run_evaluation(checkpoint: Path, datasets: Sequence[Path], *, as_json: bool) -> None:
     """Judge a checkpoint on datasets; print the figures."""
-    _check_torch()
+    check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint
     from foveacam_pipeline.learn.pairs import load_datasets
 
@@ -100,7 +109,7 @@ def run_evaluation(checkpoint: Path, datasets: Sequence[Path], *, as_json: bool)
 
 def run_export(checkpoint: Path, *, name: str, out: Path, licence: str) -> None:
     """Write the ONNX file and its card; say how it is used."""
-    _check_torch()
+    check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint
     from foveacam_pipeline.learn.export import export_network
     from foveacam_pipeline.networks.card import load_network
@@ -112,7 +121,7 @@ def run_export(checkpoint: Path, *, name: str, out: Path, licence: str) -> None:
 
 def run_info(checkpoint: Path) -> None:
     """Print what a checkpoint says of its training."""
-    _check_torch()
+    check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint
 
     typer.echo(load_checkpoint(checkpoint).facts.model_dump_json(indent=1))
@@ -163,6 +172,36 @@ def _check_split(order: TrainingOrder) -> None:
         )
 
 
+def _weights(order: TrainingOrder) -> "LossWeights":
+    from foveacam_pipeline.learn.losses import ABLATED, LossWeights
+
+    odd = sorted(set(order.without) - set(ABLATED))
+    if odd:
+        raise InvalidInput(f"--without {odd[0]}: it is one of {', '.join(ABLATED)}", asked=odd[0])
+    weights = LossWeights() if order.truth else LossWeights(truth=0.0)
+    return replace(weights, **dict.fromkeys(order.without, 0.0))
+
+
+def _schedule(order: TrainingOrder) -> "PriorSchedule":
+    from foveacam_pipeline.learn.monocular.prior_loss import PriorSchedule
+
+    for schedule in get_args(PriorSchedule):
+        if schedule == order.prior:
+            found: PriorSchedule = schedule
+            break
+    else:
+        raise InvalidInput(
+            f"--prior {order.prior}: it is one of {', '.join(get_args(PriorSchedule))}", asked=order.prior
+        )
+    if (found == "none") != (order.prior_network is None):
+        beside = "with" if found == "none" else "without"
+        raise InvalidInput(
+            f"--prior {found} {beside} --prior-network: give both, or none (see `foveacam learn prior`)",
+            remedy="give both --prior and --prior-network",
+        )
+    return found
+
+
 def _size(name: str) -> "SizeName":
     from foveacam_pipeline.learn.network.config import SIZES, SizeName
 
@@ -172,7 +211,7 @@ def _size(name: str) -> "SizeName":
     raise InvalidInput(f"--size {name}: it is one of {', '.join(SIZES)}", asked=name)
 
 
-def _commit() -> str:
+def commit_of_program() -> str:
     """Return the commit of the checkout that the program runs from; empty where there is none."""
     try:
         found = subprocess.run(  # noqa: S603 - no input from outside
@@ -187,7 +226,8 @@ def _commit() -> str:
     return found.stdout.strip()
 
 
-def _check_torch() -> None:
+def check_torch() -> None:
+    """Raise InvalidInput, which says how to get it, where torch is missing."""
     if find_spec("torch") is None or find_spec("safetensors") is None:
         command = install_command("learn")
         raise InvalidInput(f"learning needs torch, which is not installed; {command}", remedy=command)

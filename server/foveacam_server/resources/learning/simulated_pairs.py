@@ -1,6 +1,7 @@
 """Runs `foveacam learn pairs`: the benches, which read the simulation's truth, make the pairs."""
 
 import json
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,6 +9,9 @@ import typer
 from rich.console import Console
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.batches.cluster import cluster_workers
+from foveacam_pipeline.batches.pool import WorkPool
+from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.learn.pair_folder import DOCUMENT, Split
 from foveacam_server.foundation.bench_package import bench_module
 from foveacam_server.foundation.progress_bar import progress_bar
@@ -23,6 +27,8 @@ class PairRequest:
     split: str
     size: tuple[int, int]
     workers: int
+    cluster: str | None = None
+    """Address of a Dask scheduler, instead of processes of this machine."""
 
 
 def run_pairs(request: PairRequest, *, as_json: bool) -> None:
@@ -34,12 +40,15 @@ def run_pairs(request: PairRequest, *, as_json: bool) -> None:
         seed=request.seed,
         split=_split(request.split),
         size=request.size,
-        workers=request.workers,
     )
-    with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
+    with (
+        _workers(request) as pool,
+        progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar,
+    ):
         bar.stage("pairs")
         found = learned.make_pairs(
             order,
+            pool,
             on_pair=lambda done, total, rate: bar.progress(done, total=total, note=f"{rate:.2f} pairs/s"),
             stopped=bar.cancelled,
         )
@@ -51,6 +60,12 @@ def run_pairs(request: PairRequest, *, as_json: bool) -> None:
     left = "" if complete >= request.count else "; the same command goes on"
     made = f"{complete} of {max(complete, request.count)} pairs, {found.pairs_per_s:.2f} pairs/s"
     typer.echo(f"{made}: {request.out / DOCUMENT}{left}")
+
+
+def _workers(request: PairRequest) -> AbstractContextManager[WorkPool]:
+    if request.cluster is None:
+        return local_workers(request.workers)
+    return cluster_workers(request.cluster, modules=("foveacam_bench",))
 
 
 def _split(name: str) -> Split:

@@ -8,6 +8,7 @@ from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_l
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
+from foveacam_server.foundation import timings
 from foveacam_server.foundation.answers import opened_services
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
@@ -93,7 +94,8 @@ async def readyz(services: ServicesDep) -> JSONResponse:
 @router.get("/metrics", summary="Counters for Prometheus", response_class=Response)
 async def metrics(services: ServicesDep) -> Response:
     """Return the counters in Prometheus' text format."""
-    return Response(generate_latest(registry_of(services)), media_type=CONTENT_TYPE_LATEST)
+    text = generate_latest(registry_of(services)) + generate_latest(timings.REGISTRY)
+    return Response(text, media_type=CONTENT_TYPE_LATEST)
 
 
 def registry_of(services: HealthRouteServices) -> CollectorRegistry:

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from foveacam_server.commands.options import ClusterOption
+
 
 class StudyName(StrEnum):
     """The names that the command takes."""
@@ -28,7 +30,7 @@ def study(
         typer.Option(help="folder for report and pictures; usually foveacam-study, none with --json"),
     ] = None,
     jobs: Annotated[int, typer.Option(help="processes for random maps; -1: one a core", min=-1)] = 1,
-    cluster: Annotated[str | None, typer.Option(help="address of a Dask scheduler that takes them")] = None,
+    cluster: ClusterOption = None,
     maps: Annotated[
         int | None, typer.Option(help="random maps for Figs. 9 and 10; usually 10", min=1)
     ] = None,

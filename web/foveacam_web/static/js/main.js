@@ -1,4 +1,4 @@
-// Starts the console: builds every part and connects them.
+// Starts the console: builds every part and connects them; a page is loaded when it is opened first.
 
 import {
   CAPTURE_ADDRESS,
@@ -10,13 +10,10 @@ import {
   wizardAddress,
 } from "./addresses.js";
 import { CalibrationOrders } from "./calibration/orders.js";
-import { mountWizard } from "./calibration/page.js";
 import { CalibrationReader } from "./calibration/reader.js";
 import { WorkFollower } from "./calibration/work.js";
 import { CaptureOrders } from "./capture/orders.js";
-import { mountCapturePage } from "./capture/page.js";
 import { CaptureReader } from "./capture/reader.js";
-import { stillPanel } from "./capture/still.js";
 import { StillReader } from "./capture/still_reader.js";
 import { Commands } from "./commands.js";
 import { fill, html, need } from "./dom.js";
@@ -24,14 +21,12 @@ import { FaultReader } from "./faults/reader.js";
 import { mountFaultTray } from "./faults/tray.js";
 import { Fixations } from "./fixations.js";
 import { FollowOrders } from "./follow/orders.js";
-import { mountFollowPage } from "./follow/page.js";
 import { mountFollowed } from "./follow/panel.js";
 import { FollowReader } from "./follow/reader.js";
-import { GalleryReader, mountGallery } from "./gallery/page.js";
+import { GalleryReader } from "./gallery/reader.js";
 import { icon } from "./icons.js";
 import { Keyboard } from "./keys.js";
 import { LoopOrders } from "./loop/orders.js";
-import { mountLoopPage } from "./loop/page.js";
 import { LoopReader } from "./loop/reader.js";
 import { MeasureOrders } from "./measure/orders.js";
 import { mountMeasurements } from "./measure/panel.js";
@@ -46,17 +41,12 @@ import { mountBadges, mountOffline, mountProblems, mountStop } from "./panels/to
 import { WideDepth } from "./panels/wide_depth.js";
 import { followAddress, openPage, turnPages } from "./pages.js";
 import { toolButton } from "./parts.js";
-import { mountPlannerPage } from "./planner/page.js";
-import { mountComparePage } from "./compare/page.js";
-import { mountSettingsPage } from "./preferences/page.js";
 import { Preferences } from "./preferences/reader.js";
 import { makeRecordButton } from "./recording/button.js";
 import { LiveRecording } from "./recording/live.js";
 import { RigOrders } from "./rig/orders.js";
-import { mountRigPage } from "./rig/page.js";
 import { RigReader } from "./rig/reader.js";
 import { SetupOrders } from "./setup/orders.js";
-import { mountSetupPage } from "./setup/page.js";
 import { SetupReader } from "./setup/reader.js";
 import { mountStart } from "./setup/start.js";
 import { changeSettings } from "./settings.js";
@@ -189,26 +179,60 @@ followOrders.started = () => chooseList(2);
 views.pane("wide").tools.prepend(makeSteerDistance(store));
 mountRigStatus(need("rig"), store);
 const log = mountEventLog(need("events"), store);
-const slots = {
-  wizard: mountWizard(need("calibration"), { store, orders, reader, work, toasts, views }),
-  rig_page: mountRigPage(need("rig-page"), { store, orders, rig_orders: rigOrders, steering }),
-  capture_page: mountCapturePage(need("capture-page"), {
-    store,
-    views,
-    commands,
-    capture_orders: captureOrders,
-    capture_reader: captureReader,
-  }),
-  follow_page: mountFollowPage(need("follow-page"), { store, orders: followOrders }),
-  loop_page: mountLoopPage(need("loop-page"), { store, orders: loopOrders }),
-};
-fill(need("still-capture"), stillPanel({ store, commands, reader: stillReader }));
-mountGallery(need("gallery"), { store, commands, reader: galleryReader });
-mountPlannerPage(need("planner"), { store });
-mountComparePage(need("compare-page"), { store, commands });
-mountSettingsPage(need("settings-page"), { store, commands, preferences });
-mountSetupPage(need("setup-page"), { store, orders: setupOrders, reader: setupReader });
-turnPages({ store, views, slots });
+turnPages({
+  store,
+  views,
+  loaders: {
+    wizard: async () => {
+      const { mountWizard } = await import("./calibration/page.js");
+      return (place) => mountWizard(place, { store, orders, reader, work, toasts, views });
+    },
+    rig_page: async () => {
+      const { mountRigPage } = await import("./rig/page.js");
+      return (place) => mountRigPage(place, { store, orders, rig_orders: rigOrders, steering });
+    },
+    setup_page: async () => {
+      const { mountSetupPage } = await import("./setup/page.js");
+      return (place) => mountSetupPage(place, { store, orders: setupOrders, reader: setupReader });
+    },
+    settings_page: async () => {
+      const { mountSettingsPage } = await import("./preferences/page.js");
+      return (place) => mountSettingsPage(place, { store, commands, preferences });
+    },
+    capture_page: async () => {
+      const { mountCapturePage } = await import("./capture/page.js");
+      return (place) =>
+        mountCapturePage(place, {
+          store,
+          views,
+          commands,
+          capture_orders: captureOrders,
+          capture_reader: captureReader,
+          still_reader: stillReader,
+        });
+    },
+    follow_page: async () => {
+      const { mountFollowPage } = await import("./follow/page.js");
+      return (place) => mountFollowPage(place, { store, orders: followOrders });
+    },
+    loop_page: async () => {
+      const { mountLoopPage } = await import("./loop/page.js");
+      return (place) => mountLoopPage(place, { store, orders: loopOrders });
+    },
+    gallery: async () => {
+      const { mountGallery } = await import("./gallery/page.js");
+      return (place) => mountGallery(place, { store, commands, reader: galleryReader });
+    },
+    planner_page: async () => {
+      const { mountPlannerPage } = await import("./planner/page.js");
+      return (place) => mountPlannerPage(place, { store });
+    },
+    compare_page: async () => {
+      const { mountComparePage } = await import("./compare/page.js");
+      return (place) => mountComparePage(place, { store, commands });
+    },
+  },
+});
 followAddress(store);
 mountTools();
 connectTabs(["rig", "events"], () => {

@@ -1,7 +1,7 @@
-// The pages over the console: shows the one that the address names, with its head, and lends it the live panes.
+// The pages over the console: loads and shows the one that the address names, and lends it the live panes.
 
 import { CONSOLE_ADDRESS, pagesAt } from "./addresses.js";
-import { focusOn, html, need } from "./dom.js";
+import { fill, focusOn, html, need } from "./dom.js";
 import { icon } from "./icons.js";
 
 /**
@@ -9,6 +9,9 @@ import { icon } from "./icons.js";
  * @import { Store } from "./store.js"
  * @import { Views } from "./video/views.js"
  * @typedef {ReadonlyMap<Role, HTMLElement>} Slots where a page shows the live pane of each camera
+ * @typedef {(typeof PAGES)[number]} Page
+ * @typedef {Readonly<Record<Page["key"], () => Promise<(place: HTMLElement) => Slots | void>>>} Loaders each loads the modules
+ *   of a page, and resolves with what builds it
  */
 
 /** `clicked`: whether clicks on the panes that it borrows mean something. */
@@ -44,21 +47,76 @@ export function followAddress(store) {
 
 /**
  * Show the open page or the console, and move panes and focus there.
- * @param {{store: Store, views: Views, slots: Partial<Record<keyof ConsoleState, Slots>>}} context
+ * @param {{store: Store, views: Views, loaders: Loaders}} context
  */
-export function turnPages({ store, views, slots }) {
+export function turnPages({ store, views, loaders }) {
+  const built = new BuiltPages(loaders);
+  const open = async (/** @type {Page} */ page) => {
+    await built.build(page);
+    if (openPage(store.state) !== page) return;
+    lendPanes(views, built.slots(page), page.clicked);
+    focusOn(need(page.title));
+  };
   store.on(
     PAGES.map(({ key }) => key),
     (state) => {
-      const open = openPage(state);
-      lendPanes(views, open && slots[open.key], open?.clicked ?? false);
-      if (open === PAGES.find(({ id }) => !need(id).hidden)) return;
-      for (const page of PAGES) need(page.id).hidden = page !== open;
-      need("console").hidden = open !== undefined;
+      const page = openPage(state);
+      lendPanes(views, page && built.slots(page), page?.clicked ?? false);
+      if (page === PAGES.find(({ id }) => !need(id).hidden)) return;
+      for (const other of PAGES) need(other.id).hidden = other !== page;
+      need("console").hidden = page !== undefined;
       window.scrollTo(0, 0);
-      focusOn(need(open?.title ?? "console"));
+      if (page) void open(page);
+      else focusOn(need("console"));
     },
   );
+}
+
+/** The pages that were opened so far; each is loaded and built when it is opened first. */
+class BuiltPages {
+  #loaders;
+  /** @type {Map<Page, Slots | undefined>} */
+  #slots = new Map();
+  /** @type {Map<Page, Promise<void>>} */
+  #begun = new Map();
+
+  /** @param {Loaders} loaders */
+  constructor(loaders) {
+    this.#loaders = loaders;
+  }
+
+  /** @param {Page} page */
+  slots(page) {
+    return this.#slots.get(page);
+  }
+
+  /** Load the modules of a page and build it, unless that was done. @param {Page} page */
+  build(page) {
+    const begun = this.#begun.get(page) ?? this.#load(page);
+    this.#begun.set(page, begun);
+    return begun;
+  }
+
+  /** @param {Page} page */
+  async #load(page) {
+    const place = need(page.id);
+    fill(place, html`<p class="empty" role="status">Loading …</p>`);
+    const build = await this.#loaders[page.key]().catch((/** @type {unknown} */ error) => {
+      fill(place, notLoaded());
+      throw error;
+    });
+    fill(place);
+    this.#slots.set(page, build(place) ?? undefined);
+  }
+}
+
+/** Return what stands in place of a page whose modules did not arrive; a browser does not ask twice for a module. */
+function notLoaded() {
+  return html`<div class="wizard-head"><a class="plain back" href=${CONSOLE_ADDRESS}>${icon("back")}Console</a></div>
+    <p class="note bad" role="alert">
+      This page was not loaded: the server did not answer, or it was updated. Load the console again.
+      <button type="button" class="plain" @click=${() => location.reload()}>Load again</button>
+    </p>`;
 }
 
 /**

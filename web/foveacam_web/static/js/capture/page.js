@@ -10,6 +10,7 @@ import { mountFigures } from "./figures.js";
 import { mountPartials } from "./partials.js";
 import { PlanPrints } from "./prints.js";
 import { mountRuns } from "./runs.js";
+import { stillPanel } from "./still.js";
 
 /**
  * @import { Role } from "#page"
@@ -18,7 +19,8 @@ import { mountRuns } from "./runs.js";
  * @import { Views } from "../video/views.js"
  * @typedef {{
  *   store: Store, views: Views, commands: import("../commands.js").Commands,
- *   capture_orders: import("./orders.js").CaptureOrders, capture_reader: import("./reader.js").CaptureReader
+ *   capture_orders: import("./orders.js").CaptureOrders, capture_reader: import("./reader.js").CaptureReader,
+ *   still_reader: import("./still_reader.js").StillReader
  * }} CaptureContext
  */
 
@@ -26,7 +28,8 @@ import { mountRuns } from "./runs.js";
 const ROLES = ["wide", "left", "right"];
 
 /** @param {HTMLElement} place @param {CaptureContext} context @returns {Slots} */
-export function mountCapturePage(place, { store, views, commands, capture_orders: orders, capture_reader: reader }) {
+export function mountCapturePage(place, context) {
+  const { store, views, commands, capture_orders: orders, capture_reader: reader, still_reader } = context;
   const bench = new Bench({ store, commands, orders });
   const [runs, figures, partials] = [h("div", {}), h("div", { class: "stack figures" }), h("div", { class: "stack" })];
   const places = new Map(ROLES.map((role) => [role, h("div", { class: `lent lent-${role}` })]));
@@ -55,7 +58,7 @@ export function mountCapturePage(place, { store, views, commands, capture_orders
         ${panel("Capture", bench.starter)}
         ${panel("Unfinished", partials)}
       </div>
-      <div id="still-capture" class="column capture-still"></div>
+      <div class="column capture-still">${stillPanel({ store, commands, reader: still_reader })}</div>
     </div>`,
   );
   store.on(["capture_page"], ({ capture_page }) => capture_page && bench.ask());

@@ -12,11 +12,11 @@ import { openRecordings } from "./recordings.js";
 import { openStills } from "./stills.js";
 
 /**
- * @import { EventDocument } from "#api"
  * @import { GalleryPlace } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
  * @import { Reader } from "../sync.js"
+ * @import { GalleryReader } from "./reader.js"
  * @typedef {{store: Store, commands: Commands, signal: AbortSignal, follow: (reader: Reader) => void}} GalleryContext
  *   what the gallery gives to a page that it opens; `signal`: aborted when the operator leaves the page
  * @typedef {{name: string, title: string, open: (at: GalleryPlace, context: GalleryContext) => HTMLElement}} GalleryTab
@@ -29,32 +29,6 @@ const TABS = Object.freeze([
   { name: "recordings", title: "Recordings", open: openRecordings },
   { name: "stills", title: "Stills", open: openStills },
 ]);
-
-/** Passes the server's events and each reconnection to the readers of what the gallery shows. */
-export class GalleryReader {
-  /** @type {Set<Reader>} */
-  #readers = new Set();
-
-  /**
-   * Let a reader read now and after each reconnection, and receive events, until the signal is aborted.
-   * @param {Reader} reader
-   * @param {AbortSignal} signal
-   */
-  follow(reader, signal) {
-    this.#readers.add(reader);
-    signal.addEventListener("abort", () => this.#readers.delete(reader));
-    void reader.readAll();
-  }
-
-  readAll() {
-    return Promise.all([...this.#readers].map((reader) => reader.readAll()));
-  }
-
-  /** @param {EventDocument} event */
-  hear(event) {
-    for (const reader of this.#readers) reader.hear(event);
-  }
-}
 
 /** @param {HTMLElement} place @param {GalleryTools} tools */
 export function mountGallery(place, tools) {

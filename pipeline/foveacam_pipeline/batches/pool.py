@@ -1,0 +1,84 @@
+"""Where the parts of a batch are computed, and how their results come back in order.
+
+A part depends on its arguments alone, so that a batch has the same results wherever it runs.
+"""
+
+from collections import deque
+from collections.abc import Callable, Generator, Iterable
+from concurrent.futures import Future
+from typing import ParamSpec, Protocol, TypeVar
+
+from foveacam_hardware.contract import DeviceFault
+
+T = TypeVar("T")
+Result = TypeVar("Result", covariant=True)
+P = ParamSpec("P")
+
+AHEAD = 2
+"""Parts that wait for each worker: none idles, and a few results at most are held."""
+
+
+class WorkersLost(DeviceFault):
+    """Workers ended, or are no longer within reach, while a batch ran; its message says why."""
+
+
+class Part(Protocol[Result]):
+    """A part that a worker computes."""
+
+    def result(self) -> Result:
+        """Wait for the result; raise what the part has raised."""
+
+    def cancel(self) -> object:
+        """Leave it out, unless it has begun."""
+
+
+class WorkPool(Protocol):
+    """Workers that compute parts."""
+
+    @property
+    def workers(self) -> int:
+        """How many parts are computed at a time."""
+
+    def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
+        """Give a part to a worker; raise WorkersLost."""
+
+    def result(self, part: Part[T]) -> T:
+        """Wait for the result of a part; raise WorkersLost, or what the part has raised."""
+
+
+class HereAndNow:
+    """Computes each part in this process, when its result is asked for."""
+
+    workers = 1
+
+    def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
+        """Compute the part."""
+        part: Future[T] = Future()
+        part.set_result(work(*arguments, **named))
+        return part
+
+    def result(self, part: Part[T]) -> T:
+        """Return the result."""
+        return part.result()
+
+
+def results_in_order(
+    pool: WorkPool, work: Callable[..., T], arguments: Iterable[tuple[object, ...]]
+) -> Generator[T, None, None]:
+    """Yield the results of a part for each tuple of arguments, in their order.
+
+    Few parts are under way at a time, so that a batch can be left early; those are cancelled then. Raise
+    WorkersLost.
+    """
+    waiting: deque[Part[T]] = deque()
+    most = 1 if isinstance(pool, HereAndNow) else (1 + AHEAD) * pool.workers
+    try:
+        for given in arguments:
+            waiting.append(pool.submit(work, *given))
+            if len(waiting) >= most:
+                yield pool.result(waiting.popleft())
+        while waiting:
+            yield pool.result(waiting.popleft())
+    finally:
+        for part in waiting:
+            part.cancel()

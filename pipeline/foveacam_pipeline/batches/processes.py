@@ -1,0 +1,76 @@
+"""Worker processes of this machine."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Generator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import ParamSpec, TypeVar
+
+import cv2
+
+from foveacam_pipeline.batches.pool import HereAndNow, Part, WorkersLost, WorkPool
+
+T = TypeVar("T")
+P = ParamSpec("P")
+
+
+@contextmanager
+def local_workers(workers: int) -> Generator[WorkPool, None, None]:
+    """Open worker processes, which end with the context and with this program; one: this process itself."""
+    if workers == 1:
+        yield HereAndNow()
+        return
+    context = multiprocessing.get_context("spawn")
+    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker)
+    try:
+        yield _Processes(executor, workers)
+    finally:
+        executor.shutdown(wait=True, cancel_futures=True)
+
+
+@dataclass(frozen=True, slots=True)
+class _Processes:
+    executor: ProcessPoolExecutor
+    workers: int
+
+    def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
+        """Give a part to a process; one that may be started for it leaves Ctrl-C to this program."""
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            return self.executor.submit(work, *arguments, **named)
+        except BrokenProcessPool as error:
+            raise _lost() from error
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+    def result(self, part: Part[T]) -> T:
+        """Wait for a part."""
+        try:
+            return part.result()
+        except BrokenProcessPool as error:
+            raise _lost() from error
+
+
+def _lost() -> WorkersLost:
+    return WorkersLost(
+        "a worker process was ended from outside, perhaps for its memory",
+        remedy="start it again, with fewer --workers if memory is short",
+    )
+
+
+def _start_worker() -> None:
+    """Use one core, and end with the program that started the worker, however that ends."""
+    cv2.setNumThreads(1)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -1,0 +1,60 @@
+"""The commands `foveacam backup` and `foveacam restore`."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.filesize import decimal
+
+from foveacam_server.commands.options import DataOption, JsonOption
+from foveacam_server.foundation.backup import BackupManifest, CopyWatcher, back_up
+from foveacam_server.foundation.names import utc_now
+from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
+from foveacam_server.foundation.restore import restore as restore_backup
+from foveacam_server.foundation.settings import checked_settings
+
+_MB = 1_000_000
+
+
+def backup(
+    archive: Annotated[Path, typer.Argument(help="new file, for instance rig.tar")],
+    data: DataOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Copy all that a server keeps into one file; it may be running."""
+    folder = checked_settings({"data": data}).data
+    with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
+        bar.stage("backup")
+        manifest = back_up(folder, archive, created_utc=utc_now(), watch=_watcher(bar))
+    _tell(manifest, as_json=as_json, where=f"{folder} -> {archive}")
+
+
+def restore(
+    archive: Annotated[Path, typer.Argument(help="file that `backup` has written")],
+    data: DataOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Unpack a backup into a data directory that is new or empty, once every hash is right."""
+    folder = checked_settings({"data": data}).data
+    with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
+        bar.stage("restore")
+        manifest = restore_backup(archive, folder, watch=_watcher(bar))
+    _tell(manifest, as_json=as_json, where=f"{archive} -> {folder}")
+
+
+def _watcher(bar: ProgressBar) -> CopyWatcher:
+    return CopyWatcher(
+        on_bytes=lambda done, total: bar.progress(done // _MB, total=max(1, total // _MB), note="MB"),
+        stopped=bar.cancelled,
+    )
+
+
+def _tell(manifest: BackupManifest, *, as_json: bool, where: str) -> None:
+    size = sum(file.size for file in manifest.files)
+    if as_json:
+        told = {"files": len(manifest.files), "bytes": size, "created_utc": manifest.created_utc}
+        typer.echo(json.dumps(told | {"program": manifest.program}))
+        return
+    typer.echo(f"{len(manifest.files)} files, {decimal(size)}, of {manifest.created_utc}: {where}")
