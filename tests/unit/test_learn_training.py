@@ -20,7 +20,7 @@ from foveacam_pipeline.learn.checkpoint import (
     save_checkpoint,
 )
 from foveacam_pipeline.learn.evaluation import evaluate, network_answer
-from foveacam_pipeline.learn.export import LAPLACE_FACTOR, export_network
+from foveacam_pipeline.learn.export import export_network
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pairs import CropSource, load_datasets
@@ -178,10 +178,10 @@ def test_the_exported_network_is_a_depth_backend_with_the_same_disparities(tmp_p
     pair = varied_pair(3, width=157, height=91)  # sides that are padded
     answer, seen = network_answer(trained.network(), pair)
     expected = answer.disparity_px
-    found, sigma = NetworkEstimator.open(load_network(card)).answer(pair)
+    found, deviation = NetworkEstimator.open(load_network(card)).answer(pair)
     assert np.abs(found - expected).max() <= 0.02
-    assert answer.sigma_px is not None and sigma is not None
-    assert np.allclose(sigma, LAPLACE_FACTOR * answer.sigma_px, rtol=0.01)
+    assert answer.sigma_px is not None and deviation is not None
+    assert np.allclose(deviation, answer.sigma_px, rtol=0.01)
     assert seen.shape == expected.shape == (91, 157)
 
 

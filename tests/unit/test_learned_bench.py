@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pair_folder import PairSample
 from foveacam_pipeline.networks.card import load_network
 from foveacam_pipeline.networks.estimator import NetworkEstimator
+from foveacam_pipeline.stereo.refine import FloatImage
+from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_server.cli import app
 
 from .learning_pairs import varied_sample
@@ -47,14 +50,29 @@ def test_a_network_is_compared_where_both_eyes_see_at_matchings_density(tmp_path
         measure_accuracy(stating(tmp_path, 0.5), [PairSample(pair=SAMPLES[0].pair)])
 
 
-def test_the_factor_is_that_within_which_68_percent_of_the_kept_errors_lie(tmp_path: Path) -> None:
+def test_the_curve_is_that_below_which_68_percent_of_the_kept_errors_lie(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
-    off_px = rng.laplace(0.0, 0.5, SAMPLES[0].pair.left.shape[:2]).astype(np.float32)
-    truth = SAMPLES[0].truth
-    assert truth is not None
-    noisy = replace(truth, disparity_px=truth.disparity_px + off_px)
-    factor = ship.fit_sigma_factor(stating(tmp_path, 0.5), [PairSample(pair=SAMPLES[0].pair, truth=noisy)])
-    assert factor * 0.5 == pytest.approx(1.148 * 0.5, rel=0.15)  # the quantile of a Laplace error of 0.5 px
+    samples = []
+    for deviation_px, scale_px in ((0.5, 0.4), (2.0, 0.8)):
+        sample, truth = SAMPLES[0], SAMPLES[0].truth
+        assert truth is not None
+        off_px = rng.laplace(0.0, scale_px, truth.both.shape).astype(np.float32)
+        noisy = replace(truth, disparity_px=truth.disparity_px + off_px)
+        samples.append((stating(tmp_path, deviation_px), PairSample(pair=sample.pair, truth=noisy)))
+
+    class Both:
+        """The one of the two networks whose turn it is."""
+
+        turn = iter([network for network, _ in samples])
+
+        def answer(self, pair: RectifiedPair) -> tuple[FloatImage, FloatImage | None]:
+            return next(self.turn).answer(pair)
+
+    curve = ship.fit_sigma_curve(cast(NetworkEstimator, Both()), [sample for _, sample in samples])
+    for deviation_px, scale_px in ((0.5, 0.4), (2.0, 0.8)):
+        assert curve.factor * deviation_px**curve.power == pytest.approx(
+            1.148 * scale_px, rel=0.15
+        )  # its own shifts err too
 
 
 def test_exchanged_eyes_and_shifted_pictures_change_what_they_should(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from foveacam_pipeline.capture.mosaic.wide import wide_view_of
 from foveacam_pipeline.capture.mosaic.wide_depth import add_wide_depth
 from foveacam_pipeline.networks.card import load_network
 from foveacam_server import cli
+from foveacam_server.resources.captures.dataset_cli import _mosaic_words
 
 from .dataset_scenes import written
 from .mosaic_scenes import SIDE, TEXEL_M, Z_M, scan, small_calibration, texture
@@ -145,8 +146,9 @@ def test_pairs_that_the_network_fails_on_are_matched_and_counted(
 ) -> None:
     network = load_network(write_card(constant(tmp_path / "nan.onnx", float("nan")), name="broken"))
     found = build_mosaic(raster, tmp_path / "made", MosaicSettings(network=network))
-    assert found.figures.matching.backend == "broken"
-    assert found.figures.matching.failed_pairs >= len(raster)
+    failed = found.figures.matching.failed_pairs
+    assert f"by broken ({failed} pairs, on which it failed, by sgbm)" in _mosaic_words(found.figures)
+    assert failed >= len(raster)
     assert (tmp_path / "made" / "depth.tiff").read_bytes() == (made[0] / "depth.tiff").read_bytes()
 
 

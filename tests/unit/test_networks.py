@@ -160,18 +160,20 @@ def test_the_sigma_tells_a_network_that_is_off_by_less_than_a_pixel(tmp_path: Pa
 
 
 def test_a_sigma_of_the_network_replaces_the_error_model_and_decides_what_is_kept(tmp_path: Path) -> None:
-    def stating(sigma: float, factor: float) -> NetworkEstimator:
+    def stating(sigma: float, factor: float, power: float = 1.0) -> NetworkEstimator:
         graph = matcher(tmp_path / f"{sigma}.onnx", scale=2.0, sigma=sigma)
-        output = {"scale": 2.0, "sigma": "sigma", "sigma_factor": factor}
+        output = {"scale": 2.0, "sigma": "sigma", "sigma_factor": factor, "sigma_power": power}
         return NetworkEstimator.open(load_network(write_card(graph, output=output)))
 
     known = known_pair()
     sure = stating(0.4, 0.5).estimate(known.pair)
     answered = np.isfinite(sure.residual_px)
     assert answered[known.seen].all() and np.unique(sure.sigma_px[answered]) == pytest.approx([0.4])
-    # A Laplace error whose 68.3 % quantile is 1.92 px exceeds 1 px with probability 0.55
-    assert np.isfinite(stating(0.95, 1.0).estimate(known.pair).residual_px).any()
-    assert not np.isfinite(stating(0.97, 1.0).estimate(known.pair).residual_px).any()
+    curved = stating(0.4, 0.5, power=0.5).estimate(known.pair)
+    assert np.unique(curved.sigma_px[answered]) == pytest.approx([0.5 * 0.8**0.5])
+    # A Laplace error with a standard deviation of 2.366 px exceeds 1 px with probability 0.55
+    assert np.isfinite(stating(1.18, 1.0).estimate(known.pair).residual_px).any()
+    assert not np.isfinite(stating(1.19, 1.0).estimate(known.pair).residual_px).any()
 
 
 @pytest.mark.parametrize(

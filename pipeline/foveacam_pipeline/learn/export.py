@@ -3,6 +3,7 @@
 import hashlib
 import math
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -15,14 +16,25 @@ from foveacam_pipeline.learn.checkpoint import Checkpoint
 from foveacam_pipeline.learn.losses import laplace_scale
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import DIVISOR, FoveatedStereo
-from foveacam_pipeline.networks.estimator import LAPLACE_ONE_SIGMA
 from foveacam_pipeline.storage.disk import disk_errors, write_file
 
 OPSET = 18
 EXAMPLE_SIZE = (64, 96)
 """Height and width of the picture by which the graph is traced; it takes any multiples of 8."""
-LAPLACE_FACTOR = LAPLACE_ONE_SIGMA / math.sqrt(2.0)
-"""The 68.3 % quantile of a Laplace error over its standard deviation."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SigmaCurve:
+    """The 68.3 % quantile of the error, px, as `factor` times the stated standard deviation to `power`.
+
+    Unless fitted it is that of a Laplace error.
+    """
+
+    factor: float = -math.log(1.0 - 0.6827) / math.sqrt(2.0)
+    power: float = 1.0
+
+
+LAPLACE = SigmaCurve()
 
 
 class DisparityWithSigma(nn.Module):
@@ -39,13 +51,11 @@ class DisparityWithSigma(nn.Module):
 
 
 def export_network(
-    checkpoint: Checkpoint, folder: Path, *, name: str, licence: str, sigma_factor: float = LAPLACE_FACTOR
+    checkpoint: Checkpoint, folder: Path, *, name: str, licence: str, curve: SigmaCurve = LAPLACE
 ) -> Path:
-    """Write `NAME.onnx` and `NAME.yaml` into a folder; return the path of the card.
-
-    `sigma_factor`: as in `NetworkOutput`.
-    """
-    graph = _graph(checkpoint.network())
+    """Write `NAME.onnx` and `NAME.yaml` into a folder; return the path of the card."""
+    network = checkpoint.network()
+    graph = _graph(network)
     card = {
         "format": "foveacam-network",
         "version": 1,
@@ -54,7 +64,13 @@ def export_network(
         "sha256": hashlib.sha256(graph).hexdigest(),
         "licence": licence,
         "inputs": {"scaling": "0..1", "divisor": DIVISOR},
-        "output": {"name": "disp", "sigma": "sigma", "sigma_factor": round(sigma_factor, 4)},
+        "output": {
+            "name": "disp",
+            "positive_only": not network.config.signed,
+            "sigma": "sigma",
+            "sigma_factor": round(curve.factor, 4),
+            "sigma_power": round(curve.power, 4),
+        },
     }
     path = folder / f"{name}.yaml"
     with disk_errors(f"the network {name}", folder):

@@ -51,9 +51,10 @@ class NetworkOutput(_CardPart):
     positive_only: bool = False
     """The network finds no negative disparities: the right picture is shifted so that there are none."""
     sigma: TensorName | None = None
-    """Output with the error that the network states of each disparity, in units of the disparity."""
+    """Output with the standard deviation that the network states of each disparity, in units of it."""
     sigma_factor: Annotated[float, Field(gt=0.0, le=1e5)] = 1.0
-    """That error times this is the sigma: 68.3 % of the errors of what is kept are smaller."""
+    sigma_power: Annotated[float, Field(gt=0.0, le=4.0)] = 1.0
+    """sigma = factor * (standard deviation / px) ** power, px; 68.3 % of the kept errors are below it."""
 
 
 class NetworkCard(_CardPart):
@@ -193,6 +194,7 @@ output:
   sign: 1                   # -1: the output is flow from left to right
   scale: 1.0                # pixels for each unit of the output
   positive_only: false      # true: the network finds no disparity below zero; it is fed shifted pictures
-  sigma: null               # name of an output like the first one: the error that the network states
-  sigma_factor: 1.0         # 68.3 % of the errors are below that output times this
+  sigma: null               # name of an output like the first one: the standard deviation of its error
+  sigma_factor: 1.0         # 68.3 % of the errors are below factor * (that deviation in px) ** power
+  sigma_power: 1.0
 """

@@ -56,14 +56,14 @@ def check_network(network: StereoNetwork) -> NetworkCheck:
     width, height = network.card.inputs.size_px or (384, 256)
     known = known_pair(max(width, 192), max(height, 128))
     try:
-        found, sigma = estimator.answer(known.pair)
+        found, deviation = estimator.answer(known.pair)
     except FoveaError as error:
         return _failed(network, "running", error, findings)
     findings.append(
         NetworkFinding(what="running", passed=True, found=f"one disparity a pixel, {_range(found)}")
     )
-    if sigma is not None:
-        findings.append(NetworkFinding(what="sigma", passed=True, found=_range(sigma)))
+    if deviation is not None:
+        findings.append(NetworkFinding(what="sigma", passed=True, found=_range(deviation)))
     findings.append(_judge(found, known))
     return NetworkCheck(
         name=network.name,

@@ -28,17 +28,14 @@ from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 SHIFT_MARGIN_PX = 8
 """Added to the shift of a network that finds no negative disparities."""
-LAPLACE_ONE_SIGMA = -math.log(1.0 - 0.6827)
-"""The 68.3 % quantile of a Laplace error over its scale."""
 WRONG_PX = 1.0
 
 KeptPixels: TypeAlias = NDArray[np.bool_]
 
 
-def largest_sigma_px(settings: MatchSettings = DEFAULT) -> float:
-    """Return the sigma, px, above which a Laplace error exceeds 1 px with too large a probability."""
-    likely_px = LAPLACE_ONE_SIGMA * WRONG_PX / -math.log(settings.max_wrong)
-    return min(settings.max_sigma_px, likely_px)
+def largest_deviation_px(settings: MatchSettings = DEFAULT) -> float:
+    """Return the standard deviation, px, of Laplace errors of which a share `max_wrong` exceeds 1 px."""
+    return math.sqrt(2.0) * WRONG_PX / -math.log(settings.max_wrong)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,12 +63,12 @@ class NetworkEstimator:
         Raise NetworkFault when the network fails on the pair.
         """
         started = time.perf_counter()
-        found, stated = self.answer(pair)
+        found, deviation = self.answer(pair)
         found[~pair.valid_left] = np.nan
-        if stated is None:
+        if deviation is None:
             sigma, known = self._judged_by_pictures(pair, found)
         else:
-            sigma, known = self._judged_by_network(pair, found, stated)
+            sigma, known = self._judged_by_network(pair, found, deviation)
         residual = np.where(known, found, np.float32(np.nan))
         sigma[~known] = np.nan
         return DisparityMap(
@@ -82,11 +79,14 @@ class NetworkEstimator:
         )
 
     def _judged_by_network(
-        self, pair: RectifiedPair, found: FloatImage, sigma: FloatImage
+        self, pair: RectifiedPair, found: FloatImage, deviation: FloatImage
     ) -> tuple[FloatImage, KeptPixels]:
-        """Return the sigma, and which pixels both eyes see and a Laplace error of it leaves likely right."""
+        """Return the sigma, and which pixels both eyes see and the stated deviation leaves likely right."""
+        output = self.card.output
+        sigma = np.float32(output.sigma_factor) * deviation ** np.float32(output.sigma_power)
         seen = seen_at_right(np.nan_to_num(found), pair.valid_right) & np.isfinite(found)
-        return sigma, seen & (sigma <= largest_sigma_px(self.settings))
+        known = seen & (deviation <= largest_deviation_px(self.settings))
+        return sigma, known & (sigma <= self.settings.max_sigma_px)
 
     def _judged_by_pictures(self, pair: RectifiedPair, found: FloatImage) -> tuple[FloatImage, KeptPixels]:
         """Return sigma and the pixels kept by the error model of semi-global matching at the disparities.
@@ -100,9 +100,9 @@ class NetworkEstimator:
         return sigma, acceptable(found, refinement, errors, settings=self.settings)
 
     def answer(self, pair: RectifiedPair) -> tuple[FloatImage, FloatImage | None]:
-        """Return what the network says of every pixel, right or wrong: (h, w) signed disparity and sigma, px.
+        """Return what the network says of every pixel, right or wrong: signed disparity (h, w), px.
 
-        The sigma is None where the card names no output for it.
+        With it comes the standard deviation of its error that it states, px; None where its card names none.
         """
         output = self.card.output
         shift_px = self._shift_px(pair)
@@ -117,7 +117,7 @@ class NetworkEstimator:
             found = self._tiled(padded(left, whole), padded(right, whole), size)
         found = found[:, :height, :width] * np.float32(output.scale)
         disparity = np.float32(output.sign) * found[0] - np.float32(shift_px)
-        return disparity, found[1] * np.float32(output.sigma_factor) if len(found) == 2 else None
+        return disparity, found[1] if len(found) == 2 else None
 
     def _shift_px(self, pair: RectifiedPair) -> int:
         """Return by how much the right picture is shifted, so that all disparities are positive."""

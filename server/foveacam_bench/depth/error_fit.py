@@ -65,7 +65,7 @@ def fit_cues(data: FitData) -> tuple[CueWeights, CueWeights]:
     odds = _logistic(data.cues, np.abs(data.error_px) > WRONG_PX, data.weight)
     kept = data.alike & (data.cues @ odds <= np.log(DEFAULT.max_wrong / (1.0 - DEFAULT.max_wrong)))
     log_error = np.log(np.maximum(np.abs(data.error_px[kept]), LEAST_ERROR_PX))
-    sigma = _quantile(data.cues[kept], log_error, data.weight[kept])
+    sigma = fit_quantile(data.cues[kept], log_error, data.weight[kept])
     return _weights(sigma), _weights(odds)
 
 
@@ -155,8 +155,8 @@ def _logistic(cues: F64, wrong: NDArray[np.bool_], weight: F64) -> F64:
     return _minimum(loss, cues.shape[1])
 
 
-def _quantile(cues: F64, log_error: F64, weight: F64) -> F64:
-    """Return the weights (9,) of the 68.3 % quantile of `log_error`: the least pinball loss."""
+def fit_quantile(cues: F64, log_error: F64, weight: F64) -> F64:
+    """Return the weights (k,) of the 68.3 % quantile of `log_error`: the least pinball loss."""
 
     def loss(b: F64) -> tuple[float, F64]:
         rest = log_error - cues @ b

@@ -1,7 +1,7 @@
 """Puts a trained network into the package as the one that ships, with its card and its figures.
 
 `python -m foveacam_bench.learned.ship CHECKPOINT --pairs TRAIN --held-out HELD [--data FOLDER]`
-exports the checkpoint, fits the factor of its sigma on pairs that it was trained on, measures it on held-out
+exports the checkpoint, fits the curve of its sigma on pairs that it was trained on, measures it on held-out
 ones, and writes `networks/shipped/`: `foveal.onnx`, `foveal.yaml`, `CARD.md`.
 """
 
@@ -14,20 +14,20 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from foveacam_bench.depth.error_fit import LEAST_ERROR_PX, fit_quantile
 from foveacam_bench.learned.serving import network_figures
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn.checkpoint import Checkpoint, load_checkpoint
-from foveacam_pipeline.learn.export import LAPLACE_FACTOR, export_network
+from foveacam_pipeline.learn.export import LAPLACE, SigmaCurve, export_network
+from foveacam_pipeline.learn.network.refinement import CELL_PX
 from foveacam_pipeline.learn.pair_folder import PairSample, StoredPairs
 from foveacam_pipeline.networks.card import SHIPPED, SHIPPED_NAME, StereoNetwork, load_network
-from foveacam_pipeline.networks.estimator import NetworkEstimator, largest_sigma_px
+from foveacam_pipeline.networks.estimator import NetworkEstimator, largest_deviation_px
 from foveacam_pipeline.stereo.refine import seen_at_right
 
 LICENCE = "MIT"
 STRIDE_PX = 4
 """Of the rows and columns that the factor is fitted on."""
-ONE_SIGMA = 0.6827
-ROUNDS = 30
 LARGEST_BYTES = 4 << 20
 TEMPLATE = Path(__file__).parent / "card_template.md"
 
@@ -37,9 +37,9 @@ def ship(checkpoint: Path, *, pairs: Path, held_out: Path, data: Path | None) ->
     trained, training = load_checkpoint(checkpoint), StoredPairs(pairs)
     with TemporaryDirectory() as name:
         folder = Path(name)
-        raw = _exported(trained, folder / "raw", sigma_factor=1.0)
-        factor = fit_sigma_factor(NetworkEstimator.open(raw), training)
-        network = _exported(trained, folder / "fitted", sigma_factor=factor)
+        raw = _exported(trained, folder / "raw", LAPLACE)
+        curve = fit_sigma_curve(NetworkEstimator.open(raw), training)
+        network = _exported(trained, folder / "fitted", curve)
         size = network.graph.stat().st_size
         if size > LARGEST_BYTES:
             raise InvalidInput(
@@ -49,35 +49,32 @@ def ship(checkpoint: Path, *, pairs: Path, held_out: Path, data: Path | None) ->
         SHIPPED.mkdir(exist_ok=True)
         for path in (network.graph, network.folder / f"{SHIPPED_NAME}.yaml"):
             shutil.copyfile(path, SHIPPED / path.name)
-    document = _document(trained, training, StoredPairs(held_out), figures, size=size, factor=factor)
+    document = _document(trained, training, StoredPairs(held_out), figures, size=size, curve=curve)
     (SHIPPED / "CARD.md").write_text(document, encoding="utf-8")
     return load_network(SHIPPED / f"{SHIPPED_NAME}.yaml")
 
 
-def fit_sigma_factor(estimator: NetworkEstimator, samples: Iterable[PairSample]) -> float:
-    """Return the factor of the stated sigma within which 68.27 % of the errors of the kept pixels lie.
-
-    The estimator's own factor must be 1. Which pixels are kept depends on the factor, hence the rounds.
-    """
-    errors, sigmas = [], []
+def fit_sigma_curve(estimator: NetworkEstimator, samples: Iterable[PairSample]) -> SigmaCurve:
+    """Return the curve of the stated deviation below which 68.3 % of the errors of kept pixels lie."""
+    errors, deviations = [], []
     every = np.s_[::STRIDE_PX, ::STRIDE_PX]
     for sample in samples:
-        said_px, sigma_px = estimator.answer(sample.pair)
-        if sample.truth is None or sigma_px is None:
+        said_px, deviation_px = estimator.answer(sample.pair)
+        if sample.truth is None or deviation_px is None:
             continue
-        used = (sample.truth.both & seen_at_right(said_px, sample.pair.valid_right))[every]
+        used = sample.truth.both & seen_at_right(said_px, sample.pair.valid_right)
+        used = (used & (deviation_px <= largest_deviation_px()))[every]
         errors.append(np.abs(said_px - sample.truth.disparity_px)[every][used])
-        sigmas.append(sigma_px[every][used])
-    error_px, stated_px = np.concatenate(errors), np.concatenate(sigmas)
-    factor = LAPLACE_FACTOR
-    for _ in range(ROUNDS):
-        kept = factor * stated_px <= largest_sigma_px()
-        factor = float(np.quantile(error_px[kept] / stated_px[kept], ONE_SIGMA))
-    return factor
+        deviations.append(deviation_px[every][used])
+    log_error = np.log(np.maximum(np.concatenate(errors), LEAST_ERROR_PX)).astype(np.float64)
+    log_deviation = np.log(np.concatenate(deviations)).astype(np.float64)
+    cues = np.column_stack([np.ones_like(log_deviation), log_deviation])
+    log_factor, power = fit_quantile(cues, log_error, np.full(len(cues), 1.0 / len(cues))).tolist()
+    return SigmaCurve(factor=float(np.exp(log_factor)), power=power)
 
 
-def _exported(trained: Checkpoint, folder: Path, *, sigma_factor: float) -> StereoNetwork:
-    card = export_network(trained, folder, name=SHIPPED_NAME, licence=LICENCE, sigma_factor=sigma_factor)
+def _exported(trained: Checkpoint, folder: Path, curve: SigmaCurve) -> StereoNetwork:
+    card = export_network(trained, folder, name=SHIPPED_NAME, licence=LICENCE, curve=curve)
     return load_network(card)
 
 
@@ -88,12 +85,12 @@ def _document(
     figures: dict[str, object],
     *,
     size: int,
-    factor: float,
+    curve: SigmaCurve,
 ) -> str:
-    facts = trained.facts
+    facts, config = trained.facts, trained.network().config
     rows = "\n".join(f"| `{name}` | {_shown(value)} |" for name, value in figures.items())
     return TEMPLATE.read_text(encoding="utf-8").format(
-        size_name=trained.network().config.size,
+        size_name=config.size,
         steps=facts.steps,
         steps_planned=facts.steps_planned,
         seed=facts.seed,
@@ -105,8 +102,10 @@ def _document(
         held_out_seed=held_out.document.seed,
         width=held_out.document.width,
         height=held_out.document.height,
+        reach_px=CELL_PX * config.reach_cells,
         kilobytes=round(size / 1e3),
-        factor=factor,
+        factor=curve.factor,
+        power=curve.power,
         licence=LICENCE,
         figures=rows,
     )

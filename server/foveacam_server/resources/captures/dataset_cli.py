@@ -235,9 +235,12 @@ def _mosaic_words(figures: "MosaicFigures") -> str:
     seam_words = f"seams {seams.after_rms_px:.2f} px rms ({seams.before_rms_px:.2f} before the adjustment)"
     if math.isnan(seams.after_rms_px):
         seam_words = "no overlap in which a seam could be measured"
+    matching = figures.matching
+    failed = f" ({matching.failed_pairs} pairs, on which it failed, by sgbm)" if matching.failed_pairs else ""
     return (
         f"{figures.width} x {figures.height} px from {figures.views} "
-        f"{'fovea' if figures.views == 1 else 'foveae'}, {seam_words}, depth of {figures.depth.known:.0%}"
+        f"{'fovea' if figures.views == 1 else 'foveae'}, {seam_words}, depth of {figures.depth.known:.0%} "
+        f"by {matching.backend}{failed}"
     )
 
 

@@ -126,6 +126,11 @@ function actionsOf({ glb_url, ply_url }, { in_scene, state }, mosaic) {
     </button>`;
 }
 
+/** @param {MadeMosaic["matching"]} matching @returns {[string, string][]} */
+function failuresOf({ failed_pairs }) {
+  return failed_pairs > 0 ? [["Network failed on", `${count(failed_pairs)} pairs, which were matched`]] : [];
+}
+
 /** @param {MadeMosaic} made */
 function factsOf({ eye, views, width, height, tiles, size_bytes, seams, depth, matching, made_utc }) {
   return [
@@ -143,10 +148,7 @@ function factsOf({ eye, views, width, height, tiles, size_bytes, seams, depth, m
       ["Seen by two pairs or more", percent(depth.seen_twice)],
       ["Pairs differ by", depth.between_pairs_rel_rms === null ? null : `${percent(depth.between_pairs_rel_rms)} rms`],
       ["Depth by", computedBy(matching.backend, matching.sha256)],
-      [
-        "Network failed on",
-        matching.failed_pairs === 0 ? null : `${count(matching.failed_pairs)} pairs, matched instead`,
-      ],
+      ...failuresOf(matching),
     ]),
     html`<p class="note">Where no fovea saw, the wide view shows. Depth is where both eyes saw texture.</p>`,
   ];
