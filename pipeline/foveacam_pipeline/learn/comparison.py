@@ -148,7 +148,7 @@ _Job = tuple[
 
 def _run_jobs(jobs: Sequence[_Job], *, processes: int, watch: ProgressWatcher) -> Iterator[_Judged]:
     """Yield what jobs return, in their order; what the watcher cancels ends within a step of each."""
-    if processes == 1:
+    if processes == 1 or not jobs:
         for work, plan, seed, method in jobs:
             yield work(plan, seed, method, watch.cancelled)
         return
