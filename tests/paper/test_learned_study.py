@@ -100,6 +100,8 @@ def test_what_the_photometric_error_ranks_wrongly_is_said(study: StudyResult) ->
     assert (Method.MATCHING_FILLED, Method.TRUTH) in found
     assert (Method.ANNEALED, Method.MONO_ORACLE) in found
     assert not [pair for pair in found if Method.MATCHING in pair]  # it leaves holes
+    assert (Method.NO_PRIOR, Method.GEOMETRY) not in found
+    assert (Method.ANNEALED, Method.NO_PRIOR) not in found  # by chance alone
     said = " ".join(study.deviations)
     assert "semi-global matching, filled before the truth itself" in said
     assert "lies below that of the truth itself, by 0.0100" in said

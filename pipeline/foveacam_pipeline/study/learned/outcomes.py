@@ -45,7 +45,7 @@ class LearnedBudget:
 
 
 FULL = LearnedBudget()
-QUICK = LearnedBudget(pairs=40, held_out=8, steps=100, prior_steps=100, seeds=1)
+QUICK = LearnedBudget(pairs=32, held_out=8, steps=80, prior_steps=60, seeds=1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

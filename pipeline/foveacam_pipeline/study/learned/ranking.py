@@ -65,13 +65,14 @@ def in_deviations(found: Spread) -> float | None:
 def misranked(rows: Rows) -> list[tuple[Method, Method]]:
     """Return pairs of methods of which the first has the smaller photometric error and the larger EPE.
 
-    Methods that leave holes are left out: each measure then counts other pixels.
+    Both differences exceed their standard deviation, where there is one. Methods that leave holes are left
+    out: each measure then counts other pixels.
     """
     whole = [method for method, found in rows.items() if min(row.answered for row in found) > 0.999]
     found = []
     for one, other in combinations(whole, 2):
-        photometric = gap(rows[one], rows[other], MEASURES["photometric"]).mean
-        epe_px = gap(rows[one], rows[other], MEASURES["epe_px"]).mean
-        if photometric * epe_px < 0.0:
-            found.append((one, other) if photometric < 0.0 else (other, one))
+        photometric, epe = (gap(rows[one], rows[other], MEASURES[key]) for key in ("photometric", "epe_px"))
+        chance = any(abs(each.mean) <= each.deviation for each in (photometric, epe))
+        if photometric.mean * epe.mean < 0.0 and not chance:
+            found.append((one, other) if photometric.mean < 0.0 else (other, one))
     return found
