@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,6 +33,8 @@ from foveacam_pipeline.study.report.findings import (
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_server import cli
 from foveacam_server.foundation import bench_package
+from foveacam_server.resources.studies import recipes as study_recipes
+from foveacam_server.resources.studies import trained_networks
 from foveacam_server.resources.studies.cli import StudyName
 from foveacam_server.resources.studies.placed_rig import pose_setter
 from foveacam_server.resources.studies.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
@@ -277,6 +279,27 @@ def test_without_benches_a_study_says_what_it_has_not_measured(monkeypatch: pyte
     assert "foveacam_bench" in study.deviations[-1]
     assert "pip install --editable" in study.deviations[-1]
     assert set(made.files) < set(installed.files)  # the kept result of one is not that of the other
+
+
+def test_the_study_of_trained_networks_needs_torch_and_is_no_part_of_all(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (made,) = recipes(StudyOrder(quick=True), ["learned"])
+    assert any(path.parent.name == "learned" for path in made.files)
+    monkeypatch.setattr(trained_networks, "find_spec", lambda _name: None)
+    with pytest.raises(InvalidInput, match=r"torch, which is not installed; .*foveacam-duo\[learn\]"):
+        made.compute(SILENT)
+    asked: list[str] = []
+
+    def none_of(_order: StudyOrder, names: Sequence[str]) -> list[StudyRecipe]:
+        asked.extend(names)
+        return []
+
+    monkeypatch.setattr(study_recipes, "recipes", none_of)
+    monkeypatch.setattr("sys.argv", ["foveacam", "study", "all", "--json"])
+    with pytest.raises(SystemExit):
+        cli.main()
+    assert "standoff" in asked and "learned" not in asked
 
 
 def test_vkitti_and_clusters_are_for_their_own_studies() -> None:

@@ -1,10 +1,20 @@
 """Pairs to train on in tests: a wall and a box of random texture, at signed disparities drawn by seed."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from foveacam_pipeline.learn.pair_folder import PairSample, PairTruth
+from foveacam_pipeline.learn.pair_folder import (
+    PairDocument,
+    PairEntry,
+    PairFolderWriter,
+    PairSample,
+    PairTruth,
+    Split,
+    arrays_sha256,
+    pair_arrays,
+)
 from foveacam_pipeline.learn.pairs import LoadedDataset
 from foveacam_pipeline.networks.known_pair import known_pair
 from foveacam_pipeline.stereo.values import RectifiedPair
@@ -44,3 +54,35 @@ def scene(name: str, *, seed: int, pairs: int = 4, labelled: bool = False) -> Lo
         pairs=tuple(samples if labelled else [PairSample(pair=sample.pair) for sample in samples]),
         labelled=labelled,
     )
+
+
+def stored(folder: Path, samples: list[PairSample]) -> Path:
+    """Write samples as a folder of pairs."""
+    plan = PairDocument(
+        seed=0,
+        split=Split.TRAIN,
+        rig_preset="none",
+        calibration_id="none",
+        width=samples[0].pair.left.shape[1] if samples else 160,
+        height=samples[0].pair.left.shape[0] if samples else 96,
+        scale=0.25,
+        f_px=14_000.0,
+        baseline_m=0.2,
+    )
+    writer = PairFolderWriter(folder, plan)
+    for sample in samples:
+        assert sample.truth is not None
+        arrays = pair_arrays(sample.pair, sample.truth)
+        entry = PairEntry(
+            scene_seed=0,
+            sha256=arrays_sha256(arrays),
+            verged_z_m=sample.pair.verged_z_m,
+            u0_left_px=sample.pair.u0_left_px,
+            u0_right_px=sample.pair.u0_right_px,
+            v0_px=sample.pair.v0_px,
+            pose_sigma_px=sample.pair.pose_sigma_px,
+            row_error_px=0.0,
+        )
+        writer.add(entry, arrays)
+    writer.flush()
+    return folder

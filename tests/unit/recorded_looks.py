@@ -1,5 +1,6 @@
 """A recording of a painted plane, whose depth and outlines are known."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from foveacam_hardware.contract import Role
@@ -16,9 +17,18 @@ PERIOD_S = 0.1
 
 
 def look(
-    path: Path, *, calibration: Calibration | None = CALIBRATION, volts: bool = True, looks: int = 2
+    path: Path,
+    *,
+    calibration: Calibration | None = CALIBRATION,
+    volts: bool = True,
+    looks: int = 2,
+    moving: bool = False,
+    right_late_ns: int = 0,
 ) -> Path:
-    """Record looks at a plane, `PERIOD_S` apart; the foveae are 10 ms later than the wide camera."""
+    """Record looks at a plane, `PERIOD_S` apart; the foveae are 10 ms later than the wide camera.
+
+    `moving`: each look has other volts (and the same pictures). `right_late_ns`: of the right eye.
+    """
     rig = RigDescription(
         rig_id=CALIBRATION.rig_id, name="a rig", baseline_m=CALIBRATION.baseline_m, calibration=calibration
     )
@@ -28,9 +38,13 @@ def look(
             for shot in point.shots:
                 frame = shot.frame
                 late_ns = 0 if frame.role is Role.WIDE else 10_000_000
+                late_ns += right_late_ns if frame.role is Role.RIGHT else 0
+                at = frame.volts
+                if at is not None and moving:
+                    at = replace(at, x_v=at.x_v + 0.5 * tick)
                 frame = type(frame)(
                     image=frame.image, role=frame.role, seq=tick, exposure_ns=5_000_000, bits=frame.bits,
-                    t_ns=10**9 + round(tick * PERIOD_S * 1e9) + late_ns, volts=frame.volts if volts else None,
+                    t_ns=10**9 + round(tick * PERIOD_S * 1e9) + late_ns, volts=at if volts else None,
                 )  # fmt: skip
                 recorder.publish(STREAM_OF_ROLE[frame.role], raw_frame(frame, calibration=calibration))
     return path

@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 
 from foveacam_hardware.contract import Cancelled, FoveaError, InvalidInput, StorageFull
 from foveacam_server.cli import app
-from foveacam_server.foundation.backup import DATABASE, MANIFEST, BackupManifest, CopyWatcher, back_up
-from foveacam_server.foundation.restore import restore
+from foveacam_server.foundation.backup.archive import DATABASE, MANIFEST, BackupManifest, CopyWatcher, back_up
+from foveacam_server.foundation.backup.restore import restore
 from foveacam_server.foundation.store import JobRow, Store
 
 WATCH = CopyWatcher(on_bytes=lambda _done, _total: None, stopped=lambda: False)

@@ -5,25 +5,26 @@ import torch
 
 from foveacam_pipeline.learn.losses import warped
 from foveacam_pipeline.learn.pairs import picture_planes
-from foveacam_pipeline.learn.shift import positive_shift_px, shifted_dataset, shifted_pair
+from foveacam_pipeline.learn.shift import shifted_dataset, shifted_pair
 
 from .learning_pairs import scene, varied_sample
+
+SHIFT_PX = 16
 
 
 def test_a_shifted_pair_has_no_negative_disparity_and_the_same_total() -> None:
     sample = varied_sample(3)
     assert sample.truth is not None and np.nanmin(sample.truth.disparity_px) < -2.0
-    (moved,) = shifted_dataset(scene("a", seed=3, pairs=1, labelled=True)).pairs
-    shift_px = positive_shift_px(sample.pair)
+    (moved,) = shifted_dataset(scene("a", seed=3, pairs=1, labelled=True), SHIFT_PX).pairs
     assert moved.truth is not None
     assert np.nanmin(moved.truth.disparity_px[moved.truth.both]) >= 0.0
     total = sample.truth.disparity_px + sample.pair.offset_px
     assert np.allclose(moved.truth.disparity_px + moved.pair.offset_px, total, atol=1e-3)
-    assert not moved.pair.valid_right[:, -shift_px:].any()
+    assert not moved.pair.valid_right[:, -SHIFT_PX:].any()
 
 
 def test_the_shifted_right_picture_is_found_at_the_shifted_disparity() -> None:
-    (moved,) = shifted_dataset(scene("a", seed=3, pairs=1, labelled=True)).pairs
+    (moved,) = shifted_dataset(scene("a", seed=3, pairs=1, labelled=True), SHIFT_PX).pairs
     assert moved.truth is not None
     left, right = (torch.from_numpy(picture_planes(p))[None] for p in (moved.pair.left, moved.pair.right))
     both = torch.from_numpy(moved.truth.both)[None, None]

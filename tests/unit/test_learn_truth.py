@@ -10,6 +10,7 @@ from safetensors.torch import load_file
 from typer.testing import CliRunner
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.batches.cluster import cluster_workers
 from foveacam_pipeline.learn.checkpoint import (
     Checkpoint,
     TrainingFacts,
@@ -22,20 +23,14 @@ from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.correlation import match_rows
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pair_folder import (
-    PairDocument,
-    PairEntry,
-    PairFolderWriter,
     PairSample,
-    Split,
-    arrays_sha256,
-    pair_arrays,
 )
 from foveacam_pipeline.learn.pairs import CropSource, LoadedDataset, load_datasets
 from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
 from foveacam_pipeline.learn.truth_figures import TruthFigures
 from foveacam_server.cli import app
 
-from .learning_pairs import scene, varied_sample
+from .learning_pairs import scene, stored, varied_sample
 
 PLAN = TrainingPlan(steps=6, batch=2, crop_px=(96, 64))
 
@@ -52,38 +47,6 @@ def watcher(*, stop_after: int | None = None) -> TrainingWatcher:
 @pytest.fixture(autouse=True)
 def _one_thread() -> None:
     torch.set_num_threads(1)
-
-
-def stored(folder: Path, samples: list[PairSample]) -> Path:
-    """Write samples as a folder of pairs."""
-    plan = PairDocument(
-        seed=0,
-        split=Split.TRAIN,
-        rig_preset="none",
-        calibration_id="none",
-        width=160,
-        height=96,
-        scale=0.25,
-        f_px=14_000.0,
-        baseline_m=0.2,
-    )
-    writer = PairFolderWriter(folder, plan)
-    for sample in samples:
-        assert sample.truth is not None
-        arrays = pair_arrays(sample.pair, sample.truth)
-        entry = PairEntry(
-            scene_seed=0,
-            sha256=arrays_sha256(arrays),
-            verged_z_m=sample.pair.verged_z_m,
-            u0_left_px=sample.pair.u0_left_px,
-            u0_right_px=sample.pair.u0_right_px,
-            v0_px=sample.pair.v0_px,
-            pose_sigma_px=sample.pair.pose_sigma_px,
-            row_error_px=0.0,
-        )
-        writer.add(entry, arrays)
-    writer.flush()
-    return folder
 
 
 def judged(found: Evaluation) -> dict[str, TruthFigures]:
@@ -195,3 +158,29 @@ def test_the_command_prints_errors_against_the_truth(tmp_path: Path) -> None:
     assert "| EPE, px | above 1 px | answered | within 1 sigma" in told
     (truth,) = (line for line in told.splitlines() if line.strip().startswith("truth"))
     assert truth.endswith("| 0.000 | 0.000 | 1.000 | -")
+
+
+@pytest.mark.slow
+def test_a_cluster_judges_as_this_process_does() -> None:
+    from distributed import LocalCluster  # an extra, and slow to import
+
+    torch.manual_seed(3)
+    network = FoveatedStereo(SIZES["nano"]).eval()
+    dataset = scene("held out", seed=100, pairs=3, labelled=True)
+    counts: list[int] = []
+    with (
+        LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
+        ) as local,
+        cluster_workers(local.scheduler_address, modules=("torch",)) as pool,
+    ):
+        there = evaluate(
+            network,
+            dataset,
+            on_pair=lambda done, _total: counts.append(done),
+            stopped=lambda: False,
+            pool=pool,
+        )
+    here = evaluate(network, dataset, on_pair=lambda _done, _total: None, stopped=lambda: False)
+    assert counts == [1, 2, 3]
+    assert there == here

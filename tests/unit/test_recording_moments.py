@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
+from foveacam_pipeline.capture.recording.observations import observation_of
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.session import RIG, RecordingSession, RigDescription, read_wide_lens
@@ -23,7 +24,6 @@ from foveacam_server.resources.recordings.moments import (
     difference,
     frame_time_s,
     moment_document,
-    observation_of,
     pair_at,
     timeline_document,
 )

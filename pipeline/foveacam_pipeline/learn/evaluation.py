@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from itertools import takewhile
 
 import numpy as np
 import torch
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 from torch.nn import functional
 
 from foveacam_hardware.contract import Cancelled
+from foveacam_pipeline.batches.pool import HereAndNow, WorkPool, results_in_order
 from foveacam_pipeline.learn.losses import laplace_scale, photometric_error, warped
 from foveacam_pipeline.learn.network.correlation import consistent
 from foveacam_pipeline.learn.network.geometry import view_geometry
@@ -63,26 +66,36 @@ def evaluate(
     *,
     on_pair: Callable[[int, int], None],
     stopped: Callable[[], bool],
+    pool: WorkPool | None = None,
 ) -> Evaluation:
-    """Return the figures of a dataset; raise Cancelled when stopped before the first pair."""
-    rows: dict[str, list[_PairErrors]] = {}
+    """Return the figures of a dataset; `pool` judges the pairs, else this process.
+
+    Raise Cancelled when stopped before the first pair, WorkersLost.
+    """
+    rows: dict[str, list[PairErrors]] = {}
     done = 0
-    for sample in dataset.pairs:
-        if stopped():
-            break
-        answer, agreed = network_answer(network, sample.pair)
-        seen = agreed if sample.truth is None else sample.truth.both
-        for method, found in (_answers(sample) | {"network": answer}).items():
-            rows.setdefault(method, []).append(_errors(sample, found, seen))
-        done += 1
-        on_pair(done, len(dataset.pairs))
+    todo = ((network, sample) for sample in takewhile(lambda _sample: not stopped(), dataset.pairs))
+    with closing(results_in_order(pool or HereAndNow(), judge_pair, todo)) as results:
+        for errors in results:
+            for method, found in errors.items():
+                rows.setdefault(method, []).append(found)
+            done += 1
+            on_pair(done, len(dataset.pairs))
     if not rows:
         raise Cancelled("the evaluation was stopped before its first pair")
     return Evaluation(
         dataset=dataset.name,
         pairs=done,
-        methods=tuple(_figures(method, found) for method, found in rows.items()),
+        methods=tuple(method_figures(method, found) for method, found in rows.items()),
     )
+
+
+def judge_pair(network: FoveatedStereo, sample: PairSample) -> dict[str, "PairErrors"]:
+    """Return the errors of one pair by method."""
+    answer, agreed = network_answer(network, sample.pair)
+    seen = agreed if sample.truth is None else sample.truth.both
+    answers = other_answers(sample) | {"network": answer}
+    return {method: pair_errors(sample, found, seen) for method, found in answers.items()}
 
 
 def network_answer(network: FoveatedStereo, pair: RectifiedPair) -> tuple[MethodAnswer, NDArray[np.bool_]]:
@@ -101,7 +114,7 @@ def network_answer(network: FoveatedStereo, pair: RectifiedPair) -> tuple[Method
     return answer, agreed
 
 
-def _answers(sample: PairSample) -> dict[str, MethodAnswer]:
+def other_answers(sample: PairSample) -> dict[str, MethodAnswer]:
     """Return what the other methods say; raw matching and the truth itself only where there is a truth."""
     pair, truth = sample.pair, sample.truth
     found = match(pair)
@@ -116,14 +129,15 @@ def _answers(sample: PairSample) -> dict[str, MethodAnswer]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _PairErrors:
+class PairErrors:
     """Photometric errors of one pair: all, seen by both eyes, L1; and sums against the truth, if any."""
 
     photometric: tuple[float, float, float]
     truth: TruthSums | None
 
 
-def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -> _PairErrors:
+def pair_errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -> PairErrors:
+    """Return the errors of a method on one pair; `seen`: (h, w), where both eyes see the surface."""
     pair, disparity = sample.pair, answer.disparity_px
     left, right = (torch.from_numpy(picture_planes(picture))[None] for picture in (pair.left, pair.right))
     known = np.isfinite(disparity)
@@ -133,13 +147,14 @@ def _errors(sample: PairSample, answer: MethodAnswer, seen: NDArray[np.bool_]) -
     absolute = (left - rebuilt).abs().mean(dim=1, keepdim=True)
     both = shown & torch.from_numpy(seen)[None, None]
     photometric = float(error[shown].mean()), float(error[both].mean()), float(absolute[shown].mean())
-    return _PairErrors(
+    return PairErrors(
         photometric=photometric,
-        truth=None if sample.truth is None else truth_sums(answer, sample.truth),
+        truth=None if sample.truth is None else truth_sums(answer, sample.truth, offset_px=pair.offset_px),
     )
 
 
-def _figures(method: str, rows: Sequence[_PairErrors]) -> MethodFigures:
+def method_figures(method: str, rows: Sequence[PairErrors]) -> MethodFigures:
+    """Return the figures of a method by its errors on all pairs."""
     columns = zip(*(row.photometric for row in rows), strict=True)
     photometric, seen, absolute = (float(np.nanmean(column)) for column in columns)
     return MethodFigures(

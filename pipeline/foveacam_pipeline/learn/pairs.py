@@ -20,6 +20,7 @@ from foveacam_pipeline.learn.losses import PairBatch
 from foveacam_pipeline.learn.network.geometry import mirrored_geometry, turned_geometry, view_geometry
 from foveacam_pipeline.learn.pair_folder import DOCUMENT as PAIRS_DOCUMENT
 from foveacam_pipeline.learn.pair_folder import PairSample, StoredPairs, is_pair_folder
+from foveacam_pipeline.learn.recorded_pairs import is_recording, recorded_pairs, recording_digest
 
 SCALE = 0.5
 LEAST_VALID = 0.5
@@ -59,7 +60,18 @@ def load_datasets(folders: Sequence[Path]) -> tuple[LoadedDataset, ...]:
 
 
 def _load(folder: Path) -> LoadedDataset:
+    if is_recording(folder):
+        return _load_recording(folder)
     return _load_labelled(folder) if is_pair_folder(folder) else _load_captured(folder)
+
+
+def _load_recording(path: Path) -> LoadedDataset:
+    verged = recorded_pairs(path, scale=SCALE)
+    if not verged:
+        raise InvalidInput(
+            f"{path} has no verged pairs; record while the rig fixates or follows something nearby"
+        )
+    return LoadedDataset(name=path.stem, digest=recording_digest(path), pairs=verged)
 
 
 def _load_labelled(folder: Path) -> LoadedDataset:

@@ -1,23 +1,13 @@
 """The shift adapter: right pictures moved so far that disparities are positive, for unsigned networks."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
 
 from foveacam_pipeline.learn.pair_folder import PairSample, PairTruth
 from foveacam_pipeline.learn.pairs import LoadedDataset
-from foveacam_pipeline.networks.estimator import SHIFT_MARGIN_PX
 from foveacam_pipeline.networks.feeding import shifted_left
-from foveacam_pipeline.stereo.match import gray
-from foveacam_pipeline.stereo.search import scene_span
 from foveacam_pipeline.stereo.values import RectifiedPair
-
-
-def positive_shift_px(pair: RectifiedPair) -> int:
-    """Return by how much a right picture is moved; what the pictures show decides, no truth."""
-    least_px, _ = scene_span(pair, (gray(pair.left), gray(pair.right)))
-    return max(0, math.ceil(-least_px) + SHIFT_MARGIN_PX)
 
 
 def shifted_pair(pair: RectifiedPair, shift_px: int) -> RectifiedPair:
@@ -33,14 +23,13 @@ def shifted_pair(pair: RectifiedPair, shift_px: int) -> RectifiedPair:
     )
 
 
-def shifted_dataset(dataset: LoadedDataset) -> LoadedDataset:
+def shifted_dataset(dataset: LoadedDataset, shift_px: int) -> LoadedDataset:
     """Return a dataset with every pair shifted, and its truth."""
-    pairs = tuple(_shifted(sample) for sample in dataset.pairs)
+    pairs = tuple(_shifted(sample, shift_px) for sample in dataset.pairs)
     return replace(dataset, name=f"{dataset.name}, shifted", pairs=pairs)
 
 
-def _shifted(sample: PairSample) -> PairSample:
-    shift_px = positive_shift_px(sample.pair)
+def _shifted(sample: PairSample, shift_px: int) -> PairSample:
     pair, truth = shifted_pair(sample.pair, shift_px), sample.truth
     if truth is None:
         return PairSample(pair=pair)

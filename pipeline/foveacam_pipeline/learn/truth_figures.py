@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from foveacam_pipeline.learn.pair_folder import PairTruth
 
 BAD_PX = 1.0
+LEAST_TOTAL_PX = 1.0
+"""Of a depth: what lies at infinity or beyond counts as this total disparity."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +29,8 @@ class TruthFigures:
     within_1_sigma: float | None = None
     """Share of errors within the stated sigma; 0.757 would be right for a Laplace error, 0.683 for a Gaussian
     one. None for a method that states none."""
+    abs_rel: float | None = None
+    """Mean of the absolute errors of depth over the true depth; None where it was not measured."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -47,14 +51,17 @@ class TruthSums:
     bad: int
     with_sigma: int
     within: int
+    off_rel: float
+    """Of the absolute errors of depth over the true depth."""
 
 
-def truth_sums(answer: MethodAnswer, truth: PairTruth) -> TruthSums:
-    """Return the sums of one pair."""
+def truth_sums(answer: MethodAnswer, truth: PairTruth, *, offset_px: float) -> TruthSums:
+    """Return the sums of one pair; `offset_px`: what its disparities lack to those of parallel gazes."""
     judged = truth.both & np.isfinite(answer.disparity_px)
     off_px = np.abs(answer.disparity_px - truth.disparity_px)[judged]
     sigma_px = np.full(off_px.shape, np.nan) if answer.sigma_px is None else answer.sigma_px[judged]
     stated = np.isfinite(sigma_px)
+    total_px = np.maximum(answer.disparity_px[judged] + offset_px, LEAST_TOTAL_PX)
     return TruthSums(
         seen=int(truth.both.sum()),
         answered=len(off_px),
@@ -62,6 +69,7 @@ def truth_sums(answer: MethodAnswer, truth: PairTruth) -> TruthSums:
         bad=int((off_px > BAD_PX).sum()),
         with_sigma=int(stated.sum()),
         within=int((off_px[stated] <= sigma_px[stated]).sum()),
+        off_rel=float((off_px / total_px).sum(dtype=np.float64)),
     )
 
 
@@ -76,6 +84,7 @@ def truth_figures(rows: Sequence[TruthSums]) -> TruthFigures | None:
         bad_1=sum(row.bad for row in rows) / max(1, answered),
         answered=answered / pixels,
         within_1_sigma=sum(row.within for row in rows) / stated if stated else None,
+        abs_rel=sum(row.off_rel for row in rows) / max(1, answered),
     )
 
 

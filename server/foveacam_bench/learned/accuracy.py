@@ -55,7 +55,7 @@ def measure_accuracy(
             continue
         answers = _answers(estimator, sample.pair, settings)
         for name, answer in answers.items():
-            rows.setdefault(name, []).append(truth_sums(answer, truth))
+            rows.setdefault(name, []).append(truth_sums(answer, truth, offset_px=sample.pair.offset_px))
         said = answers["network_all"]
         errors.append(np.abs(said.disparity_px - truth.disparity_px)[truth.both])
         sigmas.append(np.zeros(0, np.float32) if said.sigma_px is None else said.sigma_px[truth.both])

@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.filesize import decimal
 
 from foveacam_server.commands.options import DataOption, JsonOption
-from foveacam_server.foundation.backup import BackupManifest, CopyWatcher, back_up
+from foveacam_server.foundation.backup.archive import BackupManifest, CopyWatcher, back_up
+from foveacam_server.foundation.backup.restore import restore as restore_backup
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
-from foveacam_server.foundation.restore import restore as restore_backup
 from foveacam_server.foundation.settings import checked_settings
 
 _MB = 1_000_000

@@ -1,9 +1,10 @@
-"""The numbers that a request may carry: one annotated type for each quantity, with finite bounds.
+"""Numbers of requests, a bounded type for each quantity; and those of answers, rounded.
 
 The bounds only keep arithmetic finite and messages short: they are wider than any rig. What a rig can do, or
 what one request may cost, is checked where that is known, and said there.
 """
 
+import math
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
@@ -43,3 +44,13 @@ Text = Annotated[str, Field(max_length=400, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """One line for people: no control characters."""
 CodecName = Literal["tiff", "png"]
 """How the images of a dataset are stored."""
+
+
+def deg(angle_rad: float) -> float:
+    """Return degrees to 1e-5 (a fortieth of a fovea pixel)."""
+    return round(math.degrees(angle_rad), 5)
+
+
+def rounded(value: float | None, digits: int) -> float | None:
+    """Return `value` to so many digits; None when there is none, or none that JSON can carry."""
+    return None if value is None or not math.isfinite(value) else round(value, digits)

@@ -12,7 +12,7 @@ from foveacam_pipeline.study.report.cache import CachedStudy
 from foveacam_pipeline.study.report.findings import StudyFigure, StudyResult, StudyTable, Value
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
-TITLE = "Foveated stereo: the analyses of Section 4"
+TITLE = "Foveated stereo: the analyses of the paper"
 HEADLINES: Mapping[str, tuple[str, str]] = {
     "mc_outside_3se": ("closed forms outside 3 standard errors", "{:.0f}"),
     "fig9_r2_multi": ("R² of the quadratic, Fig. 9, multi", "{:.4f}"),
@@ -95,7 +95,7 @@ def _header(studies: Sequence[ReportedStudy]) -> str:
         if isinstance(value := values.get(key), int | float)
     )
     shown = f'<div class="tiles">{tiles}</div>' if tiles else ""
-    about = "Every figure of the paper's Section 4, computed here; the paper's numbers beside ours."
+    about = "Figures of the paper, computed here; the paper's numbers beside ours."
     return (
         f'<header><h1>{escape(TITLE)}</h1><p class="under">{escape(about)}</p>{shown}'
         f'<nav aria-label="Studies">{links}</nav></header>'

@@ -11,7 +11,7 @@ from foveacam_pipeline.calibrate.fit.check_pictures import check_pictures
 from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.foundation.rounding import rounded
+from foveacam_server.foundation.quantities import rounded
 from foveacam_server.resources.calibration_sessions.options import CheckOptions
 from foveacam_server.resources.calibration_sessions.pictures import draw_pictures
 from foveacam_server.resources.calibration_sessions.schema import CheckDocument

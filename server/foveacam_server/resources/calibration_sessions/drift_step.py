@@ -13,7 +13,7 @@ from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.rounding import deg
+from foveacam_server.foundation.quantities import deg
 from foveacam_server.resources.calibration_sessions.mirrors_step import (
     measure_nodes_again,
     sweep_settings,

@@ -23,7 +23,7 @@ from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.rounding import deg
+from foveacam_server.foundation.quantities import deg
 from foveacam_server.resources.calibration_sessions.options import FitOptions
 from foveacam_server.resources.calibration_sessions.pictures import draw_png, write_picture
 from foveacam_server.resources.calibration_sessions.schema import (

@@ -9,7 +9,7 @@ from foveacam_pipeline.calibrate.settle.settle_resonance import settle_wait_us
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.rounding import rounded
+from foveacam_server.foundation.quantities import rounded
 from foveacam_server.resources.calibration_sessions.descriptions import settle_time_of
 from foveacam_server.resources.calibration_sessions.options import SettleOptions
 from foveacam_server.resources.calibration_sessions.pictures import draw_pictures

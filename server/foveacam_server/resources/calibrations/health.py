@@ -6,7 +6,7 @@ from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthReport
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.foundation.events import EventLevel, EventLog
-from foveacam_server.foundation.rounding import rounded
+from foveacam_server.foundation.quantities import rounded
 from foveacam_server.resources.calibrations.schema import HealthDocument
 
 

@@ -4,7 +4,7 @@ from typing import Literal
 
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.names import age_s
-from foveacam_server.foundation.rounding import deg, rounded
+from foveacam_server.foundation.quantities import deg, rounded
 from foveacam_server.foundation.schema import ResponseModel
 
 

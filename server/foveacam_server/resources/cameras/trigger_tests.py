@@ -10,7 +10,7 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.names import new_id, utc_now
-from foveacam_server.foundation.rounding import rounded
+from foveacam_server.foundation.quantities import rounded
 from foveacam_server.foundation.whole_file import write_document
 from foveacam_server.resources.cameras import trigger_test as test
 from foveacam_server.resources.cameras.schema import EyeTestDocument, TriggerTestDocument

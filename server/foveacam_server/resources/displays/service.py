@@ -8,7 +8,7 @@ from pathlib import Path
 from foveacam_hardware.contract import Busy, Clock
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
-from foveacam_server.foundation.rounding import rounded
+from foveacam_server.foundation.quantities import rounded
 from foveacam_server.foundation.schema import ItemId
 from foveacam_server.foundation.whole_file import read_document, write_document
 from foveacam_server.resources.displays.drawing import PatternDrawing, draw

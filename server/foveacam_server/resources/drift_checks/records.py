@@ -9,7 +9,7 @@ from foveacam_pipeline.calibrate.drift.values import DriftCheck, EyeDrift
 from foveacam_pipeline.calibrate.report import DriftFacts, drift_facts
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.rounding import deg, rounded
+from foveacam_server.foundation.quantities import deg, rounded
 from foveacam_server.resources.calibration_sessions.schema import eye_of
 from foveacam_server.resources.drift_checks.schema import DriftCheckDocument, DriftEyeDocument
 

@@ -5,7 +5,7 @@ import math
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, EyeView, Fixation, VergeStep
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.rounding import deg, rounded
+from foveacam_server.foundation.quantities import deg, rounded
 from foveacam_server.resources.clouds.shapes import BoundedLook, StoredLook
 from foveacam_server.resources.fixations.schema import (
     AlternativeDocument,

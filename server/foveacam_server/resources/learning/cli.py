@@ -16,7 +16,7 @@ app = typer.Typer(
 )
 
 DatasetsArgument = Annotated[
-    list[Path], typer.Argument(help="folders of verged pairs: captured datasets, or of `pairs`")
+    list[Path], typer.Argument(help="verged pairs: captured datasets, recordings (.fcap), folders of `pairs`")
 ]
 CheckpointArgument = Annotated[Path, typer.Argument(help="checkpoint (.safetensors)")]
 CROP = "256x160"
@@ -136,12 +136,16 @@ def train_prior(
 
 @app.command()
 def evaluate(
-    checkpoint: CheckpointArgument, datasets: DatasetsArgument, *, as_json: JsonOption = False
+    checkpoint: CheckpointArgument,
+    datasets: DatasetsArgument,
+    *,
+    cluster: ClusterOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Compare a network with semi-global matching on datasets, by photometric error and truth."""
     from foveacam_server.resources.learning.run import run_evaluation
 
-    run_evaluation(checkpoint, datasets, as_json=as_json)
+    run_evaluation(checkpoint, datasets, cluster=cluster, as_json=as_json)
 
 
 @app.command()

@@ -3,7 +3,7 @@
 import json
 import subprocess
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import asdict, dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,6 +13,9 @@ import typer
 from rich.console import Console
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, install_command
+from foveacam_pipeline.batches.cluster import cluster_workers
+from foveacam_pipeline.batches.pool import WorkPool
+from foveacam_pipeline.batches.processes import local_workers
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 
 if TYPE_CHECKING:
@@ -90,21 +93,30 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
         _print(found)
 
 
-def run_evaluation(checkpoint: Path, datasets: Sequence[Path], *, as_json: bool) -> None:
-    """Judge a checkpoint on datasets; print the figures."""
+def run_evaluation(
+    checkpoint: Path, datasets: Sequence[Path], *, cluster: str | None = None, as_json: bool
+) -> None:
+    """Judge a checkpoint on datasets, here or on a Dask cluster; print the figures."""
     check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint
     from foveacam_pipeline.learn.pairs import load_datasets
 
     network = load_checkpoint(checkpoint).network()
     loaded = load_datasets(datasets)
-    with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
-        judged = [_judge(network, dataset, bar) for dataset in loaded]
+    with (
+        _workers(cluster) as pool,
+        progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar,
+    ):
+        judged = [_judge(network, dataset, bar, pool) for dataset in loaded]
     if as_json:
         typer.echo(json.dumps([asdict(found) for found in judged]))
         return
     for found in judged:
         _print(found)
+
+
+def _workers(cluster: str | None) -> AbstractContextManager[WorkPool]:
+    return local_workers(1) if cluster is None else cluster_workers(cluster, modules=("torch",))
 
 
 def run_export(checkpoint: Path, *, name: str, out: Path, licence: str) -> None:
@@ -127,7 +139,9 @@ def run_info(checkpoint: Path) -> None:
     typer.echo(load_checkpoint(checkpoint).facts.model_dump_json(indent=1))
 
 
-def _judge(network: "FoveatedStereo", dataset: "LoadedDataset", bar: ProgressBar) -> "Evaluation":
+def _judge(
+    network: "FoveatedStereo", dataset: "LoadedDataset", bar: ProgressBar, pool: WorkPool | None = None
+) -> "Evaluation":
     from foveacam_pipeline.learn.evaluation import evaluate
 
     bar.stage(f"judge by {dataset.name}")
@@ -136,6 +150,7 @@ def _judge(network: "FoveatedStereo", dataset: "LoadedDataset", bar: ProgressBar
         dataset,
         on_pair=lambda done, total: bar.progress(done, total=total),
         stopped=bar.cancelled,
+        pool=pool,
     )
 
 

@@ -11,7 +11,7 @@ from foveacam_pipeline.models.calibration import eye_volts
 from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.lease import Lease
-from foveacam_server.foundation.rounding import deg, rounded
+from foveacam_server.foundation.quantities import deg, rounded
 from foveacam_server.resources.mirrors.schema import (
     ControllerDocument,
     ControllerLinkDocument,

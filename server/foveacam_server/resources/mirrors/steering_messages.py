@@ -7,8 +7,7 @@ from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, MirrorVolts, StereoVolts
 from foveacam_server.foundation.errors import problem_of
-from foveacam_server.foundation.quantities import Label
-from foveacam_server.foundation.rounding import deg
+from foveacam_server.foundation.quantities import Label, deg
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.resources.mirrors.schema import SteerGaze, VoltsRequest
 from foveacam_server.resources.mirrors.targets import SHIFT_LIMIT_DEG

@@ -10,7 +10,7 @@ from foveacam_hardware.contract import InvalidInput, PanTiltLimits, PanTiltPose,
 from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.lease import Lease
-from foveacam_server.foundation.rounding import deg
+from foveacam_server.foundation.quantities import deg
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
 from foveacam_server.resources.positioners.schema import (
     PanTiltDocument,

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from foveacam_hardware.contract import Sighting
+from foveacam_pipeline.capture.recording.observations import observation_of
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.values import RecordedFrame
 from foveacam_pipeline.models.calibration import Calibration
@@ -18,7 +19,7 @@ from foveacam_pipeline.stereo.estimator import DepthEstimator
 from foveacam_pipeline.stereo.pictures import depth_picture
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import DepthMap
-from foveacam_server.resources.recordings.moments import observation_of, pair_at
+from foveacam_server.resources.recordings.moments import pair_at
 from foveacam_server.resources.recordings.opened import OpenRecordings
 from foveacam_server.rig.encoder import encode_jpeg
 

@@ -13,13 +13,13 @@ from foveacam_pipeline.capture.recording.movie import (
     export_movie,
     undistorter,
 )
+from foveacam_pipeline.capture.recording.observations import stream_of
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.sequences import export_npy, export_png
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.recordings.collection import FILMS, RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.documents import URL
-from foveacam_server.resources.recordings.moments import stream_of
 from foveacam_server.resources.recordings.schema import FilmDocument, FilmRequest, FormatDocument
 
 LAYOUTS = {layout.value for layout in MovieLayout}

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Depends, Path, Query
 from fastapi.responses import Response
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, Role, Sighting
+from foveacam_pipeline.capture.recording.observations import observation_of, stream_of
 from foveacam_pipeline.capture.recording.values import RecordedFrame
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
@@ -141,7 +142,7 @@ def frame(
 ) -> Response:
     """Return one frame of one camera."""
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
-        found = recording.frame(moments.stream_of(recording, Role(role)).name, index)
+        found = recording.frame(stream_of(recording, Role(role)).name, index)
     return _jpeg(encode_jpeg(found.image, scale=2 if scale == "2" else 1, bits=found.bits, quality=QUALITY))
 
 
@@ -226,7 +227,7 @@ def _pair(
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
         pair = moments.pair_at(recording, t_s)
         try:
-            return pair, moments.observation_of(recording, pair)
+            return pair, observation_of(recording, pair)
         except FoveaError:
             return pair, None
 

@@ -5,8 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Frame, InvalidInput, NotCalibrated, Role, Sighting, StereoVolts
+from foveacam_hardware.contract import InvalidInput, Role, Sighting, StereoVolts
 from foveacam_pipeline.capture.recording.movie import rgb_picture
+from foveacam_pipeline.capture.recording.observations import EYES, calibration_of, stream_of
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.values import FramePose, RecordedFrame, RecordedStream, nearest_index
 from foveacam_pipeline.geometry.pinhole import homography_apply
@@ -31,7 +32,6 @@ from foveacam_server.resources.recordings.schema import (
 
 NEAREST_M, FARTHEST_M = 0.3, 300.0
 """Limits of the gazes' meeting distance; outside they count as parallel, with footprints at infinity."""
-EYES = (Role.LEFT, Role.RIGHT)
 RECTIFIED_SCALE = 0.5
 
 
@@ -40,7 +40,7 @@ def timeline_document(recording: Recording) -> TimelineDocument:
     begin_ns, end_ns = recording.span_ns
     return TimelineDocument(
         duration_s=(end_ns - begin_ns) / 1e9,
-        calibrated=_calibration(recording) is not None,
+        calibrated=calibration_of(recording) is not None,
         streams=[
             TimelineStream(
                 role=role.value,
@@ -89,54 +89,11 @@ def frame_time_s(recording: Recording, role: Role, index: int) -> float:
     return float(stream.t_ns[index] - recording.span_ns[0]) / 1e9
 
 
-def stream_of(recording: Recording, role: Role) -> RecordedStream:
-    """Return the stream of a camera; raise `InvalidInput` when it has no frames."""
-    stream = recording.stream_of_role(role)
-    if stream is None or len(stream) == 0:
-        raise InvalidInput(
-            f"recording {recording.path.name} holds no frames of the {role.value} camera; its streams are"
-            f" {', '.join(recording.streams) or 'none'}"
-        )
-    return stream
-
-
 def pair_at(recording: Recording, t_s: float) -> tuple[RecordedFrame, RecordedFrame]:
     """Return the left frame nearest to a time, and the right frame nearest to that one."""
     streams = [stream_of(recording, role) for role in EYES]
     left = recording.nearest(streams[0].name, _moment_ns(recording, t_s))
     return left, recording.nearest(streams[1].name, left.t_ns)
-
-
-def observation_of(
-    recording: Recording, pair: tuple[RecordedFrame, RecordedFrame]
-) -> tuple[Sighting, Calibration]:
-    """Return a pair as one observation, with the recording's calibration.
-
-    Raise `NotCalibrated` without a calibration, `InvalidInput` without poses or with frames of another size
-    than the calibrated one. The left frame replaces the wide one.
-    """
-    calibration = _calibration(recording)
-    if calibration is None:
-        problem = None if recording.rig is None else recording.rig.problem
-        raise NotCalibrated(
-            f"recording {recording.path.name} carries no calibration that can be used"
-            f"{'' if problem is None else f' ({problem})'}, and without one its pixels have no direction;"
-            " record with a calibrated rig",
-            found=problem or "no calibration in the recording",
-            remedy="record with a calibrated rig",
-        )
-    left, right = (_checked(recording, frame, calibration) for frame in pair)
-    drives = [frame.pose.volts for frame in pair]
-    if drives[0] is None or drives[1] is None:
-        raise InvalidInput(
-            f"recording {recording.path.name}: the mirrors' pose is missing with this frame, so nobody knows"
-            " where it looks; choose another moment, or a recording that tells it",
-            found="no volts with this frame",
-            remedy="choose another moment, or a recording that tells it",
-        )
-    return Sighting(
-        left=left, right=right, wide=left, volts=StereoVolts(left=drives[0], right=drives[1])
-    ), calibration
 
 
 def anaglyph(
@@ -172,34 +129,9 @@ def _streams(recording: Recording) -> dict[Role, RecordedStream]:
     return {role: stream for role, stream in found.items() if stream is not None and len(stream)}
 
 
-def _calibration(recording: Recording) -> Calibration | None:
-    return None if recording.rig is None else recording.rig.calibration
-
-
 def _moment_ns(recording: Recording, t_s: float) -> int:
     begin_ns, end_ns = recording.span_ns
     return min(max(begin_ns + round(t_s * 1e9), begin_ns), end_ns)
-
-
-def _checked(recording: Recording, frame: RecordedFrame, calibration: Calibration) -> Frame:
-    height, width = frame.image.shape[:2]
-    wanted = calibration.fovea_width, calibration.fovea_height
-    if (width, height) != wanted:
-        raise InvalidInput(
-            f"recording {recording.path.name}: {frame.stream} is {width} x {height} px, its calibration is of"
-            f" {wanted[0]} x {wanted[1]}; record the full sensor",
-            found=f"{width} x {height} px",
-            remedy="record the full sensor",
-        )
-    return Frame(
-        image=frame.image,
-        role=Role.LEFT if frame.stream == stream_of(recording, Role.LEFT).name else Role.RIGHT,
-        seq=frame.seq,
-        t_ns=frame.t_ns,
-        exposure_ns=frame.pose.exposure_ns or 0,
-        bits=frame.bits,
-        volts=frame.pose.volts,
-    )
 
 
 def _frame_document(
@@ -231,7 +163,7 @@ def _meeting_point(recording: Recording, poses: dict[Role, FramePose]) -> NDArra
     if len(pair) < len(EYES):
         return None
     left, right = pair
-    calibration = _calibration(recording)
+    calibration = calibration_of(recording)
     if calibration is None:
         point_m = crossing_of_angles(recording, left, right)
     elif left.volts is None or right.volts is None:
@@ -252,7 +184,7 @@ def _footprint(
     From the calibration, or, in a recording without one, from the affine stored with the frame, which is for
     infinity.
     """
-    calibration = _calibration(recording)
+    calibration = calibration_of(recording)
     if calibration is not None and pose.volts is not None:
         corners = fovea_footprint_px(calibration, role, pose.volts, distance_m)
     elif pose.wide_from_fovea is not None:

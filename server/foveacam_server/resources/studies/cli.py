@@ -1,4 +1,4 @@
-"""The command `foveacam study standoff|depth|localisation|tradeoff|tokens|fig8|all` and its options."""
+"""The command `foveacam study standoff|depth|localisation|tradeoff|tokens|fig8|learned|all`."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -18,18 +18,25 @@ class StudyName(StrEnum):
     TOKENS = "tokens"
     STANDOFF = "standoff"
     FIG8 = "fig8"
+    LEARNED = "learned"
     ALL = "all"
 
 
 def study(
-    name: Annotated[StudyName, typer.Argument(help="which analysis of the paper's Section 4, or all")],
+    name: Annotated[StudyName, typer.Argument(help="which analysis of the paper, or all of Section 4")],
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")] = False,
     quick: Annotated[bool, typer.Option("--quick", help="fewer maps, scenes and positions")] = False,
     out: Annotated[
         Path | None,
         typer.Option(help="folder for report and pictures; usually foveacam-study, none with --json"),
     ] = None,
-    jobs: Annotated[int, typer.Option(help="processes for random maps; -1: one a core", min=-1)] = 1,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            help="processes for random maps, usually 1, and trainings, usually one a core; -1: one a core",
+            min=-1,
+        ),
+    ] = None,
     cluster: ClusterOption = None,
     maps: Annotated[
         int | None, typer.Option(help="random maps for Figs. 9 and 10; usually 10", min=1)
@@ -46,15 +53,13 @@ def study(
     ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="compute again what is cached")] = False,
 ) -> None:
-    """Reproduce the analyses of Section 4 and write a report; Ctrl-C keeps what is finished."""
+    """Reproduce the analyses of the paper and write a report; Ctrl-C keeps what is finished."""
     from foveacam_server.resources.studies.recipes import StudyOrder, recipes
     from foveacam_server.resources.studies.run import ReportOptions, run_studies
 
-    names = (
-        [each.value for each in StudyName if each is not StudyName.ALL]
-        if name is StudyName.ALL
-        else [name.value]
-    )
+    left_out = (StudyName.ALL, StudyName.LEARNED)
+    every = [each.value for each in StudyName if each not in left_out]
+    names = every if name is StudyName.ALL else [name.value]
     order = StudyOrder(
         quick=quick,
         jobs=jobs,

@@ -1,5 +1,6 @@
 """How each study is computed: its settings, the files it depends on, and the function."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
@@ -10,7 +11,7 @@ import foveacam_hardware
 import foveacam_pipeline
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.progress_steps import ProgressWatcher
-from foveacam_pipeline.study.report.cache import source_files
+from foveacam_pipeline.study.report.cache import cache_key, source_files
 from foveacam_pipeline.study.report.findings import StudyResult
 from foveacam_server.foundation.bench_package import INSTALL, bench_folder, bench_module
 from foveacam_server.resources.calibrations.service import SHIPPED
@@ -32,7 +33,7 @@ class StudyOrder:
     """The options of the command; None: the study's own default."""
 
     quick: bool = False
-    jobs: int = 1
+    jobs: int | None = None
     cluster: str | None = None
     maps: int | None = None
     seed: int | None = None
@@ -68,6 +69,12 @@ def recipes(order: StudyOrder, names: Sequence[str]) -> list[StudyRecipe]:
     return [_KNOWN[name](order) for name in names]
 
 
+def cache_folder() -> Path:
+    """Return the folder of cached results (XDG base directories)."""
+    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(root) / "foveacam" / "studies"
+
+
 def versions() -> dict[str, str]:
     """Return the versions of the program and of the libraries; "not installed" for a missing one."""
     return {name: _version(name) for name in ("foveacam-duo", *LIBRARIES)}
@@ -87,12 +94,14 @@ def _recipe(
     *,
     rig: bool = False,
     truth: bool = False,
+    pairs: bool = False,
     **settings: object,
 ) -> StudyRecipe:
     """Return a recipe with the files that its result depends on, and its own `settings`, plain for JSON.
 
     `rig`: it uses the simulated rig, whose sources and scenes count then. `truth`: it uses the benches'
     measurements against the simulation's truth, whose sources count where they are installed.
+    `pairs`: it uses the benches' simulated pairs, whose sources count likewise.
     """
     files = source_files(Path(foveacam_pipeline.__file__).parent)
     if rig:
@@ -106,6 +115,8 @@ def _recipe(
     benches = bench_folder()
     if truth and benches is not None:
         files += (benches / f"{TRUTH_MODULE}.py", *source_files(benches / "verge"))
+    if pairs and benches is not None:
+        files += source_files(benches / "learned")
     settings |= {"quick": order.quick, "libraries": versions()}
     return StudyRecipe(name=name, settings=settings, files=files, compute=compute)
 
@@ -199,7 +210,7 @@ def _standoff(order: StudyOrder) -> StudyRecipe:
 
         given = order.seeded | ({} if order.maps is None else {"maps": order.maps})
         return standoff_study(
-            quick=order.quick, n_jobs=order.jobs, cluster=order.cluster, watch=watch, **given
+            quick=order.quick, n_jobs=order.jobs or 1, cluster=order.cluster, watch=watch, **given
         )
 
     return _recipe("standoff", order, compute, maps=order.maps, seed=order.seed)
@@ -229,6 +240,23 @@ def _localisation(order: StudyOrder) -> StudyRecipe:
     return _recipe("localisation", order, compute, rig=True, seed=order.seed)
 
 
+def _learned(order: StudyOrder) -> StudyRecipe:
+    def compute(watch: ProgressWatcher) -> StudyResult:
+        from foveacam_server.resources.studies.trained_networks import TrainedStudy, compute_learned
+
+        recipe = _learned(order)
+        wanted = TrainedStudy(
+            quick=order.quick,
+            processes=order.jobs or -1,
+            seed=order.seed or 0,
+            cache=cache_folder(),
+            key=cache_key(recipe.name, recipe.settings, files=recipe.files),
+        )
+        return compute_learned(wanted, watch)
+
+    return _recipe("learned", order, compute, rig=True, pairs=True, seed=order.seed)
+
+
 _KNOWN: dict[str, Callable[[StudyOrder], StudyRecipe]] = {
     "depth": _depth,
     "localisation": _localisation,
@@ -236,4 +264,5 @@ _KNOWN: dict[str, Callable[[StudyOrder], StudyRecipe]] = {
     "tokens": _tokens,
     "standoff": _standoff,
     "fig8": _fig8,
+    "learned": _learned,
 }

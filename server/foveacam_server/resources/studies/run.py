@@ -5,7 +5,6 @@ Finished studies are cached, also when a later one is interrupted. How each is c
 
 import _thread
 import json
-import os
 import signal
 import threading
 import time
@@ -24,7 +23,7 @@ from foveacam_pipeline.study.report.cache import CachedStudy, DamagedFile, Study
 from foveacam_pipeline.study.report.page import ReportedStudy
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 from foveacam_server.resources.studies.output import describe_results, print_results, write_report
-from foveacam_server.resources.studies.recipes import StudyRecipe
+from foveacam_server.resources.studies.recipes import StudyRecipe, cache_folder
 
 _POLL_S = 0.1
 
@@ -170,9 +169,3 @@ def _cached_or_computed(
     if not study.ended_early:
         cache.store(key, cached)
     return ReportedStudy(cached=cached, fresh=True)
-
-
-def cache_folder() -> Path:
-    """Return the folder of cached results (XDG base directories)."""
-    root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(root) / "foveacam" / "studies"

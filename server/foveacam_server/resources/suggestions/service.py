@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import NotConnected
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.suggest import Suggestion, suggest_targets
-from foveacam_server.foundation.rounding import deg
+from foveacam_server.foundation.quantities import deg
 from foveacam_server.resources.suggestions.schema import SuggestionDocument
 from foveacam_server.rig.encoder import eight_bit
 from foveacam_server.rig.frame_hub import FrameHub

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_pipeline.storage.disk import disk_errors, part_path, sync_folder
-from foveacam_server.foundation.backup import MANIFEST, BackupManifest, CopyWatcher
+from foveacam_server.foundation.backup.archive import MANIFEST, BackupManifest, CopyWatcher
 from foveacam_server.foundation.migrate import is_known
 
 _CHUNK_BYTES = 1 << 20
