@@ -25,9 +25,8 @@ from foveacam_pipeline.stereo.refine import FloatImage
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_server.cli import app
 
-from .learning_pairs import varied_sample
+from .learning_pairs import stored, varied_sample
 from .network_graphs import matcher, write_card
-from .test_learn_truth import stored
 
 pytestmark = pytest.mark.slow
 SAMPLES = [varied_sample(seed) for seed in range(3)]
