@@ -119,7 +119,7 @@ def compare(plan: ComparisonPlan, *, processes: int = 1, watch: ProgressWatcher 
     cpu_s = 0.0
     plan.runs.mkdir(parents=True, exist_ok=True)
     for jobs in ([(_judge_others, plan, plan.seed, None)], first, others):
-        for judged in _run_jobs(jobs, processes=processes, watch=watch):
+        for judged in _run_jobs(jobs, plan.runs / STOP, processes=processes, watch=watch):
             steps.step(", ".join(judged.figures))
             cpu_s += judged.cpu_s
             for method, figures in judged.figures.items():
@@ -146,17 +146,18 @@ _Job = tuple[
 ]
 
 
-def _run_jobs(jobs: Sequence[_Job], *, processes: int, watch: ProgressWatcher) -> Iterator[_Judged]:
-    """Yield what jobs return, in their order; what the watcher cancels ends within a step of each."""
-    if processes == 1 or not jobs:
+def _run_jobs(
+    jobs: Sequence[_Job], stop: Path, *, processes: int, watch: ProgressWatcher
+) -> Iterator[_Judged]:
+    """Yield what jobs return, in their order; `stop`: a file that ends each within a step, once cancelled."""
+    if processes == 1:
         for work, plan, seed, method in jobs:
             yield work(plan, seed, method, watch.cancelled)
         return
-    runs = jobs[0][1].runs
-    with _stop_file(runs / STOP, watch.cancelled), warnings.catch_warnings():
+    with _stop_file(stop, watch.cancelled), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "A worker stopped")  # it grew by a training, and is started anew
         workers = joblib.Parallel(n_jobs=processes, return_as="generator")
-        yield from workers(joblib.delayed(_run_job)(job, runs / STOP) for job in jobs)
+        yield from workers(joblib.delayed(_run_job)(job, stop) for job in jobs)
 
 
 def _run_job(job: _Job, stop: Path) -> _Judged:
