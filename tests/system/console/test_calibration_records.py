@@ -95,6 +95,9 @@ def test_measurements_are_combined_when_two_are_ticked(stub: StubServer, open_wi
         "/calibration_sessions/combined": made,
         "/calibration_sessions/ses-0c": made,
     }
+    stub.answers_after["POST /calibration_sessions/combined"] = {
+        "/calibration_sessions": [made, documents.full_session(), other]
+    }
     console = open_wizard("overview")
     combine = console.page.get_by_role("button", name="Combine", exact=True)
     expect(combine).to_be_disabled()
