@@ -134,7 +134,7 @@ def test_a_full_disk_is_told_before_anything_is_changed(
         error.sqlite_errorcode = sqlite3.SQLITE_FULL
         raise error
 
-    monkeypatch.setattr(migrating, "_copy", fill)
+    monkeypatch.setattr(migrating, "copy_database", fill)
     with pytest.raises(StorageFull, match="database"):
         Store(tmp_path)
     with closing(sqlite3.connect(first_database)) as database:

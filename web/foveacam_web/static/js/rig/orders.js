@@ -186,7 +186,7 @@ export class RigOrders {
   /** @param {"PUT" | "DELETE"} method @param {SimulatedFaults} [body] */
   async #faults(method, body) {
     const faults = await this.#commands.send(method, "/simulation/faults", { body });
-    if (faults) this.#store.set({ faults: /** @type {SimulatedFaults} */ (faults) });
+    if (faults) this.#reader.showFaults(/** @type {SimulatedFaults} */ (faults));
     else await this.#reader.readFaults(); // a checkbox whose change was refused goes back
   }
 

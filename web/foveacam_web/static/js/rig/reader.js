@@ -19,6 +19,8 @@ export class RigReader {
   #reads = new QuietReads();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #next_rail;
+  /** How many answers to orders have shown the faults. */
+  #faults_set = 0;
   /** Read the rig's document. */
   readRig = () => Promise.resolve();
 
@@ -58,8 +60,16 @@ export class RigReader {
   async readFaults() {
     if (!this.#store.state.rig?.simulated) return;
     await this.#reads.read("faults", async () => {
-      this.#store.set({ faults: /** @type {SimulatedFaults} */ (await request("GET", "/simulation/faults")) });
+      const before = this.#faults_set;
+      const faults = /** @type {SimulatedFaults} */ (await request("GET", "/simulation/faults"));
+      if (before === this.#faults_set) this.#store.set({ faults });
     });
+  }
+
+  /** Show the faults that an order has set; what is being read meanwhile may be older. @param {SimulatedFaults} faults */
+  showFaults(faults) {
+    this.#faults_set += 1;
+    this.#store.set({ faults });
   }
 
   /** Read the rail now and repeatedly while the page is open: no event reports its position. */
