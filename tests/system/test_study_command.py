@@ -22,6 +22,7 @@ from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
+from foveacam_pipeline.learn.pair_folder import DOCUMENT, Split, StoredPairs
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.study.report.findings import (
     Drawing,
@@ -332,3 +333,14 @@ def test_the_wide_pairs_truth_is_that_of_its_pictures() -> None:
     there = differ(0.0, 0.0)
     for off in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)):
         assert there < 0.7 * differ(*off)
+
+
+def test_the_pairs_of_the_learned_study_are_rendered_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trained_networks, "PAIR_WORKERS", 1)
+    folder = trained_networks.rendered_pairs(tmp_path, Split.HELD_OUT, 1, SILENT)
+    before = (folder / DOCUMENT).stat().st_mtime_ns
+    assert len(StoredPairs(folder)) == 1
+    assert trained_networks.rendered_pairs(tmp_path, Split.HELD_OUT, 1, SILENT) == folder
+    assert (folder / DOCUMENT).stat().st_mtime_ns == before

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import foveacam_hardware
 from foveacam_hardware.contract import Cancelled, InvalidInput, install_command
+from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.learn.pair_folder import Split
 from foveacam_pipeline.storage.disk import disk_errors
@@ -43,8 +44,8 @@ def compute_learned(wanted: TrainedStudy, watch: ProgressWatcher) -> StudyResult
     budget = QUICK if wanted.quick else FULL
     runs = wanted.cache / f"learned-{wanted.key}"
     plan = ComparisonPlan(
-        train=_pairs(wanted.cache, Split.TRAIN, budget.pairs, watch),
-        held_out=_pairs(wanted.cache, Split.HELD_OUT, budget.held_out, watch),
+        train=rendered_pairs(wanted.cache, Split.TRAIN, budget.pairs, watch),
+        held_out=rendered_pairs(wanted.cache, Split.HELD_OUT, budget.held_out, watch),
         runs=runs,
         budget=budget,
         seed=wanted.seed,
@@ -55,18 +56,18 @@ def compute_learned(wanted: TrainedStudy, watch: ProgressWatcher) -> StudyResult
     return learned_study(outcome, seed=wanted.seed, quick=wanted.quick)
 
 
-def _pairs(cache: Path, split: Split, count: int, watch: ProgressWatcher) -> Path:
+def rendered_pairs(cache: Path, split: Split, count: int, watch: ProgressWatcher) -> Path:
     """Return the folder of at least so many pairs; what is missing is rendered. Raise Cancelled."""
     learned = bench_module("learned.pairs")
     folder = cache / f"pairs-{split.value}-{_pairs_key()}"
-    order = learned.PairOrder(
-        folder=folder, count=count, seed=PAIR_SEED, split=split, size=PAIR_SIZE, workers=PAIR_WORKERS
-    )
-    made = learned.make_pairs(
-        order,
-        on_pair=lambda done, total, _rate: watch.progress(done, total=total, note=f"{split.value} pairs"),
-        stopped=watch.cancelled,
-    )
+    order = learned.PairOrder(folder=folder, count=count, seed=PAIR_SEED, split=split, size=PAIR_SIZE)
+    with local_workers(PAIR_WORKERS) as pool:
+        made = learned.make_pairs(
+            order,
+            pool,
+            on_pair=lambda done, total, _rate: watch.progress(done, total=total, note=f"{split.value} pairs"),
+            stopped=watch.cancelled,
+        )
     if len(made.document.pairs) < count:
         raise Cancelled("the study was stopped; the same command goes on with its pairs")
     return folder
