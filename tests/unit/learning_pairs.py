@@ -16,6 +16,7 @@ from foveacam_pipeline.learn.pair_folder import (
     pair_arrays,
 )
 from foveacam_pipeline.learn.pairs import LoadedDataset
+from foveacam_pipeline.learn.training import TrainingWatcher
 from foveacam_pipeline.networks.known_pair import known_pair
 from foveacam_pipeline.stereo.values import RectifiedPair
 
@@ -86,3 +87,13 @@ def stored(folder: Path, samples: list[PairSample]) -> Path:
         writer.add(entry, arrays)
     writer.flush()
     return folder
+
+
+def watcher(*, stop_after: int | None = None) -> TrainingWatcher:
+    """Return a watcher that stops a training after so many steps."""
+    done = [0]
+
+    def count(step: int, _steps: int, _loss: float) -> None:
+        done[0] = step
+
+    return TrainingWatcher(on_step=count, stopped=lambda: stop_after is not None and done[0] >= stop_after)

@@ -76,6 +76,16 @@ def test_a_backup_of_an_open_data_directory_is_restored_elsewhere_to_the_last_by
         assert [row.id for row in session.query(JobRow)] == ["job-1"]
 
 
+def test_what_was_cut_short_by_a_kill_is_made_again(data: Path, tmp_path: Path) -> None:
+    (tmp_path / ".rig.tar.part").write_bytes(b"half a backup")
+    (tmp_path / ".other.part").mkdir()
+    (tmp_path / ".other.part" / "half").touch()
+    back_up(data, tmp_path / "rig.tar", created_utc="", watch=WATCH)
+    restore(tmp_path / "rig.tar", tmp_path / "other", watch=WATCH)
+    assert files_of(tmp_path / "other") == FILES
+    assert not list(tmp_path.glob(".*.part"))
+
+
 def test_documents_come_before_what_they_name(archive: Path) -> None:
     with tarfile.open(archive) as tar:
         names = tar.getnames()

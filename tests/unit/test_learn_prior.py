@@ -17,21 +17,12 @@ from foveacam_pipeline.learn.monocular.prior import DepthAnythingPrior, load_pri
 from foveacam_pipeline.learn.monocular.prior_loss import aligned, difference_loss, prior_loss, prior_weight
 from foveacam_pipeline.learn.monocular.training import PriorPlan, inverse_depth_loss, train_prior
 from foveacam_pipeline.learn.pairs import CropSource
-from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
+from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, train
 from foveacam_server.resources.learning.run import TrainingOrder, run_training
 
-from .learning_pairs import scene
+from .learning_pairs import scene, watcher
 
 PLAN = PriorPlan(steps=4, batch=2, crop_px=(96, 64))
-
-
-def watcher(*, stop_after: int | None = None) -> TrainingWatcher:
-    done = [0]
-
-    def count(step: int, _steps: int, _loss: float) -> None:
-        done[0] = step
-
-    return TrainingWatcher(on_step=count, stopped=lambda: stop_after is not None and done[0] >= stop_after)
 
 
 @pytest.fixture(autouse=True)

@@ -26,22 +26,13 @@ from foveacam_pipeline.learn.pair_folder import (
     PairSample,
 )
 from foveacam_pipeline.learn.pairs import CropSource, LoadedDataset, load_datasets
-from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
+from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, train
 from foveacam_pipeline.learn.truth_figures import TruthFigures
 from foveacam_server.cli import app
 
-from .learning_pairs import scene, stored, varied_sample
+from .learning_pairs import scene, stored, varied_sample, watcher
 
 PLAN = TrainingPlan(steps=6, batch=2, crop_px=(96, 64))
-
-
-def watcher(*, stop_after: int | None = None) -> TrainingWatcher:
-    done = [0]
-
-    def count(step: int, _steps: int, _loss: float) -> None:
-        done[0] = step
-
-    return TrainingWatcher(on_step=count, stopped=lambda: stop_after is not None and done[0] >= stop_after)
 
 
 @pytest.fixture(autouse=True)

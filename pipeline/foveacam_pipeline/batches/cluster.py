@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ParamSpec, TypeVar
 from urllib.parse import urlsplit
 
 from foveacam_hardware.contract import InvalidInput, NotConnected, install_command
-from foveacam_pipeline.batches.pool import Part, WorkersLost, WorkPool
+from foveacam_pipeline.batches.pool import AHEAD, Part, WorkersLost, WorkPool
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -104,9 +104,9 @@ class _Cluster:
         self._client, self._address = client, address
 
     @property
-    def workers(self) -> int:
-        """Workers that the scheduler has now."""
-        return max(1, len(self._client.scheduler_info(n_workers=-1)["workers"]))
+    def most_under_way(self) -> int:
+        """For the workers that the scheduler has now."""
+        return (1 + AHEAD) * max(1, len(self._client.scheduler_info(n_workers=-1)["workers"]))
 
     def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
         """Give a part to the scheduler; where a worker dies, another one computes it."""

@@ -36,8 +36,8 @@ class WorkPool(Protocol):
     """Workers that compute parts."""
 
     @property
-    def workers(self) -> int:
-        """How many parts are computed at a time."""
+    def most_under_way(self) -> int:
+        """How many parts are given to it at a time."""
 
     def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
         """Give a part to a worker; raise WorkersLost."""
@@ -47,9 +47,9 @@ class WorkPool(Protocol):
 
 
 class HereAndNow:
-    """Computes each part in this process, when its result is asked for."""
+    """Computes each part in this process, as it is given."""
 
-    workers = 1
+    most_under_way = 1
 
     def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
         """Compute the part."""
@@ -71,11 +71,10 @@ def results_in_order(
     WorkersLost.
     """
     waiting: deque[Part[T]] = deque()
-    most = 1 if isinstance(pool, HereAndNow) else (1 + AHEAD) * pool.workers
     try:
         for given in arguments:
             waiting.append(pool.submit(work, *given))
-            if len(waiting) >= most:
+            if len(waiting) >= pool.most_under_way:
                 yield pool.result(waiting.popleft())
         while waiting:
             yield pool.result(waiting.popleft())

@@ -13,7 +13,7 @@ from typing import ParamSpec, TypeVar
 
 import cv2
 
-from foveacam_pipeline.batches.pool import HereAndNow, Part, WorkersLost, WorkPool
+from foveacam_pipeline.batches.pool import AHEAD, HereAndNow, Part, WorkersLost, WorkPool
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -28,7 +28,7 @@ def local_workers(workers: int) -> Generator[WorkPool, None, None]:
     context = multiprocessing.get_context("spawn")
     executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker)
     try:
-        yield _Processes(executor, workers)
+        yield _Processes(executor, (1 + AHEAD) * workers)
     finally:
         executor.shutdown(wait=True, cancel_futures=True)
 
@@ -36,7 +36,7 @@ def local_workers(workers: int) -> Generator[WorkPool, None, None]:
 @dataclass(frozen=True, slots=True)
 class _Processes:
     executor: ProcessPoolExecutor
-    workers: int
+    most_under_way: int
 
     def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
         """Give a part to a process; one that may be started for it leaves Ctrl-C to this program."""

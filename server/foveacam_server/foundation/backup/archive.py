@@ -79,7 +79,7 @@ def back_up(folder: Path, archive: Path, *, created_utc: str, watch: CopyWatcher
     with disk_errors(f"the backup {archive.name}", archive.parent):
         archive.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with part.open("xb") as file:
+            with part.open("wb") as file:  # over one that was cut short
                 manifest = _write(folder, file, beside=archive.parent, created_utc=created_utc, watch=watch)
                 file.flush()
                 os.fsync(file.fileno())

@@ -33,6 +33,7 @@ def restore(archive: Path, folder: Path, *, watch: CopyWatcher) -> BackupManifes
         )
     part = part_path(folder.absolute())
     with disk_errors(f"the backup {archive.name}", folder.absolute().parent):
+        shutil.rmtree(part, ignore_errors=True)  # of one that was cut short
         try:
             part.mkdir(parents=True)
             with _readable(archive):
