@@ -1,10 +1,14 @@
 // Sends REST requests. Every failure is a RequestError that carries the server's problem document: asked, found,
 // remedy.
 
+import { signIn } from "./sign_in.js";
+
 /** @import { Problem } from "#api" */
 
 const ROOT = "/api/v1";
 const PATIENCE_MS = 15_000;
+const SIGN_IN_PATH = "/session";
+const STOP_PATH = "/stop";
 
 /** A request that failed; `document` is the server's problem, or one made here when the server did not answer. */
 export class RequestError extends Error {
@@ -66,6 +70,7 @@ async function read(body, method, path) {
 /** @param {string} method @param {string} path @param {Options} options */
 async function answerTo(method, path, options) {
   const { body, headers = {}, patience_ms = PATIENCE_MS, keepalive = false } = options;
+  if (signIn.over && path !== SIGN_IN_PATH && path !== STOP_PATH) throw new RequestError(signedOut(method, path));
   let response;
   try {
     response = await fetch(ROOT + path, {
@@ -81,6 +86,7 @@ async function answerTo(method, path, options) {
   } catch (error) {
     throw new RequestError(unreachable(method, path, error));
   }
+  if (response.status === 401 && !isPasswordCheck(method, path)) signIn.refuse();
   if (!response.ok) throw new RequestError(await problemOf(response));
   return response;
 }
@@ -88,6 +94,26 @@ async function answerTo(method, path, options) {
 /** @param {unknown} body a part of a file, or what is sent as JSON */
 function typeOf(body) {
   return body instanceof Blob ? "application/octet-stream" : "application/json";
+}
+
+/**
+ * Return whether 401 means that the password of the request is wrong.
+ * @param {string} method
+ * @param {string} path
+ */
+function isPasswordCheck(method, path) {
+  return method !== "GET" && (path === SIGN_IN_PATH || path === `${SIGN_IN_PATH}/password`);
+}
+
+/** @param {string} method @param {string} path @returns {Problem} */
+function signedOut(method, path) {
+  return {
+    type: "/problems/unauthorized",
+    title: "This browser is signed out",
+    status: 401,
+    detail: `${method} ${path} was not sent.`,
+    remedy: "Sign in again.",
+  };
 }
 
 /** @param {string} method @param {string} path @param {unknown} error @returns {Problem} */

@@ -28,7 +28,7 @@ export class Steering {
   /** @param {{store: Store}} context */
   constructor({ store }) {
     this.#store = store;
-    store.on(["rig_page"], ({ rig_page }) => rig_page && this.#open());
+    store.on(["rig_page", "signed_out"], ({ rig_page, signed_out }) => rig_page && !signed_out && this.#open());
     store.on(["lease_token"], () => this.#begin());
     document.addEventListener("visibilitychange", () => document.hidden && this.release());
   }
@@ -138,6 +138,7 @@ export class Steering {
     const reason = "the connection to the server is lost: the mirrors hold, and are parked soon";
     const { steering } = this.#store.state;
     this.#store.set({ steering: lost && steering ? { ...steering, status: "ended", reason } : null });
-    if (this.#store.state.rig_page) setTimeout(() => this.#open(), RETRY_MS);
+    const again = () => this.#store.state.rig_page && !this.#store.state.signed_out && this.#open();
+    setTimeout(again, RETRY_MS);
   }
 }

@@ -1,0 +1,42 @@
+// Makes the first administrator of a server that asks nobody for a name yet.
+
+import { request } from "../api.js";
+import { h, html } from "../dom.js";
+import { panel } from "../parts.js";
+import { newPasswordFault, newPasswordFields, orderForm, textField } from "../session/form.js";
+import { MODES } from "./words.js";
+
+/** @import { PeopleContext } from "./page.js" */
+
+/** @param {PeopleContext} context @returns {HTMLElement} */
+export function openFirst({ store, commands, session }) {
+  const mode = store.state.sign_in?.mode === "token" ? "token" : "open";
+  const form = orderForm({
+    label: "The first administrator",
+    button: "Add, and ask for names from now on",
+    fields: [textField("Name", { name: "name", autocomplete: "username", most: 60 }), newPasswordFields()],
+    fault: newPasswordFault,
+    send: async ({ name = "", new_password }) => {
+      await request("POST", "/users", { body: { name: name.trim(), role: "admin", password: new_password } });
+      await session.readAll();
+      commands.say({
+        tone: "good",
+        title: "From now on this server asks for a name and a password",
+        detail: "This browser is signed in.",
+      });
+    },
+  });
+  return h(
+    "div",
+    { class: "stack" },
+    panel(
+      "Who may do what",
+      html`<p class="lead">${MODES[mode]}</p>`,
+      html`<p class="lead">
+        Add yourself as the first administrator, and everybody signs in by name: others as viewers, operators or
+        administrators, programs by tokens of their own.
+      </p>`,
+      form,
+    ),
+  );
+}

@@ -1,0 +1,117 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { RequestError, request } from "../foveacam_web/static/js/api.js";
+import {
+  agoWords,
+  askerWords,
+  auditPath,
+  contentOf,
+  isExpired,
+  requestWords,
+  scopeWords,
+  stateWords,
+} from "../foveacam_web/static/js/people/words.js";
+import { isNamed, may, passwordFault, roleWords, whoWords } from "../foveacam_web/static/js/session/words.js";
+import { signIn } from "../foveacam_web/static/js/sign_in.js";
+import { only } from "./documents.js";
+
+/** @typedef {import("#people").SignInDocument} SignInDocument */
+
+const NOW_MS = Date.parse("2026-01-01T12:00:00.000Z");
+/** @type {SignInDocument} */
+const VIEWER = { mode: "users", name: "Linus", kind: "user", role: "viewer", rights: ["view"], expires_utc: null };
+/** @type {SignInDocument} */
+const ADMIN = { ...VIEWER, name: "Ada", role: "admin", rights: ["view", "operate", "administer"] };
+/** @type {SignInDocument} */
+const OPEN = { ...ADMIN, mode: "open", name: null, kind: "local" };
+/** @type {SignInDocument} */
+const TOKEN = { ...OPEN, mode: "token", kind: "shared_token", role: null };
+
+test("who is signed in is said where the server asks for it", () => {
+  assert.deepEqual([null, OPEN, TOKEN, VIEWER].map(isNamed), [false, false, true, true]);
+  assert.deepEqual([OPEN, TOKEN, VIEWER].map(whoWords), ["This machine", "Shared token", "Linus"]);
+});
+
+test("who has no role gets the words of its rights", () => {
+  assert.equal(roleWords(VIEWER).name, "Viewer");
+  assert.equal(roleWords(TOKEN).name, "Administrator");
+  assert.equal(roleWords({ ...TOKEN, rights: ["view", "operate"] }).name, "Operator");
+  assert.deepEqual([may(VIEWER, "operate"), may(ADMIN, "operate"), may(null, "view")], [false, true, false]);
+});
+
+test("the page shows the first administrator's form, all of it, or one's own sign-ins", () => {
+  assert.deepEqual([OPEN, TOKEN, ADMIN, VIEWER].map(contentOf), ["first", "first", "all", "own"]);
+  assert.equal(contentOf({ ...TOKEN, rights: ["view"] }), "own");
+});
+
+test("a password is refused with the reason before it is sent", () => {
+  assert.match(passwordFault("short", "short"), /5 characters.*10/);
+  assert.match(passwordFault("long enough", "long enougH"), /differ/);
+  assert.equal(passwordFault("long enough", "long enough"), "");
+});
+
+test("somebody who is disabled is not called locked or invited", () => {
+  const state = (/** @type {object} */ fields) =>
+    stateWords(only({ state: "active", locked_for_s: null, ...fields })).text;
+  assert.equal(state({}), "Active");
+  assert.equal(state({ state: "invited" }), "Invited");
+  assert.equal(state({ locked_for_s: 240 }), "Locked for 4 min");
+  assert.equal(state({ state: "disabled", locked_for_s: 240 }), "Disabled");
+});
+
+test("ages are said in words, also of what never was", () => {
+  assert.equal(agoWords(null, NOW_MS), "never");
+  assert.equal(agoWords("2026-01-01T11:59:30.000Z", NOW_MS), "just now");
+  assert.equal(agoWords("2026-01-01T11:00:00.000Z", NOW_MS), "60 min ago");
+  assert.equal(agoWords("nonsense", NOW_MS), "–");
+});
+
+test("a token for ever does not expire, and scopes come in their order", () => {
+  assert.equal(isExpired({ expires_utc: null }, NOW_MS), false);
+  assert.equal(isExpired({ expires_utc: "2026-01-01T11:59:59.000Z" }, NOW_MS), true);
+  assert.equal(scopeWords(["operate", "view"]), "See, Operate");
+});
+
+test("an entry of the log says who asked for what and how often", () => {
+  const entry = (/** @type {object} */ fields) => only({ who: "Ada", kind: "user", repeated: 1, ...fields });
+  assert.equal(askerWords(entry({})), "Ada");
+  assert.equal(askerWords(entry({ who: "nightly", kind: "service" })), "nightly (service)");
+  assert.equal(askerWords(entry({ who: null, kind: "local" })), "this machine");
+  assert.equal(askerWords(entry({ who: null })), "nobody signed in");
+  assert.equal(requestWords(entry({ method: "POST", path: "/api/v1/stop", repeated: 3 })), "POST /stop ×3");
+  assert.equal(requestWords(entry({ method: "POST", path: "/sign_in" })), "POST /sign_in");
+});
+
+test("the log is read with what is searched for alone", () => {
+  const all = { text: " ", who: "", outcome: "", before: null, limit: 50 };
+  assert.equal(auditPath(all), "/audit?limit=50");
+  const some = { ...all, text: "a&b", who: "Ada ", outcome: "failed", before: 7 };
+  assert.equal(auditPath(some), "/audit?limit=50&text=a%26b&who=Ada&outcome=failed&before=7");
+});
+
+test("an answer 401 tells of a lost sign-in, that to a password does not", async (t) => {
+  t.mock.method(globalThis, "fetch", async () => new Response("{}", { status: 401 }));
+  let told = 0;
+  signIn.addEventListener("refused", () => (told += 1));
+  const order = (/** @type {"GET" | "PUT"} */ method, /** @type {string} */ path) =>
+    request(method, path).catch((error) => assert.ok(error instanceof RequestError));
+  await order("PUT", "/session/password");
+  assert.equal(told, 0);
+  await order("GET", "/session");
+  await order("GET", "/sessions");
+  assert.equal(told, 2);
+});
+
+test("while the browser is signed out nothing but its sign-in and the stop is sent", async (t) => {
+  const sent = t.mock.method(globalThis, "fetch", async () => new Response("{}", { status: 200 }));
+  signIn.over = true;
+  t.after(() => (signIn.over = false));
+  await assert.rejects(
+    request("GET", "/rig"),
+    (error) => error instanceof RequestError && error.document.status === 401,
+  );
+  assert.equal(sent.mock.callCount(), 0);
+  await request("POST", "/stop");
+  await request("GET", "/session");
+  assert.equal(sent.mock.callCount(), 2);
+});
