@@ -6,10 +6,12 @@ import {
   askerWords,
   auditPath,
   contentOf,
+  doingWords,
   isExpired,
   requestWords,
   scopeWords,
   stateWords,
+  userName,
 } from "../foveacam_web/static/js/people/words.js";
 import { isNamed, may, passwordFault, roleWords, whoWords } from "../foveacam_web/static/js/session/words.js";
 import { signIn } from "../foveacam_web/static/js/sign_in.js";
@@ -25,7 +27,7 @@ const ADMIN = { ...VIEWER, name: "Ada", role: "admin", rights: ["view", "operate
 /** @type {SignInDocument} */
 const OPEN = { ...ADMIN, mode: "open", name: null, kind: "local" };
 /** @type {SignInDocument} */
-const TOKEN = { ...OPEN, mode: "token", kind: "shared_token", role: null };
+const TOKEN = { ...OPEN, mode: "token", kind: "shared_token", role: null, name: "the shared token" };
 
 test("who is signed in is said where the server asks for it", () => {
   assert.deepEqual([null, OPEN, TOKEN, VIEWER].map(isNamed), [false, false, true, true]);
@@ -34,12 +36,12 @@ test("who is signed in is said where the server asks for it", () => {
 
 test("who has no role gets the words of its rights", () => {
   assert.equal(roleWords(VIEWER).name, "Viewer");
-  assert.equal(roleWords(TOKEN).name, "Administrator");
+  assert.equal(roleWords(TOKEN).name, "Admin");
   assert.equal(roleWords({ ...TOKEN, rights: ["view", "operate"] }).name, "Operator");
   assert.deepEqual([may(VIEWER, "operate"), may(ADMIN, "operate"), may(null, "view")], [false, true, false]);
 });
 
-test("the page shows the first administrator's form, all of it, or one's own sign-ins", () => {
+test("the page shows the first admin's form, all of it, or one's own sign-ins", () => {
   assert.deepEqual([OPEN, TOKEN, ADMIN, VIEWER].map(contentOf), ["first", "first", "all", "own"]);
   assert.equal(contentOf({ ...TOKEN, rights: ["view"] }), "own");
 });
@@ -72,14 +74,18 @@ test("a token for ever does not expire, and scopes come in their order", () => {
   assert.equal(scopeWords(["operate", "view"]), "See, Operate");
 });
 
-test("an entry of the log says who asked for what and how often", () => {
-  const entry = (/** @type {object} */ fields) => only({ who: "Ada", kind: "user", repeated: 1, ...fields });
-  assert.equal(askerWords(entry({})), "Ada");
+test("an entry of the log says who did what and how often", () => {
+  const entry = (/** @type {object} */ fields) => only({ who: "ada", kind: "user", repeated: 1, ...fields });
+  assert.equal(askerWords(entry({})), "ada");
   assert.equal(askerWords(entry({ who: "nightly", kind: "service" })), "nightly (service)");
-  assert.equal(askerWords(entry({ who: null, kind: "local" })), "this machine");
-  assert.equal(askerWords(entry({ who: null })), "nobody signed in");
+  assert.equal(doingWords(entry({ what: "Add a user", detail: "linus, viewer" })), "Add a user: linus, viewer");
+  assert.equal(doingWords(entry({ what: "", detail: "" })), "");
   assert.equal(requestWords(entry({ method: "POST", path: "/api/v1/stop", repeated: 3 })), "POST /stop ×3");
   assert.equal(requestWords(entry({ method: "POST", path: "/sign_in" })), "POST /sign_in");
+});
+
+test("a name is sent as the server takes it", () => {
+  assert.equal(userName(" Ada.Lovelace "), "ada.lovelace");
 });
 
 test("the log is read with what is searched for alone", () => {
@@ -89,17 +95,17 @@ test("the log is read with what is searched for alone", () => {
   assert.equal(auditPath(some), "/audit?limit=50&text=a%26b&who=Ada&outcome=failed&before=7");
 });
 
-test("an answer 401 tells of a lost sign-in, that to a password does not", async (t) => {
-  t.mock.method(globalThis, "fetch", async () => new Response("{}", { status: 401 }));
+test("an answer to nobody tells of a lost sign-in, that to a wrong password does not", async (t) => {
+  let slug = "wrong-credentials";
+  t.mock.method(globalThis, "fetch", async () => Response.json({ type: `/problems/${slug}` }, { status: 401 }));
   let told = 0;
   signIn.addEventListener("refused", () => (told += 1));
-  const order = (/** @type {"GET" | "PUT"} */ method, /** @type {string} */ path) =>
-    request(method, path).catch((error) => assert.ok(error instanceof RequestError));
-  await order("PUT", "/session/password");
+  const ask = () => request("GET", "/users").catch((error) => assert.ok(error instanceof RequestError));
+  await ask();
   assert.equal(told, 0);
-  await order("GET", "/session");
-  await order("GET", "/sessions");
-  assert.equal(told, 2);
+  slug = "unauthorized";
+  await ask();
+  assert.equal(told, 1);
 });
 
 test("while the browser is signed out nothing but its sign-in and the stop is sent", async (t) => {

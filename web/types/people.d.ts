@@ -3,11 +3,11 @@
 export type Right = "view" | "operate" | "administer";
 export type PersonRole = "viewer" | "operator" | "admin";
 
-/** Who this browser is to the server; `mode` "open": whoever uses the machine, "token": whoever has the token. */
+/** What the server asks of whoever comes, and who this browser is to it. */
 export type SignInDocument = {
-  mode: "open" | "token" | "users";
+  mode: "open" | "token" | "users" | "first_admin";
   name: string | null;
-  kind: "local" | "shared_token" | "user" | "service";
+  kind: "local" | "shared_token" | "user" | "service" | "nobody";
   role: PersonRole | null;
   rights: Right[];
   expires_utc: string | null;
@@ -45,16 +45,18 @@ export type ServiceTokenDocument = {
   last_used_utc: string | null;
 };
 export type ServiceTokenCreated = { token: string; document: ServiceTokenDocument };
-export type AuditEntry = {
+export type AuditDocument = {
   id: number;
   utc: string;
-  who: string | null;
-  kind: string;
+  who: string;
+  kind: SignInDocument["kind"];
   method: string;
   path: string;
+  what: string;
   address: string;
   status: number;
   outcome: "done" | "refused" | "failed";
   repeated: number;
+  detail: string;
 };
-export type AuditPage = { entries: AuditEntry[]; next_before: number | null };
+export type AuditPage = { entries: AuditDocument[]; next_before: number | null };

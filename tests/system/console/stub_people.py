@@ -8,8 +8,10 @@ from urllib.parse import parse_qs, urlsplit
 Json = Any  # what tests put in and look at: any JSON value
 Answer = tuple[int, Json]
 RIGHTS = {"viewer": ["view"], "operator": ["view", "operate"], "admin": ["view", "operate", "administer"]}
-OPEN = {"mode": "open", "name": None, "kind": "local", "role": "admin", "rights": RIGHTS["admin"]}
-TOKEN = OPEN | {"mode": "token", "kind": "shared_token"}
+OPEN = {"mode": "open", "name": "this machine", "kind": "local", "role": None, "rights": RIGHTS["admin"]}
+OPEN |= {"expires_utc": None}
+TOKEN = OPEN | {"mode": "token", "name": "the shared token", "kind": "shared_token"}
+NOBODY: Json = {"mode": "users", "name": None, "kind": "nobody", "role": None, "rights": [], "expires_utc": None}
 SECRET = "fcd_" + "k3J9" * 10
 PRESENT = "right password"
 LOG_PART = 50
@@ -32,18 +34,18 @@ def session(identity: str, name: str, *, current: bool = False, browser: str = "
     return document | times | {"current": current, "streams": 0 if current else 2}
 
 
-def entry(number: int, who: str | None, path: str, *, outcome: str = "done", **fields: Json) -> Json:
+def entry(number: int, who: str, what: str, *, outcome: str = "done", **fields: Json) -> Json:
     statuses = {"done": 200, "refused": 403, "failed": 500}
     document = {"id": number, "utc": utc(ago_s=1000.0 - number), "who": who, "kind": "user", "method": "POST"}
-    document |= {"path": path, "address": "192.168.1.20", "status": statuses[outcome], "outcome": outcome}
-    return document | {"repeated": 1} | fields
+    document |= {"path": "/api/v1/captures", "what": what, "detail": "", "address": "192.168.1.20"}
+    return document | {"status": statuses[outcome], "outcome": outcome, "repeated": 1} | fields
 
 
 @dataclass
 class StubPeople:
     """Who uses the stub server; `sign_in`: who the browser is."""
 
-    sign_in: Json = field(default_factory=lambda: OPEN | {"expires_utc": None})
+    sign_in: Json = field(default_factory=lambda: OPEN)
     signed_out: bool = False
     """Whether the server knows the browser no more: every request is answered by 401."""
     users: list[Json] = field(default_factory=list)
@@ -64,10 +66,11 @@ class StubPeople:
         address = urlsplit(path)
         steps = address.path.strip("/").split("/")
         if self.signed_out:
-            return 401, problem(401, "Sign in", "this browser is not signed in")
+            refused = problem(401, "Sign in first", "nobody is signed in here", slug="unauthorized")
+            return (200, NOBODY) if (method, path) == ("GET", "/session") else (401, refused)
         if steps == ["session", "password"]:
-            right = body["password"] == PRESENT
-            return (204, None) if right else (401, problem(401, "Wrong", "the present password is wrong"))
+            wrong = problem(401, "Wrong", "the present password is wrong", slug="wrong-credentials")
+            return (204, None) if body["password"] == PRESENT else (401, wrong)
         if steps == ["session"] and method == "DELETE":
             self.signed_out = True
             return 204, None
@@ -94,8 +97,8 @@ class StubPeople:
         if admins == [found] and (
             method == "DELETE" or body.get("role", "admin") != "admin" or body.get("disabled")
         ):
-            detail = f"{found['name']} is the last administrator"
-            return 409, problem(409, "The last administrator", detail, "make somebody else one first")
+            detail = f"{found['name']} is the last admin"
+            return 409, problem(409, "The last admin", detail, "make somebody else one first")
         if method == "DELETE":
             self.users.remove(found)
             return 204, None
@@ -145,7 +148,7 @@ class StubPeople:
         found = [
             each
             for each in sorted(self.log, key=lambda each: each["id"], reverse=True)
-            if query.get("text", "") in each["path"]
+            if query.get("text", "") in each["what"] + each["path"] + each["detail"]
             and query.get("who", each["who"]) == each["who"]
             and query.get("outcome", each["outcome"]) == each["outcome"]
             and each["id"] < int(query.get("before", 10**9))
@@ -154,7 +157,7 @@ class StubPeople:
         return 200, {"entries": part, "next_before": part[-1]["id"] if len(found) > len(part) else None}
 
 
-def problem(status: int, title: str, detail: str, remedy: str | None = None) -> Json:
+def problem(status: int, title: str, detail: str, remedy: str | None = None, *, slug: str = "test") -> Json:
     """Return a problem document."""
-    document = {"type": "/problems/test", "title": title, "status": status, "detail": detail}
+    document = {"type": f"/problems/{slug}", "title": title, "status": status, "detail": detail}
     return document if remedy is None else document | {"remedy": remedy}

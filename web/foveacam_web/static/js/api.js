@@ -3,12 +3,17 @@
 
 import { signIn } from "./sign_in.js";
 
-/** @import { Problem } from "#api" */
+/**
+ * @import { Problem } from "#api"
+ * @import { SignInDocument } from "#people"
+ */
 
 const ROOT = "/api/v1";
 const PATIENCE_MS = 15_000;
 const SIGN_IN_PATH = "/session";
 const STOP_PATH = "/stop";
+/** The kind of problem that a request of nobody in particular has; a wrong password has another one. */
+export const SIGNED_OUT = "unauthorized";
 
 /** A request that failed; `document` is the server's problem, or one made here when the server did not answer. */
 export class RequestError extends Error {
@@ -39,6 +44,11 @@ export async function request(method, path, options = {}) {
   const response = await answerTo(method, path, options);
   if (response.status === 204) return /** @type {T} */ (null);
   return /** @type {T} */ (await read(() => response.json(), method, path));
+}
+
+/** Ask the server who this browser is to it, "nobody" when it is signed out. @returns {Promise<SignInDocument>} */
+export function whoAmI() {
+  return request("GET", SIGN_IN_PATH);
 }
 
 /**
@@ -86,8 +96,7 @@ async function answerTo(method, path, options) {
   } catch (error) {
     throw new RequestError(unreachable(method, path, error));
   }
-  if (response.status === 401 && !isPasswordCheck(method, path)) signIn.refuse();
-  if (!response.ok) throw new RequestError(await problemOf(response));
+  if (!response.ok) throw refusedBy(new RequestError(await problemOf(response)));
   return response;
 }
 
@@ -96,19 +105,16 @@ function typeOf(body) {
   return body instanceof Blob ? "application/octet-stream" : "application/json";
 }
 
-/**
- * Return whether 401 means that the password of the request is wrong.
- * @param {string} method
- * @param {string} path
- */
-function isPasswordCheck(method, path) {
-  return method !== "GET" && (path === SIGN_IN_PATH || path === `${SIGN_IN_PATH}/password`);
+/** Tell where the server does not know this browser any more. @param {RequestError} error */
+function refusedBy(error) {
+  if (error.slug === SIGNED_OUT) signIn.refuse();
+  return error;
 }
 
 /** @param {string} method @param {string} path @returns {Problem} */
 function signedOut(method, path) {
   return {
-    type: "/problems/unauthorized",
+    type: `/problems/${SIGNED_OUT}`,
     title: "This browser is signed out",
     status: 401,
     detail: `${method} ${path} was not sent.`,

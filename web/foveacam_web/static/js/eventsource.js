@@ -1,7 +1,7 @@
 // Receives the server's events (SSE), reconnects within two seconds, and reports when the connection opens or breaks.
 // A browser that is signed out does not try again until the page says so.
 
-import { RequestError, request } from "./api.js";
+import { RequestError, whoAmI } from "./api.js";
 
 /**
  * @import { EventDocument } from "#api"
@@ -135,10 +135,12 @@ export function keepEvents(tell) {
   return { again: () => halted && open() };
 }
 
-/** Ask the server whether this browser is signed out. */
-function isSignedOut() {
-  return request("GET", "/session").then(
-    () => false,
-    (error) => error instanceof RequestError && error.document.status === 401,
-  );
+/** Ask the server whether this browser is signed out; not, while the server does not answer. */
+async function isSignedOut() {
+  try {
+    return (await whoAmI()).kind === "nobody";
+  } catch (error) {
+    if (error instanceof RequestError) return false;
+    throw error;
+  }
 }

@@ -1,10 +1,10 @@
-// Makes the first administrator of a server that asks nobody for a name yet.
+// Makes the first admin of a server that asks nobody for a name yet.
 
 import { request } from "../api.js";
 import { h, html } from "../dom.js";
 import { panel } from "../parts.js";
 import { newPasswordFault, newPasswordFields, orderForm, textField } from "../session/form.js";
-import { MODES } from "./words.js";
+import { MODES, userName } from "./words.js";
 
 /** @import { PeopleContext } from "./page.js" */
 
@@ -12,12 +12,15 @@ import { MODES } from "./words.js";
 export function openFirst({ store, commands, session }) {
   const mode = store.state.sign_in?.mode === "token" ? "token" : "open";
   const form = orderForm({
-    label: "The first administrator",
+    label: "The first admin",
     button: "Add, and ask for names from now on",
-    fields: [textField("Name", { name: "name", autocomplete: "username", most: 60 }), newPasswordFields()],
+    fields: [
+      textField("Name, in lower case", { name: "name", autocomplete: "username", most: 64 }),
+      newPasswordFields(),
+    ],
     fault: newPasswordFault,
     send: async ({ name = "", new_password }) => {
-      await request("POST", "/users", { body: { name: name.trim(), role: "admin", password: new_password } });
+      await request("POST", "/users", { body: { name: userName(name), role: "admin", password: new_password } });
       await session.readAll();
       commands.say({
         tone: "good",
@@ -33,8 +36,8 @@ export function openFirst({ store, commands, session }) {
       "Who may do what",
       html`<p class="lead">${MODES[mode]}</p>`,
       html`<p class="lead">
-        Add yourself as the first administrator, and everybody signs in by name: others as viewers, operators or
-        administrators, programs by tokens of their own.
+        Add yourself as the first admin, and everybody signs in by name: others as viewers, operators or
+        admins, programs by tokens of their own.
       </p>`,
       form,
     ),

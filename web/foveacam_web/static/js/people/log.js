@@ -6,11 +6,11 @@ import { whenWords } from "../gallery/dataset_words.js";
 import { icon } from "../icons.js";
 import { badge, choiceField, panel } from "../parts.js";
 import { listingTable } from "./table.js";
-import { OUTCOMES, OUTCOME_CHOICES, askerWords, auditPath, requestWords } from "./words.js";
+import { OUTCOMES, OUTCOME_CHOICES, askerWords, auditPath, doingWords, requestWords } from "./words.js";
 
 /**
  * @import { Problem } from "#api"
- * @import { AuditEntry, AuditPage } from "#people"
+ * @import { AuditDocument, AuditPage } from "#people"
  * @import { PeopleContext } from "./page.js"
  * @typedef {{text: string, who: string, outcome: string}} Wanted the entries that are searched for
  */
@@ -63,7 +63,7 @@ function filters(search) {
   return html`<div class="fields" role="search" aria-label="Search the log">
     <label class="field" @input=${typed}>
       <span>Search</span>
-      <input type="search" name="text" maxlength="200" autocomplete="off" placeholder="Part of a path" />
+      <input type="search" name="text" maxlength="200" autocomplete="off" placeholder="Part of what was done" />
     </label>
     <label class="field" @input=${typed}>
       <span>Who</span>
@@ -86,7 +86,7 @@ function tableOf(log) {
       return [
         html`<time datetime=${entry.utc} title=${entry.utc}>${whenWords(entry.utc)}</time>`,
         html`<span class="name">${askerWords(entry)}</span>`,
-        html`<code>${requestWords(entry)}</code>`,
+        html`<span class="doing">${doingWords(entry)}</span> <code>${requestWords(entry)}</code>`,
         badge(tone, text, `Status ${entry.status}`),
         entry.address,
       ];
@@ -96,7 +96,7 @@ function tableOf(log) {
 
 /** The part of the log that is shown. */
 class AuditLog {
-  /** @type {AuditEntry[] | null} */
+  /** @type {AuditDocument[] | null} */
   rows = null;
   /** @type {Problem | null} */
   fault = null;

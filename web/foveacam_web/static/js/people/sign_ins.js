@@ -1,4 +1,4 @@
-// The browsers that are signed in: everybody's for administrators, else one's own; and one's own password.
+// The browsers that are signed in: everybody's for admins, else one's own; and one's own password.
 
 import { h, html, update } from "../dom.js";
 import { whenWords } from "../gallery/dataset_words.js";

@@ -11,7 +11,7 @@ import { ROLES } from "../session/words.js";
 import { Listing } from "./listing.js";
 import { secretBox } from "./secret.js";
 import { ago, listingTable } from "./table.js";
-import { ROLE_CHOICES, stateWords } from "./words.js";
+import { ROLE_CHOICES, stateWords, userName } from "./words.js";
 
 /**
  * @import { InvitationDocument, UserCreated, UserDocument } from "#people"
@@ -64,9 +64,9 @@ function addForm(listing, showLink) {
   const form = orderForm({
     label: "Add somebody",
     button: "Add",
-    fields: [textField("Name", { name: "name", most: 60 }), role.element, by.element, password],
+    fields: [textField("Name, in lower case", { name: "name", most: 64 }), role.element, by.element, password],
     send: async ({ name = "", password: typed }) => {
-      const body = { name: name.trim(), role: role.value(), ...(typed ? { password: typed } : {}) };
+      const body = { name: userName(name), role: role.value(), ...(typed ? { password: typed } : {}) };
       const { user, invitation } = /** @type {UserCreated} */ (await request("POST", "/users", { body }));
       showLink(invitation && { name: user.name, invitation });
       update(password, null);

@@ -3,19 +3,23 @@
 import { MISSING, span } from "../format.js";
 import { ROLES } from "../session/words.js";
 
-/** @import { AuditEntry, Right, ServiceTokenDocument, SignInDocument, UserDocument } from "#people" */
+/** @import { AuditDocument, Right, ServiceTokenDocument, SignInDocument, UserDocument } from "#people" */
 
 /** What a service may be allowed, in plain words. @type {readonly {right: Right, name: string, does: string}[]} */
 export const SCOPES = Object.freeze([
   { right: "view", name: "See", does: "pictures, depth, datasets and states" },
   { right: "operate", name: "Operate", does: "move the rig, capture, record, calibrate, change settings" },
-  { right: "administer", name: "Administer", does: "people, services, sign-ins and the log" },
+  {
+    right: "administer",
+    name: "Administer",
+    does: "set the rig up, put calibrations in force, delete for good, manage people",
+  },
 ]);
 
 /** @type {[string, string][]} */
 export const ROLE_CHOICES = Object.entries(ROLES).map(([role, { name }]) => [role, name]);
 
-/** @type {Readonly<Record<AuditEntry["outcome"], {text: string, tone: string}>>} */
+/** @type {Readonly<Record<AuditDocument["outcome"], {text: string, tone: string}>>} */
 export const OUTCOMES = Object.freeze({
   done: { text: "Done", tone: "good" },
   refused: { text: "Refused", tone: "warn" },
@@ -28,7 +32,8 @@ export const OUTCOME_CHOICES = Object.entries(OUTCOMES).map(([outcome, { text }]
 /** What it means that nobody has a name yet. */
 export const MODES = Object.freeze({
   open: "This server asks nobody who they are: whoever uses this machine may do everything.",
-  token: "This server asks for one token that all share: whoever has it may do everything.",
+  token:
+    "This server asks for one token that all share: whoever has it may do everything, also later, until it is taken out of the settings.",
 });
 
 /** Return what a page can show at all. @param {SignInDocument} sign_in @returns {"first" | "all" | "own"} */
@@ -74,20 +79,24 @@ export function scopeWords(scopes) {
     .join(", ");
 }
 
-/** Return whose request an entry is about. @param {AuditEntry} entry */
+/** Return whose request an entry is about. @param {AuditDocument} entry */
 export function askerWords({ who, kind }) {
-  const kinds = /** @type {Record<string, string>} */ ({
-    service: "service",
-    shared_token: "shared token",
-    local: "this machine",
-  });
-  const name = who || (kinds[kind] ? "" : "nobody signed in");
-  return [name, kinds[kind] && (name ? `(${kinds[kind]})` : kinds[kind])].filter(Boolean).join(" ");
+  return kind === "service" ? `${who} (service)` : who;
 }
 
-/** Return what was asked for. @param {AuditEntry} entry */
+/** Return what was asked for, in words where the server has any. @param {AuditDocument} entry */
+export function doingWords({ what, detail }) {
+  return [what, detail].filter(Boolean).join(": ");
+}
+
+/** Return what was sent. @param {AuditDocument} entry */
 export function requestWords({ method, path, repeated }) {
   return [method, path.replace(/^\/api\/v1(?=\/)/, ""), repeated > 1 && `×${repeated}`].filter(Boolean).join(" ");
+}
+
+/** Return a name as the server takes it: without capitals. @param {string} name */
+export function userName(name) {
+  return name.trim().toLowerCase();
 }
 
 /**

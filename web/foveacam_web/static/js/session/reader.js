@@ -1,10 +1,10 @@
 // Reads who this browser is to the server, and signs it out.
 
-import { request } from "../api.js";
+import { whoAmI } from "../api.js";
 import { QuietReads } from "../quiet.js";
+import { signIn } from "../sign_in.js";
 
 /**
- * @import { SignInDocument } from "#people"
  * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
  */
@@ -23,7 +23,9 @@ export class SessionReader {
 
   readAll() {
     return this.#reads.read("session", async () => {
-      this.#store.set({ sign_in: /** @type {SignInDocument} */ (await request("GET", "/session")) });
+      const sign_in = await whoAmI();
+      if (sign_in.kind === "nobody") signIn.refuse();
+      else this.#store.set({ sign_in });
     });
   }
 

@@ -1,6 +1,6 @@
 // Says that this browser was signed out, over everything else, and lets the page go on once it is signed in again.
 
-import { request } from "../api.js";
+import { RequestError, whoAmI } from "../api.js";
 import { fill, h, html } from "../dom.js";
 import { signIn } from "../sign_in.js";
 
@@ -16,17 +16,23 @@ export function watchSignIn(store) {
     dialog.showModal();
   });
   dialog.addEventListener("close", () => signIn.over && dialog.showModal()); // Escape closes every dialog
-  const look = () => {
-    if (!signIn.over || document.hidden) return;
-    void request("GET", "/session").then(goOn, () => {}); // refused or away: it stays signed out
-  };
-  const goOn = () => {
+  const look = async () => {
+    if (!signIn.over || document.hidden || !(await isSignedIn())) return;
     signIn.over = false;
     dialog.close();
     store.set({ signed_out: false });
   };
-  window.addEventListener("focus", look);
-  document.addEventListener("visibilitychange", look);
+  window.addEventListener("focus", () => void look());
+  document.addEventListener("visibilitychange", () => void look());
+}
+
+async function isSignedIn() {
+  try {
+    return (await whoAmI()).kind !== "nobody";
+  } catch (error) {
+    if (error instanceof RequestError) return false; // the server is away
+    throw error;
+  }
 }
 
 function makeDialog() {

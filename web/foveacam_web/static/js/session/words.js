@@ -10,8 +10,11 @@ const LEAST_CHARACTERS = 10;
 /** @type {Readonly<Record<PersonRole, RoleWords>>} */
 export const ROLES = Object.freeze({
   viewer: { name: "Viewer", does: "sees everything and moves nothing" },
-  operator: { name: "Operator", does: "sees everything, moves the rig, captures and changes settings" },
-  admin: { name: "Administrator", does: "does everything, and says who may do what" },
+  operator: { name: "Operator", does: "also moves the rig, captures, and changes or trashes what was made" },
+  admin: {
+    name: "Admin",
+    does: "also sets the rig up, puts calibrations in force, deletes for good, and says who may do what",
+  },
 });
 
 /** The sentence for somebody who may look only. */
@@ -29,7 +32,7 @@ export function may(sign_in, right) {
 
 /** @param {SignInDocument} sign_in */
 export function whoWords({ name, kind }) {
-  return name ?? (kind === "shared_token" ? "Shared token" : "This machine");
+  return kind === "shared_token" ? "Shared token" : (name ?? "This machine");
 }
 
 /** @param {SignInDocument} sign_in @returns {RoleWords} */
