@@ -5,9 +5,11 @@ import {
   agoWords,
   askerWords,
   auditPath,
+  browserWords,
   contentOf,
   doingWords,
   isExpired,
+  nameFault,
   requestWords,
   scopeWords,
   stateWords,
@@ -68,6 +70,14 @@ test("ages are said in words, also of what never was", () => {
   assert.equal(agoWords("nonsense", NOW_MS), "–");
 });
 
+test("browsers are named, and what is none is quoted", () => {
+  const chrome = "Mozilla/5.0 (X11; Linux x86_64) AppleWebKit/537.36 (KHTML, like Gecko) Chrome/120.0 Safari/537.36";
+  assert.equal(browserWords(chrome), "Chrome on Linux");
+  assert.equal(browserWords(chrome.replace("X11; Linux x86_64", "Macintosh") + " Edg/120.0"), "Edge on Mac");
+  assert.equal(browserWords("curl/8.5"), "curl/8.5");
+  assert.equal(browserWords(""), "unknown");
+});
+
 test("a token for ever does not expire, and scopes come in their order", () => {
   assert.equal(isExpired({ expires_utc: null }, NOW_MS), false);
   assert.equal(isExpired({ expires_utc: "2026-01-01T11:59:59.000Z" }, NOW_MS), true);
@@ -86,6 +96,8 @@ test("an entry of the log says who did what and how often", () => {
 
 test("a name is sent as the server takes it", () => {
   assert.equal(userName(" Ada.Lovelace "), "ada.lovelace");
+  assert.deepEqual(["Ada", "9@lab.example"].map(nameFault), ["", ""]);
+  for (const name of ["", "ada lovelace", ".ada", "Zoë"]) assert.match(nameFault(name), /begins with a letter/);
 });
 
 test("the log is read with what is searched for alone", () => {

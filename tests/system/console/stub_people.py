@@ -13,6 +13,8 @@ OPEN |= {"expires_utc": None}
 TOKEN = OPEN | {"mode": "token", "name": "the shared token", "kind": "shared_token"}
 NOBODY = OPEN | {"mode": "users", "name": None, "kind": "nobody", "rights": []}
 SECRET = "fcd_" + "k3J9" * 10
+FIREFOX = "Mozilla/5.0 (X11; Linux x86_64; rv:140.0) Gecko/20100101 Firefox/140.0"
+CHROME = "Mozilla/5.0 (Linux; Android 16) AppleWebKit/537.36 (KHTML, like Gecko) Chrome/140.0 Safari/537.36"
 PRESENT = "right password"
 LOG_PART = 50
 
@@ -28,7 +30,7 @@ def user(name: str, role: str = "operator", **fields: Json) -> Json:
     return known | {"last_seen_utc": utc(ago_s=300), "locked_for_s": None} | fields
 
 
-def session(identity: str, name: str, *, current: bool = False, browser: str = "Firefox on Linux") -> Json:
+def session(identity: str, name: str, *, current: bool = False, browser: str = FIREFOX) -> Json:
     times = {"created_utc": utc(ago_s=9000), "last_seen_utc": utc(ago_s=5), "expires_utc": utc(ago_s=-9e5)}
     document = {"id": identity, "user": name, "address": "192.168.1.20", "browser": browser}
     return document | times | {"current": current, "streams": 0 if current else 2}
@@ -59,7 +61,7 @@ class StubPeople:
         named = {"mode": "users", "name": name, "kind": "user", "role": role, "rights": RIGHTS[role]}
         self.sign_in = named | {"expires_utc": utc(ago_s=-9e5)}
         self.users = [user(name, role)]
-        self.sessions = [session("here", name, current=True, browser="Chromium on Linux")]
+        self.sessions = [session("here", name, current=True, browser=CHROME)]
 
     def answer(self, method: str, path: str, body: Json) -> Answer | None:
         """Return status and document; None for what is about something else."""

@@ -4,7 +4,7 @@ import { request } from "../api.js";
 import { h, html } from "../dom.js";
 import { panel } from "../parts.js";
 import { newPasswordFault, newPasswordFields, orderForm, textField } from "../session/form.js";
-import { MODES, userName } from "./words.js";
+import { MODES, nameFault, userName } from "./words.js";
 
 /** @import { PeopleContext } from "./page.js" */
 
@@ -18,7 +18,7 @@ export function openFirst({ store, commands, session }) {
       textField("Name, in lower case", { name: "name", autocomplete: "username", most: 64 }),
       newPasswordFields(),
     ],
-    fault: newPasswordFault,
+    fault: ({ name = "", ...passwords }) => nameFault(name) || newPasswordFault(passwords),
     send: async ({ name = "", new_password }) => {
       await request("POST", "/users", { body: { name: userName(name), role: "admin", password: new_password } });
       await session.readAll();

@@ -2,6 +2,7 @@
 
 import { RequestError, request } from "../api.js";
 import { h, html, update } from "../dom.js";
+import { MISSING } from "../format.js";
 import { whenWords } from "../gallery/dataset_words.js";
 import { icon } from "../icons.js";
 import { badge, choiceField, panel } from "../parts.js";
@@ -23,6 +24,7 @@ const COLUMNS = [
   { title: "When", kind: /** @type {const} */ ("when"), head: true },
   { title: "Who" },
   { title: "What", kind: /** @type {const} */ ("long") },
+  { title: "Request", kind: /** @type {const} */ ("long") },
   { title: "Outcome" },
   { title: "From" },
 ];
@@ -86,7 +88,8 @@ function tableOf(log) {
       return [
         html`<time datetime=${entry.utc} title=${entry.utc}>${whenWords(entry.utc)}</time>`,
         html`<span class="name">${askerWords(entry)}</span>`,
-        html`<span class="doing">${doingWords(entry)}</span> <code>${requestWords(entry)}</code>`,
+        doingWords(entry) || MISSING,
+        html`<code>${requestWords(entry)}</code>`,
         badge(tone, text, `Status ${entry.status}`),
         entry.address,
       ];

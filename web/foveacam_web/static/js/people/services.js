@@ -76,7 +76,7 @@ function addForm(listing, show) {
       const body = { name: name.trim(), scopes: chosen(), days: forEver.value() ? null : days.value() };
       show(/** @type {ServiceTokenCreated} */ (await request("POST", "/service_tokens", { body })));
       days.input.disabled = false;
-      await listing.read();
+      void listing.read();
     },
   });
   days.input.required = true;

@@ -7,6 +7,7 @@ import { passwordForm } from "../session/form.js";
 import { may } from "../session/words.js";
 import { Listing } from "./listing.js";
 import { ago, listingTable } from "./table.js";
+import { browserWords } from "./words.js";
 
 /**
  * @import { UserSessionDocument } from "#people"
@@ -60,12 +61,16 @@ function cellsOf(
   const end = () => (current ? session.signOut() : listing.order(id, "DELETE", `/sessions/${encodeURIComponent(id)}`));
   return [
     html`<span class="name">${user}</span>`,
-    [browser, current && badge("good", "this browser"), !current && streams > 0 && badge("plain", "open now")],
+    [
+      html`<span title=${browser}>${browserWords(browser)}</span>`,
+      current && badge("good", "this browser"),
+      !current && streams > 0 && badge("plain", "open now"),
+    ],
     address,
     html`<time datetime=${created_utc} title="Until ${whenWords(expires_utc)}">${whenWords(created_utc)}</time>`,
     ago(last_seen_utc),
     html`<span class="row-acts">
-      <button type="button" class="plain" aria-label="Sign out ${user} at ${address}, ${browser}" @click=${() => void end()}>
+      <button type="button" class="plain" aria-label="Sign out ${user} at ${address}, ${browserWords(browser)}" @click=${() => void end()}>
         Sign out
       </button>
     </span>`,

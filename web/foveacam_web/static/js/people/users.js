@@ -11,7 +11,7 @@ import { ROLES } from "../session/words.js";
 import { Listing } from "./listing.js";
 import { secretBox } from "./secret.js";
 import { ago, listingTable } from "./table.js";
-import { ROLE_CHOICES, stateWords, userName } from "./words.js";
+import { ROLE_CHOICES, nameFault, stateWords, userName } from "./words.js";
 
 /**
  * @import { InvitationDocument, UserCreated, UserDocument } from "#people"
@@ -65,12 +65,13 @@ function addForm(listing, showLink) {
     label: "Add somebody",
     button: "Add",
     fields: [textField("Name, in lower case", { name: "name", most: 64 }), role.element, by.element, password],
+    fault: ({ name = "" }) => nameFault(name),
     send: async ({ name = "", password: typed }) => {
       const body = { name: userName(name), role: role.value(), ...(typed ? { password: typed } : {}) };
       const { user, invitation } = /** @type {UserCreated} */ (await request("POST", "/users", { body }));
       showLink(invitation && { name: user.name, invitation });
       update(password, null);
-      await listing.read();
+      void listing.read();
     },
   });
   const roles = Object.values(ROLES).map(({ name, does }) => html`<li><b>${name}</b> ${does}.</li>`);

@@ -1,9 +1,22 @@
 // Words and arithmetic of the page of people and their rights. Pure functions.
 
+import { deviceOf } from "../display/words.js";
 import { MISSING, span } from "../format.js";
 import { ROLES } from "../session/words.js";
 
 /** @import { AuditDocument, Right, ServiceTokenDocument, SignInDocument, UserDocument } from "#people" */
+
+/**
+ * A part of what a browser calls itself, and its name; Edge calls itself Chrome too, and Chrome Safari.
+ * @type {[string, string][]}
+ */
+const BROWSERS = [
+  ["Edg", "Edge"],
+  ["Firefox/", "Firefox"],
+  ["Chrome/", "Chrome"],
+  ["Safari/", "Safari"],
+];
+const NAME = /^[a-z0-9][a-z0-9._@+-]*$/;
 
 /** What a service may be allowed, in plain words. @type {readonly {right: Right, name: string, does: string}[]} */
 export const SCOPES = Object.freeze([
@@ -67,6 +80,13 @@ export function agoWords(utc, now_ms) {
   return age_s < 60 ? "just now" : `${span(age_s)} ago`;
 }
 
+/** Name a browser and its device. @param {string} agent */
+export function browserWords(agent) {
+  const browser = BROWSERS.find(([sign]) => agent.includes(sign))?.[1];
+  const device = deviceOf(agent);
+  return browser && device ? `${browser} on ${device}` : agent || "unknown";
+}
+
 /** @param {Pick<ServiceTokenDocument, "expires_utc">} token @param {number} now_ms */
 export function isExpired({ expires_utc }, now_ms) {
   return expires_utc !== null && Date.parse(expires_utc) <= now_ms;
@@ -92,6 +112,12 @@ export function doingWords({ what, detail }) {
 /** Return what was sent. @param {AuditDocument} entry */
 export function requestWords({ method, path, repeated }) {
   return [method, path.replace(/^\/api\/v1(?=\/)/, ""), repeated > 1 && `×${repeated}`].filter(Boolean).join(" ");
+}
+
+/** Return why nobody can have this name; empty when somebody can. @param {string} name */
+export function nameFault(name) {
+  if (NAME.test(userName(name))) return "";
+  return "A name has letters, digits and . _ @ + - alone, and begins with a letter or digit; choose another one.";
 }
 
 /** Return a name as the server takes it: without capitals. @param {string} name */
