@@ -10,7 +10,10 @@ const LEAST_CHARACTERS = 10;
 /** @type {Readonly<Record<PersonRole, RoleWords>>} */
 export const ROLES = Object.freeze({
   viewer: { name: "Viewer", does: "sees everything and moves nothing" },
-  operator: { name: "Operator", does: "sees everything, moves the rig, captures, and changes or trashes what was made" },
+  operator: {
+    name: "Operator",
+    does: "sees everything, moves the rig, captures, and changes or trashes what was made",
+  },
   admin: {
     name: "Admin",
     does: "does what an operator does, sets the rig up, puts calibrations in force, deletes for good, and says who may do what",
