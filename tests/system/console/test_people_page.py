@@ -170,11 +170,17 @@ def test_viewer_sees_own_sign_ins_and_changes_the_password(
     assert "pixel" in posted(console.click(700.0, 500.0))
     expect(page.locator(".toast", has_text="the right to operate, and linus is a viewer")).to_be_visible()
 
+    sockets: list[str] = []
+    page.on("websocket", lambda socket: sockets.append(socket.url))
+    page.evaluate("location.hash = '#/rig'")
+    expect(page.get_by_role("region", name="Steer by hand", exact=True)).to_be_visible()
     page.get_by_role("button", name="Signed in: linus, viewer").click()
     page.get_by_role("link", name="My sign-ins").click()
     expect(row(page, "linus")).to_contain_text("this browser")
     expect(page.get_by_role("navigation", name="Parts of the page")).to_have_count(0)
     assert not [path for _, path, _ in stub.requests if path in ("/users", "/service_tokens", "/audit")]
+
+    assert sockets == []
 
     password = page.get_by_role("form", name="Change password")
     for present in ("wrong password", PRESENT):

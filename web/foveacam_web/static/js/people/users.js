@@ -104,7 +104,7 @@ function cellsOf(user, own, orders) {
   return [
     [html`<span class="name">${name}</span>`, name === own && badge("plain", "you")],
     html`<select aria-label="Role of ${name}" @change=${(/** @type {{currentTarget: HTMLSelectElement}} */ { currentTarget }) => void orders.setRole(user, currentTarget)}>
-      ${ROLE_CHOICES.map(([value, words]) => html`<option value=${value} ?selected=${value === role}>${words}</option>`)}
+      ${ROLE_CHOICES.map(([value, words]) => html`<option value=${value} .selected=${value === role}>${words}</option>`)}
     </select>`,
     badge(tone, text, title),
     ago(last_seen_utc),
