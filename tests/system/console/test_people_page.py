@@ -133,7 +133,7 @@ def test_sign_ins_are_ended_and_the_log_is_searched(stub: StubServer, open_conso
 def test_first_admin_is_added_where_nobody_has_a_name(stub: StubServer, open_console: OpenConsole) -> None:
     page = open_console(stub.url).page
     page.get_by_role("button", name="Settings").click()
-    expect(page.locator("#session button")).to_have_count(0)
+    expect(page.locator("#signed-in button")).to_have_count(0)
     page.get_by_role("link", name="People and rights").click()
     expect(page.get_by_text("whoever uses this machine may do everything")).to_be_visible()
     assert not [path for _, path, _ in stub.requests if path in ("/users", "/sessions", "/service_tokens")]

@@ -161,7 +161,7 @@ need("wide").append(views.pane("wide").element);
 need("eyes").append(views.pane("left").element, views.pane("right").element, views.derived());
 offerWindows(views, need("scene-window"));
 mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
-mountSession({ button: need("session"), strip: need("viewer") }, { store, commands, session });
+mountSession({ button: need("signed-in"), strip: need("signed-in-viewer") }, { store, commands, session });
 mountStop(need("stop"), need("stopped"), { store, commands });
 mountOffline(need("offline"), store);
 mountProblems(need("problems"), store);
