@@ -63,7 +63,7 @@ import type {
   WideLensDocument,
   WindowLayout,
 } from "#api";
-import type { SignInDocument } from "#people";
+import type { SignInDocument, UserDocument } from "#people";
 
 // Values that fields of several documents take.
 
@@ -80,6 +80,8 @@ export type RingBound = NonNullable<RingRequest["bound"]>;
 export type CodecName = NonNullable<CaptureRequest["codec"]>;
 export type MeasureKind = MeasurementDocument["kind"];
 export type MeasuredView = PlaceRequest["view"];
+export type Right = SignInDocument["rights"][number];
+export type PersonRole = UserDocument["role"];
 
 // Views and pixels.
 

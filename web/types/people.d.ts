@@ -1,20 +1,17 @@
 // Documents of the routes of people and their rights. No browser loads this file.
 
-export type Right = "view" | "operate" | "administer";
-export type PersonRole = "viewer" | "operator" | "admin";
-
 /** What the server asks of whoever comes, and who this browser is to it. */
 export type SignInDocument = {
   mode: "open" | "token" | "users" | "first_admin";
   name: string | null;
   kind: "local" | "shared_token" | "user" | "service" | "nobody";
-  role: PersonRole | null;
-  rights: Right[];
+  role: "viewer" | "operator" | "admin" | null;
+  rights: ("view" | "operate" | "administer")[];
   expires_utc: string | null;
 };
 export type UserDocument = {
   name: string;
-  role: PersonRole;
+  role: "viewer" | "operator" | "admin";
   state: "active" | "invited" | "disabled";
   created_utc: string;
   last_seen_utc: string | null;
@@ -38,7 +35,7 @@ export type ServiceTokenDocument = {
   id: string;
   name: string;
   prefix: string;
-  scopes: Right[];
+  scopes: ("view" | "operate" | "administer")[];
   created_by: string;
   created_utc: string;
   expires_utc: string | null;

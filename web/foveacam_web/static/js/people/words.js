@@ -4,7 +4,10 @@ import { deviceOf } from "../display/words.js";
 import { MISSING, span } from "../format.js";
 import { ROLES } from "../session/words.js";
 
-/** @import { AuditDocument, Right, ServiceTokenDocument, SignInDocument, UserDocument } from "#people" */
+/**
+ * @import { Right } from "#page"
+ * @import { AuditDocument, ServiceTokenDocument, SignInDocument, UserDocument } from "#people"
+ */
 
 /**
  * A part of what a browser calls itself, and its name; Edge calls itself Chrome too, and Chrome Safari.

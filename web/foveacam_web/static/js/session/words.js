@@ -1,7 +1,8 @@
 // Words for people, their roles and their passwords. Pure functions.
 
 /**
- * @import { PersonRole, Right, SignInDocument } from "#people"
+ * @import { PersonRole, Right } from "#page"
+ * @import { SignInDocument } from "#people"
  * @typedef {{name: string, does: string}} RoleWords
  */
 
