@@ -203,6 +203,13 @@ def test_browser_that_is_signed_out_falls_silent_and_goes_on_after_a_sign_in(
     page.get_by_role("form", name="Add somebody").get_by_label("Name").fill("half typed")
     stub.wait_for_listener()
 
+    refused = problem(401, "Sign in first", "a read that came too early", slug="unauthorized")
+    with page.expect_response(lambda response: response.status == 401):
+        stub.refusals["GET /rig"] = refused
+    stub.refusals.clear()
+    page.wait_for_timeout(1000)
+    expect(page.locator(".signed-out")).to_be_hidden()
+
     stub.sign_out()
     expect(page.get_by_role("alertdialog", name="You were signed out")).to_be_visible()
     page.keyboard.press("Escape")

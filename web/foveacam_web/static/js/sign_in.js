@@ -1,12 +1,19 @@
 // Whether this browser is still signed in, as the answers to the requests of one page or worker tell.
 
-/** Passes on that an answer was 401. While a page has set `over`, its requests fail at once, the stop excepted. */
+/** Passes on what answers tell. While a page has set `over`, its requests fail at once, the stop excepted. */
 export class SignIn extends EventTarget {
   over = false;
 
-  /** Tell that the server does not know this browser any more. */
+  /** Tell that the server seems not to know this browser any more. */
   refuse() {
     this.dispatchEvent(new Event("refused"));
+  }
+
+  /** Tell that the server knows this browser again. */
+  restore() {
+    if (!this.over) return;
+    this.over = false;
+    this.dispatchEvent(new Event("restored"));
   }
 }
 

@@ -24,8 +24,9 @@ export class SessionReader {
   readAll() {
     return this.#reads.read("session", async () => {
       const sign_in = await whoAmI();
-      if (sign_in.kind === "nobody") signIn.refuse();
-      else this.#store.set({ sign_in });
+      if (sign_in.kind === "nobody") return signIn.refuse();
+      signIn.restore();
+      this.#store.set({ sign_in });
     });
   }
 

@@ -6,24 +6,34 @@ import { signIn } from "../sign_in.js";
 
 /** @import { Store } from "../store.js" */
 
+const SETTLE_MS = 300; // an order of this page may be about to sign it in, while a read that came before is refused
+
 /** Watch over the sign-in of one page. @param {Store} store */
 export function watchSignIn(store) {
   const dialog = makeDialog();
+  let asks = false;
+  const ask = async () => {
+    const known = await isSignedIn();
+    asks = false;
+    signIn.over = !known;
+    if (!known) dialog.showModal();
+    store.set({ signed_out: !known });
+  };
   signIn.addEventListener("refused", () => {
-    if (signIn.over) return;
-    signIn.over = true;
-    store.set({ signed_out: true });
-    dialog.showModal();
+    if (signIn.over || asks) return;
+    asks = true;
+    setTimeout(() => void ask(), SETTLE_MS);
   });
-  dialog.addEventListener("close", () => signIn.over && dialog.showModal()); // Escape closes every dialog
-  const look = async () => {
-    if (!signIn.over || document.hidden || !(await isSignedIn())) return;
-    signIn.over = false;
+  signIn.addEventListener("restored", () => {
     dialog.close();
     store.set({ signed_out: false });
+  });
+  const look = async () => {
+    if (signIn.over && !document.hidden && (await isSignedIn())) signIn.restore();
   };
   window.addEventListener("focus", () => void look());
   document.addEventListener("visibilitychange", () => void look());
+  dialog.addEventListener("close", () => signIn.over && dialog.showModal()); // Escape closes every dialog
 }
 
 async function isSignedIn() {
