@@ -38,6 +38,10 @@ from foveacam_server.resources.measurements import routes as measurements
 from foveacam_server.resources.mirrors import routes as mirrors
 from foveacam_server.resources.mirrors import steering_routes as steering
 from foveacam_server.resources.mosaics import routes as mosaics
+from foveacam_server.resources.people import audit_routes as audit
+from foveacam_server.resources.people import session_routes as session
+from foveacam_server.resources.people import token_routes as service_tokens
+from foveacam_server.resources.people import user_routes as users
 from foveacam_server.resources.planner import routes as planner
 from foveacam_server.resources.positioners import pan_tilt_routes as pan_tilt
 from foveacam_server.resources.positioners import rail_routes as rail
@@ -101,6 +105,10 @@ _RESOURCES = (
     events,
     faults,
     lease,
+    session,
+    users,
+    service_tokens,
+    audit,
     stop,
 )
 
@@ -118,6 +126,7 @@ def create_app(settings: Settings) -> FastAPI:
                 app.state.failure = error  # `foveacam serve` prints it in place of a traceback
                 raise
             app.state.services = services
+            app.state.gate.accounts = services.accounts
             yield
             # Closing joins threads that may still hand work to this loop, so the loop must keep turning
             await asyncio.to_thread(stack.pop_all().close)

@@ -62,7 +62,11 @@ SceneOption = Annotated[
 ]
 PresetOption = Annotated[str | None, typer.Option(help="mirrors of the simulated rig: rig120 or paper")]
 HostOption = Annotated[
-    str | None, typer.Option(help="address to listen on; beyond this machine needs a token")
+    str | None, typer.Option(help="address to listen on; beyond this machine, people must sign in")
+]
+InsecureOption = Annotated[
+    bool | None,
+    typer.Option("--insecure", help="let whoever reaches the server do everything, without signing in"),
 ]
 PortOption = Annotated[int | None, typer.Option(help="port to listen on; 0 takes a free one", max=65535)]
 TokenOption = Annotated[
@@ -94,6 +98,7 @@ def serve(
     host: HostOption = None,
     port: PortOption = None,
     token: TokenOption = None,
+    insecure: InsecureOption = None,
     trusted_proxy: ProxyOption = None,
     data: DataOption = None,
     calibration: CalibrationOption = None,
@@ -112,6 +117,7 @@ def serve(
         "host": host,
         "port": port,
         "token": token,
+        "insecure": insecure,
         "trusted_proxies": trusted_proxy or None,
         "data": data,
         "calibration": calibration,

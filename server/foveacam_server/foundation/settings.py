@@ -44,7 +44,9 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
     token: SecretStr | None = None
-    """Token of every request; required unless `host` is a loopback address. `auto` generates one."""
+    """Token that all may share, which has every right. `auto` generates one."""
+    insecure: bool = False
+    """Whether a server that others can reach is open to everybody, without users or a token."""
     allowed_origins: tuple[str, ...] = ()
     """Origins of pages, besides its own, that may use this server."""
     trusted_proxies: tuple[str, ...] = ()
