@@ -47,9 +47,15 @@ class ServiceTokens:
         self._store = store
         self._lock = threading.Lock()
         self._used: dict[str, str] = {}
-        with store.session() as session:
+        self._live: dict[str, ServiceToken] = {}
+        self.load()
+
+    def load(self) -> None:
+        """Take up the stored tokens."""
+        with self._store.session() as session:
             rows = session.scalars(select(ServiceTokenRow)).all()
-        self._live = {row.secret_hash: _token(row) for row in rows}
+        with self._lock:
+            self._live = {row.secret_hash: _token(row) for row in rows}
 
     def all(self) -> list[ServiceToken]:
         """Return the tokens by name, also expired ones."""
