@@ -18,6 +18,8 @@ class OpenConnection:
         self._ended = asyncio.Event()
         self._waiting: asyncio.Task[Message] | None = None
         self._closed = False
+        self._unfinished = False
+        """Whether an answer has begun that has not ended."""
 
     def end(self) -> None:
         """End it; callable from any thread."""
@@ -43,11 +45,15 @@ class OpenConnection:
             await self._leave()
             raise OSError("the sign-in of this connection was revoked")
         await self._send(message)
+        if not self._websocket:
+            self._unfinished = message["type"] == "http.response.start" or message.get("more_body", False)
 
-    def release(self) -> None:
-        """Stop waiting for the peer: the application has answered."""
+    async def release(self) -> None:
+        """Stop waiting for the peer, and end the answer if the application was stopped within it."""
         if self._waiting is not None:
             self._waiting.cancel()
+        if self._unfinished and self._ended.is_set():
+            await self._send({"type": "http.response.body", "body": b"", "more_body": False})
 
     async def _leave(self) -> Message:
         if not self._websocket:

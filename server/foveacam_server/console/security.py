@@ -65,7 +65,7 @@ class SecurityMiddleware:
             try:
                 await self._app(scope, connection.receive, connection.send)
             finally:
-                connection.release()
+                await connection.release()
 
     async def _refuse(self, refusal: Refusal, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "websocket":
