@@ -127,6 +127,7 @@ def create_app(settings: Settings) -> FastAPI:
                 raise
             app.state.services = services
             app.state.gate.accounts = services.accounts
+            app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
             yield
             # Closing joins threads that may still hand work to this loop, so the loop must keep turning
             await asyncio.to_thread(stack.pop_all().close)

@@ -15,6 +15,9 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
+from foveacam_hardware.rig_config import AccessConfig, SimulatedRigConfig
+from foveacam_server.rig.chosen_rig import ChosenRig
+
 from .conftest import API, CENTRE, PATIENCE_S, Running, read_until, running, slow_views
 
 PASSWORD = "correct horse battery"  # noqa: S105  # a password of these tests alone
@@ -141,6 +144,40 @@ def test_a_service_works_with_its_token_until_it_is_revoked(lab: Lab, ada: httpx
     assert listed["last_used_utc"] is not None and made["token"] not in json.dumps(listed)
     assert ada.delete(f"{API}/service_tokens/{listed['id']}").status_code == 204
     assert lab.server.http.get(f"{API}/rig", headers=service).status_code == 401
+
+
+def test_who_drives_is_known_by_name_and_is_asked(lab: Lab, ada: httpx.Client) -> None:
+    nils, mia = joined(lab, ada, "nils", "operator"), joined(lab, ada, "mia", "operator")
+    lease = {"X-Lease": nils.post(f"{API}/lease", json={"holder": "desk"}).json()["token"]}
+    assert mia.get(f"{API}/lease").json()["person"] == "nils"
+    refused = mia.post(f"{API}/mirrors/park")
+    assert refused.status_code == 409 and "nils (desk) holds the control lease" in refused.json()["detail"]
+    assert mia.post(f"{API}/lease", json={"holder": "lab", "take_over": True}).status_code == 403
+    assert mia.post(f"{API}/lease/request", json={"holder": "lab"}).json()["asked_by"] == "mia (lab)"
+    handed = nils.put(f"{API}/lease/request", json={"hand_over": True}, headers=lease)
+    assert handed.status_code == 200
+    taken = mia.post(f"{API}/lease", json={"holder": "lab"})
+    assert taken.json()["holder"] == "mia (lab)"
+    without = ada.post(f"{API}/lease", json={"holder": "desk", "take_over": True})
+    assert without.status_code == 422 and "without a reason" in without.json()["detail"]
+    body = {"holder": "desk", "take_over": True, "reason": "the rig is needed"}
+    token = ada.post(f"{API}/lease", json=body).json()["token"]
+    assert mia.post(f"{API}/stop").json()["parked"] is True  # whoever holds it
+    assert lab.server.services.stop.state.by == "mia at 127.0.0.1"
+    assert mia.delete(f"{API}/stop").status_code == 200
+    assert ada.delete(f"{API}/lease", headers={"X-Lease": token}).status_code == 204
+
+
+def test_a_viewer_stops_the_rig_where_its_file_says_so(
+    lab: Lab, ada: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    eve = joined(lab, ada, "eve", "viewer")
+    assert eve.post(f"{API}/stop").status_code == 403
+    allowed = SimulatedRigConfig(access=AccessConfig(viewers_may_stop=True))
+    monkeypatch.setattr(ChosenRig, "config", lambda _rig: allowed)
+    assert eve.post(f"{API}/stop").json()["parked"] is True
+    assert eve.delete(f"{API}/stop").status_code == 403
+    assert ada.delete(f"{API}/stop").status_code == 200
 
 
 def test_the_sign_in_form_asks_for_name_and_password(lab: Lab, ada: httpx.Client) -> None:

@@ -1295,10 +1295,17 @@ export interface components {
             /** @default false */
             replace?: boolean;
         };
+        /** @description The holder's answer to who asks for the lease. */
+        LeaseAnswer: {
+            hand_over: boolean;
+        };
         /** @description The holder of the control lease; null: nobody, and anybody may move. */
         LeaseDocument: {
+            asked_by: string | null;
             expires_in_s: number | null;
             holder: string | null;
+            idle_s: number | null;
+            person: string | null;
         };
         /** @description The granted lease; its token goes into the X-Lease header. */
         LeaseGrant: {
@@ -1309,8 +1316,13 @@ export interface components {
         /** @description Name of the client that asks for the lease. */
         LeaseRequest: {
             holder: string;
+            reason?: string | null;
             /** @default false */
             take_over?: boolean;
+        };
+        /** @description Name of the client that asks the holder for the lease. */
+        LeaseWish: {
+            holder: string;
         };
         /** @description The way from the first point to the second; `same_look`: errors that both share are taken once. */
         LengthDocument: {
@@ -3420,9 +3432,11 @@ export type JoinRequest = components['schemas']['JoinRequest'];
 export type KindDocument = components['schemas']['KindDocument'];
 export type LayoutDocument = components['schemas']['LayoutDocument'];
 export type LayoutRequest = components['schemas']['LayoutRequest'];
+export type LeaseAnswer = components['schemas']['LeaseAnswer'];
 export type LeaseDocument = components['schemas']['LeaseDocument'];
 export type LeaseGrant = components['schemas']['LeaseGrant'];
 export type LeaseRequest = components['schemas']['LeaseRequest'];
+export type LeaseWish = components['schemas']['LeaseWish'];
 export type LengthDocument = components['schemas']['LengthDocument'];
 export type LensDocument = components['schemas']['LensDocument'];
 export type LensFitDocument = components['schemas']['LensFitDocument'];

@@ -80,3 +80,9 @@ class Principal:
 LOCAL = Principal(kind=PrincipalKind.LOCAL, name="this machine", rights=frozenset(Right))
 SHARED = Principal(kind=PrincipalKind.SHARED_TOKEN, name="the shared token", rights=frozenset(Right))
 NOBODY = Principal(kind=PrincipalKind.NOBODY, name="nobody", rights=frozenset())
+
+
+def who_at(principal: Principal, address: str) -> str:
+    """Return who did something and from where, in words; the address alone where nobody signs in."""
+    named = principal.kind in (PrincipalKind.USER, PrincipalKind.SERVICE)
+    return f"{principal.name} at {address}" if named else address

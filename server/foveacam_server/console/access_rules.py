@@ -2,6 +2,7 @@
 
 import hashlib
 import hmac
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
 from ipaddress import ip_address
@@ -49,6 +50,8 @@ class AccessRules:
     """Whether the server is open to whoever reaches it."""
     accounts: Accounts | None = None
     """Opened with the server; None before."""
+    viewers_may_stop: Callable[[], bool] = lambda: False
+    """Whether the rig's file lets those who may only look stop the mirrors."""
     attempts: WrongAttempts = field(default_factory=WrongAttempts)
     """Wrong shared tokens by address."""
 
@@ -76,7 +79,9 @@ class AccessRules:
         if isinstance(found, Refusal):
             return found
         right = needed_right(scope["type"], scope.get("method", "GET"), scope["path"])
-        return found if found.may(right) else lacking(found, right, scope)
+        if found.may(right) or (_stops(scope) and found.may(Right.VIEW) and self.viewers_may_stop()):
+            return found
+        return lacking(found, right, scope)
 
     def audit(self, found: Principal | Refusal, scope: Scope, *, status: int) -> None:
         """Write a change that was made or tried into the audit log; pictures by WebSocket change nothing."""
@@ -141,8 +146,7 @@ class AccessRules:
         return None if self.accounts is None else self.accounts.sign_ins.find(cookie)
 
     def _check_token(self, given: str, scope: Scope) -> Principal | Refusal:
-        stops = scope["path"] == STOP_PATH and scope.get("method") == "POST"
-        if stops and self.token is not None and equal(given, self.token):
+        if _stops(scope) and self.token is not None and equal(given, self.token):
             return SHARED  # whatever others at its address have tried: the stop is never withheld
         address = address_of(scope)
         wait_s = self.attempts.wait_s(address)
@@ -159,6 +163,10 @@ class AccessRules:
         scheme = scope.get("scheme", "http")
         own = f"{_PAGE_SCHEMES.get(scheme, scheme)}://{headers.get('host', '').lower()}"
         return origin in self.origins or origin.lower() == own
+
+
+def _stops(scope: Scope) -> bool:
+    return scope["path"] == STOP_PATH and scope.get("method") == "POST"
 
 
 def is_open_call(scope: Scope) -> bool:

@@ -7,6 +7,7 @@ from fastapi.responses import JSONResponse
 from starlette.types import Scope
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_server.accounts.rights import who_at
 from foveacam_server.console.access_rules import STOP_PATH, AccessRules
 from foveacam_server.console.refusals import Refusal
 from foveacam_server.console.security import put_security_headers
@@ -38,16 +39,16 @@ class StopAtDoor:
         scope: Scope = {"type": "http", "scheme": "http", "method": "POST", "path": STOP_PATH}
         scope.update(headers=headers, client=(peer, 0))
         found = self._gate.check(scope)
-        answer = self._refused(found) if isinstance(found, Refusal) else self._engaged(peer)
+        answer = self._refused(found) if isinstance(found, Refusal) else self._engaged(who_at(found, peer))
         self._gate.audit(found, scope, status=answer.status_code)
         return answer
 
     def _refused(self, refusal: Refusal) -> JSONResponse:
         return refusal.problem.response(instance=STOP_PATH)
 
-    def _engaged(self, peer: str) -> JSONResponse:
+    def _engaged(self, who: str) -> JSONResponse:
         try:
-            return JSONResponse(self._stop.engage(peer).as_json())
+            return JSONResponse(self._stop.engage(who).as_json())
         except Exception as error:  # noqa: BLE001 - the outermost frame of a request: it is answered
             return problem_of(error).response(instance=STOP_PATH)
 
