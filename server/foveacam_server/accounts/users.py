@@ -45,7 +45,7 @@ class User:
         """Return `active`, `invited` or `disabled`."""
         if self.disabled:
             return "disabled"
-        return "active" if self.joined else "invited"
+        return "active" if self.joined or self.last_seen_utc is not None else "invited"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,6 +170,27 @@ class Users:
                 remedy="try again; an admin can make a new link for a forgotten password",
             )
         self._wrong.forget(name)
+        with self._store.session() as session:
+            row = _row(session, name)
+            row.last_seen_utc = utc_now()
+            return _user(row)
+
+    def come_by_provider(self, name: str, *, new_role: Role | None) -> User:
+        """Return the user whom a provider has proved to be `name`; an unknown one is added with `new_role`.
+
+        Raise `WrongCredentials` for a user who is disabled, or unknown without `new_role`.
+        """
+        known = next((user for user in self.all() if user.name == name), None)
+        if known is None and new_role is not None:
+            known, _ = self.add(name, new_role)
+        if known is None or known.disabled:
+            why = "is disabled" if known is not None else "was not added by an admin"
+            raise WrongCredentials(
+                f"{name} {why}; ask an admin of this server",
+                asked=f"to sign in as {name}",
+                found=why,
+                remedy="ask an admin of this server",
+            )
         with self._store.session() as session:
             row = _row(session, name)
             row.last_seen_utc = utc_now()

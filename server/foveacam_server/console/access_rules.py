@@ -30,7 +30,9 @@ from foveacam_server.console.refusals import (
 
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 STOP_PATH = "/api/v1/stop"
-SIGN_IN_PATHS = frozenset({"/sign_in", "/join"})
+OPENID_PATH = "/sign_in/openid"
+OPENID_CALLBACK = "/sign_in/openid/callback"
+SIGN_IN_PATHS = frozenset({"/sign_in", "/join", OPENID_PATH, OPENID_CALLBACK})
 """Pages and forms by which one signs in."""
 _PAGE_SCHEMES = {"ws": "http", "wss": "https"}
 
@@ -52,6 +54,8 @@ class AccessRules:
     """Opened with the server; None before."""
     viewers_may_stop: Callable[[], bool] = lambda: False
     """Whether the rig's file lets those who may only look stop the mirrors."""
+    openid_name: str | None = None
+    """What the button for signing in by a provider says; None: there is none."""
     attempts: WrongAttempts = field(default_factory=WrongAttempts)
     """Wrong shared tokens by address."""
 

@@ -13,7 +13,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import set_cookie
 from foveacam_server.accounts.rights import Principal
-from foveacam_server.console import sign_in
+from foveacam_server.console import openid, sign_in
 from foveacam_server.console.access_rules import AccessRules, address_of
 from foveacam_server.console.open_connection import OpenConnection
 from foveacam_server.console.page_policy import content_policy
@@ -72,7 +72,7 @@ class SecurityMiddleware:
             await _refuse_websocket(refusal, scope, receive, send)
             return
         if refusal.ask and "text/html" in Headers(scope=scope).get("accept", ""):
-            page = sign_in.page_of(self._gate.mode, shared_token=self._gate.token is not None)
+            page = sign_in.page_of(self._gate)
             headers = {"Referrer-Policy": sign_in.REFERRER_POLICY}
             answer: Response = HTMLResponse(page, status_code=UNAUTHORIZED.status, headers=headers)
         else:
@@ -120,6 +120,7 @@ def install(app: FastAPI, settings: Settings) -> AccessRules:
     )
     app.add_middleware(SecurityMiddleware, gate=gate)
     app.include_router(sign_in.router(gate))
+    openid.install(app, settings, gate)
     return gate
 
 

@@ -17,7 +17,7 @@ from foveacam_server.accounts.cookies import set_cookie
 from foveacam_server.accounts.passwords import LEAST_CHARS
 from foveacam_server.accounts.rights import NOBODY
 from foveacam_server.accounts.users import User
-from foveacam_server.console.access_rules import AccessRules, address_of
+from foveacam_server.console.access_rules import OPENID_PATH, AccessRules, address_of
 from foveacam_server.console.refusals import too_many_tries
 from foveacam_server.foundation.errors import UNAUTHORIZED, problem_of
 
@@ -37,18 +37,22 @@ form, main { display: grid; gap: .75rem; width: min(20rem, 90vw); }
 h1 { font-size: 1.25rem; margin: 0; }
 p { margin: 0; overflow-wrap: anywhere; }
 input, button { font: inherit; padding: .5rem; }
+.button { padding: .5rem; text-align: center; border: 1px solid; border-radius: .25rem; color: inherit; }
 [role=alert] { color: light-dark(#a3140c, #ffb4a9); margin: 0; }
 </style></head>
 <body>__BODY__</body></html>
 """
+# A link, since the policy lets a form lead to this server alone
+_OPENID = f"""<main><a class="button" href="{OPENID_PATH}">Sign in with __NAME__</a></main>"""
 _NAME = """<label for="name">Name</label>
 <input id="name" name="name" autocomplete="username" autocapitalize="none" value="__VALUE__"
 required __FOCUS__>
 """
 
 
-def page_of(mode: Mode, *, shared_token: bool, problem: str = "", name: str = "") -> str:
+def page_of(gate: AccessRules, *, problem: str = "", name: str = "") -> str:
     """Return the page that asks who somebody is; `problem`: why the last answer was refused."""
+    mode = gate.mode
     if mode is Mode.FIRST_ADMIN:
         body = (
             "<main><h1>FoveaCam Duo</h1><p>This server has no user yet. Open the link that it printed on its "
@@ -56,7 +60,9 @@ def page_of(mode: Mode, *, shared_token: bool, problem: str = "", name: str = ""
         )
         return _PAGE.replace("__BODY__", body)
     forms = [_password_form(problem, name)] if mode is Mode.USERS else []
-    if shared_token:
+    if mode is Mode.USERS and gate.openid_name is not None:
+        forms.append(_OPENID.replace("__NAME__", escape(gate.openid_name)))
+    if gate.token is not None:
         forms.append(_token_form("" if forms else problem, focus=not forms))
     return _PAGE.replace("__BODY__", "\n".join(forms))
 
@@ -181,8 +187,7 @@ class _SignInForms:
         return answer
 
     def _page(self, problem: str, *, status: int, name: str = "") -> Response:
-        page = page_of(self._gate.mode, shared_token=self._gate.token is not None, problem=problem, name=name)
-        return _html(page, status=status)
+        return _html(page_of(self._gate, problem=problem, name=name), status=status)
 
 
 def _html(page: str, *, status: int) -> Response:
