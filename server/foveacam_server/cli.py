@@ -66,6 +66,10 @@ PresetOption = Annotated[str | None, typer.Option(help="mirrors of the simulated
 HostOption = Annotated[
     str | None, typer.Option(help="address to listen on; beyond this machine, people must sign in")
 ]
+CertificateOption = Annotated[
+    Path | None, typer.Option(help="certificate with its chain (PEM), to serve https; with --tls-key")
+]
+KeyOption = Annotated[Path | None, typer.Option(help="private key of the certificate (PEM)")]
 InsecureOption = Annotated[
     bool | None,
     typer.Option("--insecure", help="let whoever reaches the server do everything, without signing in"),
@@ -101,6 +105,8 @@ def serve(
     port: PortOption = None,
     token: TokenOption = None,
     insecure: InsecureOption = None,
+    tls_cert: CertificateOption = None,
+    tls_key: KeyOption = None,
     trusted_proxy: ProxyOption = None,
     data: DataOption = None,
     calibration: CalibrationOption = None,
@@ -120,6 +126,8 @@ def serve(
         "port": port,
         "token": token,
         "insecure": insecure,
+        "tls_cert": tls_cert,
+        "tls_key": tls_key,
         "trusted_proxies": trusted_proxy or None,
         "data": data,
         "calibration": calibration,

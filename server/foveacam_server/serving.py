@@ -4,6 +4,7 @@ import asyncio
 import logging
 import os
 import socket
+import ssl
 from pathlib import Path
 from typing import cast
 
@@ -22,6 +23,7 @@ from foveacam_server.doors.listening_socket import listen
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects
+from foveacam_server.doors.tls import tls_context
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.chosen_rig import check_simulation, compile_renderer, rig_config
 
@@ -43,8 +45,9 @@ class _GreetingServer(WatchedServer):
         greeting: list[str],
         services: "_StartedServices",
         console: Console,
+        tls: ssl.SSLContext | None,
     ) -> None:
-        super().__init__(config)
+        super().__init__(config, tls=tls)
         self._address = address
         self._lines = [f"FoveaCam Duo is ready: {address}", *greeting]
         self._doors: list[StopDoor] = []
@@ -72,7 +75,13 @@ class _GreetingServer(WatchedServer):
         services, gate = self._services(), self._services.gate()
         answer = StopAtDoor(services.stop, gate=gate)
         for listener in listeners:
-            door = StopDoor(listener, adopt=self.adopt, answer=answer, workers=services.stopping)
+            door = StopDoor(
+                listener,
+                adopt=self.adopt,
+                answer=answer,
+                workers=services.stopping,
+                encrypted=self._tls is not None,
+            )
             self._doors.append(door)
             door.open()
 
@@ -130,6 +139,7 @@ def run_server(settings: Settings, *, console: Console) -> None:
     if settings.wants_token_made:
         settings = settings.with_made_token()
         token_path = keep_token(settings)
+    tls = tls_context(settings.tls_cert, settings.tls_key)
     app = create_app(settings)
     allow_open_files()
     with listen(settings.host, settings.port) as listener:
@@ -141,6 +151,7 @@ def run_server(settings: Settings, *, console: Console) -> None:
             greeting=_token_lines(settings, token_path=token_path),
             services=_StartedServices(app.state),
             console=console,
+            tls=tls,
         )
         log = logging.getLogger("uvicorn.error")
         log.addFilter(lambda _record: _failure(app) is None)  # it would print the traceback
@@ -174,7 +185,8 @@ def _failure(app: FastAPI) -> FoveaError | None:
 def _address(settings: Settings, *, port: int) -> str:
     """Return the server's address for a browser on this machine."""
     named = LOCALHOST.get(settings.host, settings.host)  # a browser cannot open "any address"
-    return f"http://{f'[{named}]' if ':' in named else named}:{port}/"
+    scheme = "http" if settings.tls_cert is None else "https"
+    return f"{scheme}://{f'[{named}]' if ':' in named else named}:{port}/"
 
 
 def _token_lines(settings: Settings, *, token_path: Path | None) -> list[str]:

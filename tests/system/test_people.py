@@ -2,6 +2,7 @@
 
 import json
 import os
+import ssl
 import subprocess
 import sys
 import threading
@@ -17,6 +18,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from foveacam_hardware.rig_config import AccessConfig, SimulatedRigConfig
 from foveacam_server.rig.chosen_rig import ChosenRig
+from tests.certificates import written_certificate
 
 from .conftest import API, CENTRE, PATIENCE_S, Running, read_until, running, slow_views
 
@@ -40,7 +42,8 @@ class Lab:
         """Open a WebSocket of a browser."""
         cookies = "; ".join(f"{name}={value}" for name, value in browser.cookies.items())
         found = connect(f"ws://127.0.0.1:{self.server.port}{path}", additional_headers={"Cookie": cookies})
-        return self.stack.enter_context(found)
+        self.stack.callback(found.close)
+        return found
 
 
 @pytest.fixture(scope="module")
@@ -227,8 +230,10 @@ def test_the_first_user_of_this_machine_closes_it(tmp_path: Path) -> None:
         assert stranger.get("/healthz").status_code == 200
 
 
-def test_the_program_prints_the_link_of_the_first_admin(tmp_path: Path) -> None:
+def test_the_program_serves_https_and_prints_the_link_of_the_first_admin(tmp_path: Path) -> None:
+    certificate, key = written_certificate(tmp_path, "127.0.0.1")
     command = [sys.executable, "-m", "foveacam_server", "serve", "--host", EVERYWHERE, "--port", "0"]
+    command += ["--tls-cert", str(certificate), "--tls-key", str(key)]
     environment = {
         **slow_views(),
         "COLUMNS": "200",
@@ -239,8 +244,23 @@ def test_the_program_prints_the_link_of_the_first_admin(tmp_path: Path) -> None:
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=os.environ | environment
     )
     try:
-        link = read_until(process, r"(http://127\.0\.0\.1:\d+/join\?code=\S+)")
-        assert "first admin" in httpx.get(link, trust_env=False).text
+        link = read_until(process, r"(https://127\.0\.0\.1:\d+/join\?code=\S+)")
+        trusted = ssl.create_default_context(cafile=certificate)
+        with httpx.Client(verify=trusted, trust_env=False) as browser:
+            page = browser.get(link)
+            assert "first admin" in page.text
+            assert page.headers["Strict-Transport-Security"] == "max-age=31536000"
+            form = {
+                "code": link.partition("code=")[2],
+                "name": "ada",
+                "password": PASSWORD,
+                "again": PASSWORD,
+            }
+            made = browser.post(httpx.URL(link).copy_with(path="/join", query=None), data=form)
+            assert made.status_code == 303 and "; Secure" in made.headers["set-cookie"]
+            assert browser.post(httpx.URL(link).copy_with(path=f"{API}/stop", query=None)).status_code == 200
+        with pytest.raises(httpx.HTTPError):  # a stop in plain text is none
+            httpx.post(f"http://127.0.0.1:{httpx.URL(link).port}{API}/stop", trust_env=False)
     finally:
         process.terminate()
         process.wait(20)

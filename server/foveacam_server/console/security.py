@@ -21,6 +21,8 @@ from foveacam_server.console.refusals import Refusal
 from foveacam_server.foundation.errors import UNAUTHORIZED
 from foveacam_server.foundation.settings import Settings
 
+HSTS_S = 31_536_000
+"""How long a browser that came by https comes by nothing else."""
 _POLICY_VIOLATION = 1008
 _SWITCHING_PROTOCOLS = 101
 
@@ -37,7 +39,7 @@ class SecurityMiddleware:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        audited = _AuditedSend(_with_headers(send, path=scope["path"]))
+        audited = _AuditedSend(_with_headers(send, scope))
         signed_in = self._sign_in_by_link(scope)
         if signed_in is not None:
             await signed_in(scope, receive, audited)
@@ -124,10 +126,15 @@ def install(app: FastAPI, settings: Settings) -> AccessRules:
     return gate
 
 
-def _with_headers(send: Send, *, path: str) -> Send:
+def _with_headers(send: Send, scope: Scope) -> Send:
+    path, encrypted = scope["path"], scope.get("scheme") in ("https", "wss")
+
     async def guarded(message: Message) -> None:
         if message["type"] in ("http.response.start", "websocket.http.response.start"):
-            put_security_headers(MutableHeaders(scope=message), path=path)
+            headers = MutableHeaders(scope=message)
+            put_security_headers(headers, path=path)
+            if encrypted:
+                headers["Strict-Transport-Security"] = f"max-age={HSTS_S}"
         await send(message)
 
     return guarded

@@ -64,6 +64,9 @@ class Settings(BaseSettings):
     port: int = Field(default=8000, ge=0, le=65535)
     token: SecretStr | None = None
     """Token that all may share, which has every right. `auto` generates one."""
+    tls_cert: Path | None = None
+    """Certificate (PEM, with its chain) by which the server speaks https; needs `tls_key`."""
+    tls_key: Path | None = None
     insecure: bool = False
     """Whether a server that others can reach is open to everybody, without users or a token."""
     openid: OpenIdSettings | None = None
