@@ -10,7 +10,7 @@ from foveacam_hardware.contract import FoveaError
 from foveacam_server import __version__
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
-from foveacam_server.doors.middleware import BodyLimitProblems, HeadRequests, RequestTimes
+from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
 from foveacam_server.doors.threads import bound_threads
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.answers import BODY_BYTES, problems
@@ -144,6 +144,7 @@ def create_app(settings: Settings) -> FastAPI:
     errors.install(app)
     app.add_middleware(HeadRequests)
     app.add_middleware(BodyLimitProblems)
+    app.add_middleware(HeaderLimit)
     app.state.gate = security.install(app, settings)
     app.add_middleware(RequestTimes)
     for resource in _RESOURCES:

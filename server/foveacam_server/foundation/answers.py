@@ -51,6 +51,7 @@ _TITLES = {
     413: "the body is too large",
     422: "the request cannot be used, or the rig cannot do it",
     429: "too many wrong tokens or passwords came from this address",
+    431: "line and headers are too large",
     502: "a device failed",
     503: "a device is missing",
     504: "a device did not answer",
