@@ -1,4 +1,4 @@
-"""ASGI middleware: 413 and 431 as problem documents, HEAD wherever GET is served, and the time of each request.
+"""ASGI middleware: 413 and 431 as problem documents, HEAD wherever GET is served, times of requests.
 
 FastAPI counts a body's bytes (`max_body_size` of a router or route), reads no further, and answers in plain
 text; here that answer is replaced.
@@ -47,7 +47,7 @@ class HeaderLimit:
         if scope["type"] == "http" and (size := _header_bytes(scope)) > HEADER_BYTES:
             problem = ProblemDetails(
                 kind=HEADERS_TOO_LARGE,
-                detail=f"Line and headers of the request have {size} bytes; at most {HEADER_BYTES} are taken.",
+                detail=f"The request has {size} bytes of line and headers; at most {HEADER_BYTES} are taken.",
                 asked=f"{size} bytes of headers",
                 found=f"a limit of {HEADER_BYTES} bytes",
                 remedy="Send less in the address and the headers; what is long belongs into the body.",
