@@ -63,6 +63,7 @@ import type {
   WideLensDocument,
   WindowLayout,
 } from "#api";
+import type { SignInDocument, UserDocument } from "#people";
 
 // Values that fields of several documents take.
 
@@ -79,6 +80,8 @@ export type RingBound = NonNullable<RingRequest["bound"]>;
 export type CodecName = NonNullable<CaptureRequest["codec"]>;
 export type MeasureKind = MeasurementDocument["kind"];
 export type MeasuredView = PlaceRequest["view"];
+export type Right = SignInDocument["rights"][number];
+export type PersonRole = UserDocument["role"];
 
 // Views and pixels.
 
@@ -146,7 +149,8 @@ export type StreamOrder =
   | { type: "canvas"; view: ViewName; canvas: OffscreenCanvas }
   | { type: "loupe-canvas"; canvas: OffscreenCanvas }
   | { type: "loupe"; at: Point | null; zoom: number }
-  | { type: "subscribe"; views: Subscription };
+  | { type: "subscribe"; views: Subscription }
+  | { type: "halt"; halted: boolean };
 
 // The console.
 
@@ -481,12 +485,20 @@ export type SteerState = {
   gamepad: "there" | "lost" | null;
 };
 
+// The page of people and their rights.
+
+export type PeopleTab = "people" | "services" | "sign_ins" | "log";
+
 // What all pages share, and all of it.
 
 export type SharedState = {
   stream: LinkState;
   events_link: LinkState;
   boot_id: string | null;
+  /** Who this browser is to the server; null before its answer. */
+  sign_in: SignInDocument | null;
+  /** Whether the server has said that this browser is signed out. */
+  signed_out: boolean;
   rig: RigDocument | null;
   intrinsics: WideLensDocument | null;
   reach: ReachDocument | null;
@@ -520,4 +532,9 @@ export type ConsoleState = SharedState &
   MeasureState &
   FollowState &
   LoopState &
-  SteerState & { gallery: GalleryPlace | null; planner_page: boolean; compare_page: boolean };
+  SteerState & {
+    gallery: GalleryPlace | null;
+    planner_page: boolean;
+    compare_page: boolean;
+    people: PeopleTab | null;
+  };

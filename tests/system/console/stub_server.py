@@ -17,7 +17,7 @@ from typing import Any
 import cv2
 import numpy as np
 from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
-from fastapi.responses import JSONResponse, StreamingResponse
+from fastapi.responses import HTMLResponse, JSONResponse, StreamingResponse
 
 from foveacam_server.console import pages
 from foveacam_server.console.page_policy import content_policy
@@ -28,9 +28,12 @@ from . import calibration_documents as documents
 from . import rig_documents
 from .calibration_documents import SESSION_ID, Document
 from .calibration_results import UTC, settle_time
+from .stub_people import StubPeople
+from .stub_people import problem as problem  # the tests of the pages take it from here
 from .stub_steering import StubSteering
 
 Json = Any  # what tests put in and look at: any JSON value
+END = ""  # of an event stream
 VIEWS = ["wide", "left", "right", "anaglyph", "difference", "depth"]
 VIEWS += ["calibration_wide", "calibration_left", "calibration_right"]
 
@@ -50,6 +53,7 @@ class StubServer:
     away: bool = False
     """Whether it serves no views, as while it restarts."""
     steering: StubSteering = field(default_factory=StubSteering)
+    people: StubPeople = field(default_factory=StubPeople)
     url: str = ""
     _ids: int = 0
     _loop: asyncio.AbstractEventLoop | None = None
@@ -63,6 +67,7 @@ class StubServer:
         self.annotated = self.away = False
         self.follow_marks = None
         self.steering = StubSteering()
+        self.people = StubPeople()
         self._listeners.clear()  # pages of the test before
         records = [
             documents.record("a" * 32, "Bench, spring", current=True),
@@ -154,14 +159,22 @@ class StubServer:
         """Return the bodies that were posted to a path."""
         return [body for method, asked, body in self.requests if method == "POST" and asked == path]
 
+    def sign_out(self) -> None:
+        """Know the browser no more, and end its streams."""
+        self.people.signed_out = True
+        loop = self._loop
+        if loop is not None:
+            for queue in list(self._listeners):
+                loop.call_soon_threadsafe(queue.put_nowait, END)
+
     async def events(self) -> AsyncIterator[str]:
         self._loop = asyncio.get_running_loop()
         queue: asyncio.Queue[str] = asyncio.Queue()
         self._listeners.append(queue)
         try:
             yield ": here\n\n"
-            while True:
-                yield await queue.get()
+            while (text := await queue.get()) != END:
+                yield text
         finally:
             if queue in self._listeners:
                 self._listeners.remove(queue)
@@ -172,6 +185,8 @@ class StubServer:
         refusal = self.refusals.get(f"{method} {path}")
         if refusal is not None:
             return refusal["status"], refusal
+        if (told := self.people.answer(method, path, body)) is not None:
+            return told
         if method == "GET":
             known = self.answers.get(path)
             return (404, problem(404, "Not found", f"there is no {path}")) if known is None else (200, known)
@@ -211,11 +226,6 @@ class StubServer:
         return 200, self.answers.get(path, {})
 
 
-def problem(status: int, title: str, detail: str, remedy: str | None = None) -> Document:
-    document = {"type": "/problems/test", "title": title, "status": status, "detail": detail}
-    return document if remedy is None else document | {"remedy": remedy}
-
-
 @lru_cache(maxsize=64)
 def picture(name: str, *, width: int = 720, height: int = 540) -> bytes:
     """Return a JPEG that has its name written on it."""
@@ -232,6 +242,8 @@ def application(stub: StubServer) -> FastAPI:
 
     @app.get("/")
     def page() -> Response:
+        if stub.people.signed_out:
+            return HTMLResponse("<title>Sign in</title><h1>Sign in</h1>", status_code=401)
         response = pages.console()
         response.headers["Content-Security-Policy"] = content_policy("/")
         return response
@@ -247,7 +259,9 @@ def application(stub: StubServer) -> FastAPI:
         await stub.steering.serve(socket)
 
     @app.get("/api/v1/events")
-    async def events() -> StreamingResponse:
+    async def events() -> Response:
+        if stub.people.signed_out:
+            return JSONResponse(stub.answer("GET", "/events", None)[1], status_code=401)
         return StreamingResponse(stub.events(), media_type="text/event-stream")
 
     @app.api_route("/api/v1/{path:path}", methods=["GET", "POST", "PUT", "PATCH", "DELETE"])
@@ -255,15 +269,16 @@ def application(stub: StubServer) -> FastAPI:
         if path.endswith((".png", ".jpg", ".svg")):
             return Response(picture(Path(path).name), media_type="image/jpeg")
         body = json.loads(await request.body() or b"null")
-        status, document = stub.answer(request.method, f"/{path}", body)
-        return JSONResponse(document, status_code=status)
+        asked = f"/{path}?{request.url.query}" if path == "audit" else f"/{path}"
+        status, document = stub.answer(request.method, asked, body)
+        return Response(status_code=204) if status == 204 else JSONResponse(document, status_code=status)
 
     return app
 
 
 async def _serve_views(socket: WebSocket, stub: StubServer) -> None:
     """Send each view that is subscribed at once, and again after it was acknowledged, as the server does."""
-    if stub.away:
+    if stub.away or stub.people.signed_out:
         await socket.close()
         return
     await socket.accept()
@@ -291,7 +306,7 @@ async def _serve_views(socket: WebSocket, stub: StubServer) -> None:
 async def _tell(socket: WebSocket, stub: StubServer, acknowledged: set[str]) -> None:
     """Twice a second tell the rates, and send the views that wait for their next picture."""
     with suppress(WebSocketDisconnect, RuntimeError):
-        while not stub.away:
+        while not (stub.away or stub.people.signed_out):
             drawn = [name for name in VIEWS if stub.annotated or "_" not in name]
             age_ms = {name: 20.0 if name in drawn else None for name in VIEWS}
             views = {

@@ -1,6 +1,6 @@
 // Maps the pages over the console to addresses, so that Back, reload and links work. Pure functions.
 
-/** @import { ConsoleState, GalleryPlace, WizardPage } from "#page" */
+/** @import { ConsoleState, GalleryPlace, WizardPage, PeopleTab } from "#page" */
 
 export const CONSOLE_ADDRESS = "#/";
 export const RIG_ADDRESS = "#/rig";
@@ -12,6 +12,7 @@ export const LOOP_ADDRESS = "#/loop";
 export const GALLERY_ADDRESS = "#/gallery";
 export const PLANNER_ADDRESS = "#/planner";
 export const COMPARE_ADDRESS = "#/compare";
+export const PEOPLE_ADDRESS = "#/people";
 
 /** @type {{page: WizardPage, title: string}[]} */
 export const WIZARD_PAGES = [
@@ -23,10 +24,13 @@ export const WIZARD_PAGES = [
   { page: "settle", title: "Settle" },
 ];
 
+/** @type {PeopleTab[]} */
+const PEOPLE_PARTS = ["services", "sign_ins", "log"];
+
 /**
  * Return which page an address opens; null and false for all others.
  * @param {string} hash
- * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page" | "compare_page">}
+ * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page" | "compare_page" | "people">}
  */
 export function pagesAt(hash) {
   return {
@@ -40,6 +44,7 @@ export function pagesAt(hash) {
     gallery: galleryAt(hash),
     planner_page: planAt(hash) !== null,
     compare_page: hash === COMPARE_ADDRESS,
+    people: peopleAt(hash),
   };
 }
 
@@ -79,6 +84,17 @@ export function decoded(step) {
   } catch {
     return step; // typed by hand: used as it is
   }
+}
+
+/** @param {PeopleTab} tab */
+export function peopleAddress(tab) {
+  return tab === "people" ? PEOPLE_ADDRESS : `${PEOPLE_ADDRESS}/${tab}`;
+}
+
+/** @param {string} hash @returns {PeopleTab | null} */
+export function peopleAt(hash) {
+  const found = /^#\/people(?:\/(\w+))?$/.exec(hash);
+  return found && (PEOPLE_PARTS.find((tab) => tab === found[1]) ?? "people");
 }
 
 /** Return the plan that the planner's address contains as text. @param {string} hash @returns {string | null} */

@@ -1,10 +1,19 @@
 // Sends REST requests. Every failure is a RequestError that carries the server's problem document: asked, found,
 // remedy.
 
-/** @import { Problem } from "#api" */
+import { signIn } from "./sign_in.js";
+
+/**
+ * @import { Problem } from "#api"
+ * @import { SignInDocument } from "#people"
+ */
 
 const ROOT = "/api/v1";
 const PATIENCE_MS = 15_000;
+const SIGN_IN_PATH = "/session";
+const STOP_PATH = "/stop";
+/** The kind of problem that a request of nobody in particular has; a wrong password has another one. */
+export const SIGNED_OUT = "unauthorized";
 
 /** A request that failed; `document` is the server's problem, or one made here when the server did not answer. */
 export class RequestError extends Error {
@@ -37,6 +46,11 @@ export async function request(method, path, options = {}) {
   return /** @type {T} */ (await read(() => response.json(), method, path));
 }
 
+/** Ask the server who this browser is to it, "nobody" when it is signed out. @returns {Promise<SignInDocument>} */
+export function whoAmI() {
+  return request("GET", SIGN_IN_PATH);
+}
+
 /**
  * Download a file of the server with its name.
  * @param {string} path below /api/v1
@@ -66,6 +80,7 @@ async function read(body, method, path) {
 /** @param {string} method @param {string} path @param {Options} options */
 async function answerTo(method, path, options) {
   const { body, headers = {}, patience_ms = PATIENCE_MS, keepalive = false } = options;
+  if (signIn.over && path !== SIGN_IN_PATH && path !== STOP_PATH) throw new RequestError(signedOut(method, path));
   let response;
   try {
     response = await fetch(ROOT + path, {
@@ -81,13 +96,30 @@ async function answerTo(method, path, options) {
   } catch (error) {
     throw new RequestError(unreachable(method, path, error));
   }
-  if (!response.ok) throw new RequestError(await problemOf(response));
+  if (!response.ok) throw refusedBy(new RequestError(await problemOf(response)));
   return response;
 }
 
 /** @param {unknown} body a part of a file, or what is sent as JSON */
 function typeOf(body) {
   return body instanceof Blob ? "application/octet-stream" : "application/json";
+}
+
+/** Tell where the server does not know this browser any more. @param {RequestError} error */
+function refusedBy(error) {
+  if (error.slug === SIGNED_OUT) signIn.refuse();
+  return error;
+}
+
+/** @param {string} method @param {string} path @returns {Problem} */
+function signedOut(method, path) {
+  return {
+    type: `/problems/${SIGNED_OUT}`,
+    title: "This browser is signed out",
+    status: 401,
+    detail: `${method} ${path} was not sent.`,
+    remedy: "Sign in again.",
+  };
 }
 
 /** @param {string} method @param {string} path @param {unknown} error @returns {Problem} */

@@ -1,6 +1,6 @@
 // Sends the operator's commands. Clicks are sent in their order, and the stop waits for nothing.
 
-import { RequestError, request } from "./api.js";
+import { RequestError, SIGNED_OUT, request } from "./api.js";
 import { Deletions } from "./deletions.js";
 
 /**
@@ -45,7 +45,7 @@ export class Commands {
       return await act();
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
-      this.#toasts.problem(error.document, this.#wayOut(error));
+      if (error.slug !== SIGNED_OUT) this.#toasts.problem(error.document, this.#wayOut(error));
       return null;
     }
   }
@@ -215,7 +215,7 @@ export class Commands {
     try {
       await request("PUT", "/lease", { headers: this.leaseHeader() });
     } catch (error) {
-      if (!(error instanceof RequestError) || error.slug === "offline") return;
+      if (!(error instanceof RequestError) || ["offline", SIGNED_OUT].includes(error.slug)) return;
       this.#keepToken(null, null);
       this.#toasts.show({ tone: "warn", title: "Control was lost", detail: error.message });
     }

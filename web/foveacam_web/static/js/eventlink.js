@@ -3,22 +3,27 @@
 
 import { keepEvents } from "./eventsource.js";
 
-/** @import { EventNews } from "./eventsource.js" */
+/** @import { EventLink, EventNews } from "./eventsource.js" */
 
-/** Listen to the events for as long as the page lives. @param {(news: EventNews) => void} tell */
+/**
+ * Listen to the events for as long as the page lives.
+ * @param {(news: EventNews) => void} tell
+ * @returns {EventLink}
+ */
 export function listenToEvents(tell) {
-  if (typeof SharedWorker !== "function") {
-    keepEvents(tell);
-    return;
-  }
+  if (typeof SharedWorker !== "function") return keepEvents(tell);
+  /** @type {MessagePort} */
+  let joined;
   const join = () => {
     const { port } = new SharedWorker(new URL("./events-worker.js", import.meta.url), {
       type: "module",
       name: "events",
     });
+    joined = port;
     port.onmessage = ({ data }) => tell(data);
     window.addEventListener("pagehide", () => port.postMessage("bye"), { once: true });
   };
   join();
   window.addEventListener("pageshow", (event) => event.persisted && join());
+  return { again: () => joined.postMessage("again") };
 }

@@ -21,9 +21,13 @@ function welcome(event) {
   const port = event.ports[0];
   if (!port) return;
   ports.add(port);
-  port.onmessage = () => ports.delete(port); // the only message of a page says that it closes
+  port.onmessage = ({ data }) => {
+    if (data === "again") kept.again();
+    else ports.delete(port); // a page says that it closes
+  };
   port.postMessage(link);
+  kept.again(); // a page that loads now may have signed in
 }
 
+const kept = keepEvents(tellAll);
 /** @type {{onconnect: ((event: MessageEvent) => void) | null}} */ (/** @type {unknown} */ (self)).onconnect = welcome;
-keepEvents(tellAll);

@@ -1,8 +1,12 @@
 // Receives the server's events (SSE), reconnects within two seconds, and reports when the connection opens or breaks.
+// A browser that is signed out does not try again until the page says so.
+
+import { RequestError, whoAmI } from "./api.js";
 
 /**
  * @import { EventDocument } from "#api"
- * @typedef {{type: "event", event: EventDocument} | {type: "link", open: boolean}} EventNews
+ * @typedef {{type: "event", event: EventDocument} | {type: "link", open: boolean} | {type: "signed_out"}} EventNews
+ * @typedef {{again: () => void}} EventLink `again`: connect again after the browser was signed out
  */
 
 const URL_OF_EVENTS = "/api/v1/events";
@@ -95,24 +99,49 @@ const KINDS = [
   "display.changed",
 ];
 
-/** Listen to the events for as long as the page or worker lives. @param {(news: EventNews) => void} tell */
+/**
+ * Listen to the events for as long as the page or worker lives.
+ * @param {(news: EventNews) => void} tell
+ * @returns {EventLink}
+ */
 export function keepEvents(tell) {
-  let retry_ms = FIRST_RETRY_MS;
+  let [retry_ms, halted] = [FIRST_RETRY_MS, false];
+  const retry = async (/** @type {boolean} */ refused) => {
+    if (refused && (await isSignedOut())) {
+      halted = true;
+      tell({ type: "signed_out" });
+      return;
+    }
+    setTimeout(open, retry_ms);
+    retry_ms = Math.min(LAST_RETRY_MS, retry_ms * 2);
+  };
   const open = () => {
+    halted = false;
     const source = new EventSource(URL_OF_EVENTS);
     source.onopen = () => {
       retry_ms = FIRST_RETRY_MS;
       tell({ type: "link", open: true });
     };
     source.onerror = () => {
+      const refused = source.readyState === EventSource.CLOSED; // an HTTP error; after a broken connection it would try again
       source.close(); // the browser's own retry waits three seconds, and never after an HTTP error
       tell({ type: "link", open: false });
-      setTimeout(open, retry_ms);
-      retry_ms = Math.min(LAST_RETRY_MS, retry_ms * 2);
+      void retry(refused);
     };
     for (const kind of KINDS) {
       source.addEventListener(kind, (message) => tell({ type: "event", event: JSON.parse(message.data) }));
     }
   };
   open();
+  return { again: () => halted && open() };
+}
+
+/** Ask the server whether this browser is signed out; not, while the server does not answer. */
+async function isSignedOut() {
+  try {
+    return (await whoAmI()).kind === "nobody";
+  } catch (error) {
+    if (error instanceof RequestError) return false;
+    throw error;
+  }
 }

@@ -46,6 +46,9 @@ import { makeRecordButton } from "./recording/button.js";
 import { LiveRecording } from "./recording/live.js";
 import { RigOrders } from "./rig/orders.js";
 import { RigReader } from "./rig/reader.js";
+import { mountSession } from "./session/menu.js";
+import { SessionReader } from "./session/reader.js";
+import { watchSignIn } from "./session/signed_out.js";
 import { SetupOrders } from "./setup/orders.js";
 import { SetupReader } from "./setup/reader.js";
 import { mountStart } from "./setup/start.js";
@@ -74,6 +77,7 @@ const rigReader = new RigReader({ store, pan_tilt: reader });
 const rigOrders = new RigOrders({ store, commands, reader: rigReader });
 const setupReader = new SetupReader(store);
 const setupOrders = new SetupOrders({ store, commands, reader: setupReader });
+const session = new SessionReader({ store, commands });
 const preferences = new Preferences({ store, commands });
 const galleryReader = new GalleryReader();
 const stillReader = new StillReader();
@@ -93,6 +97,7 @@ const sync = new Sync({
   store,
   fixations,
   others: [
+    session,
     wideDepth,
     measureOrders,
     followReader,
@@ -156,6 +161,7 @@ need("wide").append(views.pane("wide").element);
 need("eyes").append(views.pane("left").element, views.pane("right").element, views.derived());
 offerWindows(views, need("scene-window"));
 mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
+mountSession({ button: need("signed-in"), strip: need("signed-in-viewer") }, { store, commands, session });
 mountStop(need("stop"), need("stopped"), { store, commands });
 mountOffline(need("offline"), store);
 mountProblems(need("problems"), store);
@@ -227,6 +233,10 @@ turnPages({
       const { mountPlannerPage } = await import("./planner/page.js");
       return (place) => mountPlannerPage(place, { store });
     },
+    people: async () => {
+      const { mountPeoplePage } = await import("./people/page.js");
+      return (place) => mountPeoplePage(place, { store, commands, session });
+    },
     compare_page: async () => {
       const { mountComparePage } = await import("./compare/page.js");
       return (place) => mountComparePage(place, { store, commands });
@@ -244,6 +254,7 @@ store.on(["settings"], ({ settings: { theme } }) => {
   else document.documentElement.dataset["theme"] = theme;
 });
 setInterval(() => void commands.renewLease(), LEASE_RENEWAL_MS);
+watchSignIn(store);
 sync.followAll();
 exposeHooks({ store, views });
 

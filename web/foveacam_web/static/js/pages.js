@@ -25,6 +25,7 @@ const PAGES = /** @type {const} */ ([
   { key: "loop_page", id: "loop-page", title: "loop-title", clicked: true },
   { key: "gallery", id: "gallery", title: "gallery-title", clicked: false },
   { key: "planner_page", id: "planner", title: "planner-title", clicked: false },
+  { key: "people", id: "people-page", title: "people-title", clicked: false },
   { key: "compare_page", id: "compare-page", title: "compare-title", clicked: false },
 ]);
 

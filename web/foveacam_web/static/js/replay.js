@@ -14,6 +14,7 @@ import { followPlayer } from "./replay/link.js";
 import { ReplayPanes } from "./replay/panes.js";
 import { titleOf } from "./replay/slot.js";
 import { isShowable } from "./replay/stereo.js";
+import { watchSignIn } from "./session/signed_out.js";
 import { createStore } from "./state.js";
 import { Sync } from "./sync.js";
 import { Toasts } from "./toasts.js";
@@ -36,6 +37,7 @@ new Keyboard({
   letters: () => store.state.settings.single_keys,
   keys: {},
 });
+watchSignIn(store);
 new Sync({ store, fixations, others: [] }).followAll();
 void open();
 

@@ -30,6 +30,7 @@ export function createStore() {
     gallery: null,
     planner_page: false,
     compare_page: false,
+    people: null,
   });
 }
 
@@ -39,6 +40,8 @@ function sharedState() {
     stream: "connecting",
     events_link: "connecting",
     boot_id: null,
+    sign_in: null,
+    signed_out: false,
     rig: null,
     intrinsics: null,
     reach: null,

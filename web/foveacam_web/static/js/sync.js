@@ -4,6 +4,7 @@ import { request } from "./api.js";
 import { listenToEvents } from "./eventlink.js";
 import { withEvent } from "./event_log.js";
 import { QuietReads } from "./quiet.js";
+import { signIn } from "./sign_in.js";
 
 /**
  * @import { CloudDocument, EventDocument, LeaseDocument, RigDocument, StopDocument, TargetDocument } from "#api"
@@ -32,13 +33,15 @@ export class Sync {
 
   /** Read everything that a page with panels shows, and follow its changes. */
   followAll() {
-    listenToEvents((news) => {
+    const link = listenToEvents((news) => {
       if (news.type === "event") this.#hear(news.event);
+      else if (news.type === "signed_out") signIn.refuse();
       else {
         this.#store.set({ events_link: news.open ? "open" : "down" });
         if (news.open) void this.readAll();
       }
     });
+    this.#store.on(["signed_out"], ({ signed_out }) => signed_out || link.again());
   }
 
   async readAll() {

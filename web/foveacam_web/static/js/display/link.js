@@ -12,6 +12,9 @@ const EVERY_MS = 5000; // the server forgets a display after 15 s
 export class Link {
   #id = [...crypto.getRandomValues(new Uint8Array(6))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
   #reads = new QuietReads();
+  /** @type {import("../eventsource.js").EventLink | null} */
+  #events = null;
+  #online = false;
   #described;
   #shows;
   #heard;
@@ -28,8 +31,9 @@ export class Link {
 
   /** Register, and again before the server forgets; leave when the page does. */
   begin() {
-    listenToEvents((news) => {
-      if (news.type === "link" ? news.open : news.event.kind === "display.pattern") void this.register();
+    this.#events = listenToEvents((news) => {
+      if (news.type === "link" ? news.open : news.type === "event" && news.event.kind === "display.pattern")
+        void this.register();
     });
     setInterval(() => void this.register(), EVERY_MS);
     addEventListener("pagehide", () => void request("DELETE", this.#path, { keepalive: true }).catch(() => {}));
@@ -43,12 +47,19 @@ export class Link {
       try {
         const body = this.#described();
         this.#shows(/** @type {PatternDocument} */ (await request("PUT", this.#path, { body })));
-        this.#heard(true, "");
+        if (!this.#online) this.#events?.again(); // it may have been signed out
+        this.#tell(true, "");
       } catch (error) {
         if (!(error instanceof RequestError)) throw error;
-        this.#heard(false, error.document.status > 0 ? ` (${error.document.title})` : "");
+        this.#tell(false, error.document.status > 0 ? ` (${error.document.title})` : "");
       }
     });
+  }
+
+  /** @param {boolean} online @param {string} why */
+  #tell(online, why) {
+    this.#online = online;
+    this.#heard(online, why);
   }
 
   get #path() {

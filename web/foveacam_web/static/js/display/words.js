@@ -10,10 +10,16 @@ import { isTooLarge } from "./scale.js";
 
 const DEVICES = ["iPad", "iPhone", "Android", "Windows", "CrOS", "Macintosh", "Linux"]; // an Android is a Linux too
 
+/** Return the device of a browser; null for an unknown one. @param {string} agent */
+export function deviceOf(agent) {
+  const found = DEVICES.find((device) => agent.includes(device)) ?? null;
+  return found === "Macintosh" ? "Mac" : found === "CrOS" ? "Chromebook" : found;
+}
+
 /** Name a screen by its device, as the list of displays shows it. @param {string} agent */
 export function nameOf(agent) {
-  const found = DEVICES.find((device) => agent.includes(device));
-  return found ? `Display on ${found === "Macintosh" ? "Mac" : found === "CrOS" ? "Chromebook" : found}` : "Display";
+  const device = deviceOf(agent);
+  return device ? `Display on ${device}` : "Display";
 }
 
 /** @param {PatternDocument | null} shown */

@@ -28,7 +28,7 @@ export class FaultReader {
     this.#commands = commands;
     window.addEventListener("error", (event) => this.#script(event.message, event.filename, event.lineno));
     window.addEventListener("unhandledrejection", ({ reason }) => this.#script(String(reason?.message ?? reason)));
-    store.on(["stream"], ({ stream }) => this.#followLink(stream));
+    store.on(["stream", "signed_out"], (state) => this.#followLink(state));
   }
 
   readAll() {
@@ -71,12 +71,12 @@ export class FaultReader {
     });
   }
 
-  /** @param {import("#page").LinkState} stream */
-  #followLink(stream) {
+  /** @param {import("#page").ConsoleState} state */
+  #followLink({ stream, signed_out }) {
     clearTimeout(this.#lost);
     if (stream === "open")
       this.#store.set({ page_faults: withoutPresent(this.#store.state.page_faults, LINK, new Date().toISOString()) });
-    if (stream !== "down") return;
+    if (stream !== "down" || signed_out) return;
     this.#lost = setTimeout(
       () =>
         this.#add({

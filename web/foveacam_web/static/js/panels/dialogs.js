@@ -1,6 +1,6 @@
 // Builds the dialogs: help, settings, control, steering distance.
 
-import { SETTINGS_ADDRESS } from "../addresses.js";
+import { PEOPLE_ADDRESS, SETTINGS_ADDRESS } from "../addresses.js";
 import { fill, h, html, say } from "../dom.js";
 import { icon } from "../icons.js";
 import { changeSettings } from "../settings.js";
@@ -175,10 +175,16 @@ export function makeSettings(store) {
     text: "All settings, presets of cameras and windows",
     on: { click: () => dialog.close() },
   });
+  const people = h("a", {
+    href: PEOPLE_ADDRESS,
+    text: "People and rights: who may use this server",
+    on: { click: () => dialog.close() },
+  });
   const dialog = sheet(
     "Settings",
     h("div", { class: "settings" }, settingRows(store)),
     h("p", { class: "lead" }, "Kept in this browser. ", all),
+    h("p", { class: "lead" }, people),
   );
   return dialog;
 }

@@ -33,7 +33,7 @@ export function mountBadges(place, { store, openLease }) {
   const lease = h("button", { type: "button", class: "badge plain button", on: { click: openLease } });
   const capture = h("a", { class: "badge link plain mine", href: CAPTURE_ADDRESS });
   fill(place, rig, simulated, state, calibration, lease);
-  store.on(["rig", "stream", "stop"], (now) => {
+  store.on(["rig", "stream", "stop", "signed_out"], (now) => {
     say(rig, now.rig ? now.rig.name : "");
     rig.title = now.rig ? `${now.rig.rig_id ?? "no rig yet"}, baseline ${baseline(now.rig.baseline_m)}` : "";
     simulated.hidden = !now.rig?.simulated;
@@ -50,9 +50,10 @@ export function mountBadges(place, { store, openLease }) {
 }
 
 /** @param {HTMLElement} badge @param {ConsoleState} now */
-function showState(badge, { rig, stream, stop }) {
-  const word =
-    stream === "down"
+function showState(badge, { rig, stream, stop, signed_out }) {
+  const word = signed_out
+    ? { text: "Signed out", tone: "bad" }
+    : stream === "down"
       ? { text: "Offline", tone: "bad" }
       : stop?.engaged
         ? STATES["stopped"]
@@ -137,9 +138,9 @@ export function mountOffline(strip, store) {
   fill(strip, html`<span class="spinner" aria-hidden="true"></span>`, text);
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let later;
-  store.on(["stream"], ({ stream }) => {
+  store.on(["stream", "signed_out"], ({ stream, signed_out }) => {
     clearTimeout(later);
-    if (stream !== "down") strip.hidden = true;
+    if (stream !== "down" || signed_out) strip.hidden = true;
     else later = setTimeout(() => (strip.hidden = false), 600); // a short interruption shows no banner
   });
 }

@@ -1,6 +1,6 @@
 // Builds the settings page: of this browser, of all viewers, and what the server keeps by name.
 
-import { RIG_ADDRESS, SETUP_ADDRESS } from "../addresses.js";
+import { PEOPLE_ADDRESS, RIG_ADDRESS, SETUP_ADDRESS } from "../addresses.js";
 import { fill, h, html, update } from "../dom.js";
 import { clockTime, number } from "../format.js";
 import { icon } from "../icons.js";
@@ -53,7 +53,8 @@ export function mountSettingsPage(place, { store, commands, preferences }) {
     html`<p class="lead">
       Markers as printed, baseline, limits, settle time and cameras are the rig's own:
       ${" "}<a href=${SETUP_ADDRESS}>set up the rig</a>. Exposure, gain and rate are set on the page
-      ${" "}<a href=${RIG_ADDRESS}>Rig</a>.
+      ${" "}<a href=${RIG_ADDRESS}>Rig</a>. Who may use the server stands under
+      ${" "}<a href=${PEOPLE_ADDRESS}>People and rights</a>.
     </p>`,
   );
 }

@@ -2,6 +2,7 @@
 // keeps what the server tells. What is silent is held and then parked by the server.
 
 import { RequestError } from "../api.js";
+import { VIEWER_WORDS, may } from "../session/words.js";
 
 /**
  * @import { Direction } from "#api"
@@ -28,7 +29,7 @@ export class Steering {
   /** @param {{store: Store}} context */
   constructor({ store }) {
     this.#store = store;
-    store.on(["rig_page"], ({ rig_page }) => rig_page && this.#open());
+    store.on(["rig_page", "sign_in", "signed_out"], ({ rig_page }) => rig_page && this.#open());
     store.on(["lease_token"], () => this.#begin());
     document.addEventListener("visibilitychange", () => document.hidden && this.release());
   }
@@ -54,7 +55,7 @@ export class Steering {
 
   /** Go to a place once. @param {Place} place */
   go(place) {
-    this.#store.set({ steer_refusal: "" });
+    this.#store.set({ steer_refusal: this.#allowed ? "" : VIEWER_WORDS });
     this.#send({ held: false, ...place });
   }
 
@@ -78,7 +79,7 @@ export class Steering {
 
   /** Begin a press: what has ended before must have been let go first. */
   #press() {
-    this.#store.set({ steer_refusal: "" });
+    this.#store.set({ steer_refusal: this.#allowed ? "" : VIEWER_WORDS });
     if (this.#socket?.readyState === WebSocket.OPEN) this.#send({ held: false });
     this.#held = true;
   }
@@ -92,15 +93,21 @@ export class Steering {
   #send(message) {
     const order = { type: "steer", ...message };
     if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(order));
-    else {
+    else if (this.#allowed) {
       const replaces = "volts" in message || "gaze" in message;
       this.#waiting = replaces ? order : { ...this.#waiting, ...order };
       this.#open();
     }
   }
 
+  /** Whether the server would let this browser steer. */
+  get #allowed() {
+    const { sign_in, signed_out } = this.#store.state;
+    return !signed_out && (sign_in === null || may(sign_in, "operate"));
+  }
+
   #open() {
-    if (this.#socket) return;
+    if (this.#socket || !this.#allowed) return;
     const url = new URL("/api/v1/mirrors/steering", location.href);
     url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(url);
@@ -138,6 +145,6 @@ export class Steering {
     const reason = "the connection to the server is lost: the mirrors hold, and are parked soon";
     const { steering } = this.#store.state;
     this.#store.set({ steering: lost && steering ? { ...steering, status: "ended", reason } : null });
-    if (this.#store.state.rig_page) setTimeout(() => this.#open(), RETRY_MS);
+    setTimeout(() => this.#store.state.rig_page && this.#open(), RETRY_MS);
   }
 }

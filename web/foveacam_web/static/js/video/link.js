@@ -7,7 +7,8 @@ import { ViewStream } from "./stream.js";
  * @import { Point, StreamOrder, StreamReport, Subscription, ViewName } from "#page"
  * @typedef {{
  *   addCanvas(view: ViewName, canvas: HTMLCanvasElement): void, setLoupeCanvas(canvas: HTMLCanvasElement): void,
- *   aimLoupe(at: Point | null, zoom: number): void, subscribe(views: Subscription): void
+ *   aimLoupe(at: Point | null, zoom: number): void, subscribe(views: Subscription): void,
+ *   halt(halted: boolean): void
  * }} StreamLink
  */
 
@@ -49,6 +50,11 @@ class WorkerLink {
   /** @param {Subscription} views */
   subscribe(views) {
     this.#order({ type: "subscribe", views });
+  }
+
+  /** @param {boolean} halted */
+  halt(halted) {
+    this.#order({ type: "halt", halted });
   }
 
   /** @param {StreamOrder} order @param {Transferable[]} [handed] */

@@ -9,6 +9,7 @@ import { Keyboard } from "../keys.js";
 import { LoopOrders } from "../loop/orders.js";
 import { mountOffline, mountStop } from "../panels/topbar.js";
 import { changeSettings } from "../settings.js";
+import { watchSignIn } from "../session/signed_out.js";
 import { Steering } from "../steer/steering.js";
 import { createStore } from "../state.js";
 import { Sync } from "../sync.js";
@@ -55,6 +56,7 @@ export function openViewsPage() {
       0: () => views.wide.fit(),
     },
   });
+  watchSignIn(store);
   sync.followAll();
   new ReachReader(store);
   exposeHooks({ store, views });

@@ -13,5 +13,6 @@ self.onmessage = ({ data }) => {
   else if (data.type === "canvas") stream?.addCanvas(data.view, data.canvas);
   else if (data.type === "loupe-canvas") stream?.setLoupeCanvas(data.canvas);
   else if (data.type === "loupe") stream?.aimLoupe(data.at, data.zoom);
+  else if (data.type === "halt") stream?.halt(data.halted);
   else stream?.subscribe(data.views);
 };

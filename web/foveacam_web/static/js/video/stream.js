@@ -28,6 +28,7 @@ export class ViewStream {
   /** @type {WebSocket | null} */
   #socket = null;
   #retry_ms = FIRST_RETRY_MS;
+  #halted = false;
   #heard_ms = 0;
   /** @type {Subscription} */
   #subscription = {};
@@ -86,7 +87,15 @@ export class ViewStream {
     this.#send({ type: "subscribe", views });
   }
 
+  /** Close the socket and open none until told so: the server refuses this browser. @param {boolean} halted */
+  halt(halted) {
+    this.#halted = halted;
+    if (halted) this.#socket?.close();
+    else this.#open();
+  }
+
   #open() {
+    if (this.#halted || this.#socket) return;
     const socket = new WebSocket(this.#url);
     socket.binaryType = "arraybuffer";
     this.#socket = socket;

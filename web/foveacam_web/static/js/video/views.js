@@ -46,6 +46,7 @@ export class Views {
     }
     document.addEventListener("visibilitychange", () => this.#subscribe());
     store.on(["settings"], () => this.#subscribe());
+    store.on(["signed_out"], ({ signed_out }) => this.#stream.halt(signed_out));
     store.on(["shown", "stream", "rig", "server_stats", "settings", "current"], (state) => {
       for (const pane of this.#panes.values()) pane.update(state);
     });

@@ -1,0 +1,54 @@
+// Says that this browser was signed out, over everything else, and lets the page go on once it is signed in again.
+
+import { RequestError, whoAmI } from "../api.js";
+import { fill, h, html } from "../dom.js";
+import { signIn } from "../sign_in.js";
+
+/** @import { Store } from "../store.js" */
+
+/** Watch over the sign-in of one page. @param {Store} store */
+export function watchSignIn(store) {
+  const dialog = makeDialog();
+  signIn.addEventListener("refused", () => {
+    if (signIn.over) return;
+    signIn.over = true;
+    store.set({ signed_out: true });
+    dialog.showModal();
+  });
+  dialog.addEventListener("close", () => signIn.over && dialog.showModal()); // Escape closes every dialog
+  const look = async () => {
+    if (!signIn.over || document.hidden || !(await isSignedIn())) return;
+    signIn.over = false;
+    dialog.close();
+    store.set({ signed_out: false });
+  };
+  window.addEventListener("focus", () => void look());
+  document.addEventListener("visibilitychange", () => void look());
+}
+
+async function isSignedIn() {
+  try {
+    return (await whoAmI()).kind !== "nobody";
+  } catch (error) {
+    if (error instanceof RequestError) return false; // the server is away
+    throw error;
+  }
+}
+
+function makeDialog() {
+  const dialog = h("dialog", { class: "sheet signed-out", role: "alertdialog", "aria-label": "You were signed out" });
+  fill(
+    dialog,
+    html`<header><h2>You were signed out</h2></header>`,
+    html`<p>The server does not know this browser any more. From here the rig can be neither moved nor stopped.</p>`,
+    html`<p class="lead">
+      To keep what you have typed here, <a href="/" target="_blank" rel="noopener">sign in in another tab</a>: this page then
+      goes on.
+    </p>`,
+    html`<div class="actions">
+      <button type="button" class="plain primary" @click=${() => location.reload()}>Sign in</button>
+    </div>`,
+  );
+  document.body.append(dialog);
+  return dialog;
+}
