@@ -1149,37 +1149,6 @@ export interface components {
                 number
             ];
         };
-        /** @description The measurements of one calibration, and their results. */
-        foveacam_server__resources__calibration_sessions__schema__SessionDocument: {
-            board: components["schemas"]["BoardDocument"] | null;
-            bytes: number;
-            calibrations: string[];
-            check: components["schemas"]["CheckDocument"] | null;
-            closing: components["schemas"]["ClosingDocument"] | null;
-            created_utc: string;
-            fit: components["schemas"]["FitDocument"] | null;
-            id: string;
-            label: string;
-            lenses: components["schemas"]["LensDocument"][];
-            pictures: components["schemas"]["PictureDocument"][];
-            problems: string[];
-            rig_id: string;
-            running: string | null;
-            settle: components["schemas"]["SettleDocument"] | null;
-            sweeps: components["schemas"]["SweepDocument"][];
-            wide: components["schemas"]["WideStageDocument"] | null;
-        };
-        /** @description What the server asks of whoever comes, and who the request came from. */
-        foveacam_server__resources__people__schema__SessionDocument: {
-            expires_utc: string | null;
-            /** @enum {string} */
-            kind: "local" | "shared_token" | "user" | "service" | "nobody";
-            /** @enum {string} */
-            mode: "open" | "token" | "users" | "first_admin";
-            name: string | null;
-            rights: ("view" | "operate" | "administer")[];
-            role: ("viewer" | "operator" | "admin") | null;
-        };
         /** @description Drive of both mirrors while the foveae looked, (x, y) volts. */
         GazeDocument: {
             left_v: [
@@ -2664,6 +2633,26 @@ export interface components {
             name: string;
             scopes: ("view" | "operate" | "administer")[];
         };
+        /** @description The measurements of one calibration, and their results. */
+        SessionDocument: {
+            board: components["schemas"]["BoardDocument"] | null;
+            bytes: number;
+            calibrations: string[];
+            check: components["schemas"]["CheckDocument"] | null;
+            closing: components["schemas"]["ClosingDocument"] | null;
+            created_utc: string;
+            fit: components["schemas"]["FitDocument"] | null;
+            id: string;
+            label: string;
+            lenses: components["schemas"]["LensDocument"][];
+            pictures: components["schemas"]["PictureDocument"][];
+            problems: string[];
+            rig_id: string;
+            running: string | null;
+            settle: components["schemas"]["SettleDocument"] | null;
+            sweeps: components["schemas"]["SweepDocument"][];
+            wide: components["schemas"]["WideStageDocument"] | null;
+        };
         /** @description A new session. */
         SessionRequest: {
             label: string;
@@ -2741,6 +2730,17 @@ export interface components {
             targets: number[];
             x_m: number;
             y_m: number;
+        };
+        /** @description What the server asks of whoever comes, and who the request came from. */
+        SignInDocument: {
+            expires_utc: string | null;
+            /** @enum {string} */
+            kind: "local" | "shared_token" | "user" | "service" | "nobody";
+            /** @enum {string} */
+            mode: "open" | "token" | "users" | "first_admin";
+            name: string | null;
+            rights: ("view" | "operate" | "administer")[];
+            role: ("viewer" | "operator" | "admin") | null;
         };
         /** @description A name and its password. */
         SignInRequest: {
@@ -3419,8 +3419,6 @@ export type FoundCameraDocument = components['schemas']['FoundCameraDocument'];
 export type FoundDevices = components['schemas']['FoundDevices'];
 export type FoundPortDocument = components['schemas']['FoundPortDocument'];
 export type FoundStop = components['schemas']['FoundStop'];
-export type FoveacamServerResourcesCalibrationSessionsSchemaSessionDocument = components['schemas']['foveacam_server__resources__calibration_sessions__schema__SessionDocument'];
-export type FoveacamServerResourcesPeopleSchemaSessionDocument = components['schemas']['foveacam_server__resources__people__schema__SessionDocument'];
 export type GazeDocument = components['schemas']['GazeDocument'];
 export type GeojsonMapRequest = components['schemas']['GeojsonMapRequest'];
 export type GridPoints = components['schemas']['GridPoints'];
@@ -3548,6 +3546,7 @@ export type ServiceTokenCreated = components['schemas']['ServiceTokenCreated'];
 export type ServiceTokenDocument = components['schemas']['ServiceTokenDocument'];
 export type ServiceTokenList = components['schemas']['ServiceTokenList'];
 export type ServiceTokenRequest = components['schemas']['ServiceTokenRequest'];
+export type SessionDocument = components['schemas']['SessionDocument'];
 export type SessionRequest = components['schemas']['SessionRequest'];
 export type SetPoint = components['schemas']['SetPoint'];
 export type SetPoints = components['schemas']['SetPoints'];
@@ -3558,6 +3557,7 @@ export type SettleRun = components['schemas']['SettleRun'];
 export type SettleTimeDocument = components['schemas']['SettleTimeDocument'];
 export type SettleTimeRequest = components['schemas']['SettleTimeRequest'];
 export type SightDocument = components['schemas']['SightDocument'];
+export type SignInDocument = components['schemas']['SignInDocument'];
 export type SignInRequest = components['schemas']['SignInRequest'];
 export type SilentBus = components['schemas']['SilentBus'];
 export type SimulatedFaults = components['schemas']['SimulatedFaults'];

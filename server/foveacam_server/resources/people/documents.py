@@ -10,16 +10,16 @@ from foveacam_server.resources.people.schema import (
     InvitationDocument,
     RightName,
     ServiceTokenDocument,
-    SessionDocument,
+    SignInDocument,
     UserDocument,
 )
 
 
-def session_document(principal: Principal, accounts: Accounts) -> SessionDocument:
+def session_document(principal: Principal, accounts: Accounts) -> SignInDocument:
     """Return who a request came from, and what the server asks."""
     ends = {sign_in.id: sign_in.expires_utc for sign_in, _ in accounts.sign_ins.all()}
     known = principal.kind is not PrincipalKind.NOBODY
-    return SessionDocument(
+    return SignInDocument(
         mode=accounts.mode.value,
         name=principal.name if known else None,
         kind=principal.kind.value,

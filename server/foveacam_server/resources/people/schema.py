@@ -15,7 +15,7 @@ RoleName = Literal["viewer", "operator", "admin"]
 RightName = Literal["view", "operate", "administer"]
 
 
-class SessionDocument(ResponseModel):
+class SignInDocument(ResponseModel):
     """What the server asks of whoever comes, and who the request came from."""
 
     mode: Literal["open", "token", "users", "first_admin"]

@@ -15,7 +15,7 @@ from foveacam_server.resources.people.documents import session_document
 from foveacam_server.resources.people.schema import (
     JoinRequest,
     PasswordChange,
-    SessionDocument,
+    SignInDocument,
     SignInRequest,
 )
 
@@ -33,7 +33,7 @@ BrowserHeader = Annotated[str, Header(alias="User-Agent", include_in_schema=Fals
 
 
 @router.get("", summary="Who I am")
-def session(services: ServicesDep, principal: PrincipalDep) -> SessionDocument:
+def session(services: ServicesDep, principal: PrincipalDep) -> SignInDocument:
     """Return what the server asks of whoever comes, and who this request came from."""
     return session_document(principal, services.accounts)
 
@@ -47,7 +47,7 @@ def sign_in(
     note: AuditNoteDep,
     peer: PeerDep,
     user_agent: BrowserHeader = "",
-) -> SessionDocument:
+) -> SignInDocument:
     """Sign a browser in: the answer sets a cookie. Too many wrong passwords block account and address."""
     note.detail = f"sign in as {body.name}"
     accounts = services.accounts
@@ -64,7 +64,7 @@ def join(
     note: AuditNoteDep,
     peer: PeerDep,
     user_agent: BrowserHeader = "",
-) -> SessionDocument:
+) -> SignInDocument:
     """Set the password of the user whose one-time link this is, and sign the browser in."""
     user = services.accounts.join(body.code, body.password.get_secret_value(), name=body.name)
     note.detail = f"{user.name} set a password by a link"
@@ -97,7 +97,7 @@ def sign_out(response: Response, services: ServicesDep, principal: PrincipalDep)
 
 def _signed_in(
     request: Request, response: Response, accounts: Accounts, user: User, *, browser: str, peer: str
-) -> SessionDocument:
+) -> SignInDocument:
     cookie = accounts.begin(user, address=peer, browser=browser)
     set_cookie(response, cookie, secure=request.url.scheme == "https")
     principal = Principal(
