@@ -42,6 +42,13 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
+class AccessConfig(_Table):
+    """What people may do with this rig beyond their role."""
+
+    viewers_may_stop: bool = False
+    """Whether whoever may only look may stop the mirrors."""
+
+
 class SimulatedRigConfig(_Table):
     """A simulated rig."""
 
@@ -60,6 +67,7 @@ class SimulatedRigConfig(_Table):
     """What turns the rig for calibration: motors, or a simulated person by hand."""
     operator: OperatorConfig = OperatorConfig()
     """The simulated person of a manual pan-tilt."""
+    access: AccessConfig = AccessConfig()
     faults: SimulatedFaults = SimulatedFaults()
     """Faults present from the start."""
 
@@ -143,6 +151,7 @@ class SerialRigConfig(_Table):
     """Turns the rig for calibration; not needed to use a calibrated rig."""
     rail: RailConfig | None = None
     """Moves the rig sideways between captures; optional."""
+    access: AccessConfig = AccessConfig()
 
     @model_validator(mode="after")
     def _share_a_board(self) -> "SerialRigConfig":

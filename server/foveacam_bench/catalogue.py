@@ -11,6 +11,7 @@ from rich.table import Table
 from foveacam_hardware.contract import InvalidInput
 
 BENCHES: Mapping[str, str] = {
+    "auth": "access.figures",
     "calibration": "calibration.procedures",
     "capture": "capture.captures",
     "clicks": "verge.field_clicks",

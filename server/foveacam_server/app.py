@@ -10,7 +10,7 @@ from foveacam_hardware.contract import FoveaError
 from foveacam_server import __version__
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
-from foveacam_server.doors.middleware import BodyLimitProblems, HeadRequests, RequestTimes
+from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
 from foveacam_server.doors.threads import bound_threads
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.answers import BODY_BYTES, problems
@@ -38,6 +38,10 @@ from foveacam_server.resources.measurements import routes as measurements
 from foveacam_server.resources.mirrors import routes as mirrors
 from foveacam_server.resources.mirrors import steering_routes as steering
 from foveacam_server.resources.mosaics import routes as mosaics
+from foveacam_server.resources.people import audit_routes as audit
+from foveacam_server.resources.people import session_routes as session
+from foveacam_server.resources.people import token_routes as service_tokens
+from foveacam_server.resources.people import user_routes as users
 from foveacam_server.resources.planner import routes as planner
 from foveacam_server.resources.positioners import pan_tilt_routes as pan_tilt
 from foveacam_server.resources.positioners import rail_routes as rail
@@ -101,6 +105,10 @@ _RESOURCES = (
     events,
     faults,
     lease,
+    session,
+    users,
+    service_tokens,
+    audit,
     stop,
 )
 
@@ -118,6 +126,8 @@ def create_app(settings: Settings) -> FastAPI:
                 app.state.failure = error  # `foveacam serve` prints it in place of a traceback
                 raise
             app.state.services = services
+            app.state.gate.accounts = services.accounts
+            app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
             yield
             # Closing joins threads that may still hand work to this loop, so the loop must keep turning
             await asyncio.to_thread(stack.pop_all().close)
@@ -134,6 +144,7 @@ def create_app(settings: Settings) -> FastAPI:
     errors.install(app)
     app.add_middleware(HeadRequests)
     app.add_middleware(BodyLimitProblems)
+    app.add_middleware(HeaderLimit)
     app.state.gate = security.install(app, settings)
     app.add_middleware(RequestTimes)
     for resource in _RESOURCES:

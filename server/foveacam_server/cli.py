@@ -17,6 +17,7 @@ from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
 from foveacam_server.commands.backup import backup, restore
 from foveacam_server.commands.calibrate import app as calibrate_app
+from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import checked_settings
 from foveacam_server.resources.captures.cli import capture
@@ -51,6 +52,7 @@ app.command()(study)
 app.command()(confirm_zero)
 app.command()(backup)
 app.command()(restore)
+app.add_typer(users_app)
 
 _USAGE_ERROR = 2
 _FAILURE = 1
@@ -62,7 +64,15 @@ SceneOption = Annotated[
 ]
 PresetOption = Annotated[str | None, typer.Option(help="mirrors of the simulated rig: rig120 or paper")]
 HostOption = Annotated[
-    str | None, typer.Option(help="address to listen on; beyond this machine needs a token")
+    str | None, typer.Option(help="address to listen on; beyond this machine, people must sign in")
+]
+CertificateOption = Annotated[
+    Path | None, typer.Option(help="certificate with its chain (PEM), to serve https; with --tls-key")
+]
+KeyOption = Annotated[Path | None, typer.Option(help="private key of the certificate (PEM)")]
+InsecureOption = Annotated[
+    bool | None,
+    typer.Option("--insecure", help="let whoever reaches the server do everything, without signing in"),
 ]
 PortOption = Annotated[int | None, typer.Option(help="port to listen on; 0 takes a free one", max=65535)]
 TokenOption = Annotated[
@@ -94,6 +104,9 @@ def serve(
     host: HostOption = None,
     port: PortOption = None,
     token: TokenOption = None,
+    insecure: InsecureOption = None,
+    tls_cert: CertificateOption = None,
+    tls_key: KeyOption = None,
     trusted_proxy: ProxyOption = None,
     data: DataOption = None,
     calibration: CalibrationOption = None,
@@ -112,6 +125,9 @@ def serve(
         "host": host,
         "port": port,
         "token": token,
+        "insecure": insecure,
+        "tls_cert": tls_cert,
+        "tls_key": tls_key,
         "trusted_proxies": trusted_proxy or None,
         "data": data,
         "calibration": calibration,

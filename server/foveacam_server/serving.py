@@ -4,6 +4,7 @@ import asyncio
 import logging
 import os
 import socket
+import ssl
 from pathlib import Path
 from typing import cast
 
@@ -13,14 +14,16 @@ from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_hardware.rig_config import SimulatedRigConfig
+from foveacam_server.accounts.accounts import Mode
 from foveacam_server.app import create_app
 from foveacam_server.assembly.services import Services
-from foveacam_server.console.security import AccessRules
+from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
 from foveacam_server.doors.listening_socket import listen
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects
+from foveacam_server.doors.tls import tls_context
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.chosen_rig import check_simulation, compile_renderer, rig_config
 
@@ -35,10 +38,18 @@ class _GreetingServer(WatchedServer):
     """A server that prints its address once the rig is open, and the problems of the rig."""
 
     def __init__(
-        self, config: uvicorn.Config, *, greeting: list[str], services: "_StartedServices", console: Console
+        self,
+        config: uvicorn.Config,
+        *,
+        address: str,
+        greeting: list[str],
+        services: "_StartedServices",
+        console: Console,
+        tls: ssl.SSLContext | None,
     ) -> None:
-        super().__init__(config)
-        self._lines = greeting
+        super().__init__(config, tls=tls)
+        self._address = address
+        self._lines = [f"FoveaCam Duo is ready: {address}", *greeting]
         self._doors: list[StopDoor] = []
         self._services = services
         self._console = console
@@ -64,7 +75,13 @@ class _GreetingServer(WatchedServer):
         services, gate = self._services(), self._services.gate()
         answer = StopAtDoor(services.stop, gate=gate)
         for listener in listeners:
-            door = StopDoor(listener, adopt=self.adopt, answer=answer, workers=services.stopping)
+            door = StopDoor(
+                listener,
+                adopt=self.adopt,
+                answer=answer,
+                workers=services.stopping,
+                encrypted=self._tls is not None,
+            )
             self._doors.append(door)
             door.open()
 
@@ -81,8 +98,21 @@ class _GreetingServer(WatchedServer):
             problems.append(f"calibration: {services.calibration.problem}")
         for problem in problems:
             self._console.print(f"  {problem}", style="yellow", markup=False, highlight=False, soft_wrap=True)
-        for line in self._lines:
+        for line in [*self._lines, *self._access_lines()]:
             self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+    def _access_lines(self) -> list[str]:
+        """Return what the terminal says of who may come: the first admin's link, a warning, or nothing."""
+        gate, accounts = self._services.gate(), self._services().accounts
+        if gate.mode is Mode.FIRST_ADMIN:
+            link = f"{self._address}join?code={accounts.first_admin_code()}"
+            return [
+                "It has no user yet. This link makes the first admin, once:",
+                f"  {link}",
+            ]
+        if gate.mode is Mode.OPEN and not gate.loopback:
+            return ["Whoever reaches it may do everything with it: it was started with --insecure."]
+        return []
 
 
 class _StartedServices:
@@ -109,6 +139,7 @@ def run_server(settings: Settings, *, console: Console) -> None:
     if settings.wants_token_made:
         settings = settings.with_made_token()
         token_path = keep_token(settings)
+    tls = tls_context(settings.tls_cert, settings.tls_key)
     app = create_app(settings)
     allow_open_files()
     with listen(settings.host, settings.port) as listener:
@@ -116,9 +147,11 @@ def run_server(settings: Settings, *, console: Console) -> None:
             compile_renderer(console)
         server = _GreetingServer(
             server_config(app, trusted_proxies=settings.trusted_proxies),
-            greeting=_greeting(settings, port=listener.getsockname()[1], token_path=token_path),
+            address=_address(settings, port=listener.getsockname()[1]),
+            greeting=_token_lines(settings, token_path=token_path),
             services=_StartedServices(app.state),
             console=console,
+            tls=tls,
         )
         log = logging.getLogger("uvicorn.error")
         log.addFilter(lambda _record: _failure(app) is None)  # it would print the traceback
@@ -149,15 +182,19 @@ def _failure(app: FastAPI) -> FoveaError | None:
     return found if isinstance(found, FoveaError) else None
 
 
-def _greeting(settings: Settings, *, port: int, token_path: Path | None) -> list[str]:
-    """Return the lines with the server's address and, without the token itself, where its token is found."""
+def _address(settings: Settings, *, port: int) -> str:
+    """Return the server's address for a browser on this machine."""
     named = LOCALHOST.get(settings.host, settings.host)  # a browser cannot open "any address"
-    host = f"[{named}]" if ":" in named else named
-    lines = [f"FoveaCam Duo is ready: http://{host}:{port}/"]
-    if settings.token is not None:
-        where = f"the one in {token_path}" if token_path is not None else "the one that you chose"
-        lines.append(f"It asks for a token: {where}.")
-    return lines
+    scheme = "http" if settings.tls_cert is None else "https"
+    return f"{scheme}://{f'[{named}]' if ':' in named else named}:{port}/"
+
+
+def _token_lines(settings: Settings, *, token_path: Path | None) -> list[str]:
+    """Return where the token is found, without the token itself."""
+    if settings.token is None:
+        return []
+    where = f"the one in {token_path}" if token_path is not None else "the one that you chose"
+    return [f"It asks for a token: {where}."]
 
 
 def keep_token(settings: Settings) -> Path:

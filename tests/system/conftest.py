@@ -157,6 +157,8 @@ def running(
     scene: str = "bench",
     calibration: Path | None = None,
     live_hz: tuple[float, float] = (LIVE_WIDE_HZ, LIVE_FOVEA_HZ),
+    host: str = "127.0.0.1",
+    viewer: bool = False,
 ) -> Iterator[Running]:
     warm_up()  # a compiled renderer: else the first look would wait for it
     settings = Settings(
@@ -164,7 +166,8 @@ def running(
         rig=rig,
         scene=scene,
         calibration=calibration,
-        viewer=False,
+        viewer=viewer,
+        host=host,
         live_wide_hz=live_hz[0],
         live_fovea_hz=live_hz[1],
     )

@@ -5,7 +5,7 @@ import httpx
 import pytest
 from fastapi import APIRouter, FastAPI, Request
 
-from foveacam_server.doors.middleware import BodyLimitProblems
+from foveacam_server.doors.middleware import HEADER_BYTES, BodyLimitProblems, HeaderLimit
 from foveacam_server.foundation.answers import BODY_BYTES, FILE_BYTES
 
 
@@ -20,11 +20,14 @@ def app() -> FastAPI:
     router.post("/file", max_body_size=FILE_BYTES)(count)
     app = FastAPI()
     app.add_middleware(BodyLimitProblems)
+    app.add_middleware(HeaderLimit)
     app.include_router(router, max_body_size=BODY_BYTES)
     return app
 
 
-def _post(app: FastAPI, path: str, *, size: int, chunked: bool = False) -> httpx.Response:
+def _post(
+    app: FastAPI, path: str, *, size: int, chunked: bool = False, headers: dict[str, str] | None = None
+) -> httpx.Response:
     async def pieces() -> AsyncIterator[bytes]:
         for begin in range(0, size, 65_536):
             yield bytes(min(65_536, size - begin))
@@ -32,7 +35,7 @@ def _post(app: FastAPI, path: str, *, size: int, chunked: bool = False) -> httpx
     async def ask() -> httpx.Response:
         transport = httpx.ASGITransport(app=app)
         async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
-            return await client.post(path, content=pieces() if chunked else bytes(size))
+            return await client.post(path, content=pieces() if chunked else bytes(size), headers=headers)
 
     return asyncio.run(ask())
 
@@ -57,3 +60,16 @@ def test_a_route_may_take_more_than_the_others(app: FastAPI) -> None:
 
 def test_a_body_at_the_limit_is_taken(app: FastAPI) -> None:
     assert _post(app, "/small", size=BODY_BYTES).json() == BODY_BYTES
+
+
+def test_headers_and_an_address_beyond_the_limit_are_a_problem(app: FastAPI) -> None:
+    long = "a" * HEADER_BYTES
+    for refused in (
+        _post(app, "/small", size=1, headers={"x-long": long}),
+        _post(app, f"/small?{long}", size=1),
+        _post(app, "/small", size=1, headers={f"x-{number}": "many" for number in range(2000)}),
+    ):
+        assert refused.status_code == 431
+        assert refused.json()["type"] == "/problems/headers-too-large"
+        assert "at most 16384 are taken" in refused.json()["detail"]
+    assert _post(app, "/small", size=1, headers={"x-long": "a" * (HEADER_BYTES - 1000)}).json() == 1

@@ -1,11 +1,13 @@
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import Busy, VirtualClock
+from foveacam_hardware.contract import Busy, InvalidInput, VirtualClock
+from foveacam_server.foundation.errors import Forbidden
 from foveacam_server.foundation.events import EventLevel, EventLog
-from foveacam_server.foundation.lease import LIFETIME_S, Lease
+from foveacam_server.foundation.lease import IDLE_S, LIFETIME_S, OFFER_S, Lease, LeaseClaim
 from foveacam_server.foundation.store import Store
 
 
@@ -82,3 +84,97 @@ def test_released_lease_frees_the_rig(lease: Lease) -> None:
     lease.release(lease.take("Ada", take_over=False).token)
     assert lease.describe().holder is None
     assert lease.describe().expires_in_s is None
+
+
+def claim(
+    person: str, *, admin: bool = False, take_over: bool = False, reason: str | None = None
+) -> LeaseClaim:
+    return LeaseClaim(
+        holder="browser", person=person, may_take_over=admin, take_over=take_over, reason=reason
+    )
+
+
+def test_where_people_sign_in_an_admin_alone_takes_over_and_says_why(lease: Lease, events: EventLog) -> None:
+    ada = lease.take(claim("ada"))
+    assert lease.describe().person == "ada" and ada.holder == "ada (browser)"
+    with pytest.raises(Forbidden, match="only an admin may"):
+        lease.take(claim("otto", take_over=True))
+    with pytest.raises(InvalidInput, match="without a reason"):
+        lease.take(claim("iris", admin=True, take_over=True))
+    lease.check(ada.token)
+    iris = lease.take(claim("iris", admin=True, take_over=True, reason="a fire drill"))
+    assert "took the control lease over from ada (browser): a fire drill" in events.recent(1)[0].message
+    assert lease.take(claim("iris", take_over=True)).token != iris.token  # one's own other page
+
+
+def test_the_holder_hands_over_to_who_asked_and_nobody_comes_between(
+    lease: Lease, clock: VirtualClock, events: EventLog
+) -> None:
+    with pytest.raises(Busy, match="nobody holds"):
+        lease.ask(claim("otto"))
+    ada = lease.take(claim("ada"))
+    with pytest.raises(Busy, match="nobody does"):
+        lease.answer(ada.token, hand_over=True)
+    assert lease.ask(claim("otto")).asked_by == "otto (browser)"
+    assert events.recent(1)[0].kind == "lease.asked"
+    with pytest.raises(Busy, match="asks for the lease already"):
+        lease.ask(claim("rex"))
+    with pytest.raises(Busy, match="ada"):
+        lease.answer("another token", hand_over=True)
+    assert lease.answer(ada.token, hand_over=True).holder is None
+    with pytest.raises(Busy, match="kept for otto"):
+        lease.take(claim("rex"))
+    lease.check(lease.take(claim("otto")).token)
+    with pytest.raises(Busy, match="otto"):
+        lease.check(ada.token)
+
+
+def test_what_was_handed_over_is_free_again_when_it_is_not_taken(lease: Lease, clock: VirtualClock) -> None:
+    ada = lease.take(claim("ada"))
+    lease.ask(claim("otto"))
+    lease.answer(ada.token, hand_over=True)
+    after(clock, OFFER_S + 1.0)
+    assert lease.take(claim("rex")).holder == "rex (browser)"
+
+
+def test_who_asks_may_be_refused(lease: Lease) -> None:
+    ada = lease.take(claim("ada"))
+    lease.ask(claim("otto"))
+    assert lease.answer(ada.token, hand_over=False).asked_by is None
+    lease.check(ada.token)
+
+
+def test_a_holder_who_moves_nothing_loses_the_lease(
+    lease: Lease, clock: VirtualClock, events: EventLog
+) -> None:
+    ada = lease.take(claim("ada"))
+    after(clock, 10.0)
+    lease.check(ada.token)
+    lease.renew(ada.token)
+    for _ in range(round(IDLE_S / 10.0)):
+        after(clock, 10.0)
+        lease.renew(ada.token)
+    after(clock, 10.0)
+    with pytest.raises(Busy, match="nobody holds it"):
+        lease.renew(ada.token)
+    assert lease.describe().holder is None
+    assert "nothing moved for 600 s" in events.recent(1)[0].message
+
+
+def test_of_many_that_race_one_wins_and_the_others_are_told(lease: Lease) -> None:
+    won: list[str] = []
+    told: list[str] = []
+
+    def race(number: int) -> None:
+        try:
+            won.append(lease.take(claim(f"service{number}")).holder)
+        except Busy as error:
+            told.append(str(error))
+
+    threads = [threading.Thread(target=race, args=(number,)) for number in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(won) == 1 and len(told) == 7
+    assert all(f"{won[0]} holds the control lease" in message for message in told)

@@ -13,6 +13,7 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import create_engine, text
 
 from foveacam_hardware.contract import InvalidInput, StorageFull
+from foveacam_server.accounts.tables import AuditRow, ServiceTokenRow, SignInRow, UserRow
 from foveacam_server.foundation import migrate as migrating
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import JobTable
@@ -23,6 +24,8 @@ from foveacam_server.resources.fixations.table import FixationTable, TargetTable
 from foveacam_server.resources.measurements.table import MeasurementTable
 
 FIRST_VERSION = Path(__file__).parents[1] / "data" / "database-0.1-first.sql"
+ROWS = (UserRow, SignInRow, ServiceTokenRow, AuditRow)
+"""Rows of modules that nothing else here imports."""
 TABLES = ("jobs", "events", "fixations", "targets", "clouds")
 
 
@@ -93,6 +96,7 @@ def test_migrations_make_the_tables_that_the_server_uses(tmp_path: Path) -> None
     path = tmp_path / "foveacam.sqlite"
     migrate(path)
     with create_engine(f"sqlite:///{path}").connect() as connection:
+        assert {row.metadata for row in ROWS} == {TableRow.metadata}
         assert compare_metadata(MigrationContext.configure(connection), TableRow.metadata) == []
 
 

@@ -9,9 +9,8 @@ from fastapi import FastAPI, WebSocket
 from pydantic import SecretStr
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from foveacam_hardware.contract import InvalidInput
+from foveacam_server.accounts.attempts import MOST_WRONG, WINDOW_S
 from foveacam_server.console import security
-from foveacam_server.doors.token_attempts import MOST_WRONG, WINDOW_S
 from foveacam_server.foundation.settings import Settings
 
 OWN = "http://127.0.0.1:8000"
@@ -21,6 +20,7 @@ TOKEN = "correct horse"  # noqa: S105  # a token of this test alone
 class Choices(TypedDict, total=False):
     host: str
     token: SecretStr
+    insecure: bool
     allowed_origins: tuple[str, ...]
 
 
@@ -185,9 +185,20 @@ def test_the_names_of_this_machine_are_answered(host: str) -> None:
     assert client().get("/", headers={"Host": host}).status_code == 200
 
 
-def test_another_address_is_not_served_without_a_token() -> None:
-    with pytest.raises(InvalidInput, match="FOVEACAM_TOKEN"):
-        client(host="0.0.0.0")  # noqa: S104  # the mistake under test
+def test_another_address_serves_nothing_before_there_is_a_user_or_a_token() -> None:
+    browser = client("http://rig.example", host="0.0.0.0")  # noqa: S104  # the mistake under test
+    answer = browser.get("/")
+    assert (answer.status_code, answer.json()["type"]) == (401, "/problems/unauthorized")
+    assert "link that the server printed" in answer.json()["remedy"]
+    assert "no user yet" in browser.get("/", headers={"Accept": "text/html"}).text
+    assert browser.post("/park").status_code == browser.post("/api/v1/stop").status_code == 401
+    assert browser.websocket_refusal({}) == (401, "/problems/unauthorized")
+
+
+def test_another_address_is_open_to_everybody_when_that_is_said_aloud() -> None:
+    browser = client("http://rig.example", host="0.0.0.0", insecure=True)  # noqa: S104  # declared open
+    assert browser.post("/park").json() == "parked"
+    assert browser.post("/park", headers={"Origin": "http://evil.example"}).status_code == 403
 
 
 def guarded() -> Browser:

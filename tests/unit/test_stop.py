@@ -15,7 +15,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
-from foveacam_server.console.security import AccessRules
+from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
 from foveacam_server.doors.listening_socket import listen
 from foveacam_server.doors.server import WatchedServer, server_config

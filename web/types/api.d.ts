@@ -63,6 +63,28 @@ export interface components {
             single_m2: number;
             weighted_m2: number;
         };
+        /** @description A change that somebody made or tried. */
+        AuditDocument: {
+            address: string;
+            detail: string;
+            id: number;
+            /** @enum {string} */
+            kind: "local" | "shared_token" | "user" | "service" | "nobody";
+            method: string;
+            /** @enum {string} */
+            outcome: "done" | "refused" | "failed";
+            path: string;
+            repeated: number;
+            status: number;
+            utc: string;
+            what: string;
+            who: string;
+        };
+        /** @description Entries, newest first; `next_before`: where the next page begins, null at the end. */
+        AuditPage: {
+            entries: components["schemas"]["AuditDocument"][];
+            next_before: number | null;
+        };
         /**
          * @description Mode of a camera's automatic exposure.
          * @enum {string}
@@ -1187,6 +1209,11 @@ export interface components {
             verdict: "good" | "recalibrate" | "unknown";
             vertical_px: number | null;
         };
+        /** @description A one-time link, as a path of this server. */
+        InvitationDocument: {
+            expires_utc: string;
+            path: string;
+        };
         /** @description A job: long work that a request started. */
         JobDocument: {
             created_utc: string;
@@ -1206,6 +1233,16 @@ export interface components {
             eta_s: number | null;
             note: string;
             total: number;
+        };
+        /** @description The code of a one-time link, and the password to set; `name` for the first admin alone. */
+        JoinRequest: {
+            code: string;
+            name?: string | null;
+            /**
+             * Format: password
+             * @example correct horse battery
+             */
+            password: string;
         };
         /** @description Files of one kind: `fovea` or `wide`. */
         KindDocument: {
@@ -1227,10 +1264,17 @@ export interface components {
             /** @default false */
             replace?: boolean;
         };
+        /** @description The holder's answer to who asks for the lease. */
+        LeaseAnswer: {
+            hand_over: boolean;
+        };
         /** @description The holder of the control lease; null: nobody, and anybody may move. */
         LeaseDocument: {
+            asked_by: string | null;
             expires_in_s: number | null;
             holder: string | null;
+            idle_s: number | null;
+            person: string | null;
         };
         /** @description The granted lease; its token goes into the X-Lease header. */
         LeaseGrant: {
@@ -1241,8 +1285,13 @@ export interface components {
         /** @description Name of the client that asks for the lease. */
         LeaseRequest: {
             holder: string;
+            reason?: string | null;
             /** @default false */
             take_over?: boolean;
+        };
+        /** @description Name of the client that asks the holder for the lease. */
+        LeaseWish: {
+            holder: string;
         };
         /** @description The way from the first point to the second; `same_look`: errors that both share are taken once. */
         LengthDocument: {
@@ -1924,6 +1973,19 @@ export interface components {
             station?: string | null;
             tilt_deg?: number | null;
         };
+        /** @description The present password and the new one. */
+        PasswordChange: {
+            /**
+             * Format: password
+             * @example correct horse battery
+             */
+            new_password: string;
+            /**
+             * Format: password
+             * @example correct horse battery
+             */
+            password: string;
+        };
         /** @description The pattern that all screens show; its size is that with the white edge, null when it is blank. */
         PatternDocument: {
             description: string;
@@ -2545,6 +2607,32 @@ export interface components {
             z_m: number | null;
             z_sigma_m: number | null;
         };
+        /** @description The new token; its secret is shown this once. */
+        ServiceTokenCreated: {
+            document: components["schemas"]["ServiceTokenDocument"];
+            token: string;
+        };
+        /** @description A token of a service, without its secret. */
+        ServiceTokenDocument: {
+            created_by: string;
+            created_utc: string;
+            expires_utc: string | null;
+            id: string;
+            last_used_utc: string | null;
+            name: string;
+            prefix: string;
+            scopes: ("view" | "operate" | "administer")[];
+        };
+        /** @description The tokens, by name. */
+        ServiceTokenList: {
+            tokens: components["schemas"]["ServiceTokenDocument"][];
+        };
+        /** @description A new token; `days`: its life, null for one without an end. */
+        ServiceTokenRequest: {
+            days?: number | null;
+            name: string;
+            scopes: ("view" | "operate" | "administer")[];
+        };
         /** @description The measurements of one calibration, and their results. */
         SessionDocument: {
             board: components["schemas"]["BoardDocument"] | null;
@@ -2642,6 +2730,27 @@ export interface components {
             targets: number[];
             x_m: number;
             y_m: number;
+        };
+        /** @description What the server asks of whoever comes, and who the request came from. */
+        SignInDocument: {
+            expires_utc: string | null;
+            /** @enum {string} */
+            kind: "local" | "shared_token" | "user" | "service" | "nobody";
+            /** @enum {string} */
+            mode: "open" | "token" | "users" | "first_admin";
+            name: string | null;
+            rights: ("view" | "operate" | "administer")[];
+            role: ("viewer" | "operator" | "admin") | null;
+        };
+        /** @description A name and its password. */
+        SignInRequest: {
+            /** @example anna */
+            name: string;
+            /**
+             * Format: password
+             * @example correct horse battery
+             */
+            password: string;
         };
         /** @description A bus that could not be searched, and why. */
         SilentBus: {
@@ -3029,6 +3138,55 @@ export interface components {
             name: string;
             size_bytes: number;
         };
+        /** @description What changes of a user. */
+        UserChange: {
+            disabled?: boolean | null;
+            role?: ("viewer" | "operator" | "admin") | null;
+        };
+        /** @description The new user, and the link by which it sets a password; null when it has one. */
+        UserCreated: {
+            invitation: components["schemas"]["InvitationDocument"] | null;
+            user: components["schemas"]["UserDocument"];
+        };
+        /** @description A user. */
+        UserDocument: {
+            created_utc: string;
+            last_seen_utc: string | null;
+            locked_for_s: number | null;
+            name: string;
+            /** @enum {string} */
+            role: "viewer" | "operator" | "admin";
+            /** @enum {string} */
+            state: "active" | "invited" | "disabled";
+        };
+        /** @description All users, by name. */
+        UserList: {
+            users: components["schemas"]["UserDocument"][];
+        };
+        /** @description A new user; without a password, one who gets a one-time link to set it. */
+        UserRequest: {
+            /** @example anna */
+            name: string;
+            password?: string | null;
+            /** @enum {string} */
+            role: "viewer" | "operator" | "admin";
+        };
+        /** @description A browser in which a user is signed in. */
+        UserSessionDocument: {
+            address: string;
+            browser: string;
+            created_utc: string;
+            current: boolean;
+            expires_utc: string;
+            id: string;
+            last_seen_utc: string;
+            streams: number;
+            user: string;
+        };
+        /** @description The sign-ins, newest first. */
+        UserSessionList: {
+            sessions: components["schemas"]["UserSessionDocument"][];
+        };
         /** @description The distance at which both eyes meet, from the rig's origin. */
         Verging: {
             distance_m?: number | "infinity" | null;
@@ -3163,6 +3321,8 @@ export type AllRun = components['schemas']['AllRun'];
 export type AlternativeDocument = components['schemas']['AlternativeDocument'];
 export type AnaglyphColours = components['schemas']['AnaglyphColours'];
 export type AreasDocument = components['schemas']['AreasDocument'];
+export type AuditDocument = components['schemas']['AuditDocument'];
+export type AuditPage = components['schemas']['AuditPage'];
 export type AutoMode = components['schemas']['AutoMode'];
 export type BackendComparisonDocument = components['schemas']['BackendComparisonDocument'];
 export type BackendComparisonRequest = components['schemas']['BackendComparisonRequest'];
@@ -3263,14 +3423,18 @@ export type GazeDocument = components['schemas']['GazeDocument'];
 export type GeojsonMapRequest = components['schemas']['GeojsonMapRequest'];
 export type GridPoints = components['schemas']['GridPoints'];
 export type HealthDocument = components['schemas']['HealthDocument'];
+export type InvitationDocument = components['schemas']['InvitationDocument'];
 export type JobDocument = components['schemas']['JobDocument'];
 export type JobProgress = components['schemas']['JobProgress'];
+export type JoinRequest = components['schemas']['JoinRequest'];
 export type KindDocument = components['schemas']['KindDocument'];
 export type LayoutDocument = components['schemas']['LayoutDocument'];
 export type LayoutRequest = components['schemas']['LayoutRequest'];
+export type LeaseAnswer = components['schemas']['LeaseAnswer'];
 export type LeaseDocument = components['schemas']['LeaseDocument'];
 export type LeaseGrant = components['schemas']['LeaseGrant'];
 export type LeaseRequest = components['schemas']['LeaseRequest'];
+export type LeaseWish = components['schemas']['LeaseWish'];
 export type LengthDocument = components['schemas']['LengthDocument'];
 export type LensDocument = components['schemas']['LensDocument'];
 export type LensFitDocument = components['schemas']['LensFitDocument'];
@@ -3329,6 +3493,7 @@ export type OpenRequest = components['schemas']['OpenRequest'];
 export type PanTiltDocument = components['schemas']['PanTiltDocument'];
 export type PanTiltLimitsDocument = components['schemas']['PanTiltLimitsDocument'];
 export type PanTiltMove = components['schemas']['PanTiltMove'];
+export type PasswordChange = components['schemas']['PasswordChange'];
 export type PatternDocument = components['schemas']['PatternDocument'];
 export type PictureDocument = components['schemas']['PictureDocument'];
 export type PictureMapRequest = components['schemas']['PictureMapRequest'];
@@ -3377,6 +3542,10 @@ export type RingDocument = components['schemas']['RingDocument'];
 export type RingRequest = components['schemas']['RingRequest'];
 export type Role = components['schemas']['Role'];
 export type SampleDocument = components['schemas']['SampleDocument'];
+export type ServiceTokenCreated = components['schemas']['ServiceTokenCreated'];
+export type ServiceTokenDocument = components['schemas']['ServiceTokenDocument'];
+export type ServiceTokenList = components['schemas']['ServiceTokenList'];
+export type ServiceTokenRequest = components['schemas']['ServiceTokenRequest'];
 export type SessionDocument = components['schemas']['SessionDocument'];
 export type SessionRequest = components['schemas']['SessionRequest'];
 export type SetPoint = components['schemas']['SetPoint'];
@@ -3388,6 +3557,8 @@ export type SettleRun = components['schemas']['SettleRun'];
 export type SettleTimeDocument = components['schemas']['SettleTimeDocument'];
 export type SettleTimeRequest = components['schemas']['SettleTimeRequest'];
 export type SightDocument = components['schemas']['SightDocument'];
+export type SignInDocument = components['schemas']['SignInDocument'];
+export type SignInRequest = components['schemas']['SignInRequest'];
 export type SilentBus = components['schemas']['SilentBus'];
 export type SimulatedFaults = components['schemas']['SimulatedFaults'];
 export type SkippedPoint = components['schemas']['SkippedPoint'];
@@ -3429,6 +3600,13 @@ export type TryOrder = components['schemas']['TryOrder'];
 export type TryResult = components['schemas']['TryResult'];
 export type UploadDocument = components['schemas']['UploadDocument'];
 export type UploadRequest = components['schemas']['UploadRequest'];
+export type UserChange = components['schemas']['UserChange'];
+export type UserCreated = components['schemas']['UserCreated'];
+export type UserDocument = components['schemas']['UserDocument'];
+export type UserList = components['schemas']['UserList'];
+export type UserRequest = components['schemas']['UserRequest'];
+export type UserSessionDocument = components['schemas']['UserSessionDocument'];
+export type UserSessionList = components['schemas']['UserSessionList'];
 export type Verging = components['schemas']['Verging'];
 export type ViewDocument = components['schemas']['ViewDocument'];
 export type VoltsRequest = components['schemas']['VoltsRequest'];

@@ -516,6 +516,8 @@ export type SharedState = {
   page_faults: FaultDocument[];
   stop: StopDocument | null;
   lease: LeaseDocument | null;
+  /** Whether this page asks the holder for the lease. */
+  lease_asked: boolean;
   lease_token: string | null;
   steer_distance_m: number | null;
   /** The recording that is being made, whoever began it. */

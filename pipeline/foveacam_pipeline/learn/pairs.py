@@ -19,8 +19,9 @@ from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.learn.losses import PairBatch
 from foveacam_pipeline.learn.network.geometry import mirrored_geometry, turned_geometry, view_geometry
 from foveacam_pipeline.learn.pair_folder import DOCUMENT as PAIRS_DOCUMENT
-from foveacam_pipeline.learn.pair_folder import PairSample, StoredPairs, is_pair_folder
+from foveacam_pipeline.learn.pair_folder import PairSample, PairTruth, StoredPairs, is_pair_folder
 from foveacam_pipeline.learn.recorded_pairs import is_recording, recorded_pairs, recording_digest
+from foveacam_pipeline.learn.right_eye import right_truth
 
 SCALE = 0.5
 LEAST_VALID = 0.5
@@ -153,35 +154,42 @@ class CropSource:
 
 
 def _varied_crop(sample: PairSample, window: tuple[slice, slice], rng: np.random.Generator) -> _Crop:
-    """Return a crop with other brightness in each eye; half of them mirrored, with the eyes exchanged.
-
-    Those with truth are not mirrored: the truth is that of the left eye.
-    """
-    pair, truth = sample.pair, sample.truth
+    """Return a crop with other brightness in each eye; half of them mirrored, with the eyes exchanged."""
+    pair = sample.pair
     left, right = (_varied(picture[window], rng) for picture in (pair.left, pair.right))
     valid = pair.valid_left[window]
-    disparity_px = np.zeros(valid.shape, np.float32)
-    known = np.zeros(valid.shape, np.bool_)
     geometry = view_geometry(pair, window)
-    if rng.random() < 0.5 and truth is None:
-        # Mirrored, the right eye is the left one, and every disparity keeps its sign
+    mirrored = rng.random() < 0.5
+    if mirrored:  # the right eye is the left one, and every disparity keeps its sign
         left, right = right[:, :, ::-1], left[:, :, ::-1]
         valid = pair.valid_right[window][:, ::-1]
         geometry = mirrored_geometry(geometry)
-    if truth is not None:
-        known = truth.both[window] & valid
-        disparity_px = np.where(known, truth.disparity_px[window], np.float32(0.0))
+    disparity_px, known = _known_disparity(sample.truth, window, mirrored=mirrored)
+    known = known & valid
     turned = rng.random() < 0.5
     rows = slice(None, None, -1 if turned else 1)
     return _Crop(
         left=np.ascontiguousarray(left[:, rows]),
         right=np.ascontiguousarray(right[:, rows]),
         valid=np.ascontiguousarray(valid[rows]),
-        disparity_px=np.ascontiguousarray(disparity_px[rows]),
+        disparity_px=np.ascontiguousarray(np.where(known, disparity_px, np.float32(0.0))[rows]),
         known=np.ascontiguousarray(known[rows]),
-        labelled=truth is not None,
+        labelled=sample.truth is not None,
         geometry=turned_geometry(geometry) if turned else geometry,
     )
+
+
+def _known_disparity(
+    truth: PairTruth | None, window: tuple[slice, slice], *, mirrored: bool
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return the true disparity, float32, px, of a crop, and where both eyes see it, both (h, w)."""
+    if truth is None:
+        shape = tuple(part.stop - part.start for part in window)
+        return np.zeros(shape, np.float32), np.zeros(shape, np.bool_)
+    if not mirrored:
+        return truth.disparity_px[window], truth.both[window]
+    disparity_px, known = right_truth(truth, window)
+    return disparity_px[:, ::-1], known[:, ::-1]
 
 
 def picture_planes(picture: NDArray[np.uint8]) -> NDArray[np.float32]:

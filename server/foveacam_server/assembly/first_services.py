@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import Clock, FoveaError, MonotonicClock
+from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
@@ -31,12 +32,13 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServerFoundation:
-    """Settings, store and events; `stack` closes what is opened, last opened first."""
+    """Settings, store, accounts and events; `stack` closes what is opened, last opened first."""
 
     settings: Settings
     stack: ExitStack
     clock: Clock
     store: Store
+    accounts: Accounts
     events: EventLog
 
 
@@ -66,12 +68,23 @@ class DisplayServices:
 
 
 def open_foundation(settings: Settings, *, stack: ExitStack) -> ServerFoundation:
-    """Open the store and the event log."""
+    """Open the store, the event log and the accounts."""
     store = stack.enter_context(Store(settings.data))
     events = EventLog(store)
     stack.callback(events.close)
+    accounts = Accounts(
+        store,
+        shared_token=settings.token is not None and bool(settings.token.get_secret_value()),
+        guarded=not (settings.loopback or settings.insecure),
+    )
+    stack.callback(accounts.close)
     return ServerFoundation(
-        settings=settings, stack=stack, clock=MonotonicClock(), store=store, events=events
+        settings=settings,
+        stack=stack,
+        clock=MonotonicClock(),
+        store=store,
+        accounts=accounts,
+        events=events,
     )
 
 

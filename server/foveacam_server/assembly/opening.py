@@ -75,6 +75,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         clock=foundation.clock,
         store=foundation.store,
         events=foundation.events,
+        accounts=foundation.accounts,
         faults=faults,
         lease=Lease(clock=foundation.clock, events=foundation.events),
         hub=displays.hub,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from foveacam_hardware.contract import Clock
+from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
@@ -61,6 +62,7 @@ class Services:
     clock: Clock
     store: Store
     events: EventLog
+    accounts: Accounts
     faults: FaultService
     lease: Lease
     hub: FrameHub
@@ -132,6 +134,10 @@ if TYPE_CHECKING:
     from foveacam_server.resources.measurements.routes import MeasurementRouteServices
     from foveacam_server.resources.mirrors.routes import MirrorRouteServices
     from foveacam_server.resources.mosaics.routes import MosaicRouteServices
+    from foveacam_server.resources.people.audit_routes import AuditRouteServices
+    from foveacam_server.resources.people.session_routes import SessionRouteServices
+    from foveacam_server.resources.people.token_routes import TokenRouteServices
+    from foveacam_server.resources.people.user_routes import UserRouteServices
     from foveacam_server.resources.planner.routes import PlannerRouteServices
     from foveacam_server.resources.positioners.pan_tilt_routes import PanTiltRouteServices
     from foveacam_server.resources.positioners.rail_routes import RailRouteServices
@@ -173,6 +179,10 @@ if TYPE_CHECKING:
         _measurement: MeasurementRouteServices = services
         _mirror: MirrorRouteServices = services
         _mosaic: MosaicRouteServices = services
+        _audit: AuditRouteServices = services
+        _session: SessionRouteServices = services
+        _token: TokenRouteServices = services
+        _user: UserRouteServices = services
         _planner: PlannerRouteServices = services
         _pan_tilt: PanTiltRouteServices = services
         _rail: RailRouteServices = services

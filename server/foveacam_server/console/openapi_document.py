@@ -4,18 +4,24 @@ from typing import Any
 
 from fastapi import FastAPI
 
-from foveacam_server.console.security import COOKIE, OPEN_PATHS
+from foveacam_server.accounts.cookies import COOKIE
+from foveacam_server.accounts.route_rights import OPEN_CALLS, OPEN_PATHS, needed_right
 from foveacam_server.foundation.answers import problems
 
 _METHODS = ("get", "post", "put", "patch", "delete")
-_WHERE_NEEDED = "Needed only where the server was started with a token."
+_WHERE_NEEDED = "Needed only where the server has users, or was started with a token."
+_TOKEN = f"The token of a service, or the shared one. {_WHERE_NEEDED}"
 _SCHEMES = {
-    "bearer": {"type": "http", "scheme": "bearer", "description": f"The token. {_WHERE_NEEDED}"},
+    "bearer": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": _TOKEN,
+    },
     "token_header": {
         "type": "apiKey",
         "in": "header",
         "name": "X-API-Token",
-        "description": f"The token. {_WHERE_NEEDED}",
+        "description": _TOKEN,
     },
     "session": {
         "type": "apiKey",
@@ -24,7 +30,7 @@ _SCHEMES = {
         "description": f"What a browser gets for signing in at `/`. {_WHERE_NEEDED}",
     },
 }
-_BEFORE_ROUTES = (400, 401, 403, 429)
+_BEFORE_ROUTES = (400, 401, 403, 429, 431)
 
 
 def install(app: FastAPI, *, token_needed: bool) -> None:
@@ -49,8 +55,11 @@ def _complete(document: dict[str, Any], *, token_needed: bool) -> None:  # Any: 
     components["responses"] = {str(status): answer for status, answer in answers.items()}
     document["security"] = [{name: []} for name in _SCHEMES] + ([] if token_needed else [{}])
     for path, operations in document["paths"].items():
-        for operation in (operations[method] for method in _METHODS if method in operations):
+        for method in (method for method in _METHODS if method in operations):
+            operation = operations[method]
             for status in components["responses"]:
                 operation["responses"].setdefault(status, {"$ref": f"#/components/responses/{status}"})
-            if path in OPEN_PATHS:
+            if path in OPEN_PATHS or (method.upper(), path) in OPEN_CALLS:
                 operation["security"] = []
+            else:
+                operation["x-right"] = needed_right("http", method.upper(), path).value

@@ -1,15 +1,30 @@
-"""The sign-in page and its form, which sends the token in a body and never in a URL."""
+"""The pages and forms by which a browser signs in; they need no script, and send secrets in a body alone.
 
+The one-time link of an invitation has its code in the URL, which is good once.
+"""
+
+import asyncio
 from html import escape
 from urllib.parse import parse_qs
 
-from starlette.types import Receive, Scope
+from fastapi import APIRouter, Request
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
-PATH = "/sign_in"
-_FORM_BYTES = 4096
-_FORM_TYPE = b"application/x-www-form-urlencoded"
+from foveacam_hardware.contract import FoveaError
+from foveacam_server.accounts.accounts import Accounts, Mode
+from foveacam_server.accounts.audit import AuditNote
+from foveacam_server.accounts.cookies import set_cookie
+from foveacam_server.accounts.passwords import LEAST_CHARS
+from foveacam_server.accounts.rights import NOBODY
+from foveacam_server.accounts.users import User
+from foveacam_server.console.access_rules import OPENID_PATH, AccessRules, address_of
+from foveacam_server.console.refusals import too_many_tries
+from foveacam_server.foundation.errors import UNAUTHORIZED, problem_of
 
-# Its form may name its origin, which `no-referrer` would turn into `null`, which the access rules refuse.
+FORM_BYTES = 4096
+_FORM_TYPE = "application/x-www-form-urlencoded"
+
+# Their forms may name their origin, which `no-referrer` would make `null`, which the access rules refuse.
 REFERRER_POLICY = "same-origin"
 
 _PAGE = """<!doctype html>
@@ -17,36 +32,180 @@ _PAGE = """<!doctype html>
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <style>
 :root { color-scheme: light dark; font: 16px/1.5 system-ui, sans-serif; }
-body { display: grid; place-items: center; min-height: 100vh; margin: 0; }
-form { display: grid; gap: .75rem; width: min(20rem, 90vw); }
+body { display: grid; place-items: center; align-content: center; gap: 2rem; min-height: 100vh; margin: 0; }
+form, main { display: grid; gap: .75rem; width: min(20rem, 90vw); }
 h1 { font-size: 1.25rem; margin: 0; }
+p { margin: 0; overflow-wrap: anywhere; }
 input, button { font: inherit; padding: .5rem; }
+.button { padding: .5rem; text-align: center; border: 1px solid; border-radius: .25rem; color: inherit; }
 [role=alert] { color: light-dark(#a3140c, #ffb4a9); margin: 0; }
 </style></head>
-<body><form action="/sign_in" method="post">
-<h1>FoveaCam Duo</h1>
-<label for="token">This rig asks for its token.</label>
-<input id="token" name="token" type="password" autocomplete="current-password" required autofocus>
-__PROBLEM__<button>Open the console</button>
-</form></body></html>
+<body>__BODY__</body></html>
+"""
+# A link, since the policy lets a form lead to this server alone
+_OPENID = f"""<main><a class="button" href="{OPENID_PATH}">Sign in with __NAME__</a></main>"""
+_NAME = """<label for="name">Name</label>
+<input id="name" name="name" autocomplete="username" autocapitalize="none" value="__VALUE__"
+required __FOCUS__>
 """
 
 
-def sign_in_page(problem: str = "") -> str:
-    """Return the sign-in page; `problem`: why the last token was refused."""
-    alert = f'<p role="alert">{escape(problem)}</p>\n' if problem else ""
-    return _PAGE.replace("__PROBLEM__", alert)
+def page_of(gate: AccessRules, *, problem: str = "", name: str = "") -> str:
+    """Return the page that asks who somebody is; `problem`: why the last answer was refused."""
+    mode = gate.mode
+    if mode is Mode.FIRST_ADMIN:
+        body = (
+            "<main><h1>FoveaCam Duo</h1><p>This server has no user yet. Open the link that it printed on its "
+            "terminal to make the first admin.</p></main>"
+        )
+        return _PAGE.replace("__BODY__", body)
+    forms = [_password_form(problem, name)] if mode is Mode.USERS else []
+    if mode is Mode.USERS and gate.openid_name is not None:
+        forms.append(_OPENID.replace("__NAME__", escape(gate.openid_name)))
+    if gate.token is not None:
+        forms.append(_token_form("" if forms else problem, focus=not forms))
+    return _PAGE.replace("__BODY__", "\n".join(forms))
 
 
-async def read_form_token(scope: Scope, receive: Receive) -> str | None:
-    """Return the token in the body of the sign-in form; None for any other request."""
-    if scope["type"] != "http" or (scope["method"], scope["path"]) != ("POST", PATH):
-        return None
-    if not dict(scope["headers"]).get(b"content-type", b"").startswith(_FORM_TYPE):
-        return None
-    body, more = b"", True
-    while more and len(body) <= _FORM_BYTES:
-        message = await receive()
-        body += message.get("body", b"")
-        more = message.get("more_body", False)
-    return parse_qs(body.decode("latin-1"), max_num_fields=4).get("token", [""])[0] if not more else ""
+def _password_form(problem: str, name: str) -> str:
+    return (
+        '<form action="/sign_in" method="post"><h1>FoveaCam Duo</h1>\n'
+        + _NAME.replace("__FOCUS__", "" if name else "autofocus").replace("__VALUE__", escape(name))
+        + '<label for="password">Password</label>\n<input id="password" name="password" type="password" '
+        f'autocomplete="current-password" required{" autofocus" if name else ""}>\n'
+        f"{_alert(problem)}<button>Sign in</button></form>"
+    )
+
+
+def _token_form(problem: str, *, focus: bool) -> str:
+    title = "<h1>FoveaCam Duo</h1>\n" if focus else ""
+    return (
+        f'<form action="/sign_in" method="post">{title}'
+        '<label for="token">This rig asks for its token.</label>\n'
+        '<input id="token" name="token" type="password" autocomplete="current-password" required'
+        f"{' autofocus' if focus else ''}>\n{_alert(problem)}<button>Open the console</button></form>"
+    )
+
+
+def _join_page(code: str, *, first: bool, problem: str = "", name: str = "") -> str:
+    asked = "Choose a name and a password: you are the first admin." if first else "Choose your password."
+    field = _NAME.replace("__FOCUS__", "autofocus").replace("__VALUE__", escape(name)) if first else ""
+    body = (
+        '<form action="/join" method="post"><h1>FoveaCam Duo</h1>\n'
+        f'<p>{asked}</p><input type="hidden" name="code" value="{escape(code)}">\n{field}'
+        f'<label for="password">Password, at least {LEAST_CHARS} characters</label>\n'
+        '<input id="password" name="password" type="password" autocomplete="new-password" required '
+        f'minlength="{LEAST_CHARS}"{"" if first else " autofocus"}>\n'
+        '<label for="again">The same again</label>\n'
+        '<input id="again" name="again" type="password" autocomplete="new-password" required>\n'
+        f"{_alert(problem)}<button>Sign in</button></form>"
+    )
+    return _PAGE.replace("__BODY__", body)
+
+
+def _alert(problem: str) -> str:
+    return f'<p role="alert">{escape(problem)}</p>\n' if problem else ""
+
+
+def router(gate: AccessRules) -> APIRouter:
+    """Return the routes of the pages, for a server with these rules."""
+    forms, routes = _SignInForms(gate), APIRouter(include_in_schema=False)
+    routes.add_api_route("/sign_in", forms.show, methods=["GET"])
+    routes.add_api_route("/sign_in", forms.sign_in, methods=["POST"])
+    routes.add_api_route("/join", forms.show_join, methods=["GET"])
+    routes.add_api_route("/join", forms.join, methods=["POST"])
+    return routes
+
+
+class _SignInForms:
+    """Answers the forms: the console with the cookie, or the form again with the reason."""
+
+    def __init__(self, gate: AccessRules) -> None:
+        self._gate = gate
+
+    async def show(self, request: Request) -> Response:
+        if request.scope["principal"] is not NOBODY:
+            return RedirectResponse("/", status_code=303)
+        return self._page("", status=200)
+
+    async def sign_in(self, request: Request) -> Response:
+        form, address = await read_form(request), address_of(request.scope)
+        if "name" not in form or self._gate.accounts is None:
+            return self._sign_in_by_token(request, form.get("token", ""), address)
+        note: AuditNote = request.scope["audit_note"]
+        name = form["name"].strip().lower()
+        note.detail = f"sign in as {name[:64]}"
+        try:
+            user = await asyncio.to_thread(
+                self._gate.accounts.authenticate, name, form.get("password", ""), address=address
+            )
+        except FoveaError as error:
+            return self._page(str(error), status=problem_of(error).kind.status, name=name)
+        return await asyncio.to_thread(self._begin, request, self._gate.accounts, user)
+
+    def _sign_in_by_token(self, request: Request, token: str, address: str) -> Response:
+        if self._gate.admits_token(token, address=address):
+            return self._console(request, self._gate.cookie)
+        wait_s = self._gate.attempts.wait_s(address)
+        if wait_s > 0.0:
+            problem = too_many_tries(wait_s).problem
+            return self._page(problem.detail, status=problem.kind.status)
+        return self._page("This is not the token of this server.", status=UNAUTHORIZED.status)
+
+    async def show_join(self, request: Request) -> Response:
+        code = request.query_params.get("code", "")
+        first = self._gate.accounts is not None and self._gate.accounts.is_first_admin_code(code)
+        return _html(_join_page(code, first=first), status=200)
+
+    async def join(self, request: Request) -> Response:
+        form, accounts = await read_form(request), self._gate.accounts
+        code, name = form.get("code", ""), form.get("name", "").strip().lower() or None
+        if accounts is None:
+            return self._page("This server has no users.", status=UNAUTHORIZED.status)
+        first = accounts.is_first_admin_code(code)
+        if form.get("password") != form.get("again"):
+            page = _join_page(code, first=first, problem="The two passwords differ.", name=name or "")
+            return _html(page, status=422)
+        try:
+            user = await asyncio.to_thread(accounts.join, code, form.get("password", ""), name=name)
+        except FoveaError as error:
+            page = _join_page(code, first=first, problem=str(error), name=name or "")
+            return _html(page, status=problem_of(error).kind.status)
+        note: AuditNote = request.scope["audit_note"]
+        note.detail = f"{user.name} set a password by a link"
+        return await asyncio.to_thread(self._begin, request, accounts, user)
+
+    def _begin(self, request: Request, accounts: Accounts, user: User) -> Response:
+        browser = request.headers.get("user-agent", "")
+        return self._console(
+            request, accounts.begin(user, address=address_of(request.scope), browser=browser)
+        )
+
+    def _console(self, request: Request, cookie: str) -> Response:
+        answer = RedirectResponse("/", status_code=303)
+        set_cookie(answer, cookie, secure=request.scope.get("scheme") == "https")
+        return answer
+
+    def _page(self, problem: str, *, status: int, name: str = "") -> Response:
+        return _html(page_of(self._gate, problem=problem, name=name), status=status)
+
+
+def _html(page: str, *, status: int) -> Response:
+    headers = {"Referrer-Policy": REFERRER_POLICY, "Cache-Control": "no-store"}
+    return HTMLResponse(page, status_code=status, headers=headers)
+
+
+async def read_form(request: Request) -> dict[str, str]:
+    """Return the fields of a form; none of a body that is no form, or too long."""
+    if not request.headers.get("content-type", "").startswith(_FORM_TYPE):
+        return {}
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > FORM_BYTES:
+            return {}
+    try:
+        fields = parse_qs(body.decode("utf-8"), max_num_fields=8)
+    except ValueError:  # not UTF-8, or too many fields
+        return {}
+    return {name: values[0] for name, values in fields.items()}

@@ -7,7 +7,10 @@ from fastapi.responses import JSONResponse
 from starlette.types import Scope
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.console.security import STOP_PATH, AccessRules, put_security_headers
+from foveacam_server.accounts.rights import who_at
+from foveacam_server.console.access_rules import STOP_PATH, AccessRules
+from foveacam_server.console.refusals import Refusal
+from foveacam_server.console.security import put_security_headers
 from foveacam_server.foundation.errors import problem_of
 from foveacam_server.rig.stop import StopSwitch
 
@@ -35,11 +38,17 @@ class StopAtDoor:
         headers = [(name.lower(), value) for name, value in request.headers]
         scope: Scope = {"type": "http", "scheme": "http", "method": "POST", "path": STOP_PATH}
         scope.update(headers=headers, client=(peer, 0))
-        refusal = self._gate.check(scope)
-        if refusal is not None:
-            return refusal.problem.response(instance=STOP_PATH)
+        found = self._gate.check(scope)
+        answer = self._refused(found) if isinstance(found, Refusal) else self._engaged(who_at(found, peer))
+        self._gate.audit(found, scope, status=answer.status_code)
+        return answer
+
+    def _refused(self, refusal: Refusal) -> JSONResponse:
+        return refusal.problem.response(instance=STOP_PATH)
+
+    def _engaged(self, who: str) -> JSONResponse:
         try:
-            return JSONResponse(self._stop.engage(peer).as_json())
+            return JSONResponse(self._stop.engage(who).as_json())
         except Exception as error:  # noqa: BLE001 - the outermost frame of a request: it is answered
             return problem_of(error).response(instance=STOP_PATH)
 

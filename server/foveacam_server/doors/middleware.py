@@ -1,4 +1,4 @@
-"""ASGI middleware: 413 as a problem document, HEAD wherever GET is served, and the time of each request.
+"""ASGI middleware: 413 and 431 as problem documents, HEAD wherever GET is served, times of requests.
 
 FastAPI counts a body's bytes (`max_body_size` of a router or route), reads no further, and answers in plain
 text; here that answer is replaced.
@@ -12,7 +12,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from foveacam_server.foundation import timings
 from foveacam_server.foundation.answers import BODY_BYTES, MIB
-from foveacam_server.foundation.errors import TOO_LARGE, ProblemDetails
+from foveacam_server.foundation.errors import HEADERS_TOO_LARGE, TOO_LARGE, ProblemDetails
 
 
 class BodyLimitProblems:
@@ -27,6 +27,39 @@ class BodyLimitProblems:
             await self._app(scope, receive, send)
             return
         await self._app(scope, receive, _AnswerSender(scope, receive, send).send)
+
+
+HEADER_BYTES = 16 * 1024
+"""Most bytes of a request's path, query and headers."""
+
+
+class HeaderLimit:
+    """ASGI middleware: answers 431 to a request whose line and headers are larger than `HEADER_BYTES`.
+
+    The parser's own limit holds for what comes in pieces alone.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] == "http" and (size := _header_bytes(scope)) > HEADER_BYTES:
+            problem = ProblemDetails(
+                kind=HEADERS_TOO_LARGE,
+                detail=f"The request has {size} bytes of line and headers; at most {HEADER_BYTES} are taken.",
+                asked=f"{size} bytes of headers",
+                found=f"a limit of {HEADER_BYTES} bytes",
+                remedy="Send less in the address and the headers; what is long belongs into the body.",
+            )
+            await problem.response()(scope, receive, send)
+            return
+        await self._app(scope, receive, send)
+
+
+def _header_bytes(scope: Scope) -> int:
+    line = len(scope.get("raw_path") or b"") + len(scope["query_string"])
+    return line + sum(len(name) + len(value) for name, value in scope["headers"])
 
 
 class _AnswerSender:

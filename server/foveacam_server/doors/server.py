@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import resource
 import socket
+import ssl
 from collections.abc import Sequence
 from typing import cast
 
@@ -19,6 +20,8 @@ GRACE_S = 1
 """Longest time of open requests when the server shuts down; streams never end by themselves."""
 PING_S = 10.0
 """Interval of the pings of a WebSocket, and longest time of their answers."""
+HANDSHAKE_S = 10.0
+"""Longest time of a TLS handshake."""
 MESSAGE_BYTES = 2**20
 """Largest message of a WebSocket: subscriptions and viser's messages are a thousand times smaller."""
 OPEN_FILES = 65_536
@@ -60,8 +63,10 @@ def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvico
 class WatchedServer(uvicorn.Server):
     """A server that watches its connections and can adopt accepted ones."""
 
-    def __init__(self, config: uvicorn.Config) -> None:
+    def __init__(self, config: uvicorn.Config, *, tls: ssl.SSLContext | None = None) -> None:
+        """`tls`: of adopted connections; None: plain http."""
         super().__init__(config)
+        self._tls = tls
         self.watch = ConnectionWatch()
         self._watching: asyncio.Task[None] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -97,9 +102,14 @@ class WatchedServer(uvicorn.Server):
             )
 
         try:
-            await asyncio.get_running_loop().connect_accepted_socket(protocol, peer)
+            await asyncio.get_running_loop().connect_accepted_socket(
+                protocol,
+                peer,
+                ssl=self._tls,
+                ssl_handshake_timeout=None if self._tls is None else HANDSHAKE_S,
+            )
         except OSError:
-            peer.close()  # the peer has closed it meanwhile
+            peer.close()  # the peer has closed it meanwhile, or speaks no TLS
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop; keep watching until the last connection has ended."""

@@ -48,12 +48,17 @@ class StopDoor:
         adopt: Callable[[socket.socket], None],
         answer: StopAnswering,
         workers: Executor,
+        encrypted: bool = False,
     ) -> None:
-        """`adopt`: takes over a connection, called on this thread; `workers`: threads that only stops use."""
+        """`adopt`: takes over a connection, called on this thread; `workers`: threads that only stops use.
+
+        `encrypted`: the server speaks https, and a stop in plain text is none.
+        """
         self._listener = listener
         self._adopt = adopt
         self._answer = answer
         self._workers = workers
+        self._encrypted = encrypted
         self._selector = selectors.DefaultSelector()
         self._silent: dict[socket.socket, float] = {}
         self._wake, self._woken = socket.socketpair()
@@ -108,7 +113,12 @@ class StopDoor:
         except OSError:
             peer.close()
             return
-        if begun.startswith(STOP_LINE) and FORWARDED not in begun.lower() and _is_whole(begun):
+        if (
+            not self._encrypted
+            and begun.startswith(STOP_LINE)
+            and FORWARDED not in begun.lower()
+            and _is_whole(begun)
+        ):
             self._workers.submit(self._stop, peer)
         elif begun:
             self._adopt(peer)

@@ -44,13 +44,14 @@ _WAIT = re.compile(r"(?:^|[,;\s])wait=(\d{1,6}(?:\.\d{1,3})?)(?:$|[,;\s])")
 
 _TITLES = {
     400: "the body cannot be read; as plain text: the request is no HTTP",
-    401: "a token is needed; as HTML, for whoever asks for a page: where to give it",
-    403: "a foreign page, or a foreign name of this server",
+    401: "sign in first, or send a token; as HTML, for whoever asks for a page: where to do it",
+    403: "a right is missing, or a foreign page, or a foreign name of this server",
     404: "there is nothing here",
     409: "busy, stopped or not calibrated",
     413: "the body is too large",
     422: "the request cannot be used, or the rig cannot do it",
-    429: "too many wrong tokens came from this address",
+    429: "too many wrong tokens or passwords came from this address",
+    431: "line and headers are too large",
     502: "a device failed",
     503: "a device is missing",
     504: "a device did not answer",

@@ -4,6 +4,7 @@ The tree is drawn in `foveacam_hardware.contract.errors`; here each branch gets 
 """
 
 import logging
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -58,6 +59,28 @@ class EditedMeanwhile(FoveaError):
     code = "edited_meanwhile"
 
 
+class WrongCredentials(FoveaError):
+    """A wrong name, password, or invitation."""
+
+    code = "wrong_credentials"
+
+
+class TooManyAttempts(FoveaError):
+    """Too many wrong passwords of an address or on an account, until `wait_s` are over."""
+
+    code = "too_many_attempts"
+
+    def __init__(self, message: str, *, wait_s: float, asked: str, found: str, remedy: str) -> None:
+        super().__init__(message, asked=asked, found=found, remedy=remedy)
+        self.wait_s = math.ceil(wait_s)
+
+
+class Forbidden(FoveaError):
+    """Something that needs a right that its principal has not."""
+
+    code = "forbidden"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProblemType:
     """Slug, status and title that one branch of the error tree gets."""
@@ -73,8 +96,9 @@ INTERNAL = ProblemType(slug="internal", status=500, title="The server made a mis
 INTERRUPTED = ProblemType(slug="interrupted", status=503, title="The server was restarted")
 TOO_MANY_TRIES = ProblemType(slug="too-many-tries", status=429, title="Too many wrong tokens")
 TOO_LARGE = ProblemType(slug="content-too-large", status=413, title="The request is too large")
+HEADERS_TOO_LARGE = ProblemType(slug="headers-too-large", status=431, title="The headers are too large")
 NOT_FOUND = ProblemType(slug="not-found", status=404, title="There is nothing here")
-UNAUTHORIZED = ProblemType(slug="unauthorized", status=401, title="A token is needed")
+UNAUTHORIZED = ProblemType(slug="unauthorized", status=401, title="Sign in first")
 FORBIDDEN_ORIGIN = ProblemType(slug="forbidden-origin", status=403, title="This page may not control the rig")
 
 KINDS: dict[type[FoveaError], ProblemType] = {
@@ -89,6 +113,9 @@ KINDS: dict[type[FoveaError], ProblemType] = {
     Timeout: ProblemType(slug="timeout", status=504, title="A device did not answer in time"),
     DeviceFault: ProblemType(slug="device-fault", status=502, title="A device failed"),
     NotFound: NOT_FOUND,
+    WrongCredentials: ProblemType(slug="wrong-credentials", status=401, title="That is not who you are"),
+    TooManyAttempts: ProblemType(slug="too-many-tries", status=429, title="Too many wrong passwords"),
+    Forbidden: ProblemType(slug="forbidden", status=403, title="You have not the right to do this"),
     EditedMeanwhile: ProblemType(
         slug="edited-meanwhile", status=409, title="Somebody else changed it meanwhile"
     ),
@@ -144,7 +171,12 @@ def problem_of(error: BaseException) -> ProblemDetails:
         kind = KINDS.get(branch)
         if kind is not None and isinstance(error, FoveaError):
             return ProblemDetails(
-                kind=kind, detail=str(error), asked=error.asked, found=error.found, remedy=error.remedy
+                kind=kind,
+                detail=str(error),
+                asked=error.asked,
+                found=error.found,
+                remedy=error.remedy,
+                headers={"Retry-After": str(error.wait_s)} if isinstance(error, TooManyAttempts) else {},
             )
     return ProblemDetails(
         kind=INTERNAL,

@@ -1,22 +1,61 @@
-"""The control lease: while a client holds and renews it, only that client may move the rig."""
+"""The control lease: while a client holds and renews it, only that client may move the rig.
+
+Whoever wants it may ask the holder, who hands it over; an admin takes it over with a reason; it ends when its
+holder is not heard of, or has moved nothing for long.
+"""
 
 import secrets
 import threading
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import Busy, Clock
+from foveacam_hardware.contract import Busy, Clock, InvalidInput
+from foveacam_server.foundation.errors import Forbidden
 from foveacam_server.foundation.events import EventLevel, EventLog
-from foveacam_server.foundation.schema import LeaseChange, LeaseDocument, LeaseGrant
+from foveacam_server.foundation.schema import LeaseAsked, LeaseChange, LeaseDocument, LeaseGrant
 
 LIFETIME_S = 15.0
 """How long a lease lasts after it was taken or renewed."""
+IDLE_S = 600.0
+"""How long its holder may move nothing."""
+OFFER_S = 20.0
+"""How long a lease that was handed over waits for who asked for it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeaseClaim:
+    """Who takes or asks for the lease, and what that person may do."""
+
+    holder: str
+    """The client's own name for itself."""
+    person: str | None = None
+    """User or service; None where nobody signs in."""
+    may_take_over: bool = True
+    """From another person."""
+    take_over: bool = False
+    reason: str | None = None
+
+    @property
+    def title(self) -> str:
+        """Who it is, in words."""
+        if self.person is None or self.person == self.holder:
+            return self.holder
+        return f"{self.person} ({self.holder})"
 
 
 @dataclass(slots=True, kw_only=True)
 class _Held:
     token: str
-    holder: str
+    claim: LeaseClaim
     expires_ns: int
+    moved_ns: int
+
+
+@dataclass(slots=True, kw_only=True)
+class _Offer:
+    """A lease that was handed over, until who asked for it takes it."""
+
+    title: str
+    until_ns: int
 
 
 class Lease:
@@ -27,37 +66,46 @@ class Lease:
         self._events = events
         self._lock = threading.Lock()
         self._held: _Held | None = None
+        self._asked: LeaseClaim | None = None
+        self._offer: _Offer | None = None
 
     def describe(self) -> LeaseDocument:
-        """Return who holds the lease now, and how long it lasts unless it is renewed."""
+        """Return who holds the lease now, how long it lasts unless it is renewed, and who asks for it."""
         with self._lock:
             held = self._current()
+            asked_by = self._asked.title if held is not None and self._asked is not None else None
+            if held is None:
+                return LeaseDocument(holder=None, expires_in_s=None, person=None, idle_s=None, asked_by=None)
             return LeaseDocument(
-                holder=held.holder if held else None, expires_in_s=self._left_s(held) if held else None
+                holder=held.claim.title,
+                expires_in_s=self._left_s(held),
+                person=held.claim.person,
+                idle_s=(self._clock.now_ns() - held.moved_ns) / 1e9,
+                asked_by=asked_by,
             )
 
-    def take(self, holder: str, *, take_over: bool) -> LeaseGrant:
-        """Give the lease to `holder`; from another holder only with `take_over`; emit an event."""
+    def take(self, holder: str | LeaseClaim, *, take_over: bool = False) -> LeaseGrant:
+        """Give the lease to a claim; from another holder only if that takes it over; emit an event.
+
+        Raise `Busy` while another holds it, or it is kept for who asked; `Forbidden` for one who may not take
+        it over from another person, `InvalidInput` without the reason for it.
+        """
+        claim = holder if isinstance(holder, LeaseClaim) else LeaseClaim(holder=holder, take_over=take_over)
         with self._lock:
             before = self._current()
-            if before is not None and not take_over:
-                raise _held_by(before.holder, "take the lease")
+            self._check_offer(claim)
+            if before is not None:
+                _check_take_over(claim, before.claim)
+            now_ns = self._clock.now_ns()
             self._held = _Held(
                 token=secrets.token_urlsafe(16),
-                holder=holder,
-                expires_ns=self._clock.now_ns() + round(LIFETIME_S * 1e9),
+                claim=claim,
+                expires_ns=now_ns + round(LIFETIME_S * 1e9),
+                moved_ns=now_ns,
             )
+            self._asked = self._offer = None
             granted = self._grant(self._held)
-        if before is not None:
-            message, level = f"{holder} took the control lease over from {before.holder}", EventLevel.WARNING
-        else:
-            message, level = f"{holder} holds the control lease", EventLevel.INFO
-        self._events.emit(
-            "lease.changed",
-            message,
-            level=level,
-            data=LeaseChange(holder=holder, before=before.holder if before else None),
-        )
+        self._tell_taken(claim, before)
         return granted
 
     def renew(self, token: str | None) -> LeaseGrant:
@@ -71,19 +119,62 @@ class Lease:
         """Give the lease back."""
         with self._lock:
             held = self._require(token, "give the lease back")
-            self._held = None
-        self._events.emit(
-            "lease.changed",
-            f"{held.holder} gave the control lease back",
-            data=LeaseChange(holder=None, before=held.holder),
-        )
+            self._held = self._asked = None
+        self._tell_free(held, f"{held.claim.title} gave the control lease back")
+
+    def ask(self, claim: LeaseClaim) -> LeaseDocument:
+        """Ask the holder for the lease; raise `Busy` when nobody holds it, or another asks already."""
+        with self._lock:
+            if self._current() is None:
+                raise Busy(
+                    "asked for the lease, which nobody holds; take it",
+                    asked="the lease of its holder",
+                    found="nobody holds it",
+                    remedy="take it with POST /api/v1/lease",
+                )
+            if self._asked is not None and self._asked.title != claim.title:
+                raise Busy(
+                    f"{self._asked.title} asks for the lease already; wait for the answer",
+                    asked="the lease of its holder",
+                    found=f"{self._asked.title} asks for it",
+                    remedy="wait for the answer",
+                )
+            self._asked = claim
+        asked = LeaseAsked(asked_by=claim.title)
+        self._events.emit("lease.asked", f"{claim.title} asks for the control lease", data=asked)
+        return self.describe()
+
+    def answer(self, token: str | None, *, hand_over: bool) -> LeaseDocument:
+        """Hand the lease over to who asks for it, who has `OFFER_S` to take it, or refuse to."""
+        with self._lock:
+            held = self._require(token, "answer who asks for the lease")
+            asked, self._asked = self._asked, None
+            if asked is None:
+                raise Busy(
+                    "asked to answer who asks for the lease: nobody does (any more)",
+                    asked="to answer who asks for the lease",
+                    found="nobody asks",
+                    remedy="GET /api/v1/lease shows who asks",
+                )
+            if hand_over:
+                until_ns = self._clock.now_ns() + round(OFFER_S * 1e9)
+                self._held, self._offer = None, _Offer(title=asked.title, until_ns=until_ns)
+        if hand_over:
+            self._tell_free(held, f"{held.claim.title} hands the control lease over to {asked.title}")
+        else:
+            told = f"{held.claim.title} keeps the control lease, which {asked.title} asked for"
+            self._events.emit("lease.asked", told, data=LeaseAsked(asked_by=None))
+        return self.describe()
 
     def check(self, token: str | None) -> None:
         """Raise `Busy`, naming the holder, when somebody else holds the lease."""
         with self._lock:
             held = self._current()
-            if held is not None and not _same(token, held.token):
-                raise _held_by(held.holder, "move the mirrors")
+            if held is None:
+                return
+            if not _same(token, held.token):
+                raise _held_by(held.claim.title, "move the mirrors")
+            held.moved_ns = self._clock.now_ns()
 
     def require(self, token: str | None, *, asked: str) -> None:
         """Raise `Busy` unless `token` is that of the present lease; a lease that nobody holds is refused."""
@@ -91,9 +182,29 @@ class Lease:
             self._require(token, asked)
 
     def _current(self) -> _Held | None:
-        if self._held is not None and self._held.expires_ns <= self._clock.now_ns():
-            self._held = None
+        held, now_ns = self._held, self._clock.now_ns()
+        if held is None:
+            return None
+        idle_s = (now_ns - held.moved_ns) / 1e9
+        if held.expires_ns <= now_ns or idle_s > IDLE_S:
+            self._held = self._asked = None
+            if idle_s > IDLE_S:
+                self._tell_free(
+                    held, f"the control lease of {held.claim.title} ended: nothing moved for {IDLE_S:.0f} s"
+                )
         return self._held
+
+    def _check_offer(self, claim: LeaseClaim) -> None:
+        offer = self._offer
+        if offer is None or offer.title == claim.title or offer.until_ns <= self._clock.now_ns():
+            return
+        if not claim.take_over:
+            raise Busy(
+                f"asked to take the lease: it is kept for {offer.title}, who was handed it; wait a moment",
+                asked="take the lease",
+                found=f"it is kept for {offer.title}",
+                remedy="wait a moment",
+            )
 
     def _require(self, token: str | None, asked: str) -> _Held:
         held = self._current()
@@ -105,14 +216,52 @@ class Lease:
                 remedy="take it with POST /api/v1/lease",
             )
         if not _same(token, held.token):
-            raise _held_by(held.holder, asked)
+            raise _held_by(held.claim.title, asked)
         return held
 
+    def _tell_taken(self, claim: LeaseClaim, before: _Held | None) -> None:
+        change = LeaseChange(holder=claim.title, before=before.claim.title if before else None)
+        if before is None:
+            self._events.emit("lease.changed", f"{claim.title} holds the control lease", data=change)
+            return
+        why = f": {claim.reason}" if claim.reason else ""
+        message = f"{claim.title} took the control lease over from {before.claim.title}{why}"
+        self._events.emit("lease.changed", message, level=EventLevel.WARNING, data=change)
+
+    def _tell_free(self, held: _Held, message: str) -> None:
+        self._events.emit("lease.changed", message, data=LeaseChange(holder=None, before=held.claim.title))
+
     def _grant(self, held: _Held) -> LeaseGrant:
-        return LeaseGrant(token=held.token, holder=held.holder, expires_in_s=round(self._left_s(held), 2))
+        return LeaseGrant(
+            token=held.token, holder=held.claim.title, expires_in_s=round(self._left_s(held), 2)
+        )
 
     def _left_s(self, held: _Held) -> float:
         return (held.expires_ns - self._clock.now_ns()) / 1e9
+
+
+def _check_take_over(claim: LeaseClaim, before: LeaseClaim) -> None:
+    """Raise unless a claim may take the lease from another holder; one's own other page may be taken over."""
+    own = claim.person is not None and claim.person == before.person
+    if not claim.take_over:
+        raise _held_by(before.title, "take the lease")
+    if own or before.person is None:
+        return
+    if not claim.may_take_over:
+        raise Forbidden(
+            f"asked to take the lease over from {before.title}: only an admin may; ask {before.title} for it "
+            "with POST /api/v1/lease/request",
+            asked="to take the lease over",
+            found=f"the lease is held by {before.title}",
+            remedy="ask for it with POST /api/v1/lease/request",
+        )
+    if not claim.reason:
+        raise InvalidInput(
+            f"asked to take the lease over from {before.title} without a reason; send one, which is logged",
+            asked="to take the lease over",
+            found="no reason",
+            remedy="send reason",
+        )
 
 
 def _same(token: str | None, expected: str) -> bool:

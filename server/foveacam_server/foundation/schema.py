@@ -48,6 +48,20 @@ class LeaseRequest(RequestModel):
 
     holder: Label
     take_over: bool = False
+    reason: Label | None = None
+    """Why it is taken over from another person; needed where people sign in."""
+
+
+class LeaseAnswer(RequestModel):
+    """The holder's answer to who asks for the lease."""
+
+    hand_over: bool
+
+
+class LeaseWish(RequestModel):
+    """Name of the client that asks the holder for the lease."""
+
+    holder: Label
 
 
 class JobProgress(ResponseModel):
@@ -104,6 +118,12 @@ class LeaseChange(ResponseModel):
     before: str | None
 
 
+class LeaseAsked(ResponseModel):
+    """Data of the event that somebody asks for the control lease, or no longer does; null: nobody."""
+
+    asked_by: str | None
+
+
 class LeaseGrant(ResponseModel):
     """The granted lease; its token goes into the X-Lease header."""
 
@@ -117,6 +137,12 @@ class LeaseDocument(ResponseModel):
 
     holder: str | None
     expires_in_s: float | None
+    person: str | None = None
+    """User or service that holds it; null where nobody signs in."""
+    idle_s: float | None = None
+    """How long its holder has moved nothing."""
+    asked_by: str | None = None
+    """Who asks the holder for it."""
 
 
 class TrashEmptied(ResponseModel):

@@ -7,7 +7,7 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, SecretStr, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from foveacam_hardware.contract import InvalidInput
@@ -25,10 +25,29 @@ def default_data_dir() -> Path:
     return Path(root) / "foveacam"
 
 
+class OpenIdSettings(BaseModel):
+    """An OpenID Connect provider by which people sign in."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    issuer: str
+    """Its address; below it lies `.well-known/openid-configuration`."""
+    client_id: str
+    client_secret: SecretStr
+    name: str = "the lab's account"
+    """What the button of the sign-in page says: Sign in with …"""
+    claim: str = "email"
+    """Claim of the ID token that is the user's name here."""
+    new_role: Literal["viewer", "operator", "admin"] | None = None
+    """Role of a person whom no admin has added; None: such a person is refused."""
+
+
 class Settings(BaseSettings):
     """One value per choice; the command line overrides the environment."""
 
-    model_config = SettingsConfigDict(env_prefix="FOVEACAM_", extra="forbid", frozen=True)
+    model_config = SettingsConfigDict(
+        env_prefix="FOVEACAM_", env_nested_delimiter="__", extra="forbid", frozen=True
+    )
 
     rig: str = "sim"
     """`sim`, or the path of a rig file (TOML)."""
@@ -44,7 +63,14 @@ class Settings(BaseSettings):
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
     token: SecretStr | None = None
-    """Token of every request; required unless `host` is a loopback address. `auto` generates one."""
+    """Token that all may share, which has every right. `auto` generates one."""
+    tls_cert: Path | None = None
+    """Certificate (PEM, with its chain) by which the server speaks https; needs `tls_key`."""
+    tls_key: Path | None = None
+    insecure: bool = False
+    """Whether a server that others can reach is open to everybody, without users or a token."""
+    openid: OpenIdSettings | None = None
+    """`FOVEACAM_OPENID__ISSUER`, `__CLIENT_ID`, `__CLIENT_SECRET` and more; None: passwords alone."""
     allowed_origins: tuple[str, ...] = ()
     """Origins of pages, besides its own, that may use this server."""
     trusted_proxies: tuple[str, ...] = ()

@@ -26,7 +26,7 @@ from foveacam_server.foundation.migrate import copy_database, revision_of
 DATABASE = "foveacam.sqlite"
 MANIFEST = "manifest.json"
 FIRST_SUFFIXES = (".json", ".jsonl", ".toml")
-_OWN_TO_ONE_SERVER = ("lock", f"{DATABASE}-wal", f"{DATABASE}-shm", DATABASE)
+_OWN_TO_ONE_SERVER = ("lock", "sign_in.key", f"{DATABASE}-wal", f"{DATABASE}-shm", DATABASE)
 
 
 class _Table(BaseModel):

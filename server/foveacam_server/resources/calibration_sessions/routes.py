@@ -6,6 +6,9 @@ from fastapi import APIRouter, Depends, Path
 from fastapi.responses import FileResponse, JSONResponse
 
 from foveacam_hardware.contract import Role
+from foveacam_server.accounts.errors import require
+from foveacam_server.accounts.requests import PrincipalDep
+from foveacam_server.accounts.rights import Right
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -18,7 +21,7 @@ from foveacam_server.foundation.answers import (
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.calibration_sessions.options import Run
+from foveacam_server.resources.calibration_sessions.options import AllOptions, Run
 from foveacam_server.resources.calibration_sessions.schema import (
     CombineRequest,
     Eye,
@@ -101,11 +104,14 @@ async def run(
     session_id: SessionId,
     request: Run,
     services: ServicesDep,
+    principal: PrincipalDep,
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Queue a step as a job; run again, it adds to what was measured, or goes on where it was interrupted."""
+    if isinstance(request.options, AllOptions) and request.options.activate:
+        require(principal, Right.ADMINISTER, asked="a run that puts its calibration in force")
     services.lease.check(x_lease)
     job = services.sessions.submit(session_id, request, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.sessions.get_by_url)

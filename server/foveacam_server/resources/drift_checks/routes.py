@@ -5,6 +5,9 @@ from typing import Annotated, Protocol
 from fastapi import APIRouter, Depends, Path
 from fastapi.responses import JSONResponse, Response
 
+from foveacam_server.accounts.errors import require
+from foveacam_server.accounts.requests import PrincipalDep
+from foveacam_server.accounts.rights import Right
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -49,11 +52,14 @@ CheckId = Annotated[str, Path(max_length=64)]
 async def create(
     request: DriftRequest,
     services: ServicesDep,
+    principal: PrincipalDep,
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Queue a check; with `apply`, a drift that is surely there is corrected and the result put in force."""
+    if request.apply:
+        require(principal, Right.ADMINISTER, asked="a drift check that puts a calibration in force")
     services.lease.check(x_lease)
     job = services.drift.submit(request, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.drift.get_by_url)

@@ -4,9 +4,17 @@ from typing import Annotated, Protocol
 
 from fastapi import APIRouter, Depends
 
+from foveacam_server.accounts.requests import PrincipalDep
+from foveacam_server.accounts.rights import Principal, PrincipalKind, Right
 from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
-from foveacam_server.foundation.lease import Lease
-from foveacam_server.foundation.schema import LeaseDocument, LeaseGrant, LeaseRequest
+from foveacam_server.foundation.lease import Lease, LeaseClaim
+from foveacam_server.foundation.schema import (
+    LeaseAnswer,
+    LeaseDocument,
+    LeaseGrant,
+    LeaseRequest,
+    LeaseWish,
+)
 
 router = APIRouter(prefix="/lease", tags=["lease"])
 
@@ -27,9 +35,31 @@ async def holder(services: ServicesDep) -> LeaseDocument:
 
 
 @router.post("", summary="Take the lease", responses=problems(409))
-async def take(request: LeaseRequest, services: ServicesDep) -> LeaseGrant:
-    """Take the lease, from another holder only with `take_over`; keep it with PUT at least every 15 s."""
-    return services.lease.take(request.holder, take_over=request.take_over)
+async def take(request: LeaseRequest, services: ServicesDep, principal: PrincipalDep) -> LeaseGrant:
+    """Take the lease, from another holder only with `take_over`; keep it with PUT at least every 15 s.
+
+    Where people sign in, an admin alone takes it over from another person, and says the reason.
+    """
+    claim = LeaseClaim(
+        holder=request.holder,
+        person=_person(principal),
+        may_take_over=principal.may(Right.ADMINISTER),
+        take_over=request.take_over,
+        reason=request.reason,
+    )
+    return services.lease.take(claim)
+
+
+@router.post("/request", summary="Ask for the lease", responses=problems(409))
+async def ask(request: LeaseWish, services: ServicesDep, principal: PrincipalDep) -> LeaseDocument:
+    """Ask the holder for the lease; when it is handed over, take it with POST within 20 s."""
+    return services.lease.ask(LeaseClaim(holder=request.holder, person=_person(principal)))
+
+
+@router.put("/request", summary="Answer who asks for the lease", responses=problems(409))
+async def answer(request: LeaseAnswer, services: ServicesDep, x_lease: LeaseHeader = None) -> LeaseDocument:
+    """Hand the lease over to who asks for it, or keep it."""
+    return services.lease.answer(x_lease, hand_over=request.hand_over)
 
 
 @router.put("", summary="Keep the lease", responses=problems(409))
@@ -42,3 +72,8 @@ async def renew(services: ServicesDep, x_lease: LeaseHeader = None) -> LeaseGran
 async def release(services: ServicesDep, x_lease: LeaseHeader = None) -> None:
     """Give the lease back."""
     services.lease.release(x_lease)
+
+
+def _person(principal: Principal) -> str | None:
+    """Return the user or service; None where nobody signs in."""
+    return principal.name if principal.kind in (PrincipalKind.USER, PrincipalKind.SERVICE) else None

@@ -47,6 +47,13 @@ class RigSetupService:
         """The draft as it is now."""
         return self._stored.draft
 
+    def viewers_may_stop(self) -> bool:
+        """Return whether the file of the rig that is chosen lets those who may only look stop the mirrors."""
+        try:
+            return self._rig.config().access.viewers_may_stop
+        except FoveaError:
+            return False
+
     def describe(self) -> DraftDocument:
         """Return the draft, its file, and what is wrong with it."""
         with self._lock:

@@ -4,8 +4,10 @@ import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Request
+from fastapi import APIRouter, Depends
 
+from foveacam_server.accounts.requests import PeerDep, PrincipalDep
+from foveacam_server.accounts.rights import who_at
 from foveacam_server.foundation.answers import opened_services
 from foveacam_server.rig.schema import StopAnswer, StopDocument
 from foveacam_server.rig.stop import StopSwitch
@@ -30,19 +32,15 @@ async def state(services: ServicesDep) -> StopDocument:
 
 
 @router.post("", summary="Stop: park the mirrors now")
-async def engage(request: Request, services: ServicesDep) -> StopAnswer:
+async def engage(services: ServicesDep, principal: PrincipalDep, peer: PeerDep) -> StopAnswer:
     """Park the mirrors, cancel every job, and refuse all moves until released.
 
     Answered when the mirrors' controller has confirmed, or its driver has given up.
     """
-    return await asyncio.wrap_future(services.stopping.submit(services.stop.engage, _who(request)))
+    return await asyncio.wrap_future(services.stopping.submit(services.stop.engage, who_at(principal, peer)))
 
 
 @router.delete("", summary="Release the stop")
-async def release(request: Request, services: ServicesDep) -> StopDocument:
+async def release(services: ServicesDep, principal: PrincipalDep, peer: PeerDep) -> StopDocument:
     """Allow moves again."""
-    return services.stop.release(_who(request))
-
-
-def _who(request: Request) -> str:
-    return request.client.host if request.client is not None else "unknown"
+    return services.stop.release(who_at(principal, peer))

@@ -2,6 +2,7 @@
 
 import { RequestError, SIGNED_OUT, request } from "./api.js";
 import { Deletions } from "./deletions.js";
+import { NO_LEASE, holderName } from "./lease/words.js";
 
 /**
  * @import { DepthDocument, FixationDocument, FixationRequest, JobDocument } from "#api"
@@ -77,7 +78,9 @@ export class Commands {
       return { label: `Look at “${newest.label}” again`, act: () => this.lookAgain(newest.id) };
     const held = error.slug === "busy" && lease?.holder && !lease_token && error.message.includes(lease.holder);
     return held
-      ? { label: `Take control over from ${lease.holder}`, act: () => this.takeLease("operator", true) }
+      ? lease.person
+        ? { label: `Ask ${lease.holder} for control`, act: () => this.askLease(holderName(this.#store.state.sign_in)) }
+        : { label: `Take control over from ${lease.holder}`, act: () => this.takeLease("operator", true) }
       : null;
   }
 
@@ -197,16 +200,32 @@ export class Commands {
     this.#deletions.add(target);
   }
 
-  /** @param {string} holder @param {boolean} take_over */
-  async takeLease(holder, take_over) {
-    const body = { holder, take_over };
+  /** @param {string} holder @param {boolean} take_over @param {string | null} [reason] why it is taken over from a person */
+  async takeLease(holder, take_over, reason = null) {
+    const body = { holder, take_over, reason };
+    this.#store.set({ lease_asked: false });
     const lease = /** @type {import("#api").LeaseGrant | null} */ (await this.send("POST", "/lease", { body }));
-    if (lease?.token) this.#keepToken(lease.token, lease);
+    if (lease?.token)
+      this.#keepToken(lease.token, { ...NO_LEASE, holder: lease.holder, expires_in_s: lease.expires_in_s });
+  }
+
+  /** Ask the holder for the lease; it is taken when it is handed over. @param {string} holder */
+  async askLease(holder) {
+    const lease = /** @type {LeaseDocument | null} */ (await this.send("POST", "/lease/request", { body: { holder } }));
+    if (lease) this.#store.set({ lease, lease_asked: true });
+  }
+
+  /** Hand the lease over to who asks for it, or keep it. @param {boolean} hand_over */
+  async answerLease(hand_over) {
+    const lease = /** @type {LeaseDocument | null} */ (
+      await this.send("PUT", "/lease/request", { body: { hand_over } })
+    );
+    if (lease) this.#keepToken(hand_over ? null : this.#store.state.lease_token, lease);
   }
 
   async giveLease() {
     await this.send("DELETE", "/lease");
-    this.#keepToken(null, { holder: null, expires_in_s: null });
+    this.#keepToken(null, NO_LEASE);
   }
 
   /** Renew the lease; drop it when the server says that it is lost. */

@@ -23,6 +23,7 @@ const KINDS = [
   "target.updated",
   "target.deleted",
   "job.updated",
+  "lease.asked",
   "lease.changed",
   "stop.engaged",
   "stop.released",

@@ -31,7 +31,9 @@ import { LoopReader } from "./loop/reader.js";
 import { MeasureOrders } from "./measure/orders.js";
 import { mountMeasurements } from "./measure/panel.js";
 import { MeasureTool } from "./measure/tool.js";
-import { makeHelp, makeLease, makeSettings, makeSteerDistance } from "./panels/dialogs.js";
+import { makeLease } from "./lease/dialog.js";
+import { watchLease } from "./lease/watch.js";
+import { makeHelp, makeSettings, makeSteerDistance } from "./panels/dialogs.js";
 import { mountEventLog } from "./panels/eventlog.js";
 import { mountFixation } from "./panels/fixation.js";
 import { mountRigStatus } from "./panels/rigstatus.js";
@@ -127,6 +129,7 @@ const measure = new MeasureTool({ store, views, orders: measureOrders });
 const help = makeHelp({ showHints: () => changeSettings(store, { hints: true }) });
 const settings = makeSettings(store);
 const lease = makeLease({ store, commands });
+watchLease({ store, commands });
 const faultTray = mountFaultTray(need("faults"), { store, reader: faultReader });
 
 const recordButton = makeRecordButton({ store, live: recording });

@@ -59,6 +59,7 @@ function sharedState() {
     page_faults: [],
     stop: null,
     lease: null,
+    lease_asked: false,
     lease_token: sessionStorage.getItem("foveacam.lease"),
     steer_distance_m: null,
     recording: null,

@@ -1,4 +1,4 @@
-// Builds the dialogs: help, settings, control, steering distance.
+// Builds the dialogs: help, settings, steering distance.
 
 import { PEOPLE_ADDRESS, SETTINGS_ADDRESS } from "../addresses.js";
 import { fill, h, html, say } from "../dom.js";
@@ -8,7 +8,6 @@ import { distanceText } from "../steer/words.js";
 
 /**
  * @import { Settings } from "#page"
- * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
  */
 
@@ -210,41 +209,6 @@ function settingRow({ key, label, options }, store) {
   );
   store.on(["settings"], ({ settings }) => (select.value = String(settings[key])));
   return html`<label class="setting">${label}${select}</label>`;
-}
-
-/** @param {{store: Store, commands: Commands}} context */
-export function makeLease({ store, commands }) {
-  const state = h("p", { class: "lead" });
-  const name = h("input", { type: "text", id: "holder", maxlength: "60", value: "operator", autocomplete: "name" });
-  const take = h("button", { type: "button", class: "plain", on: { click: () => void act() } });
-  const give = h("button", {
-    type: "button",
-    class: "plain",
-    text: "Give it back",
-    on: { click: () => void commands.giveLease() },
-  });
-  const act = () => commands.takeLease(name.value.trim() || "operator", Boolean(store.state.lease?.holder));
-  const dialog = sheet(
-    "Control",
-    state,
-    h("div", { class: "setting" }, html`<label for="holder">Your name</label>`, name),
-    h("p", { class: "buttons" }, take, give),
-  );
-  store.on(["lease", "lease_token"], ({ lease, lease_token }) => {
-    const mine = Boolean(lease_token);
-    say(
-      state,
-      mine
-        ? "You have control: others can look, and stop, but not move the mirrors."
-        : lease?.holder
-          ? `${lease.holder} has control. Taking it over is written into the event log.`
-          : "Nobody holds control: everybody may move the mirrors. Take it to be alone.",
-    );
-    say(take, lease?.holder ? "Take over" : "Take control");
-    take.hidden = mine;
-    give.hidden = !mine;
-  });
-  return dialog;
 }
 
 /**

@@ -8,6 +8,7 @@ import { farWords, stateWords } from "../capture/words.js";
 import { fill, h, html, say } from "../dom.js";
 import { baseline, clockTime, remedyOf, sentence } from "../format.js";
 import { icon } from "../icons.js";
+import { leaseBadge } from "../lease/words.js";
 
 /**
  * @import { ConsoleState } from "#page"
@@ -101,11 +102,7 @@ function runningWords(work) {
 /** @param {HTMLElement} badge @param {ConsoleState} now */
 function showLease(badge, { lease, lease_token }) {
   badge.classList.toggle("mine", Boolean(lease_token));
-  fill(
-    badge,
-    icon("hand"),
-    lease_token ? "You have control" : lease?.holder ? `${lease.holder} has control` : "Control is free",
-  );
+  fill(badge, icon("hand"), leaseBadge(lease, Boolean(lease_token)));
   badge.title = "Who may move the mirrors. Stopping needs no control.";
 }
 

@@ -1,4 +1,4 @@
-from foveacam_server.doors.token_attempts import MOST_WRONG, WINDOW_S, TokenAttempts
+from foveacam_server.accounts.attempts import MOST_WRONG, WINDOW_S, WrongAttempts
 
 
 class Watch:
@@ -10,7 +10,7 @@ class Watch:
 
 def test_the_tenth_wrong_token_closes_the_address_for_a_minute() -> None:
     watch = Watch()
-    attempts = TokenAttempts(watch)
+    attempts = WrongAttempts(watch)
     for _ in range(MOST_WRONG):
         assert attempts.wait_s("10.0.0.1") == 0.0
         attempts.add_wrong("10.0.0.1")
@@ -22,7 +22,7 @@ def test_the_tenth_wrong_token_closes_the_address_for_a_minute() -> None:
 
 def test_wrong_tokens_that_are_far_apart_close_nothing() -> None:
     watch = Watch()
-    attempts = TokenAttempts(watch)
+    attempts = WrongAttempts(watch)
     for _ in range(5 * MOST_WRONG):
         attempts.add_wrong("10.0.0.1")
         watch.now_s += 1.01 * WINDOW_S / MOST_WRONG
@@ -30,7 +30,7 @@ def test_wrong_tokens_that_are_far_apart_close_nothing() -> None:
 
 
 def test_many_addresses_do_not_fill_the_memory() -> None:
-    attempts = TokenAttempts(Watch())
+    attempts = WrongAttempts(Watch())
     for number in range(5000):
         attempts.add_wrong(str(number))
     assert len(attempts._wrong_s) <= 1024

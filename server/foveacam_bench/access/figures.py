@@ -1,0 +1,52 @@
+"""Measure who may do what, which credentials are refused, and what both cost (`foveacam bench auth`)."""
+
+import statistics
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from foveacam_bench.access.credentials import foreign_figures
+from foveacam_bench.access.guarded import PASSWORD, GuardedServer, guarded_server, scopes_token
+from foveacam_bench.access.matrix import matrix_figures
+from foveacam_server.accounts.rights import Right
+from foveacam_server.foundation.store import Store
+
+SIGN_INS, QUICK_SIGN_INS = 40, 10
+CHECKS = 5000
+
+
+def run(*, quick: bool = False) -> dict[str, object]:
+    """Measure and return the figures; half a minute."""
+    with TemporaryDirectory() as folder, Store(Path(folder)) as store, guarded_server(store) as server:
+        figures = matrix_figures(server)
+        figures |= foreign_figures(server, store)
+        figures |= _cost_figures(server, count=QUICK_SIGN_INS if quick else SIGN_INS)
+    return figures
+
+
+def _cost_figures(server: GuardedServer, *, count: int) -> dict[str, object]:
+    took_ms = []
+    for _ in range(count):
+        began_s = time.perf_counter()
+        server.accounts.authenticate("ada", PASSWORD, address="10.0.0.1")
+        took_ms.append(1e3 * (time.perf_counter() - began_s))
+    return {
+        "login_p50_ms": statistics.median(took_ms),
+        "authorise_cookie_ms": _authorise_ms(server, server.cookie_of("otto")),
+        "authorise_token_ms": _authorise_ms(server, scopes_token(server, Right.OPERATE, name="timed")),
+    }
+
+
+def _authorise_ms(server: GuardedServer, headers: dict[str, str]) -> float:
+    """Return the time in which the rules decide on a request of a long path with an id."""
+    scope = {
+        "type": "http",
+        "method": "POST",
+        "path": "/api/v1/fixations/fix-0123456789/corrections",
+        "headers": [(b"host", b"rig.example"), *((k.encode(), v.encode()) for k, v in headers.items())],
+        "client": ("10.0.0.1", 1),
+    }
+    began_s = time.perf_counter()
+    for _ in range(CHECKS):
+        server.rules.check(scope)
+    return 1e3 * (time.perf_counter() - began_s) / CHECKS

@@ -1,0 +1,27 @@
+"""Refuses what a principal has no right to."""
+
+from foveacam_server.accounts.rights import Principal, Right
+from foveacam_server.foundation.errors import Forbidden
+
+_DOING = {
+    Right.VIEW: "see this",
+    Right.OPERATE: "operate the rig",
+    Right.ADMINISTER: "administer this server",
+}
+
+
+def forbidden(principal: Principal, right: Right, *, asked: str) -> Forbidden:
+    """Return the refusal of a request that needs `right`."""
+    remedy = f"ask an admin of this server for the right to {right.value}"
+    return Forbidden(
+        f"{asked} needs the right to {_DOING[right]}; you are {principal.title}; {remedy}",
+        asked=asked,
+        found=principal.title,
+        remedy=remedy,
+    )
+
+
+def require(principal: Principal, right: Right, *, asked: str) -> None:
+    """Raise `Forbidden` unless the principal has the right."""
+    if not principal.may(right):
+        raise forbidden(principal, right, asked=asked)

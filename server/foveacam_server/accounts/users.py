@@ -1,0 +1,286 @@
+"""Users: their roles, passwords and invitations; there is always an admin who can sign in."""
+
+import re
+import secrets
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Literal
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from foveacam_hardware.contract import Busy, InvalidInput
+from foveacam_server.accounts.attempts import ACCOUNT_MOST_WRONG, ACCOUNT_WINDOW_S, WrongAttempts
+from foveacam_server.accounts.passwords import check_password, hash_password, verify_password
+from foveacam_server.accounts.rights import Role
+from foveacam_server.accounts.tables import UserRow, secret_hash
+from foveacam_server.foundation.errors import NotFound, TooManyAttempts, WrongCredentials
+from foveacam_server.foundation.names import utc_now
+from foveacam_server.foundation.store import Store
+
+UserState = Literal["active", "invited", "disabled"]
+INVITATION_HOURS = 48
+_INVITATION_BYTES = 24
+NAME_PATTERN = r"^[a-z0-9][a-z0-9._@+-]{0,63}$"
+"""Lower case, so that nobody passes for somebody else by a capital."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class User:
+    """A user, without secrets."""
+
+    name: str
+    role: Role
+    disabled: bool
+    joined: bool
+    """Whether a password was set."""
+    created_utc: str
+    last_seen_utc: str | None
+
+    @property
+    def state(self) -> UserState:
+        """Return `active`, `invited` or `disabled`."""
+        if self.disabled:
+            return "disabled"
+        return "active" if self.joined or self.last_seen_utc is not None else "invited"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Invitation:
+    """A one-time code with which a user sets a password; only its hash is stored."""
+
+    code: str
+    expires_utc: str
+
+
+class Users:
+    """The users of a server; callable from any thread."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._lock = threading.Lock()
+        """One change at a time, so that two changes cannot remove both of two admins."""
+        self._wrong = WrongAttempts(most=ACCOUNT_MOST_WRONG, window_s=ACCOUNT_WINDOW_S)
+        self._admin_joined = any(_can_administer(user) for user in self.all())
+
+    @property
+    def exist(self) -> bool:
+        """Whether an admin can sign in: from then on everybody must."""
+        return self._admin_joined
+
+    def all(self) -> list[User]:
+        """Return all users by name."""
+        with self._store.session() as session:
+            return [_user(row) for row in session.scalars(select(UserRow).order_by(UserRow.name))]
+
+    def get(self, name: str) -> User:
+        """Return a user; raise `NotFound`."""
+        with self._store.session() as session:
+            return _user(_row(session, name))
+
+    def add(self, name: str, role: Role, *, password: str | None = None) -> tuple[User, Invitation | None]:
+        """Add a user; without a password, one who is invited to set it.
+
+        Raise `Busy` for a name that is taken, `InvalidInput` for a bad password, or for a first user who
+        could not administer the server.
+        """
+        if not self.exist and (role is not Role.ADMIN or password is None):
+            raise InvalidInput(
+                "the first user is an admin with a password: else nobody could add others; give both",
+                asked=f"{name}, {role}, {'without' if password is None else 'with'} a password",
+                found="no user yet",
+                remedy="make the first user an admin, with a password",
+            )
+        check_name(name)
+        if password is not None:
+            check_password(password, name=name)
+        row = UserRow(name=name, role=role.value, disabled=False, created_utc=utc_now())
+        row.password_hash = None if password is None else hash_password(password)
+        invitation = _invite(row) if password is None else None
+        with self._change() as session:
+            if session.get(UserRow, name) is not None:
+                raise Busy(
+                    f"there is a user {name} already; choose another name",
+                    asked=f"a user {name}",
+                    found="one of that name",
+                    remedy="choose another name, or change that user",
+                )
+            session.add(row)
+        return self.get(name), invitation
+
+    def change(self, name: str, *, role: Role | None = None, disabled: bool | None = None) -> User:
+        """Change the role of a user, or whether the user may sign in; raise `Busy` for the last admin."""
+        with self._change() as session:
+            row = _row(session, name)
+            row.role = row.role if role is None else role.value
+            row.disabled = row.disabled if disabled is None else disabled
+            _check_admin_left(session, f"to change {name}")
+        return self.get(name)
+
+    def remove(self, name: str) -> None:
+        """Remove a user; raise `Busy` for the last admin."""
+        with self._change() as session:
+            session.delete(_row(session, name))
+            session.flush()
+            _check_admin_left(session, f"to remove {name}")
+
+    def invite(self, name: str) -> Invitation:
+        """Return a new code with which the user sets a password; an older code is no longer good."""
+        with self._change() as session:
+            return _invite(_row(session, name))
+
+    def join(self, code: str, password: str) -> User:
+        """Set the password of the user whose invitation this is; raise `WrongCredentials`."""
+        with self._change() as session:
+            row = session.scalar(select(UserRow).where(UserRow.invitation_hash == secret_hash(code)))
+            if row is None or row.disabled or (row.invitation_until_utc or "") < utc_now():
+                raise WrongCredentials(
+                    "this link is not good: it was used, has expired, or a newer one was made; "
+                    "ask an admin for a new one",
+                    found="a link that is not good",
+                    remedy="ask an admin for a new link",
+                )
+            check_password(password, name=row.name)
+            row.password_hash = hash_password(password)
+            row.invitation_hash = row.invitation_until_utc = None
+            name = row.name
+        self._wrong.forget(name)
+        return self.get(name)
+
+    def sign_in(self, name: str, password: str) -> User:
+        """Return the user whose name and password these are, and remember when.
+
+        Raise `WrongCredentials`, the same whether the name or the password is wrong, or `TooManyAttempts`.
+        """
+        wait_s = self._wrong.wait_s(name)
+        if wait_s > 0.0:
+            raise _locked(name, wait_s)
+        with self._store.session() as session:
+            row = session.get(UserRow, name)
+            stored = None if row is None or row.disabled else row.password_hash
+        if not verify_password(password, stored):
+            self._wrong.add_wrong(name)
+            raise WrongCredentials(
+                "this name and password do not belong together, or the user is disabled",
+                asked=f"to sign in as {name}",
+                found="a wrong name or password",
+                remedy="try again; an admin can make a new link for a forgotten password",
+            )
+        self._wrong.forget(name)
+        with self._store.session() as session:
+            row = _row(session, name)
+            row.last_seen_utc = utc_now()
+            return _user(row)
+
+    def come_by_provider(self, name: str, *, new_role: Role | None) -> User:
+        """Return the user whom a provider has proved to be `name`; an unknown one is added with `new_role`.
+
+        Raise `WrongCredentials` for a user who is disabled, or unknown without `new_role`.
+        """
+        known = next((user for user in self.all() if user.name == name), None)
+        if known is None and new_role is not None:
+            known, _ = self.add(name, new_role)
+        if known is None or known.disabled:
+            why = "is disabled" if known is not None else "was not added by an admin"
+            raise WrongCredentials(
+                f"{name} {why}; ask an admin of this server",
+                asked=f"to sign in as {name}",
+                found=why,
+                remedy="ask an admin of this server",
+            )
+        with self._store.session() as session:
+            row = _row(session, name)
+            row.last_seen_utc = utc_now()
+            return _user(row)
+
+    def set_password(self, name: str, password: str) -> None:
+        """Set a user's password."""
+        check_password(password, name=name)
+        hashed = hash_password(password)
+        with self._change() as session:
+            _row(session, name).password_hash = hashed
+
+    def locked_for_s(self, name: str) -> float | None:
+        """Return for how long nobody can sign in as `name`, after wrong passwords; None when somebody can."""
+        return round(self._wrong.wait_s(name), 1) or None
+
+    @contextmanager
+    def _change(self) -> Iterator[Session]:
+        with self._lock:
+            with self._store.session() as session:
+                yield session
+            self._admin_joined = any(_can_administer(user) for user in self.all())
+
+
+def check_name(name: str) -> None:
+    """Raise `InvalidInput` for a name that no user can have."""
+    if re.fullmatch(NAME_PATTERN, name) is None:
+        raise InvalidInput(
+            f"a user's name is 1 to 64 lower-case letters, digits, . _ @ + or -, first a letter or digit; "
+            f"{name[:64]!r} is not; choose another",
+            asked=name[:64],
+            found="other characters",
+            remedy="use lower-case letters and digits",
+        )
+
+
+def _row(session: Session, name: str) -> UserRow:
+    row = session.get(UserRow, name)
+    if row is None:
+        raise NotFound(
+            f"there is no user {name}", asked=name, found="no such user", remedy="GET /api/v1/users"
+        )
+    return row
+
+
+def _user(row: UserRow) -> User:
+    return User(
+        name=row.name,
+        role=Role(row.role),
+        disabled=row.disabled,
+        joined=row.password_hash is not None,
+        created_utc=row.created_utc,
+        last_seen_utc=row.last_seen_utc,
+    )
+
+
+def _can_administer(user: User) -> bool:
+    return user.role is Role.ADMIN and user.joined and not user.disabled
+
+
+def _check_admin_left(session: Session, asked: str) -> None:
+    if any(_can_administer(_user(row)) for row in session.scalars(select(UserRow))):
+        return
+    raise Busy(
+        f"asked {asked}: this is the last admin who can sign in; make another one first",
+        asked=asked,
+        found="no other admin",
+        remedy="make another admin first",
+    )
+
+
+def _invite(row: UserRow) -> Invitation:
+    invitation = Invitation(
+        code=secrets.token_urlsafe(_INVITATION_BYTES),
+        expires_utc=utc_in(timedelta(hours=INVITATION_HOURS)),
+    )
+    row.invitation_hash, row.invitation_until_utc = secret_hash(invitation.code), invitation.expires_utc
+    return invitation
+
+
+def _locked(name: str, wait_s: float) -> TooManyAttempts:
+    return TooManyAttempts(
+        f"too many wrong passwords for {name}: no password is looked at for {wait_s:.0f} s",
+        wait_s=wait_s,
+        asked=f"to sign in as {name}",
+        found=f"{ACCOUNT_MOST_WRONG} wrong passwords",
+        remedy="wait, or ask an admin for a new link",
+    )
+
+
+def utc_in(life: timedelta) -> str:
+    """Return the wall clock after `life`, as `utc_now` writes it."""
+    return (datetime.now(UTC) + life).isoformat(timespec="milliseconds").replace("+00:00", "Z")

@@ -1,0 +1,102 @@
+"""`foveacam users`: who may use a server that is stopped, also when nobody can sign in any more."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from foveacam_hardware.contract import Busy
+from foveacam_server.accounts.accounts import Accounts
+from foveacam_server.accounts.audit import AuditLog
+from foveacam_server.accounts.rights import LOCAL, Role
+from foveacam_server.accounts.users import Invitation
+from foveacam_server.commands.options import DataOption, JsonOption
+from foveacam_server.foundation.settings import checked_settings
+from foveacam_server.foundation.store import Store
+
+app = typer.Typer(name="users", help="Who may use a server; for one that runs, use its page People.")
+
+NameArgument = Annotated[str, typer.Argument(help="the user's name, lower case")]
+_CREATED, _OK = 201, 200
+
+
+@app.command("list")
+def list_users(data: DataOption = None, as_json: JsonOption = False) -> None:
+    """List the users."""
+    with _accounts(data) as accounts:
+        users = accounts.users.all()
+    if as_json:
+        told = [{"name": user.name, "role": user.role.value, "state": user.state} for user in users]
+        typer.echo(json.dumps({"users": told}))
+        return
+    table = Table("name", "role", "state", "last seen")
+    for user in users:
+        table.add_row(user.name, user.role.value, user.state, user.last_seen_utc or "never")
+    Console().print(table if users else "No users: whoever uses this machine may do everything.")
+
+
+@app.command()
+def add(
+    name: NameArgument,
+    role: Annotated[Role, typer.Option(help="what the user may do")] = Role.OPERATOR,
+    data: DataOption = None,
+) -> None:
+    """Add a user; the first one is an admin. The password is asked for."""
+    password = typer.prompt("Password", hide_input=True, confirmation_prompt=True)
+    with _accounts(data) as accounts:
+        accounts.users.add(name, role, password=password)
+        _audit(accounts.audit, "POST", "/api/v1/users", _CREATED, f"{name}, {role}, by the command line")
+    typer.echo(f"{name} may sign in as {role}.")
+
+
+@app.command()
+def link(name: NameArgument, data: DataOption = None) -> None:
+    """Print a one-time link by which a user sets a new password, for instance an admin who forgot it."""
+    with _accounts(data) as accounts:
+        invitation = accounts.users.invite(name)
+        _audit(accounts.audit, "POST", f"/api/v1/users/{name}/invitation", _OK, "by the command line")
+    typer.echo(_link_words(invitation))
+
+
+@app.command()
+def remove(name: NameArgument, data: DataOption = None) -> None:
+    """Remove a user, who is signed out everywhere."""
+    with _accounts(data) as accounts:
+        accounts.remove_user(name)
+        _audit(accounts.audit, "DELETE", f"/api/v1/users/{name}", _OK, "by the command line")
+    typer.echo(f"{name} is removed.")
+
+
+def _link_words(invitation: Invitation) -> str:
+    return (
+        f"Start the server, then open this path of it until {invitation.expires_utc}:\n"
+        f"  /join?code={invitation.code}"
+    )
+
+
+@contextmanager
+def _accounts(data: object) -> Iterator[Accounts]:
+    folder = checked_settings({"data": data}).data
+    try:
+        store = Store(folder)
+    except Busy as error:
+        raise Busy(
+            f"a server is using {folder}; use its page People, or stop it first",
+            asked=str(folder),
+            found="a server that runs",
+            remedy="use its page People, or stop it first",
+        ) from error
+    with store:
+        accounts = Accounts(store)
+        try:
+            yield accounts
+        finally:
+            accounts.close()
+
+
+def _audit(log: AuditLog, method: str, path: str, status: int, detail: str) -> None:
+    log.add(LOCAL, method=method, path=path, address="this machine", status=status, detail=detail)

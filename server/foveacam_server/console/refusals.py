@@ -1,0 +1,84 @@
+"""Problem documents of requests that the access rules refuse."""
+
+import math
+from dataclasses import dataclass
+
+from starlette.types import Scope
+
+from foveacam_server.accounts.errors import forbidden
+from foveacam_server.accounts.rights import NOBODY, Principal, Right
+from foveacam_server.foundation.errors import (
+    FORBIDDEN_ORIGIN,
+    TOO_MANY_TRIES,
+    UNAUTHORIZED,
+    ProblemDetails,
+    problem_of,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """A refused request; `ask`: whether signing in would admit it."""
+
+    problem: ProblemDetails
+    ask: bool = False
+    principal: Principal = NOBODY
+    """Who was refused, as far as that is known."""
+
+
+def foreign_origin(origin: str) -> Refusal:
+    """Refuse a page of another site."""
+    return Refusal(
+        ProblemDetails(
+            kind=FORBIDDEN_ORIGIN,
+            detail=f"The page {origin} is not this server's own and may not control the rig.",
+            asked=f"a request from {origin}",
+            remedy="Open the console at the server's own address, add the origin to "
+            "FOVEACAM_ALLOWED_ORIGINS, or name the proxy that speaks https in FOVEACAM_TRUSTED_PROXIES.",
+        )
+    )
+
+
+def foreign_host(host: str, own: str) -> Refusal:
+    """Refuse a request by a name that is not this machine's."""
+    return Refusal(
+        ProblemDetails(
+            kind=FORBIDDEN_ORIGIN,
+            detail=f"This server answers to localhost and {own} only, and was called {host!r}.",
+            asked=f"host {host!r}",
+            remedy="Use http://127.0.0.1 with the port, or serve with --host to be reached by name.",
+        )
+    )
+
+
+def no_credentials(*, first_admin: bool) -> Refusal:
+    """Refuse a request of nobody in particular."""
+    if first_admin:
+        detail = "This server has no user yet; nothing is served before the first admin exists."
+        remedy = "Open the link that the server printed on its terminal."
+    else:
+        detail = (
+            "This server asks who you are, and no sign-in or token (or a wrong one) came with the request."
+        )
+        remedy = "Send 'Authorization: Bearer TOKEN' or 'X-Api-Token: TOKEN', or sign in at / in a browser."
+    headers = {"WWW-Authenticate": 'Bearer realm="foveacam"'}
+    return Refusal(ProblemDetails(kind=UNAUTHORIZED, detail=detail, remedy=remedy, headers=headers), ask=True)
+
+
+def too_many_tries(wait_s: float) -> Refusal:
+    """Refuse an address that sent too many wrong tokens."""
+    return Refusal(
+        ProblemDetails(
+            kind=TOO_MANY_TRIES,
+            detail=f"Too many wrong tokens came from this address; none is looked at for {wait_s:.0f} s.",
+            remedy="Wait, then show the right one; a page that is signed in goes on.",
+            headers={"Retry-After": str(math.ceil(wait_s))},
+        )
+    )
+
+
+def lacking(principal: Principal, right: Right, scope: Scope) -> Refusal:
+    """Refuse what the principal has no right to."""
+    method = scope.get("method", "WebSocket")
+    problem = problem_of(forbidden(principal, right, asked=f"{method} {scope['path']}"))
+    return Refusal(problem, principal=principal)

@@ -1,0 +1,1 @@
+"""Users, sign-ins, tokens of services and the audit log over REST."""

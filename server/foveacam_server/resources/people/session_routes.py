@@ -1,0 +1,106 @@
+"""Routes of one's own session: who am I, sign in, join by a link, change the password, sign out."""
+
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends, Header, Request, Response
+
+from foveacam_server.accounts.accounts import Accounts
+from foveacam_server.accounts.cookies import clear_cookie, set_cookie
+from foveacam_server.accounts.requests import AuditNoteDep, PeerDep, PrincipalDep
+from foveacam_server.accounts.rights import Principal, PrincipalKind, rights_of
+from foveacam_server.accounts.users import User
+from foveacam_server.foundation.answers import opened_services, problems
+from foveacam_server.foundation.errors import NotFound, WrongCredentials
+from foveacam_server.resources.people.documents import session_document
+from foveacam_server.resources.people.schema import (
+    JoinRequest,
+    PasswordChange,
+    SignInDocument,
+    SignInRequest,
+)
+
+router = APIRouter(prefix="/session", tags=["people"])
+
+
+class SessionRouteServices(Protocol):
+    """Services that these routes use."""
+
+    accounts: Accounts
+
+
+ServicesDep = Annotated[SessionRouteServices, Depends(opened_services)]
+BrowserHeader = Annotated[str, Header(alias="User-Agent", include_in_schema=False)]
+
+
+@router.get("", summary="Who I am")
+def session(services: ServicesDep, principal: PrincipalDep) -> SignInDocument:
+    """Return what the server asks of whoever comes, and who this request came from."""
+    return session_document(principal, services.accounts)
+
+
+@router.post("", summary="Sign in", responses=problems(401, 429))
+def sign_in(
+    body: SignInRequest,
+    request: Request,
+    response: Response,
+    services: ServicesDep,
+    note: AuditNoteDep,
+    peer: PeerDep,
+    user_agent: BrowserHeader = "",
+) -> SignInDocument:
+    """Sign a browser in: the answer sets a cookie. Too many wrong passwords block account and address."""
+    note.detail = f"sign in as {body.name}"
+    accounts = services.accounts
+    user = accounts.authenticate(body.name, body.password.get_secret_value(), address=peer)
+    return _signed_in(request, response, accounts, user, browser=user_agent, peer=peer)
+
+
+@router.post("/invitation", summary="Join by a link", responses=problems(401))
+def join(
+    body: JoinRequest,
+    request: Request,
+    response: Response,
+    services: ServicesDep,
+    note: AuditNoteDep,
+    peer: PeerDep,
+    user_agent: BrowserHeader = "",
+) -> SignInDocument:
+    """Set the password of the user whose one-time link this is, and sign the browser in."""
+    user = services.accounts.join(body.code, body.password.get_secret_value(), name=body.name)
+    note.detail = f"{user.name} set a password by a link"
+    return _signed_in(request, response, services.accounts, user, browser=user_agent, peer=peer)
+
+
+@router.put("/password", status_code=204, summary="Change my password", responses=problems(401, 404, 429))
+def change_password(
+    body: PasswordChange, services: ServicesDep, principal: PrincipalDep, peer: PeerDep
+) -> None:
+    """Change one's password; every other browser of this user is signed out."""
+    if principal.kind is not PrincipalKind.USER:
+        raise NotFound(
+            f"you are {principal.title}, which has no password", found=principal.title, remedy="sign in first"
+        )
+    accounts = services.accounts
+    accounts.authenticate(principal.name, body.password.get_secret_value(), address=peer)
+    accounts.set_password(principal.name, body.new_password.get_secret_value(), keep=principal.sign_in)
+
+
+@router.delete("", status_code=204, summary="Sign out", responses=problems(401))
+def sign_out(response: Response, services: ServicesDep, principal: PrincipalDep) -> None:
+    """Sign this browser out: its cookie is refused from now on, wherever it is sent from."""
+    if principal.kind is PrincipalKind.NOBODY:
+        raise WrongCredentials("nobody is signed in here", found="no sign-in", remedy="sign in first")
+    clear_cookie(response)
+    if principal.kind is PrincipalKind.USER and principal.sign_in is not None:
+        services.accounts.sign_out(principal.sign_in)
+
+
+def _signed_in(
+    request: Request, response: Response, accounts: Accounts, user: User, *, browser: str, peer: str
+) -> SignInDocument:
+    cookie = accounts.begin(user, address=peer, browser=browser)
+    set_cookie(response, cookie, secure=request.url.scheme == "https")
+    principal = Principal(
+        kind=PrincipalKind.USER, name=user.name, role=user.role, rights=rights_of(user.role)
+    )
+    return session_document(principal, accounts)
