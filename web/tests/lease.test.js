@@ -43,7 +43,7 @@ test("words say who has control, how long it is idle, and who asks", () => {
   assert.match(leaseWords({ ...other, mine: true }), /You have control/);
   assert.equal(leaseBadge(ADA, false), "ada has control");
   assert.equal(leaseBadge(FREE, false), "Control is free");
-  assert.equal(leaseBadge({ ...ADA, asked_by: "otto" }, true), "You have control, otto asks for it");
+  assert.equal(leaseBadge({ ...ADA, asked_by: "otto" }, true), "otto asks for control");
 });
 
 test("a person is called by the name of the sign-in", () => {

@@ -30,13 +30,14 @@ def session_document(principal: Principal, accounts: Accounts) -> SignInDocument
 
 
 def user_document(user: User, accounts: Accounts) -> UserDocument:
-    """Return a user."""
+    """Return a user; seen when one of the user's browsers was."""
+    seen = [seen_utc for sign_in, seen_utc in accounts.sign_ins.all() if sign_in.user == user.name]
     return UserDocument(
         name=user.name,
         role=user.role.value,
         state=user.state,
         created_utc=user.created_utc,
-        last_seen_utc=user.last_seen_utc,
+        last_seen_utc=max([*seen, *filter(None, [user.last_seen_utc])], default=None),
         locked_for_s=accounts.users.locked_for_s(user.name),
     )
 

@@ -202,7 +202,7 @@ export class Commands {
 
   /** @param {string} holder @param {boolean} take_over @param {string | null} [reason] why it is taken over from a person */
   async takeLease(holder, take_over, reason = null) {
-    const body = { holder, take_over, reason };
+    const body = { holder, take_over, ...(reason === null ? {} : { reason }) };
     this.#store.set({ lease_asked: false });
     const lease = /** @type {import("#api").LeaseGrant | null} */ (await this.send("POST", "/lease", { body }));
     if (lease?.token)

@@ -38,7 +38,7 @@ export function leaseWords({ lease, mine, asked }) {
 /** Return the badge of the top bar. @param {LeaseDocument | null} lease @param {boolean} mine */
 export function leaseBadge(lease, mine) {
   if (!mine) return lease?.holder ? `${lease.holder} has control` : "Control is free";
-  return lease?.asked_by ? `You have control, ${lease.asked_by} asks for it` : "You have control";
+  return lease?.asked_by ? `${lease.asked_by} asks for control` : "You have control";
 }
 
 /**

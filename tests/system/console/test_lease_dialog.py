@@ -1,0 +1,44 @@
+"""Control among people: asked for, handed over, taken over with a reason."""
+
+from playwright.sync_api import expect
+
+from .console_page import PHONE, OpenConsole
+from .stub_server import StubServer
+
+LONG = "maximilian.von.und.zu.hohenlohe@photonics.example"
+FREE = {"holder": None, "expires_in_s": None, "person": None, "idle_s": None, "asked_by": None}
+
+
+def held_by(person: str, **more: object) -> dict[str, object]:
+    return FREE | {"holder": person, "person": person, "expires_in_s": 12.0, "idle_s": 2.0} | more
+
+
+def test_an_admin_asks_for_control_or_takes_it_over_with_a_reason(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    stub.people.sign("ada", "admin")
+    stub.answers["/lease"] = held_by(LONG)
+    stub.answers["/lease/request"] = held_by(LONG, asked_by="ada")
+    console = open_console(stub.url)
+    badge = console.page.get_by_role("button", name="has control")
+    badge.click()
+    dialog = console.page.get_by_role("dialog", name="Control")
+    expect(dialog).to_contain_text(f"{LONG} has control.")
+    expect(dialog.get_by_label("Your name")).to_be_hidden()
+    dialog.get_by_role("button", name="Take over").click()
+    assert stub.posted_bodies("/lease") == []  # a reason is missing
+    with console.page.expect_response("**/lease/request"):
+        dialog.get_by_role("button", name="Ask for it").click()
+    expect(dialog).to_contain_text("You asked for it")
+    dialog.get_by_label("Reason").fill("the rig is needed")
+    with console.page.expect_response("**/lease"):
+        dialog.get_by_role("button", name="Take over").click()
+    assert stub.posted_bodies("/lease") == [
+        {"holder": "ada", "take_over": True, "reason": "the rig is needed"}
+    ]
+    console.page.keyboard.press("Escape")
+    assert console.overflow_px() <= 0
+    stop = console.page.locator("#stop").bounding_box()
+    assert stop is not None and stop["x"] + stop["width"] <= 1440
+    console.page.set_viewport_size(PHONE)
+    assert console.overflow_px() <= 0
