@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import { holderName, leaseBadge, leaseWays, leaseWords } from "../foveacam_web/static/js/lease/words.js";
 
-/** @import { SignInDocument } from "#people" */
+/** @import { SignInDocument } from "#api" */
 
 const FREE = { holder: null, expires_in_s: null, person: null, idle_s: null, asked_by: null };
 const ADA = { holder: "ada", expires_in_s: 12, person: "ada", idle_s: 4, asked_by: null };

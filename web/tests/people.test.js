@@ -19,7 +19,7 @@ import { isNamed, may, passwordFault, roleWords, whoWords } from "../foveacam_we
 import { signIn } from "../foveacam_web/static/js/sign_in.js";
 import { only } from "./documents.js";
 
-/** @typedef {import("#people").SignInDocument} SignInDocument */
+/** @typedef {import("#api").SignInDocument} SignInDocument */
 
 const NOW_MS = Date.parse("2026-01-01T12:00:00.000Z");
 /** @type {SignInDocument} */

@@ -50,6 +50,7 @@ import type {
   SetPoint,
   SettleTimeDocument,
   SimulatedFaults,
+  SignInDocument,
   StartDocument,
   StepDocument,
   StillCamera,
@@ -59,11 +60,11 @@ import type {
   TrailPoint,
   TriggerTestDocument,
   TryResult,
+  UserDocument,
   Verging,
   WideLensDocument,
   WindowLayout,
 } from "#api";
-import type { SignInDocument, UserDocument } from "#people";
 
 // Values that fields of several documents take.
 

@@ -3,10 +3,7 @@
 
 import { signIn } from "./sign_in.js";
 
-/**
- * @import { Problem } from "#api"
- * @import { SignInDocument } from "#people"
- */
+/** @import { Problem, SignInDocument } from "#api" */
 
 const ROOT = "/api/v1";
 const PATIENCE_MS = 15_000;

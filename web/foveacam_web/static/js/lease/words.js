@@ -2,7 +2,7 @@
 
 /**
  * @import { LeaseDocument } from "#api"
- * @import { SignInDocument } from "#people"
+ * @import { SignInDocument } from "#api"
  * @typedef {{lease: LeaseDocument | null, mine: boolean, sign_in: SignInDocument | null, asked: boolean}} LeaseState
  *   `asked`: whether this page asks the holder for it
  */

@@ -10,8 +10,7 @@ import { listingTable } from "./table.js";
 import { OUTCOMES, OUTCOME_CHOICES, askerWords, auditPath, doingWords, requestWords } from "./words.js";
 
 /**
- * @import { Problem } from "#api"
- * @import { AuditDocument, AuditPage } from "#people"
+ * @import { AuditDocument, AuditPage, Problem } from "#api"
  * @import { PeopleContext } from "./page.js"
  * @typedef {{text: string, who: string, outcome: string}} Wanted the entries that are searched for
  */

@@ -12,7 +12,7 @@ import { ago, listingTable } from "./table.js";
 import { SCOPES, isExpired, scopeWords } from "./words.js";
 
 /**
- * @import { ServiceTokenCreated, ServiceTokenDocument } from "#people"
+ * @import { ServiceTokenCreated, ServiceTokenDocument } from "#api"
  * @import { PeopleContext } from "./page.js"
  */
 

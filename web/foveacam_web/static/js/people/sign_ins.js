@@ -10,7 +10,7 @@ import { ago, listingTable } from "./table.js";
 import { browserWords } from "./words.js";
 
 /**
- * @import { UserSessionDocument } from "#people"
+ * @import { UserSessionDocument } from "#api"
  * @import { SessionReader } from "../session/reader.js"
  * @import { PeopleContext } from "./page.js"
  */

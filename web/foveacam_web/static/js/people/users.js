@@ -14,7 +14,7 @@ import { ago, listingTable } from "./table.js";
 import { ROLE_CHOICES, nameFault, stateWords, userName } from "./words.js";
 
 /**
- * @import { InvitationDocument, UserCreated, UserDocument } from "#people"
+ * @import { InvitationDocument, UserCreated, UserDocument } from "#api"
  * @import { PeopleContext } from "./page.js"
  * @typedef {{name: string, invitation: InvitationDocument}} Link
  */

@@ -6,7 +6,7 @@ import { ROLES } from "../session/words.js";
 
 /**
  * @import { Right } from "#page"
- * @import { AuditDocument, ServiceTokenDocument, SignInDocument, UserDocument } from "#people"
+ * @import { AuditDocument, ServiceTokenDocument, SignInDocument, UserDocument } from "#api"
  */
 
 /**

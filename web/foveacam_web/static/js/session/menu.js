@@ -9,7 +9,7 @@ import { passwordForm } from "./form.js";
 import { VIEWER_WORDS, isNamed, may, roleWords, whoWords } from "./words.js";
 
 /**
- * @import { SignInDocument } from "#people"
+ * @import { SignInDocument } from "#api"
  * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
  * @import { SessionReader } from "./reader.js"

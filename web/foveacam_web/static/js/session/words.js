@@ -2,7 +2,7 @@
 
 /**
  * @import { PersonRole, Right } from "#page"
- * @import { SignInDocument } from "#people"
+ * @import { SignInDocument } from "#api"
  * @typedef {{name: string, does: string}} RoleWords
  */
 
