@@ -53,17 +53,19 @@ class _GreetingServer(WatchedServer):
         self._doors: list[StopDoor] = []
         self._services = services
         self._console = console
-        self._greeting: asyncio.Task[None] | None = None
+        self._greeting_task: asyncio.Task[None] | None = None
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start with a `StopDoor` on each listening socket; print the greeting once the rig is open."""
         await super().startup(sockets=[])
         if self.started:
             self._open_doors(sockets or [])
-            self._greeting = asyncio.create_task(self._greet())
+            self._greeting_task = asyncio.create_task(self._greet())
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End the streams, which never end by themselves, then stop."""
+        if self._greeting_task is not None:
+            self._greeting_task.cancel()
         await asyncio.to_thread(self._close_doors)
         if self.started:
             services = self._services()

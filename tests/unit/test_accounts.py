@@ -3,11 +3,13 @@
 import itertools
 import json
 import threading
+import time
 from collections.abc import Iterator
 from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from argon2 import PasswordHasher
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_server.accounts import passwords, sign_ins, users
@@ -27,7 +29,7 @@ PASSWORD = "correct horse battery"  # noqa: S105  # a password of these tests al
 @pytest.fixture(autouse=True)
 def _quick_hashes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hash passwords with a hundredth of the work."""
-    monkeypatch.setattr(passwords, "_HASHER", passwords.PasswordHasher(time_cost=1, memory_cost=64))
+    monkeypatch.setattr(passwords, "_HASHER", PasswordHasher(time_cost=1, memory_cost=64))
 
 
 @pytest.fixture
@@ -49,9 +51,9 @@ def ada(accounts: Accounts) -> str:
     return "ada"
 
 
-def entries(accounts: Accounts, **wanted: str) -> list[AuditEntry]:
+def entries(accounts: Accounts, *, text: str = "", who: str = "", outcome: str = "") -> list[AuditEntry]:
     accounts.audit.flush()
-    return accounts.audit.read(**wanted)
+    return accounts.audit.read(text=text, who=who, outcome=outcome)
 
 
 @pytest.mark.parametrize(
@@ -234,8 +236,8 @@ def test_a_sign_in_ends_by_either_clock(
         later.setattr(sign_ins, "utc_now", lambda: users.utc_in(sign_ins.LIFE + timedelta(days=1)))
         assert accounts.sign_ins.find(cookie) is None  # the wall clock says that it is over
     with monkeypatch.context() as later:
-        past_s = sign_ins.time.monotonic() + sign_ins.LIFE.total_seconds() + 1.0
-        later.setattr(sign_ins.time, "monotonic", lambda: past_s)
+        past_s = time.monotonic() + sign_ins.LIFE.total_seconds() + 1.0
+        later.setattr(time, "monotonic", lambda: past_s)
         assert accounts.sign_ins.find(cookie) is None  # a wall clock that was set back prolongs nothing
     assert accounts.sign_ins.find(cookie) is not None
     monkeypatch.setattr(sign_ins, "age_s", lambda utc: sign_ins.IDLE.total_seconds() + 1.0)

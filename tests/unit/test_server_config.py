@@ -12,7 +12,8 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from foveacam_server.console.security import AccessRules, SecurityMiddleware
+from foveacam_server.console.access_rules import AccessRules
+from foveacam_server.console.security import SecurityMiddleware
 from foveacam_server.doors.listening_socket import listen
 from foveacam_server.doors.server import WatchedServer, server_config
 

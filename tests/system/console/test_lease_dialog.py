@@ -40,5 +40,5 @@ def test_an_admin_asks_for_control_or_takes_it_over_with_a_reason(
     assert console.overflow_px() <= 0
     stop = console.page.locator("#stop").bounding_box()
     assert stop is not None and stop["x"] + stop["width"] <= 1440
-    console.page.set_viewport_size(PHONE)
+    console.page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
     assert console.overflow_px() <= 0
