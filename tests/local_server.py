@@ -5,6 +5,7 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -37,10 +38,16 @@ class _Server(WatchedServer):
 
 
 @contextmanager
-def serving(app: ASGIApp) -> Iterator[int]:
-    """Serve `app` on a free port of 127.0.0.1 and yield the port, until the context ends."""
+def serving(app: ASGIApp, *, certificate: tuple[Path, Path] | None = None) -> Iterator[int]:
+    """Serve `app` on a free port of 127.0.0.1 and yield the port, until the context ends.
+
+    `certificate`: with its key, to serve https.
+    """
     listener = listen("127.0.0.1", 0)
-    server = _Server(server_config(app))
+    config = server_config(app)
+    if certificate is not None:
+        config.ssl_certfile, config.ssl_keyfile = certificate
+    server = _Server(config)
 
     def run() -> None:
         try:

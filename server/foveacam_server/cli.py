@@ -179,13 +179,23 @@ def doctor(
     trigger_test: Annotated[
         bool, typer.Option("--trigger-test", help="also expose both foveae by one pulse, mirrors parked")
     ] = False,
+    server: Annotated[
+        str | None,
+        typer.Option(metavar="URL", help="check a server that runs instead; FOVEACAM_TOKEN is sent to it"),
+    ] = None,
 ) -> None:
-    """Check what rig and server need here, and say what to do about each."""
+    """Check what rig and server need here, or a server that runs, and say what to do about each."""
     from foveacam_server.checks.findings import findings_document, findings_table, healthy
     from foveacam_server.doctor.examination import examine
 
     chosen = {"rig": rig, "scene": scene, "port": port, "data": data, "calibration": calibration}
-    findings = examine(checked_settings(chosen), trigger_test=trigger_test)
+    settings = checked_settings(chosen)
+    if server is not None:
+        from foveacam_server.doctor.running_server import examine_server
+
+        findings = examine_server(server, token=settings.token)
+    else:
+        findings = examine(settings, trigger_test=trigger_test)
     if as_json:
         typer.echo(json.dumps(findings_document(findings).model_dump(mode="json")))
     else:

@@ -1,0 +1,188 @@
+"""Checks a server that runs, as a client finds it: reached, known, ready, clock, streams, certificate."""
+
+import socket
+import ssl
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from email.utils import parsedate_to_datetime
+
+import httpx
+from pydantic import SecretStr
+from websockets.exceptions import WebSocketException
+from websockets.sync.client import connect
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server import __version__
+from foveacam_server.checks.findings import Finding, fine, problem, warning
+
+PATIENCE_S = 10.0
+PROBES = 9
+SLOW_MS = 100.0
+CLOCK_OFF_S = 5.0
+DAYS_LEFT = 14
+_SIGN_IN = "add a token on its page People (a scope to view is enough) and set FOVEACAM_TOKEN to it"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Client:
+    http: httpx.Client
+    token: str | None
+    trusted: ssl.SSLContext
+
+    @property
+    def websocket_url(self) -> str:
+        return str(
+            self.http.base_url.copy_with(scheme="wss" if self.encrypted else "ws", path="/api/v1/views/ws")
+        )
+
+    @property
+    def encrypted(self) -> bool:
+        return self.http.base_url.scheme == "https"
+
+
+def examine_server(
+    url: str, *, token: SecretStr | None, trusted: ssl.SSLContext | None = None
+) -> list[Finding]:
+    """Run all checks on the server at `url`; those behind one that fails are left out.
+
+    `trusted`: certificates to trust; None: the system's. Raise `InvalidInput` for what is no address.
+    """
+    secret = None if token is None else token.get_secret_value()
+    headers = {} if secret is None else {"X-Api-Token": secret}
+    verified = trusted or ssl.create_default_context()
+    try:
+        http = httpx.Client(
+            base_url=url, headers=headers, timeout=PATIENCE_S, trust_env=False, verify=verified
+        )
+    except httpx.InvalidURL as error:
+        raise InvalidInput(f"{url} is no address: {error}; give http://HOST:PORT", asked=url) from error
+    if http.base_url.scheme not in ("http", "https") or not http.base_url.host:
+        raise InvalidInput(f"{url} is no address of a server; give http://HOST:PORT", asked=url)
+    with http:
+        return _findings(_Client(http=http, token=secret, trusted=verified))
+
+
+def _findings(client: _Client) -> list[Finding]:
+    reached = _check_reached(client)
+    if reached.level == "problem":
+        return [reached]
+    found = [reached, _check_clock(client), *([_check_certificate(client)] if client.encrypted else [])]
+    known = _check_known(client)
+    if known.level == "problem":
+        return [*found, known]
+    checks: list[Callable[[_Client], Finding]] = [
+        _check_version,
+        _check_ready,
+        _check_calibration,
+        _check_events,
+        _check_views,
+    ]
+    return [*found, known, *(check(client) for check in checks)]
+
+
+def _check_reached(client: _Client) -> Finding:
+    took_ms = []
+    try:
+        for _ in range(PROBES):
+            began_s = time.perf_counter()
+            answer = client.http.get("/healthz")
+            took_ms.append(1e3 * (time.perf_counter() - began_s))
+    except httpx.HTTPError as error:
+        remedy = "is it started, the port right, a firewall or proxy between? By https: its certificate?"
+        return problem("server", f"no answer from {client.http.base_url}: {error}", remedy)
+    if answer.status_code != 200 or "status" not in answer.text:
+        return problem(
+            "server", f"{client.http.base_url} answers {answer.status_code}, and not as this server does"
+        )
+    median_ms = statistics.median(took_ms)
+    text = f"{client.http.base_url} answers in {median_ms:.1f} ms"
+    if median_ms > SLOW_MS:
+        return warning("server", text, "a slow network or a busy machine: live views will lag")
+    return fine("server", text)
+
+
+def _check_clock(client: _Client) -> Finding:
+    told = client.http.get("/healthz").headers.get("date")
+    if told is None:
+        return warning("clock", "the server does not say its time", "does a proxy remove the header Date?")
+    off_s = (datetime.now(UTC) - parsedate_to_datetime(told)).total_seconds()
+    text = f"the clocks differ by {abs(off_s):.0f} s"
+    if abs(off_s) > CLOCK_OFF_S:
+        return warning("clock", text, "times of records and the life of sign-ins go by it: set both by NTP")
+    return fine("clock", text)
+
+
+def _check_certificate(client: _Client) -> Finding:
+    where = client.http.base_url.host, client.http.base_url.port or 443
+    with (
+        socket.create_connection(where, timeout=PATIENCE_S) as peer,
+        client.trusted.wrap_socket(peer, server_hostname=where[0]) as encrypted,
+    ):
+        end = str((encrypted.getpeercert() or {})["notAfter"])
+    until = datetime.fromtimestamp(ssl.cert_time_to_seconds(end), UTC)
+    left_days = (until - datetime.now(UTC)).days
+    text = f"the certificate is good until {until:%Y-%m-%d}"
+    if left_days < DAYS_LEFT:
+        return warning("certificate", f"{text}, {left_days} days", "renew it, then start the server again")
+    return fine("certificate", text)
+
+
+def _check_known(client: _Client) -> Finding:
+    answer = client.http.get("/api/v1/session")
+    if answer.status_code == 401 or answer.json().get("kind") == "nobody":
+        return problem("sign_in", "the server asks who you are", _SIGN_IN)
+    session = answer.json()
+    if "view" not in session["rights"]:
+        return problem("sign_in", f"{session['name']} may not view", _SIGN_IN)
+    return fine("sign_in", f"{session['name']} may {', '.join(session['rights'])}")
+
+
+def _check_version(client: _Client) -> Finding:
+    version = client.http.get("/openapi.json").json()["info"]["version"]
+    if version != __version__:
+        text = f"the server is {version}, this program {__version__}"
+        return warning("version", text, "install the same version on both")
+    return fine("version", version)
+
+
+def _check_ready(client: _Client) -> Finding:
+    answer = client.http.get("/readyz").json()
+    stop = client.http.get("/api/v1/stop").json()
+    if stop["engaged"]:
+        return warning("rig", f"the stop is engaged, by {stop['by']}", "release it on the console")
+    if answer["ready"]:
+        return fine("rig", "it can foveate now")
+    missing = "; ".join(f"{each['device']}: {each['detail']}" for each in answer["problems"])
+    return problem("rig", missing, "see the page Rig; `foveacam doctor` on its own machine says more")
+
+
+def _check_calibration(client: _Client) -> Finding:
+    health = client.http.get("/api/v1/calibrations/health").json()
+    if health["verdict"] == "recalibrate":
+        return warning("calibration", health["detail"], "check the drift, or calibrate again")
+    return fine("calibration", health["detail"])
+
+
+def _check_events(client: _Client) -> Finding:
+    """Check that an event stream begins at once: a proxy that collects answers would keep it back."""
+    began_s = time.perf_counter()
+    try:
+        with client.http.stream("GET", "/api/v1/events", headers={"Last-Event-ID": "0"}) as stream:
+            next(stream.iter_bytes())
+    except (httpx.HTTPError, StopIteration) as error:
+        remedy = "does a proxy collect answers? Switch its buffering off for /api/v1/events"
+        return problem("events", f"no event came: {type(error).__name__}", remedy)
+    return fine("events", f"the first came after {1e3 * (time.perf_counter() - began_s):.0f} ms")
+
+
+def _check_views(client: _Client) -> Finding:
+    headers = {} if client.token is None else {"X-Api-Token": client.token}
+    try:
+        trusted = client.trusted if client.encrypted else None
+        with connect(client.websocket_url, additional_headers=headers, open_timeout=PATIENCE_S, ssl=trusted):
+            return fine("views", "WebSockets pass")
+    except (OSError, TimeoutError, WebSocketException) as error:
+        return problem("views", f"no WebSocket: {error}", "let the proxy pass Upgrade and Connection on")
