@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Playwright, sync_playwright
 
-from foveacam_bench.stream.console_page import CHROMIUM, CHROMIUM_ARGUMENTS
+from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import Running, running
 
 from . import calibration_documents
-from .console_page import DESKTOP, Console, OpenConsole, OpenWizard, Tabs
+from .console_page import DESKTOP, HEADLESS_SHELL, Console, OpenConsole, OpenWizard, Tabs
 from .server_process import Server, StartServer, servers
 from .stub_server import StubServer, serving_stub
 
@@ -21,9 +21,10 @@ NO_INTERNET = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 @pytest.fixture(scope="package")
 def playwright() -> Iterator[Playwright]:
-    if not CHROMIUM.exists():
+    if not HEADLESS_SHELL.exists():
         pytest.fail(
-            "Chromium is missing: run tests/system/install-chromium.sh, or leave these out: -m 'not browser'"
+            f"{HEADLESS_SHELL} is missing: run tests/system/install-chromium.sh, "
+            "or leave these out: -m 'not browser'"
         )
     with sync_playwright() as found:
         yield found
@@ -31,7 +32,9 @@ def playwright() -> Iterator[Playwright]:
 
 @pytest.fixture(scope="package")
 def browser(playwright: Playwright) -> Iterator[Browser]:
-    found = playwright.chromium.launch(executable_path=CHROMIUM, args=[*CHROMIUM_ARGUMENTS, NO_INTERNET])
+    found = playwright.chromium.launch(
+        executable_path=HEADLESS_SHELL, args=[*CHROMIUM_ARGUMENTS, NO_INTERNET]
+    )
     yield found
     found.close()
 
