@@ -156,6 +156,7 @@ def running(
     rig: str = "sim",
     scene: str = "bench",
     calibration: Path | None = None,
+    viewer: bool = False,
     live_hz: tuple[float, float] = (LIVE_WIDE_HZ, LIVE_FOVEA_HZ),
 ) -> Iterator[Running]:
     warm_up()  # a compiled renderer: else the first look would wait for it
@@ -164,7 +165,7 @@ def running(
         rig=rig,
         scene=scene,
         calibration=calibration,
-        viewer=False,
+        viewer=viewer,
         live_wide_hz=live_hz[0],
         live_fovea_hz=live_hz[1],
     )
