@@ -156,9 +156,9 @@ def running(
     rig: str = "sim",
     scene: str = "bench",
     calibration: Path | None = None,
+    viewer: bool = False,
     live_hz: tuple[float, float] = (LIVE_WIDE_HZ, LIVE_FOVEA_HZ),
     host: str = "127.0.0.1",
-    viewer: bool = False,
 ) -> Iterator[Running]:
     warm_up()  # a compiled renderer: else the first look would wait for it
     settings = Settings(

@@ -1,4 +1,4 @@
-"""A browser on the console: one browser, one server in its own process and one stub for all files here."""
+"""A browser on the console: one browser, one server and one stub for all files here."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Playwright, sync_playwright
 
-from foveacam_bench.stream.console_page import CHROMIUM, CHROMIUM_ARGUMENTS
+from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import Running, running
 
 from . import calibration_documents
-from .console_page import DESKTOP, Console, OpenConsole, OpenWizard, Tabs
-from .server_process import Server, StartServer, servers
+from .console_page import DESKTOP, HEADLESS_SHELL, Console, OpenConsole, OpenWizard, Tabs
+from .server_process import Server, StartServer, server_of, servers
 from .stub_server import StubServer, serving_stub
 
 NO_INTERNET = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
@@ -21,9 +21,10 @@ NO_INTERNET = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 @pytest.fixture(scope="package")
 def playwright() -> Iterator[Playwright]:
-    if not CHROMIUM.exists():
+    if not HEADLESS_SHELL.exists():
         pytest.fail(
-            "Chromium is missing: run tests/system/install-chromium.sh, or leave these out: -m 'not browser'"
+            f"{HEADLESS_SHELL} is missing: run tests/system/install-chromium.sh, "
+            "or leave these out: -m 'not browser'"
         )
     with sync_playwright() as found:
         yield found
@@ -31,22 +32,11 @@ def playwright() -> Iterator[Playwright]:
 
 @pytest.fixture(scope="package")
 def browser(playwright: Playwright) -> Iterator[Browser]:
-    found = playwright.chromium.launch(executable_path=CHROMIUM, args=[*CHROMIUM_ARGUMENTS, NO_INTERNET])
+    found = playwright.chromium.launch(
+        executable_path=HEADLESS_SHELL, args=[*CHROMIUM_ARGUMENTS, NO_INTERNET]
+    )
     yield found
     found.close()
-
-
-@pytest.fixture(scope="package")
-def shared_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with servers(tmp_path_factory.mktemp("data")) as start:
-        yield start()
-
-
-@pytest.fixture(scope="module")
-def server(shared_server: Server) -> Server:
-    """A server on the simulated rig, in the state in which it starts."""
-    shared_server.reset()
-    return shared_server
 
 
 @pytest.fixture
@@ -58,7 +48,7 @@ def serve(tmp_path: Path) -> Iterator[StartServer]:
 
 @pytest.fixture(scope="package")
 def shared_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    with running(tmp_path_factory.mktemp("data")) as found:
+    with running(tmp_path_factory.mktemp("data"), viewer=True) as found:
         yield found
 
 
@@ -67,6 +57,12 @@ def rig(shared_rig: Running) -> Running:
     """A server in this process, whose inside a test may see, in the state in which it starts."""
     shared_rig.reset()
     return shared_rig
+
+
+@pytest.fixture(scope="module")
+def server(rig: Running) -> Server:
+    """The same server as its clients see it."""
+    return server_of(rig)
 
 
 @pytest.fixture(scope="package")

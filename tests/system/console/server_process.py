@@ -1,4 +1,4 @@
-"""`foveacam serve` in a process of its own."""
+"""A whole server for the browser: in the process of the tests, or `foveacam serve` in one of its own."""
 
 import re
 import ssl
@@ -8,13 +8,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import httpx
 
 from tests.system import server_state
-from tests.system.conftest import API, slow_views
+from tests.system.conftest import API, Running, slow_views
 
 PATIENCE_S = 30.0
 START_PATIENCE_S = 180.0  # where the renderer has not been compiled yet, a server does that first
@@ -24,17 +25,10 @@ _TLS = ssl.create_default_context()  # spoken by nobody here, but else made anew
 
 @dataclass(frozen=True)
 class Server:
-    """`foveacam serve` in a process of its own."""
+    """A whole server, as its clients see it, and the folder of its data."""
 
-    process: subprocess.Popen[bytes]
     url: str
     data: Path
-
-    @property
-    def port(self) -> int:
-        port = httpx.URL(self.url).port
-        assert port is not None
-        return port
 
     def get(self, path: str) -> dict[str, Any]:  # Any: a JSON document
         return dict(self.send("GET", path).json())
@@ -49,7 +43,7 @@ class Server:
 
     def be_idle(self) -> None:
         """Release the stop, cancel what waits or runs, and wait until nothing does."""
-        with self._client() as http:
+        with httpx.Client(base_url=self.url, timeout=PATIENCE_S, trust_env=False, verify=_TLS) as http:
             http.delete(f"{API}/stop")
             server_state.end_jobs(http)
 
@@ -60,20 +54,25 @@ class Server:
             assert time.monotonic() < end_s, "no cloud came"
             time.sleep(0.2)
 
-    def reset(self) -> None:
-        """Bring the server back to the state in which it starts."""
-        with self._client() as http:
-            server_state.reset(http, self.data)
 
-    def _client(self) -> httpx.Client:
-        return httpx.Client(base_url=self.url, timeout=PATIENCE_S, trust_env=False, verify=_TLS)
+@dataclass(frozen=True)
+class ServerProgram:
+    """`foveacam serve` in a process of its own."""
+
+    process: subprocess.Popen[bytes]
+    url: str
 
     def end(self) -> None:
         self.process.terminate()
         self.process.wait(20)
 
 
-StartServer = Callable[..., Server]
+StartServer = Callable[..., ServerProgram]
+
+
+def server_of(running: Running) -> Server:
+    """Return the server in this process as its clients see it."""
+    return Server(f"http://127.0.0.1:{running.port}/", running.services.settings.data)
 
 
 def greeting(process: subprocess.Popen[bytes], log: Path) -> str:
@@ -91,19 +90,18 @@ def greeting(process: subprocess.Popen[bytes], log: Path) -> str:
 @contextmanager
 def servers(data: Path) -> Iterator[StartServer]:
     """Start servers that end with the context."""
-    started: list[Server] = []
+    logs = count()
     with ExitStack() as stack:
 
-        def start(*arguments: str) -> Server:
-            log = data.with_suffix(f".{len(started)}.log")
+        def start(*arguments: str) -> ServerProgram:
+            log = data.with_suffix(f".{next(logs)}.log")
             command = [sys.executable, "-m", "foveacam_server", "serve", "--port", "0", "--data", str(data)]
             with log.open("w") as output:
                 process = subprocess.Popen(
                     [*command, *arguments], stdout=output, stderr=subprocess.STDOUT, env=slow_views()
                 )
-            server = Server(process, greeting(process, log), data)
-            started.append(server)
-            stack.callback(server.end)
-            return server
+            program = ServerProgram(process, greeting(process, log))
+            stack.callback(program.end)
+            return program
 
         yield start

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
+from tests.system.conftest import running
+
 from .console_page import Console, OpenConsole
-from .server_process import Server, servers
+from .server_process import Server, server_of
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -18,8 +20,8 @@ PATIENCE_MS = 60_000
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with servers(tmp_path_factory.mktemp("data")) as start:
-        yield start("--scene", "calibration")
+    with running(tmp_path_factory.mktemp("data"), scene="calibration") as found:
+        yield server_of(found)
 
 
 @pytest.fixture

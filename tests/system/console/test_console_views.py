@@ -192,11 +192,11 @@ def test_two_fingers_zoom_and_ask_for_nothing(open_console: OpenConsole, server:
     assert orders == []
 
 
-@pytest.mark.parametrize("view", ["anaglyph", "difference", "depth", "wide_zoom"])
-def test_the_views_of_both_eyes_are_live_without_a_fixation(console: Console, view: str) -> None:
-    console.page.locator(f"#tab-{view}").click()
-    console.wait_for_frames(view)
-    expect(console.page.locator(f".pane-{view} .rate")).to_have_text(re.compile(r"fps"))
+def test_the_views_of_both_eyes_are_live_without_a_fixation(console: Console) -> None:
+    for view in ("anaglyph", "difference", "depth", "wide_zoom"):
+        console.page.locator(f"#tab-{view}").click()
+        console.wait_for_frames(view)
+        expect(console.page.locator(f".pane-{view} .rate")).to_have_text(re.compile(r"fps"))
 
 
 def test_the_colours_of_the_anaglyph_are_chosen_for_all_viewers(console: Console, server: Server) -> None:

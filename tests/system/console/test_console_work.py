@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Playwright, expect
 
-from foveacam_bench.stream.console_page import CHROMIUM, CHROMIUM_ARGUMENTS
+from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
+from tests.system.conftest import running
 
-from .console_page import PHONE, TOUCH, Console, OpenConsole, console_of, contexts
-from .server_process import Server, StartServer
+from .console_page import HEADLESS_SHELL, PHONE, TOUCH, Console, OpenConsole, console_of, contexts
+from .server_process import Server, server_of
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -156,19 +157,18 @@ def test_help_and_settings_open_by_key_and_close_by_escape(console: Console) -> 
     expect(console.page.locator(".pane-wide .rate")).to_be_hidden()
 
 
-def test_missing_devices_are_named_with_their_remedy(
-    open_console: OpenConsole, serve: StartServer, tmp_path: Path
-) -> None:
+def test_missing_devices_are_named_with_their_remedy(open_console: OpenConsole, tmp_path: Path) -> None:
     rig = tmp_path / "rig.toml"
     rig.write_text(
         'kind = "serial"\nrig_id = "bench-two"\nname = "Bench two"\n[mirrors]\nport = "/dev/ttyNOWHERE"\n'
     )
-    console = open_console(serve("--rig", str(rig)).url)
-    problems = console.page.locator("#problems")
-    expect(problems).to_contain_text("/dev/ttyNOWHERE")
-    expect(console.page.locator(".pane-wide .notice")).to_contain_text("No wide camera")
-    expect(console.page.locator(".badge.warn").first).to_have_text("Degraded")
-    console.page.locator("#rig tr.missing").first.wait_for()
+    with running(tmp_path / "data", rig=str(rig)) as found:
+        console = open_console(server_of(found).url)
+        problems = console.page.locator("#problems")
+        expect(problems).to_contain_text("/dev/ttyNOWHERE")
+        expect(console.page.locator(".pane-wide .notice")).to_contain_text("No wide camera")
+        expect(console.page.locator(".badge.warn").first).to_have_text("Degraded")
+        console.page.locator("#rig tr.missing").first.wait_for()
 
 
 def test_page_without_webgl_says_so_and_works(
@@ -176,7 +176,7 @@ def test_page_without_webgl_says_so_and_works(
 ) -> None:
     server.be_idle()
     plain = playwright.chromium.launch(
-        executable_path=CHROMIUM, args=[*CHROMIUM_ARGUMENTS, "--disable-3d-apis"]
+        executable_path=HEADLESS_SHELL, args=[*CHROMIUM_ARGUMENTS, "--disable-3d-apis"]
     )
     try:
         with contexts(plain, {"scene": True}, {}) as context:

@@ -4,7 +4,7 @@ import re
 import shutil
 
 import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import Locator, Route, expect
 
 from tests.unit.recorded_looks import PERIOD_S, Z_M, look
 
@@ -249,6 +249,39 @@ def test_the_button_in_the_bar_records_until_it_is_pressed_again(
     expect(page.locator(".card").first).to_contain_text("recording 0001")
     page.get_by_role("button", name="Show it").click()
     expect(page.locator(".player .step")).to_contain_text("frame 1 of")
+
+
+def test_an_end_is_shown_although_an_older_answer_comes_while_the_list_is_read(
+    server: Server, open_console: OpenConsole
+) -> None:
+    page = open_console(f"{server.url}#/gallery/recordings").page
+    page.get_by_role("button", name="Record", exact=True).click()
+    live = page.locator(".card").filter(has_text="Being recorded")
+    expect(live).to_have_count(1)
+    older: list[Route] = []
+    later: list[Route] = []
+
+    def answer_list(route: Route) -> None:
+        found = route.fetch()
+        for each in older:
+            each.fulfill(json=being_made | {"state": "ending"})
+        older.clear()
+        route.fulfill(response=found)
+
+    [being_made] = [
+        found for found in server.send("GET", "/recordings").json() if found["state"] == "recording"
+    ]
+    page.route(f"**/api/v1/recordings/{being_made['id']}", lambda route: older.append(route))
+    page.wait_for_event("request", lambda request: request.url.endswith(being_made["id"]))
+    page.route("**/api/v1/recordings", lambda route: later.append(route))
+    page.route("**/api/v1/recordings?text=*", answer_list)
+    server.send("POST", f"/recordings/{being_made['id']}/stop")
+    with page.expect_response("**/api/v1/recordings?text=*"):
+        pass
+    for route in later:
+        route.continue_()
+    page.unroute_all()
+    expect(live).to_have_count(0)
 
 
 def test_a_key_records_under_the_next_number_of_the_prefix(server: Server, open_console: OpenConsole) -> None:

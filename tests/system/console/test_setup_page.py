@@ -11,10 +11,11 @@ from foveacam_hardware.rig_config import load_rig_config
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from tests.contract.gige_cameras import fake_program
+from tests.system.conftest import running
 
 from . import rig_documents
 from .console_page import TOUCH, Console, OpenConsole
-from .server_process import Server, servers
+from .server_process import Server, server_of
 from .stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -25,8 +26,8 @@ OpenSetup = Callable[..., Console]
 @pytest.fixture(scope="module")
 def own_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server whose rig these tests exchange."""
-    with servers(tmp_path_factory.mktemp("data")) as start:
-        yield start()
+    with running(tmp_path_factory.mktemp("data")) as found:
+        yield server_of(found)
 
 
 @pytest.fixture

@@ -44,7 +44,16 @@ export function openRecordings({ id, part }, context) {
     },
     context,
   );
-  store.on(["recording"], ({ recording }) => recording && reader.change(recording.id, () => recording), signal);
+  let made = false;
+  store.on(
+    ["recording"],
+    ({ recording }) => {
+      if (recording) reader.change(recording.id, () => recording);
+      else if (made) void reader.readList(); // its last change may have come while the list was read
+      made = recording !== null;
+    },
+    signal,
+  );
   return list;
 }
 
