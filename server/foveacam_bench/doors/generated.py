@@ -17,7 +17,7 @@ from typing import Any
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 
 SEED = 15
-EXAMPLES, QUICK_EXAMPLES = 10, 1
+EXAMPLES, QUICK_EXAMPLES = 12, 1
 """Requests to each operation in the random phases; the phase of edge cases alone makes 5 000."""
 FIGURES = {
     "not_a_server_error": "server_errors",
@@ -57,10 +57,11 @@ def check_generator() -> None:
         )
 
 
-def generated_figures(url: str, folder: Path, *, quick: bool = False) -> dict[str, object]:
+def generated_figures(url: str, folder: Path, *, token: str, quick: bool = False) -> dict[str, object]:
     """Request every operation of the server at `url`; return the number of requests and of wrong answers.
 
-    `folder`: where settings and report are written. Equal failures of one operation count once.
+    `folder`: where settings and report are written. `token`: the server's shared one, which keeps its rights
+    when a generated request adds users. Equal failures of one operation count once.
     """
     report = folder / "report.ndjson"
     settings = folder / "schemathesis.toml"
@@ -69,6 +70,7 @@ def generated_figures(url: str, folder: Path, *, quick: bool = False) -> dict[st
         [
             *(sys.executable, "-m", "schemathesis.cli", "--config-file", str(settings)),
             *("run", f"{url}openapi.json", "--no-color", "--seed", str(SEED)),
+            *("--header", f"X-Api-Token: {token}"),
             *("--phases", "coverage" if quick else "examples,coverage,fuzzing,stateful"),
             *("--max-examples", str(QUICK_EXAMPLES if quick else EXAMPLES)),
             *("--checks", ",".join(FIGURES)),

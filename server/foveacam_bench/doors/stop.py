@@ -12,7 +12,7 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +30,7 @@ PAUSE_S = 0.15
 """Pause between two stops; the rig may move in its second half."""
 WARM_UP_S = 3.0
 STOP = "/api/v1/stop"
+TOKEN = "of this bench alone"  # noqa: S105 - of a server that lives as long as the bench
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,8 +53,8 @@ def run(*, quick: bool = False) -> dict[str, object]:
         with _server(Path(folder) / "open") as server:
             figures["dead_viewers_after_30_s"] = count_held_viewers(server.url)
             figures |= foreign_figures(server.url, pid=server.process.pid)
-        with _server(Path(folder) / "generated") as server:
-            figures |= generated_figures(server.url, Path(folder), quick=quick)
+        with _server(Path(folder) / "generated", options=("--token", TOKEN)) as server:
+            figures |= generated_figures(server.url, Path(folder), token=TOKEN, quick=quick)
     return {**figures, "load": counts}
 
 
@@ -68,9 +69,9 @@ def _time_stops(folder: Path, *, count: int, bodies: bool) -> tuple[float, list[
 
 
 @contextmanager
-def _server(folder: Path) -> Iterator[ServerProcess]:
+def _server(folder: Path, *, options: Sequence[str] = ()) -> Iterator[ServerProcess]:
     folder.mkdir()
-    with ServerProcess(folder, port=free_port()) as server:
+    with ServerProcess(folder, port=free_port(), options=options) as server:
         yield server
 
 
