@@ -5,9 +5,10 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
-# One thread for linear algebra a worker: on two cores more of them only wait for each other. Bytecode is kept
-# whatever the environment says: a hundred Pythons are started, each would compile a thousand files anew.
-PYTEST := PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
+# One thread for linear algebra and for PyTorch a worker: on two cores more of them only wait for each other.
+# Bytecode is kept whatever the environment says: a hundred Pythons are started, each would compile a thousand
+# files anew.
+PYTEST := PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest
 PORT ?= 8000
 NAME ?= render
 TESTS ?=
