@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
-WORKERS ?= 2
+WORKERS ?= 3
 # One thread for linear algebra and for PyTorch a worker: on two cores more of them only wait for each other.
 # Bytecode is kept whatever the environment says: a hundred Pythons are started, each would compile a thousand
 # files anew.

@@ -12,7 +12,7 @@ from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import Running, running
 
 from . import calibration_documents
-from .console_page import DESKTOP, HEADLESS_SHELL, Console, OpenConsole, OpenWizard, Tabs
+from .console_page import BROWSER, DESKTOP, Console, OpenConsole, OpenWizard, Tabs
 from .server_process import Server, StartServer, server_of, servers
 from .stub_server import StubServer, serving_stub
 
@@ -21,9 +21,9 @@ NO_INTERNET = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 @pytest.fixture(scope="package")
 def playwright() -> Iterator[Playwright]:
-    if not HEADLESS_SHELL.exists():
+    if not BROWSER.exists():
         pytest.fail(
-            f"{HEADLESS_SHELL} is missing: run tests/system/install-chromium.sh, "
+            f"{BROWSER} is missing: run tests/system/install-chromium.sh, "
             "or leave these out: -m 'not browser'"
         )
     with sync_playwright() as found:
@@ -32,9 +32,7 @@ def playwright() -> Iterator[Playwright]:
 
 @pytest.fixture(scope="package")
 def browser(playwright: Playwright) -> Iterator[Browser]:
-    found = playwright.chromium.launch(
-        executable_path=HEADLESS_SHELL, args=[*CHROMIUM_ARGUMENTS, NO_INTERNET]
-    )
+    found = playwright.chromium.launch(executable_path=BROWSER, args=[*CHROMIUM_ARGUMENTS, NO_INTERNET])
     yield found
     found.close()
 

@@ -10,12 +10,15 @@ from typing import Any
 
 from playwright.sync_api import Browser, BrowserContext, CDPSession, ConsoleMessage, Page, Request, expect
 
+from foveacam_bench.stream.console_page import CHROMIUM
+
 from .server_process import PATIENCE_S, Server
 
 expect.set_options(timeout=1000.0 * PATIENCE_S)  # two cores are shared with servers and another browser
 _POLL_MS = 30
-HEADLESS_SHELL = Path("/usr/bin/chromium-headless-shell")
-"""Chromium's page without a browser's windows around it: the same pages for three quarters of the time."""
+_HEADLESS_SHELL = Path("/usr/bin/chromium-headless-shell")
+BROWSER = _HEADLESS_SHELL if _HEADLESS_SHELL.exists() else CHROMIUM
+"""Chromium, where it is installed without a browser's windows around the page: at three quarters of the time."""
 WIDE_WIDTH_PX = 1440
 DESKTOP = {"width": 1440, "height": 900}
 PHONE = {"width": 360, "height": 740}

@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Locator, Playwright, expect
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import running
 
-from .console_page import HEADLESS_SHELL, PHONE, TOUCH, Console, OpenConsole, console_of, contexts
+from .console_page import BROWSER, PHONE, TOUCH, Console, OpenConsole, console_of, contexts
 from .server_process import Server, server_of
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -176,7 +176,7 @@ def test_page_without_webgl_says_so_and_works(
 ) -> None:
     server.be_idle()
     plain = playwright.chromium.launch(
-        executable_path=HEADLESS_SHELL, args=[*CHROMIUM_ARGUMENTS, "--disable-3d-apis"]
+        executable_path=BROWSER, args=[*CHROMIUM_ARGUMENTS, "--disable-3d-apis"]
     )
     try:
         with contexts(plain, {"scene": True}, {}) as context:
