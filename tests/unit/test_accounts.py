@@ -193,6 +193,21 @@ def test_an_unknown_name_is_refused_as_a_wrong_password_is(accounts: Accounts, a
         accounts.authenticate("eve", "wrong", address="c")
 
 
+def test_a_flood_of_sign_ins_does_not_hold_the_threads_of_others(
+    accounts: Accounts, ada: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(passwords, "LONGEST_WAIT_S", 0.01)
+    for _ in range(passwords.AT_ONCE):
+        passwords._SLOTS.acquire()
+    try:
+        with pytest.raises(TooManyAttempts, match="try again in a second"):
+            accounts.authenticate(ada, PASSWORD, address="a")
+    finally:
+        for _ in range(passwords.AT_ONCE):
+            passwords._SLOTS.release()
+    assert accounts.authenticate(ada, PASSWORD, address="a").name == ada
+
+
 def test_one_address_that_tries_many_names_is_closed(accounts: Accounts, ada: str) -> None:
     for number in range(MOST_WRONG):
         with pytest.raises(WrongCredentials):

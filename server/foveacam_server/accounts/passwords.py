@@ -1,17 +1,21 @@
 """Passwords: what one must be, and slow hashes (Argon2id), a few at a time because each takes 64 MiB."""
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_server.foundation.errors import TooManyAttempts
 
 LEAST_CHARS = 10
 MOST_CHARS = 256
 """A longer one would only cost time."""
 AT_ONCE = 2
+LONGEST_WAIT_S = 0.5
 _HASHER = PasswordHasher()
 _SLOTS = threading.BoundedSemaphore(AT_ONCE)
 
@@ -32,18 +36,35 @@ def check_password(password: str, *, name: str) -> None:
 
 def hash_password(password: str) -> str:
     """Return the hash of a password, with its salt and the parameters that it was made with."""
-    with _SLOTS:
+    with _slot():
         return _HASHER.hash(password)
 
 
 def verify_password(password: str, stored: str | None) -> bool:
     """Return whether a password is the stored one; as slow where there is none, which then tells nothing."""
-    with _SLOTS:
+    with _slot():
         try:
             _HASHER.verify(stored or _hash_of_nobody(), password)
         except (VerificationError, InvalidHashError):
             return False
     return stored is not None
+
+
+@contextmanager
+def _slot() -> Iterator[None]:
+    """Hold one of the few places; raise `TooManyAttempts` when none is free soon: others need the threads."""
+    if not _SLOTS.acquire(timeout=LONGEST_WAIT_S):
+        raise TooManyAttempts(
+            "many people sign in at once; try again in a second",
+            wait_s=1.0,
+            asked="to check a password",
+            found=f"{AT_ONCE} others are checked",
+            remedy="try again in a second",
+        )
+    try:
+        yield
+    finally:
+        _SLOTS.release()
 
 
 @cache

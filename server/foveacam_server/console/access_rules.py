@@ -134,7 +134,12 @@ class AccessRules:
         if signed_in is not None:
             return signed_in
         given = token_of(headers)
-        if given is not None and given.startswith(PREFIX) and self.accounts is not None:
+        if (
+            given is not None
+            and given != self.token
+            and given.startswith(PREFIX)
+            and self.accounts is not None
+        ):
             return self.accounts.tokens.find(given) or no_credentials(first_admin=False)
         if mode is Mode.OPEN:
             return LOCAL

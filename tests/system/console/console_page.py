@@ -18,7 +18,7 @@ expect.set_options(timeout=1000.0 * PATIENCE_S)  # two cores are shared with ser
 _POLL_MS = 30
 _HEADLESS_SHELL = Path("/usr/bin/chromium-headless-shell")
 BROWSER = _HEADLESS_SHELL if _HEADLESS_SHELL.exists() else CHROMIUM
-"""Chromium, where it is installed without a browser's windows around the page: at three quarters of the time."""
+"""Chromium; where it is installed, without windows around the page, at three quarters of the time."""
 WIDE_WIDTH_PX = 1440
 DESKTOP = {"width": 1440, "height": 900}
 PHONE = {"width": 360, "height": 740}
