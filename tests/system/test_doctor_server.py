@@ -11,7 +11,7 @@ from pydantic import SecretStr
 from typer.testing import CliRunner
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.accounts.rights import Right, Role
+from foveacam_server.accounts.rights import Right, UserRole
 from foveacam_server.checks.findings import Finding
 from foveacam_server.cli import app
 from foveacam_server.doctor import running_server
@@ -27,7 +27,7 @@ PASSWORD = "correct horse battery"  # noqa: S105  # a password of this test alon
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     with running(tmp_path_factory.mktemp("lab"), host="0.0.0.0") as found:  # noqa: S104 - the guarded case
-        found.services.accounts.users.add("ada", Role.ADMIN, password=PASSWORD)
+        found.services.accounts.users.add("ada", UserRole.ADMIN, password=PASSWORD)
         yield found
 
 

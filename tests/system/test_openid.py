@@ -12,7 +12,7 @@ from pydantic import SecretStr
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.accounts.rights import Role
+from foveacam_server.accounts.rights import UserRole
 from foveacam_server.console import openid, security
 from foveacam_server.foundation.settings import OpenIdSettings, Settings, checked_settings
 from foveacam_server.foundation.store import Store
@@ -41,7 +41,7 @@ def provider(shared_provider: Provider) -> Provider:
 def accounts(tmp_path: Path) -> Iterator[Accounts]:
     with Store(tmp_path) as store:
         found = Accounts(store, guarded=True)
-        found.users.add("ada", Role.ADMIN, password=PASSWORD)
+        found.users.add("ada", UserRole.ADMIN, password=PASSWORD)
         yield found
         found.close()
 
@@ -76,7 +76,7 @@ def guarded_app(
 
 
 def test_a_person_whom_an_admin_added_comes_in(browser: httpx.Client, accounts: Accounts) -> None:
-    accounts.users.add("anna@lab.example", Role.OPERATOR)
+    accounts.users.add("anna@lab.example", UserRole.OPERATOR)
     asked = browser.get("/", headers={"Accept": "text/html"})
     assert asked.status_code == 401
     assert '<a class="button" href="/sign_in/openid">Sign in with Lab &amp; Co</a>' in asked.text
@@ -118,7 +118,7 @@ def test_a_stranger_is_added_where_the_settings_say_so(provider: Provider, accou
 def test_a_token_that_proves_nothing_is_refused(
     browser: httpx.Client, provider: Provider, accounts: Accounts, claims: dict[str, object], why: str
 ) -> None:
-    accounts.users.add("anna@lab.example", Role.OPERATOR)
+    accounts.users.add("anna@lab.example", UserRole.OPERATOR)
     provider.claims = claims
     refused = browser.get("/sign_in/openid")
     assert refused.status_code == 401 and why in refused.text
@@ -128,7 +128,7 @@ def test_a_token_that_proves_nothing_is_refused(
 def test_a_forged_token_and_a_replayed_answer_are_refused(
     browser: httpx.Client, provider: Provider, accounts: Accounts
 ) -> None:
-    accounts.users.add("anna@lab.example", Role.OPERATOR)
+    accounts.users.add("anna@lab.example", UserRole.OPERATOR)
     provider.foreign_key = True
     assert browser.get("/sign_in/openid").status_code == 401
     provider.foreign_key, provider.wrong_nonce = False, True

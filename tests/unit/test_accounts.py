@@ -17,7 +17,7 @@ from foveacam_server.accounts.accounts import Accounts, Mode
 from foveacam_server.accounts.attempts import ACCOUNT_MOST_WRONG, MOST_WRONG
 from foveacam_server.accounts.audit import AuditEntry, AuditLog
 from foveacam_server.accounts.errors import forbidden
-from foveacam_server.accounts.rights import NOBODY, Principal, PrincipalKind, Right, Role, rights_of
+from foveacam_server.accounts.rights import NOBODY, Principal, PrincipalKind, Right, UserRole, rights_of
 from foveacam_server.accounts.sign_ins import KEY_FILE
 from foveacam_server.accounts.tables import ServiceTokenRow, UserRow
 from foveacam_server.foundation.errors import NotFound, TooManyAttempts, WrongCredentials, problem_of
@@ -47,7 +47,7 @@ def accounts(store: Store) -> Iterator[Accounts]:
 
 @pytest.fixture
 def ada(accounts: Accounts) -> str:
-    accounts.users.add("ada", Role.ADMIN, password=PASSWORD)
+    accounts.users.add("ada", UserRole.ADMIN, password=PASSWORD)
     return "ada"
 
 
@@ -57,9 +57,9 @@ def entries(accounts: Accounts, *, text: str = "", who: str = "", outcome: str =
 
 
 @pytest.mark.parametrize(
-    ("role", "password"), [(Role.ADMIN, None), (Role.OPERATOR, PASSWORD), (Role.VIEWER, None)]
+    ("role", "password"), [(UserRole.ADMIN, None), (UserRole.OPERATOR, PASSWORD), (UserRole.VIEWER, None)]
 )
-def test_the_first_user_can_administer(accounts: Accounts, role: Role, password: str | None) -> None:
+def test_the_first_user_can_administer(accounts: Accounts, role: UserRole, password: str | None) -> None:
     with pytest.raises(InvalidInput, match="first user is an admin with a password"):
         accounts.users.add("eve", role, password=password)
     assert accounts.mode is Mode.FIRST_ADMIN and accounts.users.all() == []
@@ -79,7 +79,7 @@ def test_the_first_user_can_administer(accounts: Accounts, role: Role, password:
 )
 def test_bad_names_and_passwords_are_refused(accounts: Accounts, name: str, password: str, why: str) -> None:
     with pytest.raises(InvalidInput, match=why):
-        accounts.users.add(name, Role.ADMIN, password=password)
+        accounts.users.add(name, UserRole.ADMIN, password=password)
     assert accounts.users.all() == []
 
 
@@ -92,7 +92,7 @@ def test_a_password_is_stored_as_a_hash_alone(store: Store, accounts: Accounts, 
 
 
 def test_an_invitation_is_good_once_and_the_newest_alone(accounts: Accounts, ada: str) -> None:
-    user, first = accounts.users.add("otto", Role.OPERATOR)
+    user, first = accounts.users.add("otto", UserRole.OPERATOR)
     assert user.state == "invited" and first is not None
     second = accounts.users.invite("otto")
     with pytest.raises(WrongCredentials, match="not good"):
@@ -102,11 +102,11 @@ def test_an_invitation_is_good_once_and_the_newest_alone(accounts: Accounts, ada
     assert accounts.join(second.code, PASSWORD, name=None).state == "active"
     with pytest.raises(WrongCredentials, match="not good"):
         accounts.join(second.code, "another password", name=None)
-    assert accounts.authenticate("otto", PASSWORD, address="a").role is Role.OPERATOR
+    assert accounts.authenticate("otto", PASSWORD, address="a").role is UserRole.OPERATOR
 
 
 def test_an_invitation_expires(accounts: Accounts, ada: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    _, invitation = accounts.users.add("otto", Role.OPERATOR)
+    _, invitation = accounts.users.add("otto", UserRole.OPERATOR)
     assert invitation is not None
     monkeypatch.setattr(users, "utc_now", lambda: users.utc_in(timedelta(hours=users.INVITATION_HOURS + 1)))
     with pytest.raises(WrongCredentials, match="expired"):
@@ -119,30 +119,30 @@ def test_the_terminals_code_makes_the_first_admin_once(accounts: Accounts) -> No
         accounts.join("another code", PASSWORD, name="eve")
     with pytest.raises(WrongCredentials, match="needs a name"):
         accounts.join(code, PASSWORD, name=None)
-    assert accounts.join(code, PASSWORD, name="ada").role is Role.ADMIN
+    assert accounts.join(code, PASSWORD, name="ada").role is UserRole.ADMIN
     assert accounts.mode is Mode.USERS
     with pytest.raises(WrongCredentials, match="not good"):
         accounts.join(code, PASSWORD, name="eve")
 
 
 def test_the_last_admin_stays(accounts: Accounts, ada: str) -> None:
-    accounts.users.add("otto", Role.OPERATOR, password=PASSWORD)
-    accounts.users.add("iris", Role.ADMIN)  # invited: cannot sign in yet
+    accounts.users.add("otto", UserRole.OPERATOR, password=PASSWORD)
+    accounts.users.add("iris", UserRole.ADMIN)  # invited: cannot sign in yet
     for change in (
         lambda: accounts.remove_user(ada),
-        lambda: accounts.change_user(ada, role=Role.OPERATOR, disabled=None),
+        lambda: accounts.change_user(ada, role=UserRole.OPERATOR, disabled=None),
         lambda: accounts.change_user(ada, role=None, disabled=True),
     ):
         with pytest.raises(Busy, match="last admin"):
             change()
-    assert accounts.users.get(ada).role is Role.ADMIN and not accounts.users.get(ada).disabled
-    accounts.change_user("otto", role=Role.ADMIN, disabled=None)
+    assert accounts.users.get(ada).role is UserRole.ADMIN and not accounts.users.get(ada).disabled
+    accounts.change_user("otto", role=UserRole.ADMIN, disabled=None)
     accounts.remove_user(ada)
     assert [user.name for user in accounts.users.all()] == ["iris", "otto"]
 
 
 def test_two_admins_that_remove_each_other_leave_one(accounts: Accounts, ada: str) -> None:
-    accounts.users.add("otto", Role.ADMIN, password=PASSWORD)
+    accounts.users.add("otto", UserRole.ADMIN, password=PASSWORD)
     refused: list[Busy] = []
 
     def remove(name: str) -> None:
@@ -161,7 +161,7 @@ def test_two_admins_that_remove_each_other_leave_one(accounts: Accounts, ada: st
 
 def test_a_taken_name_and_an_unknown_one(accounts: Accounts, ada: str) -> None:
     with pytest.raises(Busy, match="already"):
-        accounts.users.add(ada, Role.VIEWER, password=PASSWORD)
+        accounts.users.add(ada, UserRole.VIEWER, password=PASSWORD)
     with pytest.raises(NotFound, match="no user eve"):
         accounts.remove_user("eve")
 
@@ -228,7 +228,7 @@ def test_a_sign_in_survives_a_restart_and_a_revoked_one_does_not(store: Store, a
     again = Accounts(store)
     assert again.sign_ins.find(revoked) is None
     found = again.sign_ins.find(kept)
-    assert found is not None and (found.name, found.role) == ("ada", Role.ADMIN)
+    assert found is not None and (found.name, found.role) == ("ada", UserRole.ADMIN)
     again.close()
 
 
@@ -261,15 +261,15 @@ def test_a_sign_in_ends_by_either_clock(
 
 
 def test_a_changed_user_is_changed_in_every_open_browser(accounts: Accounts, ada: str) -> None:
-    accounts.users.add("otto", Role.OPERATOR, password=PASSWORD)
+    accounts.users.add("otto", UserRole.OPERATOR, password=PASSWORD)
     cookie, other = (accounts.begin(accounts.users.get("otto"), address="a", browser="b") for _ in range(2))
     ended: list[str] = []
     principal = accounts.sign_ins.find(cookie)
     assert principal is not None and principal.sign_in is not None
     with accounts.streams.opened(principal.sign_in, lambda: ended.append("stream")):
-        accounts.change_user("otto", role=Role.VIEWER, disabled=None)
+        accounts.change_user("otto", role=UserRole.VIEWER, disabled=None)
         changed = accounts.sign_ins.find(cookie)
-        assert changed is not None and changed.rights == rights_of(Role.VIEWER)
+        assert changed is not None and changed.rights == rights_of(UserRole.VIEWER)
         assert ended == ["stream"]
         accounts.set_password("otto", "another password", keep=principal.sign_in)
         assert accounts.sign_ins.find(other) is None and accounts.sign_ins.find(cookie) is not None
@@ -312,7 +312,9 @@ def test_an_expired_token_is_refused_and_its_streams_end(store: Store, accounts:
 
 
 def principal(name: str) -> Principal:
-    return Principal(kind=PrincipalKind.USER, name=name, rights=rights_of(Role.OPERATOR), role=Role.OPERATOR)
+    return Principal(
+        kind=PrincipalKind.USER, name=name, rights=rights_of(UserRole.OPERATOR), role=UserRole.OPERATOR
+    )
 
 
 def test_the_audit_log_says_who_did_what_and_counts_what_is_repeated(accounts: Accounts) -> None:

@@ -9,7 +9,7 @@ from typer.testing import CliRunner, Result
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.accounts.rights import Role
+from foveacam_server.accounts.rights import UserRole
 from foveacam_server.cli import app
 from foveacam_server.foundation.store import Store
 
@@ -34,7 +34,7 @@ def test_an_admin_who_forgot_the_password_gets_a_link(users: Path) -> None:
     assert code is not None
     with Store(users) as store:
         accounts = Accounts(store)
-        assert accounts.join(code[1], "another password", name=None).role is Role.ADMIN
+        assert accounts.join(code[1], "another password", name=None).role is UserRole.ADMIN
         paths = [entry.path for entry in accounts.audit.read()]
         accounts.close()
     assert paths == ["/api/v1/users/ada/invitation", "/api/v1/users"]

@@ -9,7 +9,7 @@ from foveacam_bench.access.guarded import PASSWORD, GuardedServer, served_routes
 from foveacam_bench.access.matrix import is_open
 from foveacam_hardware.contract import FoveaError
 from foveacam_server.accounts.cookies import COOKIE
-from foveacam_server.accounts.rights import Right, Role
+from foveacam_server.accounts.rights import Right, UserRole
 from foveacam_server.accounts.tables import ServiceTokenRow, SignInRow
 from foveacam_server.foundation.store import Store
 
@@ -74,7 +74,7 @@ def _signed_out(server: GuardedServer) -> dict[str, str]:
 
 
 def _removed(server: GuardedServer) -> dict[str, str]:
-    server.accounts.users.add("rita", Role.ADMIN, password=PASSWORD)
+    server.accounts.users.add("rita", UserRole.ADMIN, password=PASSWORD)
     headers = server.cookie_of("rita")
     server.accounts.remove_user("rita")
     return headers
@@ -106,7 +106,7 @@ def _replayed(server: GuardedServer) -> list[bool]:
     users = server.accounts.users
     found = []
     for number in range(20):
-        _, invitation = users.add(f"guest{number}", Role.VIEWER)
+        _, invitation = users.add(f"guest{number}", UserRole.VIEWER)
         if invitation is None:
             continue
         older = users.invite(f"guest{number}")

@@ -10,7 +10,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.cookies import COOKIE
-from foveacam_server.accounts.rights import Right, Role
+from foveacam_server.accounts.rights import Right, UserRole
 from foveacam_server.app import create_app
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.security import SecurityMiddleware
@@ -91,9 +91,9 @@ def guarded_server(store: Store) -> Iterator[GuardedServer]:
     """Open a server that others can reach, with a user of each role."""
     accounts = Accounts(store, guarded=True)
     try:
-        accounts.users.add("ada", Role.ADMIN, password=PASSWORD)
-        accounts.users.add("otto", Role.OPERATOR, password=PASSWORD)
-        accounts.users.add("vera", Role.VIEWER, password=PASSWORD)
+        accounts.users.add("ada", UserRole.ADMIN, password=PASSWORD)
+        accounts.users.add("otto", UserRole.OPERATOR, password=PASSWORD)
+        accounts.users.add("vera", UserRole.VIEWER, password=PASSWORD)
         rules = AccessRules(token=None, origins=frozenset(), loopback=False, host=HOST, accounts=accounts)
         yield GuardedServer(accounts, rules)
     finally:

@@ -1,11 +1,11 @@
 """Every route of the server by nobody, each role, and services: which reach it, beside what is declared."""
 
 from foveacam_bench.access.guarded import GuardedServer, ServedRoute, scopes_token, served_routes
-from foveacam_server.accounts.rights import Right, Role, rights_of
+from foveacam_server.accounts.rights import Right, UserRole, rights_of
 from foveacam_server.accounts.route_rights import OPEN_CALLS, OPEN_PATHS, WEBSOCKETS, declared_right
 from foveacam_server.console.access_rules import SIGN_IN_PATHS
 
-ROLES = {"vera": Role.VIEWER, "otto": Role.OPERATOR, "ada": Role.ADMIN}
+ROLES = {"vera": UserRole.VIEWER, "otto": UserRole.OPERATOR, "ada": UserRole.ADMIN}
 
 
 def right_of(route: ServedRoute) -> Right | None:

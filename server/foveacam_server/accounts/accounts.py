@@ -7,7 +7,7 @@ from enum import StrEnum
 from foveacam_server.accounts.attempts import WrongAttempts
 from foveacam_server.accounts.audit import AuditLog
 from foveacam_server.accounts.open_streams import OpenStreams
-from foveacam_server.accounts.rights import Role
+from foveacam_server.accounts.rights import UserRole
 from foveacam_server.accounts.service_tokens import ServiceToken, ServiceTokens
 from foveacam_server.accounts.sign_ins import SignIns
 from foveacam_server.accounts.tables import equal
@@ -87,7 +87,7 @@ class Accounts:
             return self.users.join(code, password)
         if not name:
             raise WrongCredentials("the first admin needs a name; give one", remedy="give a name")
-        user, _ = self.users.add(name, Role.ADMIN, password=password)
+        user, _ = self.users.add(name, UserRole.ADMIN, password=password)
         self._first_code = None
         return user
 
@@ -116,7 +116,7 @@ class Accounts:
         cookie, _ = self.sign_ins.begin(user, address=address, browser=browser)
         return cookie
 
-    def change_user(self, name: str, *, role: Role | None, disabled: bool | None) -> User:
+    def change_user(self, name: str, *, role: UserRole | None, disabled: bool | None) -> User:
         """Change a user; a disabled one is signed out everywhere, another role holds at once."""
         user = self.users.change(name, role=role, disabled=disabled)
         if user.disabled:

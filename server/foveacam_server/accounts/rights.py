@@ -15,8 +15,8 @@ class Right(StrEnum):
     """Manage users, tokens and the rig file, put calibrations in force, delete for good."""
 
 
-class Role(StrEnum):
-    """Role of a user."""
+class UserRole(StrEnum):
+    """UserRole of a user."""
 
     VIEWER = "viewer"
     OPERATOR = "operator"
@@ -24,13 +24,13 @@ class Role(StrEnum):
 
 
 _OF_ROLE = {
-    Role.VIEWER: frozenset({Right.VIEW}),
-    Role.OPERATOR: frozenset({Right.VIEW, Right.OPERATE}),
-    Role.ADMIN: frozenset(Right),
+    UserRole.VIEWER: frozenset({Right.VIEW}),
+    UserRole.OPERATOR: frozenset({Right.VIEW, Right.OPERATE}),
+    UserRole.ADMIN: frozenset(Right),
 }
 
 
-def rights_of(role: Role) -> frozenset[Right]:
+def rights_of(role: UserRole) -> frozenset[Right]:
     """Return the rights of a role."""
     return _OF_ROLE[role]
 
@@ -55,7 +55,7 @@ class Principal:
     kind: PrincipalKind
     name: str
     rights: frozenset[Right]
-    role: Role | None = None
+    role: UserRole | None = None
     """Of a user; None for everybody else."""
     sign_in: str | None = None
     """Id of the sign-in of a user's browser, or of a service's token: what can be revoked."""
@@ -69,7 +69,7 @@ class Principal:
         """Return who it is, in words."""
         match self.kind:
             case PrincipalKind.USER:
-                article = "a" if self.role is Role.VIEWER else "an"
+                article = "a" if self.role is UserRole.VIEWER else "an"
                 return f"{self.name}, {article} {self.role}"
             case PrincipalKind.SERVICE:
                 return f"the service {self.name}, whose token may {' and '.join(sorted(self.rights))}"

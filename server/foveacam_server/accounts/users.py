@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_server.accounts.attempts import ACCOUNT_MOST_WRONG, ACCOUNT_WINDOW_S, WrongAttempts
 from foveacam_server.accounts.passwords import check_password, hash_password, verify_password
-from foveacam_server.accounts.rights import Role
+from foveacam_server.accounts.rights import UserRole
 from foveacam_server.accounts.tables import UserRow, secret_hash
 from foveacam_server.foundation.errors import NotFound, TooManyAttempts, WrongCredentials
 from foveacam_server.foundation.names import utc_now
@@ -33,7 +33,7 @@ class User:
     """A user, without secrets."""
 
     name: str
-    role: Role
+    role: UserRole
     disabled: bool
     joined: bool
     """Whether a password was set."""
@@ -81,13 +81,15 @@ class Users:
         with self._store.session() as session:
             return _user(_row(session, name))
 
-    def add(self, name: str, role: Role, *, password: str | None = None) -> tuple[User, Invitation | None]:
+    def add(
+        self, name: str, role: UserRole, *, password: str | None = None
+    ) -> tuple[User, Invitation | None]:
         """Add a user; without a password, one who is invited to set it.
 
         Raise `Busy` for a name that is taken, `InvalidInput` for a bad password, or for a first user who
         could not administer the server.
         """
-        if not self.exist and (role is not Role.ADMIN or password is None):
+        if not self.exist and (role is not UserRole.ADMIN or password is None):
             raise InvalidInput(
                 "the first user is an admin with a password: else nobody could add others; give both",
                 asked=f"{name}, {role}, {'without' if password is None else 'with'} a password",
@@ -111,7 +113,7 @@ class Users:
             session.add(row)
         return self.get(name), invitation
 
-    def change(self, name: str, *, role: Role | None = None, disabled: bool | None = None) -> User:
+    def change(self, name: str, *, role: UserRole | None = None, disabled: bool | None = None) -> User:
         """Change the role of a user, or whether the user may sign in; raise `Busy` for the last admin."""
         with self._change() as session:
             row = _row(session, name)
@@ -175,7 +177,7 @@ class Users:
             row.last_seen_utc = utc_now()
             return _user(row)
 
-    def come_by_provider(self, name: str, *, new_role: Role | None) -> User:
+    def come_by_provider(self, name: str, *, new_role: UserRole | None) -> User:
         """Return the user whom a provider has proved to be `name`; an unknown one is added with `new_role`.
 
         Raise `WrongCredentials` for a user who is disabled, or unknown without `new_role`.
@@ -239,7 +241,7 @@ def _row(session: Session, name: str) -> UserRow:
 def _user(row: UserRow) -> User:
     return User(
         name=row.name,
-        role=Role(row.role),
+        role=UserRole(row.role),
         disabled=row.disabled,
         joined=row.password_hash is not None,
         created_utc=row.created_utc,
@@ -248,7 +250,7 @@ def _user(row: UserRow) -> User:
 
 
 def _can_administer(user: User) -> bool:
-    return user.role is Role.ADMIN and user.joined and not user.disabled
+    return user.role is UserRole.ADMIN and user.joined and not user.disabled
 
 
 def _check_admin_left(session: Session, asked: str) -> None:

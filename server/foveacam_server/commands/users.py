@@ -12,7 +12,7 @@ from rich.table import Table
 from foveacam_hardware.contract import Busy
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.audit import AuditLog
-from foveacam_server.accounts.rights import LOCAL, Role
+from foveacam_server.accounts.rights import LOCAL, UserRole
 from foveacam_server.accounts.users import Invitation
 from foveacam_server.commands.options import DataOption, JsonOption
 from foveacam_server.foundation.settings import checked_settings
@@ -42,7 +42,7 @@ def list_users(data: DataOption = None, as_json: JsonOption = False) -> None:
 @app.command()
 def add(
     name: NameArgument,
-    role: Annotated[Role, typer.Option(help="what the user may do")] = Role.OPERATOR,
+    role: Annotated[UserRole, typer.Option(help="what the user may do")] = UserRole.OPERATOR,
     data: DataOption = None,
 ) -> None:
     """Add a user; the first one is an admin. The password is asked for."""

@@ -15,7 +15,7 @@ from starlette.middleware.sessions import SessionMiddleware
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import set_cookie
-from foveacam_server.accounts.rights import Role
+from foveacam_server.accounts.rights import UserRole
 from foveacam_server.accounts.users import User
 from foveacam_server.console.access_rules import OPENID_CALLBACK, OPENID_PATH, AccessRules, address_of
 from foveacam_server.console.sign_in import REFERRER_POLICY, page_of
@@ -121,9 +121,9 @@ class _OpenIdRoutes:
         return accounts.begin(user, address=address_of(request.scope), browser=browser)
 
     @property
-    def _new_role(self) -> Role | None:
+    def _new_role(self) -> UserRole | None:
         chosen = self._provider.settings.new_role
-        return None if chosen is None else Role(chosen)
+        return None if chosen is None else UserRole(chosen)
 
     def _refused(self, problem: str, status: int) -> Response:
         page = page_of(self._gate, problem=problem)

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Depends, Header, Path, Request, Response
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.cookies import set_cookie
 from foveacam_server.accounts.requests import AuditNoteDep, PeerDep, PrincipalDep
-from foveacam_server.accounts.rights import Principal, Right, Role
+from foveacam_server.accounts.rights import Principal, Right, UserRole
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.people.documents import invitation_document, user_document
@@ -60,7 +60,7 @@ def add(
     note.detail = f"{body.name}, {body.role}"
     accounts, first = services.accounts, not services.accounts.users.exist
     password = None if body.password is None else body.password.get_secret_value()
-    user, invitation = accounts.users.add(body.name, Role(body.role), password=password)
+    user, invitation = accounts.users.add(body.name, UserRole(body.role), password=password)
     if first:
         cookie = accounts.begin(user, address=peer, browser=user_agent)
         set_cookie(response, cookie, secure=request.url.scheme == "https")
@@ -74,7 +74,7 @@ def add(
 def change(name: NamePath, body: UserChange, services: ServicesDep, note: AuditNoteDep) -> UserDocument:
     """Change a user's role, or whether the user may sign in; it holds at once, in every open browser."""
     note.detail = ", ".join(f"{field} {value}" for field, value in body.model_dump(exclude_none=True).items())
-    role = None if body.role is None else Role(body.role)
+    role = None if body.role is None else UserRole(body.role)
     user = services.accounts.change_user(name, role=role, disabled=body.disabled)
     return user_document(user, services.accounts)
 
