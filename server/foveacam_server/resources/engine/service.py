@@ -42,8 +42,8 @@ PERIOD_S = 2.0
 MINUTE_S = 60.0
 MINUTE_SAMPLES = 6
 """The last minute is known to a sixth of it."""
-LATE_MS = 250.0
-"""From this lag of the event loop on, a person notices that pages and orders are late."""
+LATE_MS = 500.0
+"""From this lag of the event loop on it is flagged; a page that is opened costs less than that."""
 _MB = 1e6
 
 

@@ -11,7 +11,7 @@ BUSY_SHARE = 0.9
 """From this share of the time on, a thread does not keep up."""
 EVENT_LOOP = "event loop"
 NATIVE = "of libraries"
-_NAMES = {"AnyIO worker thread": "requests", "asyncio": "requests", "MainThread": "main"}
+_NAMES = {"AnyIO worker thread": "requests", "asyncio": "requests", "MainThread": "main", "<lambda>": NATIVE}
 _NAMELESS = re.compile(r"Thread-\d+ \((.*)\)")
 """A thread without a name of its own, and its function."""
 _NUMBER = re.compile(r"[-_]\d+$")
