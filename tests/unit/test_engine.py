@@ -1,6 +1,7 @@
 """The load of threads, stages, cameras and the start, from made-up samples and a made-up /proc."""
 
 import asyncio
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from foveacam_hardware.contract import Frame, Role, VirtualClock
+from foveacam_hardware.contract import CameraCounters, Frame, Role, VirtualClock
 from foveacam_server.checks.machine import Machine
 from foveacam_server.foundation.sliding_maximum import SlidingMaximum
 from foveacam_server.resources.engine.loop_lag import PERIOD_S, LoopLag
@@ -25,12 +26,13 @@ from foveacam_server.resources.engine.thread_loads import (
 )
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.opening_steps import OpeningSteps
+from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.status import FrameRate
 from foveacam_server.rig.stream import LiveStreams
 from foveacam_server.rig.view_state import ViewPicture
 
 from .fake_machine import FakeMachine
-from .hardware_setup import HardwareSetup, hardware_setup
+from .hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup
 
 S = 1_000_000_000
 
@@ -205,6 +207,40 @@ def test_service_describes_a_rig_that_is_not_open(setup: HardwareSetup, tmp_path
         assert (found.hardware.busy_share, found.hardware.queue_length) == (None, 0)
         assert found.event_loop.window_s == 10.0
         assert [step.duration_s for step in found.start] == [None] * 5
+
+    asyncio.run(scenario())
+
+
+def test_a_hardware_thread_that_is_always_at_work_and_a_camera_that_loses_frames_are_flagged(
+    setup: HardwareSetup, tmp_path: Path
+) -> None:
+    hardware, clock = setup.start(), VirtualClock()
+    at_work, done = threading.Event(), threading.Event()
+
+    def work(rig: AssembledRig) -> None:
+        at_work.set()
+        assert done.wait(PATIENCE_S)
+        hardware.refresh(rig)
+
+    async def scenario() -> None:
+        engine = engine_of(setup, FakeMachine(tmp_path / "root").machine, clock)
+        working = hardware.submit(work)
+        assert at_work.wait(PATIENCE_S)
+        for _ in range(2):
+            clock.sleep_until_ns(clock.now_ns() + 2 * S)
+            engine.update()
+        waiting = hardware.submit(lambda _rig: None)
+        busy = engine.describe().hardware
+        assert (busy.busy_share, busy.queue_length, busy.flagged) == (1.0, 1, True)
+
+        setup.rig.left.counters = CameraCounters(dropped=3, underrun=2, incomplete=1)
+        done.set()
+        working.result(PATIENCE_S)
+        waiting.result(PATIENCE_S)
+        flows = {camera.role: camera for camera in engine.describe().cameras}
+        engine.close()
+        assert (flows["left"].lost_last_minute, flows["left"].flagged) == (4, True)
+        assert (flows["right"].lost_last_minute, flows["right"].flagged) == (0, False)
 
     asyncio.run(scenario())
 

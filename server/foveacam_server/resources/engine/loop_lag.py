@@ -5,7 +5,8 @@ import asyncio
 from foveacam_server.foundation.sliding_maximum import SlidingMaximum
 
 WINDOW_S = 10.0
-PERIOD_S = 0.1
+PERIOD_S = 0.2
+"""Of the timer: a block of the loop is measured as up to this much shorter."""
 
 
 class LoopLag:

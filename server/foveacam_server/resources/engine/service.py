@@ -2,7 +2,7 @@
 
 import os
 import threading
-from collections import deque
+from collections import ChainMap, deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -194,7 +194,7 @@ class EngineService:
         return stage_documents(read_stages(), before.stages, window_s=self._now_s() - before.t_s)
 
     def _cameras(self) -> list[CameraFlowDocument]:
-        before = self._minute[0].lost
+        before = ChainMap(*(dict(sample.lost) for sample in tuple(self._minute)))  # the oldest that knows it
         return [_camera(camera, lost_before=before) for camera in self._parts.hardware.status.cameras]
 
     def _views(self) -> list[ViewFlowDocument]:
