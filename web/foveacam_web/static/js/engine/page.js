@@ -101,7 +101,7 @@ function threadsOf({ threads, window_s }) {
         cells: [
           threadName(thread),
           shareBar(thread.name, thread.cpu_share),
-          thread.flagged && badge("warn", "does not keep up"),
+          thread.flagged && badge("warn", "too busy"),
         ],
       })),
     )}
@@ -131,19 +131,15 @@ function camerasOf({ cameras }) {
   if (cameras.length === 0) return nothing("The rig is opening.");
   return tableOf(
     "Cameras",
-    ["", "Rate", "Worst gap, 10 s", "Delivered", "Skipped", "Dropped", "Incomplete", "Late", "Underrun", ""],
+    ["", "Rate", "Worst gap, 10 s", "Lost, 1 min", "Delivered", "Skipped", "Dropped", "Incomplete", "Late", "Underrun"],
     cameras.map((camera) => ({
       flagged: camera.flagged,
       cells: [
         camera.role,
-        `${number(camera.rate_hz, 1)} Hz`,
+        camera.connected ? `${number(camera.rate_hz, 1)} Hz` : badge("bad", "not connected"),
         millis(camera.worst_gap_ms),
-        ...[camera.delivered, camera.skipped, camera.dropped, camera.incomplete, camera.late, camera.underrun].map(
-          count,
-        ),
-        camera.connected
-          ? camera.flagged && badge("warn", `${count(camera.lost_last_minute)} lost in the last minute`)
-          : badge("bad", "not connected"),
+        ...[camera.lost_last_minute, camera.delivered, camera.skipped].map(count),
+        ...[camera.dropped, camera.incomplete, camera.late, camera.underrun].map(count),
       ],
     })),
   );
