@@ -25,6 +25,7 @@ from foveacam_server.resources.clouds import routes as clouds
 from foveacam_server.resources.depth_backends import routes as depth_backends
 from foveacam_server.resources.displays import routes as displays
 from foveacam_server.resources.drift_checks import routes as drift_checks
+from foveacam_server.resources.engine import routes as engine
 from foveacam_server.resources.events import routes as events
 from foveacam_server.resources.faults import routes as faults
 from foveacam_server.resources.fixations import correction_routes as corrections
@@ -102,6 +103,7 @@ _RESOURCES = (
     planner,
     simulation,
     jobs,
+    engine,
     events,
     faults,
     lease,

@@ -18,6 +18,7 @@ from foveacam_hardware.contract import (
     StereoVolts,
     Stopped,
     Timeout,
+    VirtualClock,
 )
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
@@ -315,7 +316,7 @@ def test_rig_that_a_job_has_is_not_closed(setup: HardwareSetup) -> None:
 
 
 def test_steps_of_the_opening_stay_at_what_failed() -> None:
-    steps = OpeningSteps()
+    steps = OpeningSteps(clock=VirtualClock())
     steps.begins("mirrors")
     assert [step.state for step in steps.every] == ["pending", "active", "pending", "pending", "pending"]
     steps.ends("mirrors", FakeProblem(device="mirrors", detail="no controller", remedy="plug it in"))

@@ -21,6 +21,7 @@ test("an address opens one page at most", () => {
     gallery: null,
     planner_page: false,
     compare_page: false,
+    engine_page: false,
     people: null,
   };
   for (const hash of ["", "#/", "#/rigs", "#/capture/1"]) assert.deepEqual(pagesAt(hash), none);
@@ -34,6 +35,7 @@ test("an address opens one page at most", () => {
   assert.deepEqual(pagesAt("#/people/log"), { ...none, people: "log" });
   assert.deepEqual(pagesAt("#/people/nowhere"), { ...none, people: "people" });
   assert.deepEqual(pagesAt("#/compare"), { ...none, compare_page: true });
+  assert.deepEqual(pagesAt("#/engine"), { ...none, engine_page: true });
   assert.deepEqual(pagesAt("#/planner?seed=3"), { ...none, planner_page: true });
   assert.deepEqual(pagesAt("#/calibration/fit"), { ...none, wizard: "fit" });
 });

@@ -190,6 +190,26 @@ export interface components {
             version: string;
             width: number | null;
         };
+        /**
+         * @description What a camera delivers; frames lost by their reason since it was started.
+         *
+         *     `worst_gap_ms`: longest time between two frames shown, in the last 10 s. `lost_last_minute`: those
+         *     of all reasons, each frame once.
+         */
+        CameraFlowDocument: {
+            connected: boolean;
+            delivered: number;
+            dropped: number;
+            flagged: boolean;
+            incomplete: number;
+            late: number;
+            lost_last_minute: number;
+            rate_hz: number;
+            role: string;
+            skipped: number;
+            underrun: number;
+            worst_gap_ms: number | null;
+        };
         /** @description State of a camera's link, and why it does not deliver; `epoch` counts its openings. */
         CameraLinkDocument: {
             epoch: number;
@@ -734,6 +754,20 @@ export interface components {
          * @enum {string}
          */
         EndCause: "duration" | "stopped" | "disk_reserve" | "cancelled" | "failed";
+        /** @description The load of the whole server at one moment; shares are of the last `window_s`. */
+        EngineDocument: {
+            cameras: components["schemas"]["CameraFlowDocument"][];
+            event_loop: components["schemas"]["EventLoopDocument"];
+            hardware: components["schemas"]["HardwareLoadDocument"];
+            process: components["schemas"]["ProcessDocument"];
+            stages: components["schemas"]["StageDocument"][];
+            start: components["schemas"]["StartTimeDocument"][];
+            threads: components["schemas"]["ThreadDocument"][];
+            utc: string;
+            version: string;
+            views: components["schemas"]["ViewFlowDocument"][];
+            window_s: number | null;
+        };
         /** @description Time and space of a plan. `total_s` is the least that physics allows: `limit_s`, verging and moves. */
         EstimateDocument: {
             coverage: components["schemas"]["CoverageDocument"];
@@ -776,6 +810,12 @@ export interface components {
             level: "info" | "warning" | "error";
             message: string;
             t_utc: string;
+        };
+        /** @description How late the event loop was at worst in the last `window_s`; null: not measured yet. */
+        EventLoopDocument: {
+            flagged: boolean;
+            window_s: number;
+            worst_lag_ms: number | null;
         };
         /**
          * @description One mirror's drive, and its direction by the calibration; null while unknown.
@@ -1197,6 +1237,17 @@ export interface components {
             order?: "serpentine" | "rows";
             /** @default 9 */
             rows?: number;
+        };
+        /**
+         * @description The hardware thread: commands that wait, and the share of the time in which it is at work.
+         *
+         *     `busy_share`: null while no rig is open. What it waits for a device counts as work.
+         */
+        HardwareLoadDocument: {
+            busy_share: number | null;
+            flagged: boolean;
+            queue_length: number;
+            queue_limit: number;
         };
         /** @description Errors of the calibration in force, as medians over recent ordinary fixations. */
         HealthDocument: {
@@ -2138,6 +2189,22 @@ export interface components {
             type: string;
         };
         /**
+         * @description The server's process; null: the system does not tell.
+         *
+         *     `cpu_share`: 1 is one core that is used all the time. `services_opened_s`: since the process began.
+         */
+        ProcessDocument: {
+            began_utc: string | null;
+            cores: number;
+            cpu_share: number | null;
+            database_mb: number;
+            memory_mb: number | null;
+            open_files: number | null;
+            open_files_limit: number;
+            services_opened_s: number | null;
+            up_s: number | null;
+        };
+        /**
          * @description Depth along a line; `along_m` counts on a surface that faces the rig at `median_z_m`.
          *
          *     `shared_sigma_m`: standard error of Z that all samples share.
@@ -2782,6 +2849,19 @@ export interface components {
             max: number;
             rms: number;
         };
+        /**
+         * @description How long one part of the work took in the last `window_s`, from its histogram; null: it was not done.
+         *
+         *     `queue`: a command waited for the hardware thread; `request`: any request until its answer began.
+         */
+        StageDocument: {
+            count: number;
+            median_ms: number | null;
+            p99_ms: number | null;
+            rate_hz: number;
+            stage: string;
+            window_s: number;
+        };
         /** @description The ring, and the probability that an observer anywhere in the domain sees the target unnoticed. */
         StandoffDocument: {
             clear_at_inner: number;
@@ -2815,6 +2895,13 @@ export interface components {
             remedy: string;
             /** @enum {string} */
             state: "pending" | "active" | "done" | "failed";
+        };
+        /** @description One step of the rig's last opening; `after_s`: from the process' beginning to the step's. */
+        StartTimeDocument: {
+            after_s: number | null;
+            device: string;
+            duration_s: number | null;
+            state: string;
         };
         /** @description A pan-tilt pose for calibration; `distance_m`: measured by tape, null when not measured. */
         StationDocument: {
@@ -3021,6 +3108,14 @@ export interface components {
             x_px: number;
             y_px: number;
         };
+        /** @description Threads of one name; `busiest_share`: of the one that uses most of a core; null: not known (yet). */
+        ThreadDocument: {
+            busiest_share: number | null;
+            count: number;
+            cpu_share: number | null;
+            flagged: boolean;
+            name: string;
+        };
         /** @description Times of all exposures of a recording. `calibrated`: whether depth can be computed from its poses. */
         TimelineDocument: {
             calibrated: boolean;
@@ -3208,6 +3303,15 @@ export interface components {
             rate_hz: number;
             width: number;
         };
+        /** @description What a view publishes and sends; `dropped`: a newer picture came before the client took this one. */
+        ViewFlowDocument: {
+            dropped: number;
+            published: number;
+            rate_hz: number;
+            repeated: number;
+            sent: number;
+            view: string;
+        };
         /** @description Differential drive of each eye's mirror; an eye that is left out stays as it is. */
         VoltsRequest: {
             left?: components["schemas"]["EyeVolts"] | null;
@@ -3332,6 +3436,7 @@ export type BoardOption = components['schemas']['BoardOption'];
 export type BoundDocument = components['schemas']['BoundDocument'];
 export type CalibrationDocument = components['schemas']['CalibrationDocument'];
 export type CameraDocument = components['schemas']['CameraDocument'];
+export type CameraFlowDocument = components['schemas']['CameraFlowDocument'];
 export type CameraLinkDocument = components['schemas']['CameraLinkDocument'];
 export type CameraPatch = components['schemas']['CameraPatch'];
 export type CameraPreset = components['schemas']['CameraPreset'];
@@ -3387,9 +3492,11 @@ export type DriftCheckDocument = components['schemas']['DriftCheckDocument'];
 export type DriftEyeDocument = components['schemas']['DriftEyeDocument'];
 export type DriftRequest = components['schemas']['DriftRequest'];
 export type EndCause = components['schemas']['EndCause'];
+export type EngineDocument = components['schemas']['EngineDocument'];
 export type EstimateDocument = components['schemas']['EstimateDocument'];
 export type EstimateRequest = components['schemas']['EstimateRequest'];
 export type EventDocument = components['schemas']['EventDocument'];
+export type EventLoopDocument = components['schemas']['EventLoopDocument'];
 export type EyeDocument = components['schemas']['EyeDocument'];
 export type EyeTestDocument = components['schemas']['EyeTestDocument'];
 export type EyeViewDocument = components['schemas']['EyeViewDocument'];
@@ -3422,6 +3529,7 @@ export type FoundStop = components['schemas']['FoundStop'];
 export type GazeDocument = components['schemas']['GazeDocument'];
 export type GeojsonMapRequest = components['schemas']['GeojsonMapRequest'];
 export type GridPoints = components['schemas']['GridPoints'];
+export type HardwareLoadDocument = components['schemas']['HardwareLoadDocument'];
 export type HealthDocument = components['schemas']['HealthDocument'];
 export type InvitationDocument = components['schemas']['InvitationDocument'];
 export type JobDocument = components['schemas']['JobDocument'];
@@ -3507,6 +3615,7 @@ export type PointsDocument = components['schemas']['PointsDocument'];
 export type PositionStreamDocument = components['schemas']['PositionStreamDocument'];
 export type PresetCamera = components['schemas']['PresetCamera'];
 export type Problem = components['schemas']['Problem'];
+export type ProcessDocument = components['schemas']['ProcessDocument'];
 export type ProfileDocument = components['schemas']['ProfileDocument'];
 export type RailDocument = components['schemas']['RailDocument'];
 export type RailLimitsDocument = components['schemas']['RailLimitsDocument'];
@@ -3564,10 +3673,12 @@ export type SimulatedFaults = components['schemas']['SimulatedFaults'];
 export type SkippedPoint = components['schemas']['SkippedPoint'];
 export type SpanDocument = components['schemas']['SpanDocument'];
 export type SpreadDocument = components['schemas']['SpreadDocument'];
+export type StageDocument = components['schemas']['StageDocument'];
 export type StandoffDocument = components['schemas']['StandoffDocument'];
 export type StandoffRequest = components['schemas']['StandoffRequest'];
 export type StartDocument = components['schemas']['StartDocument'];
 export type StartStepDocument = components['schemas']['StartStepDocument'];
+export type StartTimeDocument = components['schemas']['StartTimeDocument'];
 export type StationDocument = components['schemas']['StationDocument'];
 export type SteeringDocument = components['schemas']['SteeringDocument'];
 export type SteerRequest = components['schemas']['SteerRequest'];
@@ -3586,6 +3697,7 @@ export type SweepPoseDocument = components['schemas']['SweepPoseDocument'];
 export type TargetDocument = components['schemas']['TargetDocument'];
 export type TargetPatch = components['schemas']['TargetPatch'];
 export type TargetPlace = components['schemas']['TargetPlace'];
+export type ThreadDocument = components['schemas']['ThreadDocument'];
 export type TimelineDocument = components['schemas']['TimelineDocument'];
 export type TimelineStream = components['schemas']['TimelineStream'];
 export type TrackDocument = components['schemas']['TrackDocument'];
@@ -3609,6 +3721,7 @@ export type UserSessionDocument = components['schemas']['UserSessionDocument'];
 export type UserSessionList = components['schemas']['UserSessionList'];
 export type Verging = components['schemas']['Verging'];
 export type ViewDocument = components['schemas']['ViewDocument'];
+export type ViewFlowDocument = components['schemas']['ViewFlowDocument'];
 export type VoltsRequest = components['schemas']['VoltsRequest'];
 export type WideDepthDocument = components['schemas']['WideDepthDocument'];
 export type WideFitDocument = components['schemas']['WideFitDocument'];

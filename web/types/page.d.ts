@@ -539,5 +539,6 @@ export type ConsoleState = SharedState &
     gallery: GalleryPlace | null;
     planner_page: boolean;
     compare_page: boolean;
+    engine_page: boolean;
     people: PeopleTab | null;
   };

@@ -37,6 +37,7 @@ RESOURCES: dict[str, _Row] = {
     "depth": _SEEN_BY_ALL,
     "displays": _SEEN_BY_ALL,
     "drift_checks": _SEEN_BY_ALL,
+    "engine": _SEEN_BY_ALL,
     "events": _SEEN_BY_ALL,
     "faults": _SEEN_BY_ALL,
     "fixations": _SEEN_BY_ALL,

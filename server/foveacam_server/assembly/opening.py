@@ -1,6 +1,7 @@
 """Opens all services of a running server in order, and registers their closing in the reverse order."""
 
 import asyncio
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 
@@ -17,6 +18,7 @@ from foveacam_server.assembly.first_services import (
 from foveacam_server.assembly.observing import open_observation
 from foveacam_server.assembly.rig_opening import open_hardware
 from foveacam_server.assembly.services import Services
+from foveacam_server.checks.machine import Machine
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
@@ -26,6 +28,9 @@ from foveacam_server.resources.cameras.presets import CameraPreset, CameraPreset
 from foveacam_server.resources.depth_backends.comparison import BackendComparisons
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
+from foveacam_server.resources.engine.loop_lag import LoopLag
+from foveacam_server.resources.engine.process_files import ProcessFiles
+from foveacam_server.resources.engine.service import EngineParts, EngineService
 from foveacam_server.resources.faults.service import FaultService
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
 from foveacam_server.resources.positioners.rail import RailService
@@ -77,6 +82,7 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
         events=foundation.events,
         accounts=foundation.accounts,
         faults=faults,
+        engine=_open_engine(foundation, displays, hardware, loop=loop),
         lease=Lease(clock=foundation.clock, events=foundation.events),
         hub=displays.hub,
         streams=displays.streams,
@@ -145,6 +151,30 @@ def _stop(
     stopping = ThreadPoolExecutor(2, thread_name_prefix="foveacam-stop")
     foundation.stack.callback(stopping.shutdown)
     return stop, stopping
+
+
+def _open_engine(
+    foundation: ServerFoundation,
+    displays: DisplayServices,
+    hardware: HardwareThread,
+    *,
+    loop: asyncio.AbstractEventLoop,
+) -> EngineService:
+    """Start to measure the load; called on the event loop's thread."""
+    engine = EngineService(
+        EngineParts(
+            hardware=hardware,
+            streams=displays.streams,
+            store=foundation.store,
+            clock=foundation.clock,
+            process=ProcessFiles(Machine()),
+            lag=LoopLag(loop),
+            loop_thread=threading.get_native_id(),
+        )
+    )
+    engine.start()
+    foundation.stack.callback(engine.close)
+    return engine
 
 
 def _start_scene_follower(

@@ -25,6 +25,7 @@ from foveacam_server.resources.depth_backends.comparison import BackendCompariso
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
+from foveacam_server.resources.engine.service import EngineService
 from foveacam_server.resources.faults.service import FaultService
 from foveacam_server.resources.fixations.service import FixationService
 from foveacam_server.resources.follows.rounds import FollowRounds
@@ -64,6 +65,7 @@ class Services:
     events: EventLog
     accounts: Accounts
     faults: FaultService
+    engine: EngineService
     lease: Lease
     hub: FrameHub
     streams: LiveStreams
@@ -122,6 +124,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.depth_backends.routes import DepthBackendRouteServices
     from foveacam_server.resources.displays.routes import DisplayRouteServices
     from foveacam_server.resources.drift_checks.routes import DriftCheckRouteServices
+    from foveacam_server.resources.engine.routes import EngineRouteServices
     from foveacam_server.resources.events.routes import EventRouteServices
     from foveacam_server.resources.faults.routes import FaultRouteServices
     from foveacam_server.resources.fixations.correction_routes import CorrectionRouteServices
@@ -168,6 +171,7 @@ if TYPE_CHECKING:
         _depth_backend: DepthBackendRouteServices = services
         _display: DisplayRouteServices = services
         _drift_check: DriftCheckRouteServices = services
+        _engine: EngineRouteServices = services
         _event: EventRouteServices = services
         _fault: FaultRouteServices = services
         _fixation: FixationRouteServices = services

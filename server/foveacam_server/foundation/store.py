@@ -125,6 +125,11 @@ class Store:
         ):
             yield session
 
+    @property
+    def size_bytes(self) -> int:
+        """Size of the database with what it has not merged yet."""
+        return sum(file.stat().st_size for file in self.folder.glob("foveacam.sqlite*"))
+
     def subfolder(self, name: str) -> Path:
         """Return a folder of the data directory, made when missing."""
         path = self.folder / name

@@ -81,6 +81,7 @@ class FrameHub:
                 seq=state.published + 1 if seq is None else seq,
                 t_ns=t_ns,
                 meta=meta,
+                number=state.published + 1,
             )
             news = state.add(picture, now_ns=self._clock.now_ns())
             loops = {watch.loop for watch in self._watches if view in watch.views} if news else set()

@@ -68,7 +68,7 @@ class HardwareThread:
         self._reconnector = DeviceReconnector(clock=clock, events=events, keeper=keeper)
         self.mirrors = MirrorLinkMonitor(clock=clock, reconnector=self._reconnector)
         """Pings their controller and switches their supply rail."""
-        self.opening = RigOpening(opener, self._reconnector)
+        self.opening = RigOpening(opener, self._reconnector, clock=clock)
         """Opens the rig step by step."""
         self._commands = CommandQueue()
         self._rig: AssembledRig | None = None
@@ -140,6 +140,16 @@ class HardwareThread:
     def session_wanted(self) -> bool:
         """Whether a job waits for the rig; who follows targets gives it away then."""
         return self._use.wanted
+
+    @property
+    def waiting(self) -> int:
+        """Number of commands that wait."""
+        return self._commands.waiting
+
+    @property
+    def idle_s(self) -> float:
+        """Time in which the thread has had nothing to do while a rig was open, since it was started."""
+        return self._commands.idle_s
 
     def wait_open(self, timeout_s: float) -> bool:
         """Wait until the rig has been opened as far as it can be."""

@@ -51,6 +51,13 @@ class CommandQueue:
 
     def __init__(self) -> None:
         self._waiting: queue.Queue[HardwareCommand[object]] = queue.Queue(maxsize=LENGTH)
+        self.idle_s = 0.0
+        """Time in which the hardware thread has waited for a command; written by that thread alone."""
+
+    @property
+    def waiting(self) -> int:
+        """Number of commands that wait."""
+        return self._waiting.qsize()
 
     def put(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
         """Enqueue `work`; raise `Busy` when the queue is full."""
@@ -68,10 +75,13 @@ class CommandQueue:
 
     def take(self, *, timeout_s: float) -> HardwareCommand[object] | None:
         """Remove and return the next command; None when none came in time."""
+        begin_s = time.perf_counter()
         try:
             return self._waiting.get(timeout=timeout_s) if timeout_s > 0 else self._waiting.get_nowait()
         except queue.Empty:
             return None
+        finally:
+            self.idle_s += time.perf_counter() - begin_s
 
     def refuse_all(self, error: FoveaError) -> None:
         """Set `error` as the result of every command that waits."""

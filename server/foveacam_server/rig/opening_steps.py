@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from foveacam_hardware.contract import FoveaError
+from foveacam_hardware.contract import Clock, FoveaError
 from foveacam_server.rig.device_reconnector import BASE, DeviceReconnector
 from foveacam_server.rig.ports import AssembledRig, RigProblem
 
@@ -26,18 +26,24 @@ class StepState(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpeningStep:
-    """One step of the opening; `detail`, `remedy`: why it failed, and what to do."""
+    """One step of the opening; `detail`, `remedy`: why it failed, and what to do.
+
+    `began_ns`, `ended_ns`: by the rig's clock; None while it has not begun or not ended.
+    """
 
     device: str
     state: StepState = StepState.PENDING
     detail: str = ""
     remedy: str | None = None
+    began_ns: int | None = None
+    ended_ns: int | None = None
 
 
 class OpeningSteps:
     """Implements `RigOpeningWatch`: written by the hardware thread, read by any thread."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, clock: Clock) -> None:
+        self._clock = clock
         self._steps: tuple[OpeningStep, ...] = ()
         self.begin()
 
@@ -56,29 +62,35 @@ class OpeningSteps:
 
     def begins(self, device: str) -> None:
         """Take note that a step is under way."""
-        self._change(device, state=StepState.ACTIVE)
+        now_ns = self._clock.now_ns()
+        self._change(device, lambda step: replace(step, state=StepState.ACTIVE, began_ns=now_ns))
 
     def ends(self, device: str, problem: RigProblem | None) -> None:
         """Take note that a step is done, or why it failed."""
+        now_ns = self._clock.now_ns()
         if problem is None:
-            self._change(device, state=StepState.DONE)
+            self._change(device, lambda step: replace(step, state=StepState.DONE, ended_ns=now_ns))
         else:
-            self._change(device, state=StepState.FAILED, detail=problem.detail, remedy=problem.remedy)
+            why, remedy = problem.detail, problem.remedy
+            failed = StepState.FAILED
+            self._change(
+                device,
+                lambda step: replace(step, state=failed, detail=why, remedy=remedy, ended_ns=now_ns),
+            )
 
-    def _change(self, device: str, *, state: StepState, detail: str = "", remedy: str | None = None) -> None:
-        self._steps = tuple(
-            replace(step, state=state, detail=detail, remedy=remedy) if step.device == device else step
-            for step in self._steps
-        )
+    def _change(self, device: str, change: Callable[[OpeningStep], OpeningStep]) -> None:
+        self._steps = tuple(change(step) if step.device == device else step for step in self._steps)
 
 
 class RigOpening:
     """Opens a rig with the devices that answer, step by step."""
 
-    def __init__(self, opener: Callable[[], AssembledRig], reconnector: DeviceReconnector) -> None:
+    def __init__(
+        self, opener: Callable[[], AssembledRig], reconnector: DeviceReconnector, *, clock: Clock
+    ) -> None:
         self._opener = opener
         self._reconnector = reconnector
-        self.steps = OpeningSteps()
+        self.steps = OpeningSteps(clock=clock)
         """The steps of the last opening."""
 
     def open(self) -> AssembledRig | None:

@@ -28,9 +28,11 @@ from foveacam_hardware.contract import (
     StereoVolts,
     ValueRange,
 )
+from foveacam_server.foundation.sliding_maximum import SlidingMaximum
 from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.schema import DeviceProblemDocument
 
+GAP_WINDOW_NS = 10_000_000_000
 _NOTHING = ValueRange(low=0.0, high=0.0)
 NO_RANGES = CameraRanges(
     exposure_ns=_NOTHING, gain_db=_NOTHING, frame_rate_hz=_NOTHING, black_level=_NOTHING, pixel_formats=()
@@ -62,6 +64,8 @@ class CameraStatus:
     frame_rate_hz: float
     """Measured over the last frames shown, not the nominal rate."""
     newest_t_ns: int | None
+    worst_gap_ns: int | None = None
+    """Longest time between two frames shown, of the last 10 s; None before the first frame."""
     ranges: CameraRanges = NO_RANGES
     """Accepted values; none before it was opened."""
     link: CameraLink = CLOSED
@@ -117,6 +121,7 @@ class FrameRate:
     last_seq: int | None = None
     width: int | None = None
     height: int | None = None
+    gaps_ns: SlidingMaximum = field(default_factory=lambda: SlidingMaximum(GAP_WINDOW_NS))
 
     def add(self, frame: Frame) -> bool:
         """Count `frame`; return whether it is new."""
@@ -124,6 +129,8 @@ class FrameRate:
             return False
         self.last_seq = frame.seq
         self.height, self.width = int(frame.image.shape[0]), int(frame.image.shape[1])
+        if self.newest_t_ns is not None:
+            self.gaps_ns.add(frame.t_ns - self.newest_t_ns, t_ns=frame.t_ns)
         self.recent_t_ns.append(frame.t_ns)
         return True
 
@@ -133,6 +140,12 @@ class FrameRate:
             return 0.0
         span_ns = max(now_ns, self.recent_t_ns[-1]) - self.recent_t_ns[0]
         return (len(self.recent_t_ns) - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
+
+    def worst_gap_ns(self, now_ns: int) -> int | None:
+        """Return the longest gap of the last 10 s, the one up to now too; None before the first frame."""
+        if self.newest_t_ns is None:
+            return None
+        return max(now_ns - self.newest_t_ns, self.gaps_ns.largest(now_ns) or 0)
 
     @property
     def newest_t_ns(self) -> int | None:
@@ -152,6 +165,7 @@ def camera_status(camera: Camera, rate: FrameRate, *, connected: bool, now_ns: i
         height=rate.height,
         frame_rate_hz=rate.hz(now_ns),
         newest_t_ns=rate.newest_t_ns,
+        worst_gap_ns=rate.worst_gap_ns(now_ns),
         ranges=camera.ranges,
         link=camera.link,
     )

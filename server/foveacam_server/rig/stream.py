@@ -16,6 +16,7 @@ from foveacam_server.rig import stream_messages as messages
 from foveacam_server.rig.encoder import EncodedPicture, JpegStore, Scale
 from foveacam_server.rig.frame_hub import FrameHub, ViewSubscription
 from foveacam_server.rig.stream_credit import CreditBook
+from foveacam_server.rig.view_state import ViewPicture
 
 MAX_CLIENTS = 64
 MJPEG_PER_ADDRESS = 2
@@ -52,6 +53,10 @@ class LiveStreams:
         self.clients = 0
         self.frames_sent = 0
         self.bytes_sent = 0
+        self.sent: Counter[str] = Counter()
+        """Pictures sent, by view."""
+        self.dropped: Counter[str] = Counter()
+        """Pictures that a client did not get because a newer one came first, by view."""
         self._mjpeg_seats: Counter[str] = Counter()
         self._ended = False
         self._waiting: set[asyncio.Event] = set()
@@ -85,6 +90,14 @@ class LiveStreams:
             self._mjpeg_seats[address] -= 1
             self._mjpeg_seats += Counter()  # drops the addresses that have none
 
+    def count_sent(self, picture: ViewPicture, *, before: ViewPicture | None, size_bytes: int) -> None:
+        """Count a picture that was sent to a client; `before`: the one that this client got before it."""
+        self.frames_sent += 1
+        self.bytes_sent += size_bytes
+        self.sent[picture.view] += 1
+        if before is not None:
+            self.dropped[picture.view] += picture.number - before.number - 1
+
     async def pictures(self, view: str, scale: Scale) -> AsyncGenerator[EncodedPicture]:
         """Yield each newest picture of `view`, until the server ends."""
         fresh = asyncio.Event()
@@ -95,9 +108,8 @@ class LiveStreams:
             while not self._ended:
                 encoded = await self.jpegs.newest(view, scale)
                 if encoded is not None and encoded.picture is not last:
+                    self.count_sent(encoded.picture, before=last, size_bytes=len(encoded.jpeg))
                     last = encoded.picture
-                    self.frames_sent += 1
-                    self.bytes_sent += len(encoded.jpeg)
                     yield encoded
                 if self.hub.newest(view) is last:
                     await fresh.wait()
@@ -196,13 +208,12 @@ class StreamSession:
         encoded = await self._streams.jpegs.newest(view, scale)
         if encoded is None or self._credit.scale(view) != scale:
             return True  # the subscription changed meanwhile: try again
-        picture = encoded.picture
+        picture, before = encoded.picture, self._credit.last(view)
         self._credit.sent(picture, seq=messages.wire_seq(picture.seq), now_ns=time.monotonic_ns())
         overlay = messages.overlay(picture)
         if overlay is not None:
             await self._wire.send_text(overlay)
         data = messages.frame(encoded, self._hub)
         await self._wire.send_bytes(data)
-        self._streams.frames_sent += 1
-        self._streams.bytes_sent += len(data)
+        self._streams.count_sent(picture, before=before, size_bytes=len(data))
         return True

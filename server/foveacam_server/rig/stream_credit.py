@@ -50,6 +50,10 @@ class CreditBook:
                 self._last.pop(view, None)
         self._scales = dict(scales)
 
+    def last(self, view: str) -> ViewPicture | None:
+        """Return the picture of `view` that was sent last; None before the first at this scale."""
+        return self._last.get(view)
+
     def due(self, newest: Mapping[str, ViewPicture]) -> str | None:
         """Return the view to send now, the one that waited longest; None when none may be sent."""
         waiting = [

@@ -100,6 +100,8 @@ class ViewPicture:
     t_ns: int
     meta: OverlayDocument | None
     """The overlay that the page draws; None for none."""
+    number: int = 0
+    """The hub's count of the view's pictures."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -25,7 +25,7 @@ from foveacam_server.rig.stream_messages import HEADER
 from tests.local_server import serving
 
 from . import calibration_documents as documents
-from . import rig_documents
+from . import engine_documents, rig_documents
 from .calibration_documents import SESSION_ID, Document
 from .calibration_results import UTC, settle_time
 from .stub_people import StubPeople
@@ -95,6 +95,8 @@ class StubServer:
             "/fixations": [],
             "/reach": documents.reach(),
             "/suggestions": [],
+            "/engine": engine_documents.engine(),
+            "/mirrors": documents.rig()["mirrors"],
             "/targets": [],
             "/clouds": [],
             "/follows": [],

@@ -12,6 +12,7 @@ export const LOOP_ADDRESS = "#/loop";
 export const GALLERY_ADDRESS = "#/gallery";
 export const PLANNER_ADDRESS = "#/planner";
 export const COMPARE_ADDRESS = "#/compare";
+export const ENGINE_ADDRESS = "#/engine";
 export const PEOPLE_ADDRESS = "#/people";
 
 /** @type {{page: WizardPage, title: string}[]} */
@@ -30,7 +31,7 @@ const PEOPLE_PARTS = ["services", "sign_ins", "log"];
 /**
  * Return which page an address opens; null and false for all others.
  * @param {string} hash
- * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page" | "compare_page" | "people">}
+ * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page" | "compare_page" | "engine_page" | "people">}
  */
 export function pagesAt(hash) {
   return {
@@ -44,6 +45,7 @@ export function pagesAt(hash) {
     gallery: galleryAt(hash),
     planner_page: planAt(hash) !== null,
     compare_page: hash === COMPARE_ADDRESS,
+    engine_page: hash === ENGINE_ADDRESS,
     people: peopleAt(hash),
   };
 }

@@ -244,6 +244,10 @@ turnPages({
       const { mountComparePage } = await import("./compare/page.js");
       return (place) => mountComparePage(place, { store, commands });
     },
+    engine_page: async () => {
+      const { mountEnginePage } = await import("./engine/page.js");
+      return (place) => mountEnginePage(place, { store });
+    },
   },
 });
 followAddress(store);

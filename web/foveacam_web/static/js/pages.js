@@ -27,6 +27,7 @@ const PAGES = /** @type {const} */ ([
   { key: "planner_page", id: "planner", title: "planner-title", clicked: false },
   { key: "people", id: "people-page", title: "people-title", clicked: false },
   { key: "compare_page", id: "compare-page", title: "compare-title", clicked: false },
+  { key: "engine_page", id: "engine-page", title: "engine-title", clicked: false },
 ]);
 
 /** Return the page that covers the console, if any. @param {ConsoleState} state */

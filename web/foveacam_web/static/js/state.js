@@ -30,6 +30,7 @@ export function createStore() {
     gallery: null,
     planner_page: false,
     compare_page: false,
+    engine_page: false,
     people: null,
   });
 }

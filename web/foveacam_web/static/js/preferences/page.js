@@ -1,6 +1,6 @@
 // Builds the settings page: of this browser, of all viewers, and what the server keeps by name.
 
-import { PEOPLE_ADDRESS, RIG_ADDRESS, SETUP_ADDRESS } from "../addresses.js";
+import { ENGINE_ADDRESS, PEOPLE_ADDRESS, RIG_ADDRESS, SETUP_ADDRESS } from "../addresses.js";
 import { fill, h, html, update } from "../dom.js";
 import { clockTime, number } from "../format.js";
 import { icon } from "../icons.js";
@@ -54,7 +54,8 @@ export function mountSettingsPage(place, { store, commands, preferences }) {
       Markers as printed, baseline, limits, settle time and cameras are the rig's own:
       ${" "}<a href=${SETUP_ADDRESS}>set up the rig</a>. Exposure, gain and rate are set on the page
       ${" "}<a href=${RIG_ADDRESS}>Rig</a>. Who may use the server stands under
-      ${" "}<a href=${PEOPLE_ADDRESS}>People and rights</a>.
+      ${" "}<a href=${PEOPLE_ADDRESS}>People and rights</a>, and whether
+      the server keeps up with its work under <a href=${ENGINE_ADDRESS}>Engine</a>.
     </p>`,
   );
 }

@@ -109,8 +109,8 @@ function switches(store, orders) {
   </div>`;
 }
 
-/** @param {ControllerLinkDocument} link */
-function lineOf(link) {
+/** Show the traffic of the line, the clock and the streams of positions. @param {ControllerLinkDocument} link */
+export function lineOf(link) {
   const drift = link.clock_drift_ppm === null ? "not measured yet" : `${number(link.clock_drift_ppm, 2)} ppm`;
   return [
     html`<h4>Line</h4>`,

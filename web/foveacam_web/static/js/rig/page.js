@@ -1,7 +1,7 @@
 // Builds the rig page: cameras, trigger, controller, rail and pan-tilt.
 
 import { mountPanTilt } from "../calibration/pantilt.js";
-import { SETUP_ADDRESS } from "../addresses.js";
+import { ENGINE_ADDRESS, SETUP_ADDRESS } from "../addresses.js";
 import { icon } from "../icons.js";
 import { panel } from "../parts.js";
 import { fill, h, html, say } from "../dom.js";
@@ -74,5 +74,6 @@ function head(store) {
     "Rig",
     name,
     html`<a class="plain to-setup" href=${SETUP_ADDRESS}>${icon("gear")}Set up</a>`,
+    html`<a class="plain" href=${ENGINE_ADDRESS}>${icon("scope")}Engine</a>`,
   );
 }

@@ -1,0 +1,26 @@
+"""Route of the engine: the load of the server's parts."""
+
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends
+
+from foveacam_server.foundation.answers import opened_services
+from foveacam_server.resources.engine.schema import EngineDocument
+from foveacam_server.resources.engine.service import EngineService
+
+router = APIRouter(prefix="/engine", tags=["health"])
+
+
+class EngineRouteServices(Protocol):
+    """Services that these routes use."""
+
+    engine: EngineService
+
+
+ServicesDep = Annotated[EngineRouteServices, Depends(opened_services)]
+
+
+@router.get("", summary="Load, rates, gaps and drops of the server's parts")
+def engine(services: ServicesDep) -> EngineDocument:
+    """Return what each thread, queue, stage, camera and view does now, and how long the start took."""
+    return services.engine.describe()

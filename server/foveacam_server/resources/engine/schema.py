@@ -1,0 +1,121 @@
+"""The shape of the engine's load. `flagged`: it does not keep up."""
+
+from foveacam_server.foundation.schema import ResponseModel
+
+
+class ProcessDocument(ResponseModel):
+    """The server's process; null: the system does not tell.
+
+    `cpu_share`: 1 is one core that is used all the time. `services_opened_s`: since the process began.
+    """
+
+    began_utc: str | None
+    up_s: float | None
+    services_opened_s: float | None
+    cores: int
+    cpu_share: float | None
+    memory_mb: float | None
+    open_files: int | None
+    open_files_limit: int
+    database_mb: float
+
+
+class ThreadDocument(ResponseModel):
+    """Threads of one name; `busiest_share`: of the one that uses most of a core; null: not known (yet)."""
+
+    name: str
+    count: int
+    cpu_share: float | None
+    busiest_share: float | None
+    flagged: bool
+
+
+class EventLoopDocument(ResponseModel):
+    """How late the event loop was at worst in the last `window_s`; null: not measured yet."""
+
+    worst_lag_ms: float | None
+    window_s: float
+    flagged: bool
+
+
+class HardwareLoadDocument(ResponseModel):
+    """The hardware thread: commands that wait, and the share of the time in which it is at work.
+
+    `busy_share`: null while no rig is open. What it waits for a device counts as work.
+    """
+
+    queue_length: int
+    queue_limit: int
+    busy_share: float | None
+    flagged: bool
+
+
+class StageDocument(ResponseModel):
+    """How long one part of the work took in the last `window_s`, from its histogram; null: it was not done.
+
+    `queue`: a command waited for the hardware thread; `request`: any request until its answer began.
+    """
+
+    stage: str
+    window_s: float
+    count: int
+    rate_hz: float
+    median_ms: float | None
+    p99_ms: float | None
+
+
+class CameraFlowDocument(ResponseModel):
+    """What a camera delivers; frames lost by their reason since it was started.
+
+    `worst_gap_ms`: longest time between two frames shown, in the last 10 s. `lost_last_minute`: those
+    of all reasons, each frame once.
+    """
+
+    role: str
+    connected: bool
+    rate_hz: float
+    worst_gap_ms: float | None
+    delivered: int
+    skipped: int
+    dropped: int
+    incomplete: int
+    late: int
+    underrun: int
+    lost_last_minute: int
+    flagged: bool
+
+
+class ViewFlowDocument(ResponseModel):
+    """What a view publishes and sends; `dropped`: a newer picture came before the client took this one."""
+
+    view: str
+    rate_hz: float
+    published: int
+    repeated: int
+    sent: int
+    dropped: int
+
+
+class StartTimeDocument(ResponseModel):
+    """One step of the rig's last opening; `after_s`: from the process' beginning to the step's."""
+
+    device: str
+    state: str
+    after_s: float | None
+    duration_s: float | None
+
+
+class EngineDocument(ResponseModel):
+    """The load of the whole server at one moment; shares are of the last `window_s`."""
+
+    utc: str
+    version: str
+    window_s: float | None
+    process: ProcessDocument
+    hardware: HardwareLoadDocument
+    event_loop: EventLoopDocument
+    threads: list[ThreadDocument]
+    stages: list[StageDocument]
+    cameras: list[CameraFlowDocument]
+    views: list[ViewFlowDocument]
+    start: list[StartTimeDocument]

@@ -1,0 +1,59 @@
+"""The page of the engine's load: a sentence for everybody, figures for engineers, a file to keep."""
+
+import json
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from . import engine_documents as documents
+from .console_page import TOUCH, OpenConsole
+from .stub_server import StubServer
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
+
+
+def reads(stub: StubServer) -> int:
+    return sum((method, path) == ("GET", "/engine") for method, path, _ in stub.requests)
+
+
+def table(page: Page, name: str) -> str:
+    return page.get_by_role("table", name=name, exact=True).inner_text()
+
+
+def test_engine_is_told_in_a_sentence_and_in_figures_and_saved(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    console = open_console(f"{stub.url}#/rig")
+    page = console.page
+    page.get_by_role("link", name="Engine").click()
+    told = page.locator(".engine-told")
+    expect(told).to_have_text("Everything keeps up.")
+    assert "31 %" in table(page, "Threads")
+    expect(page.get_by_text("At rest: foveacam-jobs.")).to_be_visible()
+    assert "61.5" not in table(page, "Cameras") and "62 ms" in table(page, "Cameras")
+    assert "pan-tilt" in table(page, "Start")
+    expect(page.get_by_role("region", name="Controller", exact=True).last).to_contain_text("Drifts")
+
+    engine = stub.answers["/engine"]
+    engine["hardware"] |= {"busy_share": 0.94, "flagged": True}
+    engine["cameras"][1] = documents.camera("left", lost=12)
+    expect(told).to_contain_text("The hardware thread is busy 94 % of the time: live views get slower.")
+    expect(told).to_contain_text("The left camera lost 12 frames in the last minute.")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save as a file").click()
+    kept = json.loads(download.value.path().read_text(encoding="utf-8"))
+    assert (kept["format"], kept["version"], kept["engine"]) == ("foveacam-engine", 1, engine)
+    assert kept["mirrors"]["link"] is not None
+
+
+def test_page_fits_a_phone_and_reads_only_while_it_is_shown(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    page = open_console(f"{stub.url}#/engine", options=TOUCH).page
+    expect(page.locator(".engine-told")).to_have_text("Everything keeps up.")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    page.get_by_role("link", name="Back to the console").click()
+    expect(page.locator("#engine-page")).to_be_hidden()
+    before = reads(stub)
+    page.wait_for_timeout(1500)
+    assert reads(stub) <= before + 1  # one may be under way
