@@ -11,7 +11,6 @@ import pytest
 
 from foveacam_hardware.contract import CameraCounters, Frame, Role, VirtualClock
 from foveacam_server.checks.machine import Machine
-from foveacam_server.foundation.sliding_maximum import SlidingMaximum
 from foveacam_server.resources.engine.loop_lag import PERIOD_S, LoopLag
 from foveacam_server.resources.engine.process_files import ProcessFiles
 from foveacam_server.resources.engine.service import EngineParts, EngineService
@@ -27,7 +26,7 @@ from foveacam_server.resources.engine.thread_loads import (
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.opening_steps import OpeningSteps
 from foveacam_server.rig.ports import AssembledRig
-from foveacam_server.rig.status import FrameRate
+from foveacam_server.rig.status import FrameRate, SlidingMaximum
 from foveacam_server.rig.stream import LiveStreams
 from foveacam_server.rig.view_state import ViewPicture
 

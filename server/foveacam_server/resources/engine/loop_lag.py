@@ -2,7 +2,7 @@
 
 import asyncio
 
-from foveacam_server.foundation.sliding_maximum import SlidingMaximum
+from foveacam_server.rig.status import SlidingMaximum
 
 WINDOW_S = 10.0
 PERIOD_S = 0.2
