@@ -38,7 +38,7 @@ def test_without_a_holder_anybody_may_move(lease: Lease) -> None:
 
 
 def test_holder_may_move_and_others_are_told_who_it_is(lease: Lease) -> None:
-    granted = lease.take("Ada", take_over=False)
+    granted = lease.take(LeaseClaim(holder="Ada"))
     lease.check(granted.token)
     for token in (None, "guess"):
         with pytest.raises(Busy, match="Ada holds the control lease"):
@@ -46,14 +46,14 @@ def test_holder_may_move_and_others_are_told_who_it_is(lease: Lease) -> None:
 
 
 def test_lease_ends_when_its_holder_is_not_heard_of(lease: Lease, clock: VirtualClock) -> None:
-    lease.take("Ada", take_over=False)
+    lease.take(LeaseClaim(holder="Ada"))
     after(clock, LIFETIME_S)
     lease.check(None)
     assert lease.describe().holder is None
 
 
 def test_heartbeat_keeps_the_lease(lease: Lease, clock: VirtualClock) -> None:
-    granted = lease.take("Ada", take_over=False)
+    granted = lease.take(LeaseClaim(holder="Ada"))
     for _ in range(5):
         after(clock, 0.9 * LIFETIME_S)
         assert lease.renew(granted.token).expires_in_s == pytest.approx(LIFETIME_S)
@@ -61,17 +61,17 @@ def test_heartbeat_keeps_the_lease(lease: Lease, clock: VirtualClock) -> None:
 
 
 def test_expired_lease_cannot_be_kept(lease: Lease, clock: VirtualClock) -> None:
-    granted = lease.take("Ada", take_over=False)
+    granted = lease.take(LeaseClaim(holder="Ada"))
     after(clock, LIFETIME_S)
     with pytest.raises(Busy, match="nobody holds it"):
         lease.renew(granted.token)
 
 
 def test_take_over_must_be_asked_for_and_is_a_warning_in_the_log(lease: Lease, events: EventLog) -> None:
-    first = lease.take("Ada", take_over=False)
+    first = lease.take(LeaseClaim(holder="Ada"))
     with pytest.raises(Busy, match="take over"):
-        lease.take("Bob", take_over=False)
-    second = lease.take("Bob", take_over=True)
+        lease.take(LeaseClaim(holder="Bob"))
+    second = lease.take(LeaseClaim(holder="Bob", take_over=True))
     with pytest.raises(Busy):
         lease.check(first.token)
     lease.check(second.token)
@@ -81,7 +81,7 @@ def test_take_over_must_be_asked_for_and_is_a_warning_in_the_log(lease: Lease, e
 
 
 def test_released_lease_frees_the_rig(lease: Lease) -> None:
-    lease.release(lease.take("Ada", take_over=False).token)
+    lease.release(lease.take(LeaseClaim(holder="Ada")).token)
     assert lease.describe().holder is None
     assert lease.describe().expires_in_s is None
 

@@ -84,13 +84,12 @@ class Lease:
                 asked_by=asked_by,
             )
 
-    def take(self, holder: str | LeaseClaim, *, take_over: bool = False) -> LeaseGrant:
+    def take(self, claim: LeaseClaim) -> LeaseGrant:
         """Give the lease to a claim; from another holder only if that takes it over; emit an event.
 
         Raise `Busy` while another holds it, or it is kept for who asked; `Forbidden` for one who may not take
         it over from another person, `InvalidInput` without the reason for it.
         """
-        claim = holder if isinstance(holder, LeaseClaim) else LeaseClaim(holder=holder, take_over=take_over)
         with self._lock:
             before = self._current()
             self._check_offer(claim)
