@@ -98,8 +98,9 @@ class Store:
         self.folder = folder
         self._lock_fd = _lock_folder(folder)
         try:
+            self._path = folder / "foveacam.sqlite"
             with _disk_faults(folder):
-                self._engine = _open_engine(folder / "foveacam.sqlite")
+                self._engine = _open_engine(self._path)
         except BaseException:
             os.close(self._lock_fd)
             raise
@@ -128,7 +129,7 @@ class Store:
     @property
     def size_bytes(self) -> int:
         """Size of the database with what it has not merged yet."""
-        return sum(file.stat().st_size for file in self.folder.glob("foveacam.sqlite*"))
+        return sum(file.stat().st_size for file in (self._path, Path(f"{self._path}-wal")) if file.exists())
 
     def subfolder(self, name: str) -> Path:
         """Return a folder of the data directory, made when missing."""

@@ -70,7 +70,8 @@ class HardwareThread:
         """Pings their controller and switches their supply rail."""
         self.opening = RigOpening(opener, self._reconnector, clock=clock)
         """Opens the rig step by step."""
-        self._commands = CommandQueue()
+        self.commands = CommandQueue()
+        """What waits for the thread, and how long it has had nothing to do."""
         self._rig: AssembledRig | None = None
         self._status = RigStatus()
         self._status_due_ns = 0
@@ -141,16 +142,6 @@ class HardwareThread:
         """Whether a job waits for the rig; who follows targets gives it away then."""
         return self._use.wanted
 
-    @property
-    def waiting(self) -> int:
-        """Number of commands that wait."""
-        return self._commands.waiting
-
-    @property
-    def idle_s(self) -> float:
-        """Time in which the thread has had nothing to do while a rig was open, since it was started."""
-        return self._commands.idle_s
-
     def wait_open(self, timeout_s: float) -> bool:
         """Wait until the rig has been opened as far as it can be."""
         return self._opened.wait(timeout_s)
@@ -173,7 +164,7 @@ class HardwareThread:
         """Enqueue `work`; raise `NotConnected` or `Busy` at once."""
         if self._rig is None or self._closing.is_set():
             raise refusals.not_open(self._reconnector.problems)
-        return self._commands.put(work)
+        return self.commands.put(work)
 
     def look(
         self, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
@@ -288,7 +279,7 @@ class HardwareThread:
 
     def _close_rig(self, rig: AssembledRig | None) -> None:
         self._rig = None
-        self._commands.refuse_all(NotConnected("the rig is being closed; try again in a moment"))
+        self.commands.refuse_all(NotConnected("the rig is being closed; try again in a moment"))
         if rig is not None:
             rig.close()
         if self._closing.is_set():
@@ -313,7 +304,7 @@ class HardwareThread:
 
     def _run_cycle(self, rig: AssembledRig) -> None:
         looks, wide = self._looks_allowed(rig), self._reconnector.problem_of(WIDE) is None
-        command = self._commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
+        command = self.commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
         if command is not None:
             command.run(rig)
         elif looks and self._live.look_due():

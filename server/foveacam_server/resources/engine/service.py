@@ -135,7 +135,7 @@ class EngineService:
     def _sample(self) -> _LoadSample:
         cpu_s = self._parts.process.cpu_s()
         return _LoadSample(
-            threads=ThreadSample(t_s=self._now_s(), cpu_s=cpu_s), idle_s=self._parts.hardware.idle_s
+            threads=ThreadSample(t_s=self._now_s(), cpu_s=cpu_s), idle_s=self._parts.hardware.commands.idle_s
         )
 
     def _minute_sample(self) -> _MinuteSample:
@@ -175,7 +175,7 @@ class EngineService:
             window_s = now.threads.t_s - before.threads.t_s
             busy_share = round(min(max(1.0 - (now.idle_s - before.idle_s) / window_s, 0.0), 1.0), 3)
         return HardwareLoadDocument(
-            queue_length=hardware.waiting,
+            queue_length=hardware.commands.waiting,
             queue_limit=LENGTH,
             busy_share=busy_share,
             flagged=busy_share is not None and busy_share >= BUSY_SHARE,
