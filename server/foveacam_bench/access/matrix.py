@@ -17,11 +17,7 @@ def right_of(route: ServedRoute) -> Right | None:
 
 def is_open(route: ServedRoute) -> bool:
     """Return whether a route is declared to be served to anybody."""
-    return (
-        route.path in OPEN_PATHS | SIGN_IN_PATHS
-        or (route.method, route.path) in OPEN_CALLS
-        or (route.method == "HEAD" and ("GET", route.path) in OPEN_CALLS)
-    )
+    return route.path in OPEN_PATHS | SIGN_IN_PATHS or (route.method, route.path) in OPEN_CALLS
 
 
 def matrix_figures(server: GuardedServer) -> dict[str, object]:

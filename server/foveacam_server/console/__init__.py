@@ -1,1 +1,1 @@
-"""How a browser comes in: pages, their policy, sign-in, hosts and tokens, OpenAPI, viser's relay."""
+"""How a browser comes in: pages, their policy, sign-in, access rules, OpenAPI, viser's relay."""

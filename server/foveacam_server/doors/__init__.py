@@ -1,1 +1,1 @@
-"""Limits of what a client may use: sizes of bodies, times of connections, threads, wrong tokens."""
+"""Limits of what a client may use: bodies, times of connections, threads; the stop's own way; TLS."""
