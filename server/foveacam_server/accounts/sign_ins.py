@@ -13,13 +13,14 @@ from pathlib import Path
 from itsdangerous import BadSignature, Signer
 from sqlalchemy import delete, select, update
 
+from foveacam_server.accounts.cookies import COOKIE_DAYS
 from foveacam_server.accounts.rights import Principal, PrincipalKind, rights_of
 from foveacam_server.accounts.tables import SignInRow, secret_hash
 from foveacam_server.accounts.users import User, utc_in
 from foveacam_server.foundation.names import age_s, new_id, utc_now
 from foveacam_server.foundation.store import Store
 
-LIFE = timedelta(days=30)
+LIFE = timedelta(days=COOKIE_DAYS)
 IDLE = timedelta(days=7)
 """Longest pause between two uses of a sign-in."""
 KEY_FILE = "sign_in.key"

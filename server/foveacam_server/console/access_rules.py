@@ -15,6 +15,7 @@ from foveacam_server.accounts.accounts import Accounts, Mode, mode_without_users
 from foveacam_server.accounts.attempts import WrongAttempts
 from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import COOKIE
+from foveacam_server.accounts.requests import address_of
 from foveacam_server.accounts.rights import LOCAL, NOBODY, SHARED, Principal, Right
 from foveacam_server.accounts.route_rights import OPEN_CALLS, OPEN_PATHS, WEBSOCKETS, needed_right
 from foveacam_server.accounts.service_tokens import PREFIX
@@ -184,12 +185,6 @@ def is_open_call(scope: Scope) -> bool:
         return False
     path = scope["path"]
     return path in OPEN_PATHS or path in SIGN_IN_PATHS or (scope["method"], path) in OPEN_CALLS
-
-
-def address_of(scope: Scope) -> str:
-    """Return the address of the peer, or that which a trusted proxy names."""
-    client = scope.get("client")
-    return str(client[0]) if client else "unknown"
 
 
 def token_of(headers: Headers) -> str | None:

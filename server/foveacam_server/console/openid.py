@@ -15,9 +15,10 @@ from starlette.middleware.sessions import SessionMiddleware
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import set_cookie
+from foveacam_server.accounts.requests import address_of
 from foveacam_server.accounts.rights import UserRole
 from foveacam_server.accounts.users import User
-from foveacam_server.console.access_rules import OPENID_CALLBACK, OPENID_PATH, AccessRules, address_of
+from foveacam_server.console.access_rules import OPENID_CALLBACK, OPENID_PATH, AccessRules
 from foveacam_server.console.sign_in import REFERRER_POLICY, page_of
 from foveacam_server.foundation.errors import WrongCredentials, problem_of
 from foveacam_server.foundation.settings import OpenIdSettings, Settings

@@ -12,9 +12,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import set_cookie
+from foveacam_server.accounts.requests import address_of
 from foveacam_server.accounts.rights import Principal
 from foveacam_server.console import openid, sign_in
-from foveacam_server.console.access_rules import AccessRules, address_of
+from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.open_connection import OpenConnection
 from foveacam_server.console.page_policy import content_policy
 from foveacam_server.console.refusals import Refusal

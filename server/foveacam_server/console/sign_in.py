@@ -15,9 +15,10 @@ from foveacam_server.accounts.accounts import Accounts, Mode
 from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import set_cookie
 from foveacam_server.accounts.passwords import LEAST_CHARS
+from foveacam_server.accounts.requests import address_of
 from foveacam_server.accounts.rights import NOBODY
 from foveacam_server.accounts.users import User
-from foveacam_server.console.access_rules import OPENID_PATH, AccessRules, address_of
+from foveacam_server.console.access_rules import OPENID_PATH, AccessRules
 from foveacam_server.console.refusals import too_many_tries
 from foveacam_server.foundation.errors import UNAUTHORIZED, problem_of
 
