@@ -1,6 +1,7 @@
 """The vergence loop's page: target, status, axes, drag, settings, match, tuning."""
 
 import re
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -14,6 +15,7 @@ from .stub_server import StubServer, problem
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 CLICKED_PX = (812.0, 420.0)  # the poster of the scene "bench"
+SETTLED_WITHIN_S = 10.0
 AXES = ["pan_x", "pan_y", "verge", "shift_y"]
 TUNED = {
     "tuned_utc": "2026-03-01T10:00:00Z",
@@ -60,6 +62,18 @@ def start(console: Console) -> Request:
         console.page.mouse.click(*console.page_position(*CLICKED_PX))
     expect(status(console.page)).to_have_attribute("data-status", "tracking")
     return order.value
+
+
+def until_tracked(server: Server, expected_px: tuple[float, float]) -> None:
+    """Wait until the target is within 4 px: led by its estimated velocity, it swings when frames are late."""
+    deadline_s = time.monotonic() + SETTLED_WITHIN_S
+    while True:
+        target = server.get("/loop")["target"]
+        target_px = (target["x_px"], target["y_px"])
+        if target_px == pytest.approx(expected_px, abs=4.0):
+            return
+        assert time.monotonic() < deadline_s, f"the target is still at {target_px}, not {expected_px}"
+        time.sleep(0.1)
 
 
 def is_target(request: Request) -> bool:
@@ -124,8 +138,7 @@ def test_alt_drag_takes_the_eyes_and_the_loop_goes_on_with_its_target(
     page.mouse.up()
     page.keyboard.up("Alt")
     expect(status(page)).to_have_attribute("data-status", "tracking")
-    target = server.get("/loop")["target"]
-    assert (target["x_px"], target["y_px"]) == pytest.approx(CLICKED_PX, abs=4.0)
+    until_tracked(server, CLICKED_PX)
 
 
 def test_a_setting_changes_is_refused_where_it_was_typed_and_is_put_back(
