@@ -5,6 +5,7 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 
+from foveacam_hardware.contract import Clock
 from foveacam_server.assembly.calibrating import open_calibration, open_trigger_tests
 from foveacam_server.assembly.collection_services import open_collections
 from foveacam_server.assembly.first_services import (
@@ -45,9 +46,11 @@ from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.stop import StopSwitch
 
 
-def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.AbstractEventLoop) -> Services:
+def open_services(
+    settings: Settings, *, stack: ExitStack, loop: asyncio.AbstractEventLoop, clock: Clock
+) -> Services:
     """Open all services; the rig opens on its own thread, so that a missing device delays nothing."""
-    foundation = open_foundation(settings, stack=stack)
+    foundation = open_foundation(settings, stack=stack, clock=clock)
     faults = FaultService(foundation.events)
     knowledge = open_rig_knowledge(foundation)
     displays = open_displays(foundation, knowledge, loop=loop)
