@@ -64,6 +64,7 @@ lint: $(DEV)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python .ci/dead_code.py
+	$(BIN)/python .ci/generate_client.py --check
 	$(BIN)/hadolint docker/Dockerfile
 	sh web/check-types.sh
 
