@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = [
     path
-    for place in (".", "server", "web", "hardware", "pipeline", "docker")
+    for place in (".", "server", "server/foveacam_client", "web", "hardware", "pipeline", "docker")
     for path in (ROOT / place).glob("*.md")
 ]
 
