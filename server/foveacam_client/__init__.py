@@ -7,12 +7,13 @@ fixation = rig.fixate(700, 520)
 print(fixation.distance_m, fixation.distance_sigma_m)
 """
 
+import os
 from pathlib import Path
 
 from foveacam_client.async_rig import AsyncRig
 from foveacam_client.call import StartedJob
 from foveacam_client.clouds import PointCloud
-from foveacam_client.connection import DEFAULT_URL, Connection, token_of
+from foveacam_client.connection import DEFAULT_URL, URL_VARIABLE, Connection, token_of
 from foveacam_client.generated import models
 from foveacam_client.generated.rig import Rig
 from foveacam_client.pictures import decode_picture
@@ -77,7 +78,7 @@ __all__ = [
 
 
 def connect(
-    url: str = DEFAULT_URL,
+    url: str | None = None,
     *,
     token: str | None = None,
     token_file: Path | str | None = None,
@@ -86,14 +87,15 @@ def connect(
 ) -> Rig:
     """Return the rig of a server.
 
-    `token`: of a service; else that of `token_file`, else that of the variable FOVEACAM_TOKEN. `ca_file`: PEM
-    of the authority that signed the server's certificate.
+    `url`: else that of the variable FOVEACAM_URL, else http://127.0.0.1:8000. `token`: of a service; else
+    that of `token_file`, else that of the variable FOVEACAM_TOKEN. `ca_file`: PEM of the authority of the
+    server's certificate.
     """
     return Rig(_connection(url, token, token_file, ca_file, timeout_s))
 
 
 def connect_async(
-    url: str = DEFAULT_URL,
+    url: str | None = None,
     *,
     token: str | None = None,
     token_file: Path | str | None = None,
@@ -105,14 +107,14 @@ def connect_async(
 
 
 def _connection(
-    url: str,
+    url: str | None,
     token: str | None,
     token_file: Path | str | None,
     ca_file: Path | str | None,
     timeout_s: float,
 ) -> Connection:
     return Connection(
-        url=url,
+        url=url or os.environ.get(URL_VARIABLE) or DEFAULT_URL,
         token=token_of(token, token_file),
         ca_file=None if ca_file is None else Path(ca_file),
         timeout_s=timeout_s,

@@ -56,6 +56,13 @@ class AsyncRig:
         """Close all connections."""
         await self._transport.close()
 
+    def use_lease(self, token: str | None) -> None:
+        """Send a lease's token with every call; None: no longer.
+
+        `api.lease.take` gives one and keeps others from moving the rig; it ends 15 s after `api.lease.renew`.
+        """
+        self._transport.lease_token = token
+
     async def fixate(
         self,
         x_px: float,

@@ -56,7 +56,7 @@ class AsyncTransport:
             transport=http_transport,
         )
         self.lease_token: str | None = None
-        """Sent with every call while this client holds the control lease."""
+        """Sent with every call; of the control lease."""
 
     async def close(self) -> None:
         """Close all connections."""

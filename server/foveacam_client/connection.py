@@ -10,6 +10,7 @@ import httpx
 from foveacam_client.problems import ClientError
 from foveacam_client.retries import RetryPolicy
 
+URL_VARIABLE = "FOVEACAM_URL"
 TOKEN_VARIABLE = "FOVEACAM_TOKEN"  # noqa: S105 - a name
 DEFAULT_URL = "http://127.0.0.1:8000"
 

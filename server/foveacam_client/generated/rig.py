@@ -57,6 +57,13 @@ class Rig:
         """Close all connections."""
         self._transport.close()
 
+    def use_lease(self, token: str | None) -> None:
+        """Send a lease's token with every call; None: no longer.
+
+        `api.lease.take` gives one and keeps others from moving the rig; it ends 15 s after `api.lease.renew`.
+        """
+        self._transport.lease_token = token
+
     def fixate(
         self,
         x_px: float,

