@@ -6,6 +6,7 @@
 from asyncio import CancelledError, sleep
 from collections.abc import AsyncGenerator, Awaitable, Callable, Collection
 from contextlib import aclosing
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -26,6 +27,7 @@ from foveacam_client.server_sent import EventReader
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+_STOP = Call("POST", "/api/v1/stop", idempotent=True)  # a second one changes nothing
 POLL_S = 1.0
 """Pause between two questions for the same thing."""
 
@@ -40,7 +42,8 @@ class AsyncRig:
         http_transport: httpx.AsyncBaseTransport | None = None,
         pause: Callable[[float], Awaitable[None]] = sleep,
     ) -> None:
-        self._transport = AsyncTransport(connection, http_transport=http_transport, pause=pause)
+        self._connect = partial(AsyncTransport, connection, http_transport=http_transport, pause=pause)
+        self._transport = self._connect()
         self._pause = pause
         self.api = AsyncOperations(self._transport)
 
@@ -55,6 +58,17 @@ class AsyncRig:
     async def close(self) -> None:
         """Close all connections."""
         await self._transport.close()
+
+    async def stop(self) -> models.StopAnswer:
+        """Park the mirrors, cancel all jobs, and refuse all moves until `api.stop.release()`.
+
+        It goes over a connection of its own, which the server answers however busy it is.
+        """
+        own = self._connect()
+        try:
+            return await own.answer(_STOP, models.StopAnswer)
+        finally:
+            await own.close()
 
     def use_lease(self, token: str | None) -> None:
         """Send a lease's token with every call; None: no longer.

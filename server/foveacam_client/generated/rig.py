@@ -6,6 +6,7 @@ Written from `async_rig.py`.
 
 from collections.abc import Callable, Collection, Generator
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from time import sleep
 from types import TracebackType
@@ -27,6 +28,7 @@ from foveacam_client.server_sent import EventReader
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+_STOP = Call("POST", "/api/v1/stop", idempotent=True)  # a second one changes nothing
 POLL_S = 1.0
 """Pause between two questions for the same thing."""
 
@@ -41,7 +43,8 @@ class Rig:
         http_transport: httpx.BaseTransport | None = None,
         pause: Callable[[float], None] = sleep,
     ) -> None:
-        self._transport = Transport(connection, http_transport=http_transport, pause=pause)
+        self._connect = partial(Transport, connection, http_transport=http_transport, pause=pause)
+        self._transport = self._connect()
         self._pause = pause
         self.api = Operations(self._transport)
 
@@ -56,6 +59,17 @@ class Rig:
     def close(self) -> None:
         """Close all connections."""
         self._transport.close()
+
+    def stop(self) -> models.StopAnswer:
+        """Park the mirrors, cancel all jobs, and refuse all moves until `api.stop.release()`.
+
+        It goes over a connection of its own, which the server answers however busy it is.
+        """
+        own = self._connect()
+        try:
+            return own.answer(_STOP, models.StopAnswer)
+        finally:
+            own.close()
 
     def use_lease(self, token: str | None) -> None:
         """Send a lease's token with every call; None: no longer.

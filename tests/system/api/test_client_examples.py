@@ -155,7 +155,12 @@ def follow(
 def test_the_first_lines_of_the_page(follow: Callable[[str], dict[str, Any]]) -> None:
     found = follow("cloud.points_rig_m.shape")
 
-    assert len(found["cloud"].points_rig_m) > 1000
+    fixation, cloud = found["fixation"], found["cloud"]
+    assert 0.0 < fixation.distance_sigma_m < 0.1 * fixation.distance_m
+    assert cloud.points_rig_m.shape == cloud.colors.shape
+    assert cloud.colors.dtype == np.uint8
+    assert abs(np.median(cloud.points_rig_m[:, 2]) / fixation.distance_m - 1.0) < 0.1
+    assert np.median(cloud.sigma_m) > 0.0
 
 
 def test_the_recipe_that_captures_every_hour(
