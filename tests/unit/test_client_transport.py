@@ -7,6 +7,10 @@ from pathlib import Path
 
 import httpx
 import pytest
+from starlette.responses import JSONResponse
+from starlette.types import Receive, Scope, Send
+from tests.certificates import written_certificate
+from tests.local_server import serving
 
 import foveacam_client
 from foveacam_client import (
@@ -260,6 +264,22 @@ def test_what_is_no_address_is_told(url: str) -> None:
 def test_a_certificate_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(ClientError, match="cannot be read"):
         foveacam_client.connect("https://rig", ca_file=tmp_path / "none.pem")
+
+
+async def ready(scope: Scope, receive: Receive, send: Send) -> None:
+    await JSONResponse({"problems": [], "ready": True})(scope, receive, send)
+
+
+def test_a_private_authority_is_believed_where_its_certificate_is_given(tmp_path: Path) -> None:
+    certificate, key = written_certificate(tmp_path, "127.0.0.1")
+    with serving(ready, certificate=(certificate, key)) as port:
+        url = f"https://127.0.0.1:{port}"
+
+        with foveacam_client.connect(url, ca_file=certificate) as rig:
+            assert rig.api.health.readyz().ready
+        unknown = Connection(url=url, retries=RetryPolicy(attempts=1))
+        with Rig(unknown) as rig, pytest.raises(Unreachable, match="certificate"):
+            rig.api.health.readyz()
 
 
 class BrokenBody(httpx.SyncByteStream):
