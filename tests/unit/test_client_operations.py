@@ -5,6 +5,7 @@ import inspect
 import json
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -89,3 +90,13 @@ def test_the_generated_modules_are_current() -> None:
     )
 
     assert checked.returncode == 0, checked.stderr
+
+
+def test_the_client_alone_has_the_version_and_the_bounds_of_the_whole() -> None:
+    whole, alone = (
+        tomllib.loads((ROOT / folder / "pyproject.toml").read_text())["project"]
+        for folder in (".", "server/foveacam_client")
+    )
+
+    assert alone["version"] == whole["version"]
+    assert set(alone["dependencies"]) <= {need.partition(" ")[0] for need in whole["dependencies"]}

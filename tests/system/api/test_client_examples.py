@@ -1,7 +1,6 @@
 """The client's examples and recipes, run as they stand against the simulated rig."""
 
 import base64
-import importlib.util
 import json
 import os
 import re
@@ -9,12 +8,9 @@ import shutil
 import subprocess
 import sys
 import time
-import types
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
-from unittest.mock import MagicMock
 
 import cv2
 import numpy as np
@@ -200,151 +196,3 @@ def test_the_recipe_that_measures(
 
     length_m, sigma_m = map(float, capsys.readouterr().out.split())
     assert 0.0 < sigma_m < 0.2 * length_m
-
-
-class Message(SimpleNamespace):
-    """A message of ROS: fields come into being when they are named."""
-
-    def __getattr__(self, name: str) -> "Message":
-        found = Message()
-        setattr(self, name, found)
-        return found
-
-
-class PointField(Message):
-    UINT8, FLOAT32 = 2, 7
-
-
-class Fixate:
-    Result = Feedback = Message
-
-
-class Goal:
-    """A goal of the action, as rclpy hands it to the server."""
-
-    def __init__(self, x_px: float, y_px: float, *, cancelled: bool = False) -> None:
-        self.request = SimpleNamespace(x_px=x_px, y_px=y_px)
-        self.is_cancel_requested = cancelled
-        self.feedback: list[Message] = []
-        self.ended = ""
-
-    def publish_feedback(self, message: Message) -> None:
-        self.feedback.append(message)
-
-    def succeed(self) -> None:
-        self.ended = "succeeded"
-
-    def abort(self) -> None:
-        self.ended = "aborted"
-
-    def canceled(self) -> None:
-        self.ended = "canceled"
-
-
-class Node:
-    """A node of ROS that keeps what is published."""
-
-    def __init__(self) -> None:
-        self.published: dict[str, list[Message]] = {}
-        self.timers_s: list[float] = []
-
-    def create_publisher(self, _: type, topic: str, depth: int) -> SimpleNamespace:
-        return SimpleNamespace(publish=self.published.setdefault(topic, []).append)
-
-    def create_timer(self, period_s: float, callback: object, **_: object) -> None:
-        self.timers_s.append(period_s)
-
-    def get_parameter(self, name: str) -> SimpleNamespace:
-        return SimpleNamespace(value={"rate_hz": 5.0}[name])
-
-    def get_clock(self) -> MagicMock:
-        return MagicMock()
-
-    def get_logger(self) -> MagicMock:
-        return MagicMock()
-
-
-@pytest.fixture
-def ros_node(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Node]:  # Any: the example's class
-    """Return the example's node over a stand-in of ROS 2."""
-    stand_ins: dict[str, dict[str, object]] = {
-        "rclpy": {},
-        "rclpy.action": {"ActionServer": MagicMock(), "CancelResponse": MagicMock()},
-        "rclpy.callback_groups": {"MutuallyExclusiveCallbackGroup": MagicMock()},
-        "rclpy.executors": {"MultiThreadedExecutor": MagicMock()},
-        "sensor_msgs": {},
-        "sensor_msgs.msg": {"CompressedImage": Message, "PointCloud2": Message, "PointField": PointField},
-        "foveacam_interfaces": {},
-        "foveacam_interfaces.action": {"Fixate": Fixate},
-    }
-    for name, content in stand_ins.items():
-        module = types.ModuleType(name)
-        vars(module).update(content)
-        monkeypatch.setitem(sys.modules, name, module)
-    path = EXAMPLES / "ros2" / "foveacam_node" / "foveacam_node" / "node.py"
-    spec = importlib.util.spec_from_file_location("ros_example", path)
-    assert spec is not None
-    assert spec.loader is not None
-    example = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(example)
-    node = Node()
-    return example.FoveacamNode(node, rig), node
-
-
-def test_the_node_of_ros_publishes_views_and_clouds(ros_node: tuple[Any, Node], rig: Rig) -> None:
-    shown, node = ros_node
-    fixation = rig.fixate(720, 540)
-    cloud = rig.cloud(fixation)
-
-    shown.publish_views()
-    shown.publish_cloud(rig.api.fixations.get(fixation.id).cloud_id)
-
-    assert node.timers_s == [0.2]
-    for view in ("wide", "left", "right"):
-        (image,) = node.published[view]
-        assert (image.format, image.header.frame_id) == ("jpeg", view)
-        assert bytes(image.data).startswith(b"\xff\xd8")
-    (message,) = node.published["cloud"]
-    assert (message.height, message.width, message.row_step) == (
-        1,
-        len(cloud.vertices),
-        cloud.vertices.nbytes,
-    )
-    assert [(field.name, field.offset, field.datatype) for field in message.fields][:4] == [
-        ("x", 0, 7),
-        ("y", 4, 7),
-        ("z", 8, 7),
-        ("red", 12, 2),
-    ]
-    assert bytes(message.data) == cloud.vertices.tobytes()
-
-
-def test_the_node_of_ros_fixates_by_an_action(ros_node: tuple[Any, Node]) -> None:
-    goal = Goal(720.0, 540.0)
-
-    result = ros_node[0].fixate(goal)
-
-    assert goal.ended == "succeeded"
-    assert result.basis == "both_foveae"
-    assert 0.0 < result.distance_sigma_m < result.distance_m
-    assert goal.feedback[-1].total >= goal.feedback[-1].done
-
-
-def test_the_node_of_ros_says_why_it_cannot(ros_node: tuple[Any, Node], rig: Rig) -> None:
-    rig.api.stop.engage()
-    goal = Goal(720.0, 540.0)
-
-    result = ros_node[0].fixate(goal)
-    rig.api.stop.release()
-
-    assert goal.ended == "aborted"
-    assert "stop" in result.problem
-
-
-def test_a_cancelled_goal_of_ros_cancels_the_job(ros_node: tuple[Any, Node], rig: Rig) -> None:
-    goal = Goal(720.0, 540.0, cancelled=True)
-
-    ros_node[0].fixate(goal)
-
-    assert goal.ended in ("canceled", "succeeded")  # it may have ended before the order came
-    assert rig.api.jobs.list(limit=1)[0].state in ("cancelled", "succeeded")
