@@ -19,10 +19,10 @@ from foveacam_client.clouds import PointCloud
 from foveacam_client.connection import Connection
 from foveacam_client.generated import models
 from foveacam_client.generated.async_operations import AsyncOperations
-from foveacam_client.jobs import JobWatch, OnProgress
 from foveacam_client.pictures import decode_picture
-from foveacam_client.problems import ProblemError, Unreachable, WaitTimeout
+from foveacam_client.problems import ProblemError, Unreachable
 from foveacam_client.server_sent import EventReader
+from foveacam_client.waiting import CloudWatch, Deadline, JobWatch, OnProgress, Watch
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -100,17 +100,15 @@ class AsyncRig:
 
     async def cloud(self, fixation: models.FixationDocument, *, timeout_s: float = 30.0) -> PointCloud:
         """Return the point cloud of a fixation, which is computed after its answer."""
-        waited_s = 0.0
-        while fixation.cloud_id is None:
-            if waited_s >= timeout_s:
-                raise WaitTimeout(
-                    f"fixation {fixation.id} has no point cloud after {timeout_s:g} s; one without a measured"
-                    f" distance gets none (its state is {fixation.state})"
-                )
-            await self._pause(POLL_S)
-            waited_s += POLL_S
-            fixation = await self.api.fixations.get(fixation.id)
-        return PointCloud(await self.api.clouds.ply(fixation.cloud_id).read())
+        watch = CloudWatch(fixation)
+
+        async def ask() -> None:
+            watch.cloud_id = (await self.api.fixations.get(fixation.id)).cloud_id
+
+        late = f"fixation {fixation.id} ({fixation.state}) has no point cloud; a measured distance gives one"
+        if not watch.ended:
+            await self._follow(watch, ask, Deadline(timeout_s, late=late))
+        return PointCloud(await self.api.clouds.ply(str(watch.cloud_id)).read())
 
     async def frame(
         self, view: str = "wide", *, scale: Literal["1", "2"] = "1"
@@ -170,34 +168,39 @@ class AsyncRig:
 
         `cancel_on_interrupt`: an interrupt cancels the job too; else it goes on at the server.
         """
-        watch = JobWatch(started.id, timeout_s=timeout_s, on_progress=on_progress)
+        watch = JobWatch(started.id, on_progress=on_progress)
+
+        async def ask() -> None:
+            watch.update(await self.api.jobs.get(started.id))
+
+        late = f"job {started.id} goes on; wait longer, or cancel it"
         try:
-            await self._follow(watch)
+            await self._follow(watch, ask, Deadline(timeout_s, late=late))
         except CancelledError:
             if cancel_on_interrupt:
                 await self.api.jobs.cancel(started.id)
             raise
         return await self._transport.answer(Call("GET", watch.result_url()), started.result)
 
-    async def _follow(self, watch: JobWatch) -> None:
-        """Watch a job until it ends, by events; where those fail, by asking once a second."""
+    async def _follow(self, watch: Watch, ask: Callable[[], Awaitable[None]], deadline: Deadline) -> None:
+        """Wait for something by events; where those fail, by asking once a second."""
         try:
             reader = EventReader(await self._transport.newest_event_id())
-            watch.update(await self.api.jobs.get(watch.job_id))
+            await ask()
             if not watch.ended:
-                await self._hear(watch, reader)
+                await self._hear(watch, reader, deadline)
         except (Unreachable, ProblemError):
             pass  # asking finds out whether that lasts
         while not watch.ended:
-            await self._pause(watch.left_s(POLL_S))
-            watch.update(await self.api.jobs.get(watch.job_id))
+            await self._pause(deadline.left_s(POLL_S))
+            await ask()
 
-    async def _hear(self, watch: JobWatch, reader: EventReader) -> None:
-        """Follow the events of a job until it ends or the connection does."""
-        listening = self._transport.listen(reader, silence_s=watch.left_s(SILENCE_S))
+    async def _hear(self, watch: Watch, reader: EventReader, deadline: Deadline) -> None:
+        """Take events until the wait is over or the connection ends."""
+        listening = self._transport.listen(reader, silence_s=deadline.left_s(SILENCE_S))
         async with aclosing(listening) as events:
             async for event in events:
                 watch.hear(event)
-                watch.left_s(SILENCE_S)
                 if watch.ended:
                     return
+                deadline.left_s(SILENCE_S)

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import struct
 from collections.abc import Iterator
 from typing import Any
 
@@ -21,7 +22,7 @@ from foveacam_client import (
     WaitTimeout,
     models,
 )
-from foveacam_client.jobs import JobWatch
+from foveacam_client.waiting import Deadline
 
 Document = dict[str, Any]  # Any: JSON
 
@@ -98,7 +99,10 @@ class JobServer:
             "/events/recent": [event(40)],
             "/jobs/job-1/cancel": JOB,
             "/result": {"deleted": 3},
+            "/fixations/fix-1": FIXATION,
         }
+        if path == "/clouds/cld-1.ply":
+            return httpx.Response(200, content=PLY + b"end_header\n" + struct.pack("<fff", 1.0, 2.0, 3.0))
         return httpx.Response(200, json=answers[path])
 
     def rig(self, retries: RetryPolicy | None = None) -> Rig:
@@ -106,6 +110,28 @@ class JobServer:
         return Rig(connection, http_transport=httpx.MockTransport(self), pause=self.pauses_s.append)
 
 
+FIXATION: Document = {
+    "id": "fix-1",
+    "job_id": "job-1",
+    "calibration_id": "cal-1",
+    "cloud_id": None,
+    "created_utc": "2026-01-01T00:00:00Z",
+    "distance_m": None,
+    "distance_sigma_m": None,
+    "duration_ms": None,
+    "point_rig_m": None,
+    "reason": "",
+    "request": {},
+    "residual_px": None,
+    "score": None,
+    "state": "no_texture",
+    "steps": [],
+    "target": {"ax_deg": 0.0, "ay_deg": 0.0, "x_px": 0.0, "y_px": 0.0},
+    "target_id": None,
+}
+PLY = b"ply\nformat binary_little_endian 1.0\nelement vertex 1\n" + b"".join(
+    b"property float %c\n" % axis for axis in b"xyz"
+)
 STARTED = StartedJob(models.JobDocument.model_validate(JOB), models.TrashEmptied)
 """A job that results in the shortest of documents."""
 DONE = job(state="succeeded", result_url="/api/v1/result")
@@ -195,15 +221,14 @@ def test_a_job_that_was_cancelled_says_so() -> None:
 
 def test_a_wait_ends_when_its_time_is_over() -> None:
     now_s = 0.0
-    watch = JobWatch("job-1", timeout_s=5.0, clock_s=lambda: now_s)
-    watch.update(models.JobDocument.model_validate(JOB))
+    deadline = Deadline(5.0, late="it goes on", clock_s=lambda: now_s)
 
-    assert watch.left_s(1.0) == 1.0
+    assert deadline.left_s(1.0) == 1.0
     now_s = 4.5
-    assert watch.left_s(1.0) == 0.5
+    assert deadline.left_s(1.0) == 0.5
     now_s = 5.0
-    with pytest.raises(WaitTimeout, match="has not ended in 5 s"):
-        watch.left_s(1.0)
+    with pytest.raises(WaitTimeout, match="nothing after 5 s: it goes on"):
+        deadline.left_s(1.0)
 
 
 @pytest.mark.parametrize("cancel", [False, True])
@@ -250,3 +275,22 @@ def test_the_asynchronous_client_waits_by_events_too() -> None:
             return (await rig.wait(STARTED)).deleted
 
     assert asyncio.run(wait()) == 3
+
+
+def test_a_point_cloud_is_read_as_soon_as_its_event_comes() -> None:
+    created = {"id": "cld-1", "fixation_id": "fix-1"}
+    other = {"id": "cld-0", "fixation_id": "fix-0"}
+    told = stream(event(41, other, "cloud.created"), event(42, created, "cloud.created"))
+    server = JobServer(JOB, streams=(told,))
+
+    cloud = server.rig().cloud(models.FixationDocument.model_validate(FIXATION))
+
+    assert cloud.points_rig_m.tolist() == [[1.0, 2.0, 3.0]]
+    assert server.paths[-1] == "GET /clouds/cld-1.ply"
+
+
+def test_a_fixation_that_gets_no_cloud_says_so() -> None:
+    server = JobServer(JOB)
+
+    with pytest.raises(WaitTimeout, match=r"fix-1 \(no_texture\) has no point cloud"):
+        server.rig().cloud(models.FixationDocument.model_validate(FIXATION), timeout_s=0.0)

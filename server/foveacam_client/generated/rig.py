@@ -20,10 +20,10 @@ from foveacam_client.connection import Connection
 from foveacam_client.generated import models
 from foveacam_client.generated.operations import Operations
 from foveacam_client.generated.transport import SILENCE_S, Transport
-from foveacam_client.jobs import JobWatch, OnProgress
 from foveacam_client.pictures import decode_picture
-from foveacam_client.problems import ProblemError, Unreachable, WaitTimeout
+from foveacam_client.problems import ProblemError, Unreachable
 from foveacam_client.server_sent import EventReader
+from foveacam_client.waiting import CloudWatch, Deadline, JobWatch, OnProgress, Watch
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -101,17 +101,15 @@ class Rig:
 
     def cloud(self, fixation: models.FixationDocument, *, timeout_s: float = 30.0) -> PointCloud:
         """Return the point cloud of a fixation, which is computed after its answer."""
-        waited_s = 0.0
-        while fixation.cloud_id is None:
-            if waited_s >= timeout_s:
-                raise WaitTimeout(
-                    f"fixation {fixation.id} has no point cloud after {timeout_s:g} s; one without a measured"
-                    f" distance gets none (its state is {fixation.state})"
-                )
-            self._pause(POLL_S)
-            waited_s += POLL_S
-            fixation = self.api.fixations.get(fixation.id)
-        return PointCloud(self.api.clouds.ply(fixation.cloud_id).read())
+        watch = CloudWatch(fixation)
+
+        def ask() -> None:
+            watch.cloud_id = (self.api.fixations.get(fixation.id)).cloud_id
+
+        late = f"fixation {fixation.id} ({fixation.state}) has no point cloud; a measured distance gives one"
+        if not watch.ended:
+            self._follow(watch, ask, Deadline(timeout_s, late=late))
+        return PointCloud(self.api.clouds.ply(str(watch.cloud_id)).read())
 
     def frame(
         self, view: str = "wide", *, scale: Literal["1", "2"] = "1"
@@ -171,34 +169,39 @@ class Rig:
 
         `cancel_on_interrupt`: an interrupt cancels the job too; else it goes on at the server.
         """
-        watch = JobWatch(started.id, timeout_s=timeout_s, on_progress=on_progress)
+        watch = JobWatch(started.id, on_progress=on_progress)
+
+        def ask() -> None:
+            watch.update(self.api.jobs.get(started.id))
+
+        late = f"job {started.id} goes on; wait longer, or cancel it"
         try:
-            self._follow(watch)
+            self._follow(watch, ask, Deadline(timeout_s, late=late))
         except KeyboardInterrupt:
             if cancel_on_interrupt:
                 self.api.jobs.cancel(started.id)
             raise
         return self._transport.answer(Call("GET", watch.result_url()), started.result)
 
-    def _follow(self, watch: JobWatch) -> None:
-        """Watch a job until it ends, by events; where those fail, by asking once a second."""
+    def _follow(self, watch: Watch, ask: Callable[[], None], deadline: Deadline) -> None:
+        """Wait for something by events; where those fail, by asking once a second."""
         try:
             reader = EventReader(self._transport.newest_event_id())
-            watch.update(self.api.jobs.get(watch.job_id))
+            ask()
             if not watch.ended:
-                self._hear(watch, reader)
+                self._hear(watch, reader, deadline)
         except (Unreachable, ProblemError):
             pass  # asking finds out whether that lasts
         while not watch.ended:
-            self._pause(watch.left_s(POLL_S))
-            watch.update(self.api.jobs.get(watch.job_id))
+            self._pause(deadline.left_s(POLL_S))
+            ask()
 
-    def _hear(self, watch: JobWatch, reader: EventReader) -> None:
-        """Follow the events of a job until it ends or the connection does."""
-        listening = self._transport.listen(reader, silence_s=watch.left_s(SILENCE_S))
+    def _hear(self, watch: Watch, reader: EventReader, deadline: Deadline) -> None:
+        """Take events until the wait is over or the connection ends."""
+        listening = self._transport.listen(reader, silence_s=deadline.left_s(SILENCE_S))
         with closing(listening) as events:
             for event in events:
                 watch.hear(event)
-                watch.left_s(SILENCE_S)
                 if watch.ended:
                     return
+                deadline.left_s(SILENCE_S)
