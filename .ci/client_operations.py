@@ -54,6 +54,7 @@ class Operation:
     in_query: list[Parameter]
     body: Parameter | None
     keyed: bool
+    also: list[int]
     kind: str
     result: str
 
@@ -125,6 +126,17 @@ def answer_of(described: Schema) -> tuple[str, str]:
     return "file", "bytes"
 
 
+def also_answered(described: Schema, result: str) -> list[int]:
+    """Return the statuses other than success that come with the document of the success."""
+    return [
+        int(status)
+        for status, answer in described["responses"].items()
+        if status[0] != "2"
+        and result.startswith("models.")
+        and type_of(answer.get("content", {}).get("application/json", {}).get("schema", {})) == result
+    ]
+
+
 def group_of(path: str) -> tuple[str, str]:
     """Return the noun that an operation belongs to, and what of its path follows that noun."""
     if not path.startswith(API):
@@ -169,6 +181,7 @@ def operations(document: Schema) -> Iterator[Operation]:
                 in_query=parameters(described, "query"),
                 body=body_of(described),
                 keyed="Idempotency-Key" in known,
+                also=also_answered(described, result),
                 kind=kind,
                 result=result,
             )
@@ -233,6 +246,8 @@ def call(operation: Operation) -> str:
         parts.append(f"query={mapping(operation.in_query)}")
     if operation.body is not None:
         parts.append(f"{operation.body.sent_as}={operation.body.name}")
+    if operation.also:
+        parts.append(f"also=({', '.join(map(str, operation.also))},)")
     if operation.keyed:
         parts += ["idempotent=True", "idempotency_key=idempotency_key"]
     return f"Call({', '.join(parts)})"

@@ -21,6 +21,7 @@ from foveacam_client.generated import models
 from foveacam_client.generated.async_operations import AsyncOperations
 from foveacam_client.pictures import decode_picture
 from foveacam_client.problems import ProblemError, Unreachable
+from foveacam_client.retries import Absence
 from foveacam_client.server_sent import EventReader
 from foveacam_client.waiting import CloudWatch, Deadline, JobWatch, OnProgress, Watch
 
@@ -45,6 +46,7 @@ class AsyncRig:
         self._connect = partial(AsyncTransport, connection, http_transport=http_transport, pause=pause)
         self._transport = self._connect()
         self._pause = pause
+        self._reconnect_s = connection.retries.reconnect_s
         self.api = AsyncOperations(self._transport)
 
     async def __aenter__(self) -> Self:
@@ -191,9 +193,15 @@ class AsyncRig:
                 await self._hear(watch, reader, deadline)
         except (Unreachable, ProblemError):
             pass  # asking finds out whether that lasts
+        absence = Absence(self._reconnect_s)
         while not watch.ended:
             await self._pause(deadline.left_s(POLL_S))
-            await ask()
+            try:
+                await ask()
+                absence.end()
+            except Unreachable:
+                if absence.over:
+                    raise
 
     async def _hear(self, watch: Watch, reader: EventReader, deadline: Deadline) -> None:
         """Take events until the wait is over or the connection ends."""

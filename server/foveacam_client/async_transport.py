@@ -3,7 +3,6 @@
 `generated/transport.py` is this module without `await`.
 """
 
-import time
 from asyncio import sleep
 from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable
 from contextlib import aclosing, asynccontextmanager
@@ -25,6 +24,7 @@ from foveacam_client.problems import (
     Unreachable,
     error_of_answer,
 )
+from foveacam_client.retries import Absence
 from foveacam_client.server_sent import EventReader
 
 STREAM = Call("GET", "/api/v1/events")
@@ -114,16 +114,17 @@ class AsyncTransport:
         if last_event_id is None:
             last_event_id = await self.newest_event_id()
         reader = EventReader(last_event_id)
-        attempt, heard_s = 0, time.monotonic()
+        attempt, absence = 0, Absence(self._retries.reconnect_s)
         while True:
             try:
                 async with aclosing(self.listen(reader, call)) as heard:
                     async for event in heard:
-                        attempt, heard_s = 0, time.monotonic()
+                        attempt = 0
+                        absence.end()
                         if event is not None:
                             yield event
             except (Unreachable, TooManyRequests, DeviceFailed, DeviceMissing):
-                if time.monotonic() - heard_s > self._retries.reconnect_s:
+                if absence.over:
                     raise
             attempt += 1
             await self._pause(self._retries.back_off_s(attempt))
@@ -172,9 +173,9 @@ class AsyncTransport:
                 if pause_s is None:
                     raise self._unreachable(error) from error
             else:
-                pause_s = self._retries.pause_s(call, attempt=attempt, answer=answer)
-                if answer.is_success:
+                if answer.is_success or answer.status_code in call.also:
                     return answer
+                pause_s = self._retries.pause_s(call, attempt=attempt, answer=answer)
                 await answer.aread()
                 if pause_s is None:
                     raise error_of_answer(answer)

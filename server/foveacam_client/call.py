@@ -21,7 +21,8 @@ _KEY = "Idempotency-Key"
 class Call:
     """An operation with its values; `path`: with the names of `path_values` in braces.
 
-    `idempotent`: the operation takes an Idempotency-Key; without one given, each call gets its own.
+    `idempotent`: the operation takes an Idempotency-Key; without one given, each call gets its own. `also`:
+    statuses other than success that come with the same document.
     """
 
     method: str
@@ -32,6 +33,7 @@ class Call:
     content: bytes | None = None
     idempotent: bool = False
     idempotency_key: str | None = None
+    also: tuple[int, ...] = ()
 
     @property
     def address(self) -> str:

@@ -140,6 +140,10 @@ class DeviceMissing(ProblemError):
     """A device is not connected."""
 
 
+class JobInterrupted(ProblemError):
+    """The server was restarted while the job ran; nobody goes on with it."""
+
+
 class DeviceTimeout(ProblemError):
     """A device did not answer."""
 
@@ -153,6 +157,7 @@ _BY_SLUG: dict[str, type[ProblemError]] = {
     "stopped": RigStopped,
     "not-calibrated": RigNotCalibrated,
     "cancelled": JobCancelled,
+    "interrupted": JobInterrupted,
     "out-of-range": TargetOutOfRange,
 }
 _BY_STATUS: dict[int, type[ProblemError]] = {

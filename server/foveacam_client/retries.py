@@ -1,6 +1,7 @@
 """When a call is sent again, and after which pause."""
 
 import random
+import time
 from dataclasses import dataclass
 
 import httpx
@@ -16,8 +17,8 @@ _PASSING = (429, 502, 503)
 class RetryPolicy:
     """Calls that may be repeated are sent at most `attempts` times; pauses double up to `longest_s`.
 
-    A server that asks for a longer pause than `longest_s` is not asked again. `reconnect_s`: how long a
-    stream of events is tried again without any answer.
+    A server that asks for a longer pause than `longest_s` is not asked again. `reconnect_s`: how long events
+    and the end of a job are asked for without any answer, as while the server restarts.
     """
 
     attempts: int = 4
@@ -45,3 +46,20 @@ class RetryPolicy:
         """Return the pause after so many attempts: doubled each time, by chance up to a half shorter."""
         whole_s = min(self.longest_s, self.first_s * 2.0 ** min(attempt - 1, 30))
         return whole_s * random.uniform(0.5, 1.0)  # noqa: S311 - spreads clients, keeps no secret
+
+
+class Absence:
+    """The time since a server's last answer, which may last `longest_s`."""
+
+    def __init__(self, longest_s: float) -> None:
+        self._longest_s = longest_s
+        self._answered_s = time.monotonic()
+
+    def end(self) -> None:
+        """Begin anew, since the server has answered."""
+        self._answered_s = time.monotonic()
+
+    @property
+    def over(self) -> bool:
+        """Whether it has lasted too long."""
+        return time.monotonic() - self._answered_s > self._longest_s

@@ -14,6 +14,7 @@ from foveacam_client import (
     Connection,
     DeviceMissing,
     JobCancelled,
+    JobInterrupted,
     NotAllowed,
     RetryPolicy,
     Rig,
@@ -86,10 +87,14 @@ class JobServer:
         self.paths: list[str] = []
         self.last_ids: list[str | None] = []
         self.pauses_s: list[float] = []
+        self.away = range(0)
+        """The requests, from 1, at which nobody is there."""
 
     def __call__(self, request: httpx.Request) -> httpx.Response:
         path = request.url.path.removeprefix("/api/v1")
         self.paths.append(f"{request.method} {path}")
+        if len(self.paths) in self.away:
+            raise httpx.ConnectError("refused")
         if path == "/events":
             self.last_ids.append(request.headers.get("Last-Event-ID"))
             return self._streams.pop(0) if self._streams else httpx.Response(403, json={})
@@ -207,9 +212,31 @@ def test_without_events_a_job_is_asked_for_once_a_second(streams: tuple[httpx.Re
     assert server.pauses_s == [1.0, 1.0]
 
 
+def test_a_job_is_asked_for_while_the_server_restarts() -> None:
+    server = JobServer(JOB, DONE)
+    server.away = range(3, 6)
+
+    assert server.rig(RetryPolicy(attempts=1)).wait(STARTED).deleted == 3
+
+
+def test_a_server_that_does_not_come_back_is_unreachable() -> None:
+    server = JobServer(JOB)
+    server.away = range(3, 1000)
+
+    with pytest.raises(Unreachable):
+        server.rig(RetryPolicy(attempts=1, reconnect_s=-1.0)).wait(STARTED)
+
+
 def test_a_job_that_fails_raises_its_problem() -> None:
     with pytest.raises(DeviceMissing, match="no eye"):
         JobServer(job(state="failed", problem=PROBLEM)).rig().wait(STARTED)
+
+
+def test_a_job_that_a_restart_ended_says_so() -> None:
+    with pytest.raises(JobInterrupted):
+        JobServer(job(state="failed", problem={**PROBLEM, "type": "/problems/interrupted"})).rig().wait(
+            STARTED
+        )
 
 
 def test_a_job_that_was_cancelled_says_so() -> None:

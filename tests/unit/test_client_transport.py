@@ -77,6 +77,16 @@ def problem(status: int, slug: str = "busy", **headers: str) -> httpx.Response:
     return httpx.Response(status, json=document, headers=names)
 
 
+EMPTY = httpx.Response(200, json=[])
+
+
+def test_a_server_that_is_not_ready_answers_what_is_missing() -> None:
+    server = FakeServer(httpx.Response(503, json={"ready": False, "problems": []}))
+
+    assert not server.rig().api.health.readyz().ready
+    assert len(server.requests) == 1
+
+
 def test_a_problem_is_an_exception_with_its_own_words() -> None:
     rig = FakeServer(problem(409, X_Request_Id="r-7")).rig()
 
@@ -121,10 +131,9 @@ def test_fields_that_a_newer_server_has_are_left_out() -> None:
 
 @pytest.mark.parametrize("failure", [httpx.ConnectError("refused"), problem(503), problem(502), problem(429)])
 def test_a_read_is_repeated_with_growing_pauses(failure: httpx.Response | Exception) -> None:
-    ready = httpx.Response(200, json={"problems": [], "ready": True})
-    server = FakeServer(failure, failure, ready)
+    server = FakeServer(failure, failure, EMPTY)
 
-    assert server.rig().api.health.readyz().ready
+    assert server.rig().api.captures.list() == []
 
     first_s, second_s = server.pauses_s
     assert 0.1 <= first_s <= 0.2 <= second_s <= 0.4
@@ -134,7 +143,7 @@ def test_a_server_that_stays_away_is_unreachable_after_the_attempts() -> None:
     server = FakeServer(httpx.ConnectError("refused"))
 
     with pytest.raises(Unreachable, match="is the server running"):
-        server.rig(retries=RetryPolicy(attempts=3)).api.health.readyz()
+        server.rig(retries=RetryPolicy(attempts=3)).api.captures.list()
 
     assert len(server.requests) == 3
 
@@ -173,10 +182,9 @@ def test_two_calls_have_keys_of_their_own_and_one_can_be_given() -> None:
 
 
 def test_retry_after_is_waited_for() -> None:
-    ready = httpx.Response(200, json={"problems": [], "ready": True})
-    server = FakeServer(problem(429, Retry_After="3"), ready)
+    server = FakeServer(problem(429, Retry_After="3"), EMPTY)
 
-    server.rig().api.health.readyz()
+    server.rig().api.captures.list()
 
     assert server.pauses_s == [3.0]
 
@@ -185,7 +193,7 @@ def test_a_long_retry_after_is_told_instead_of_waited_for() -> None:
     server = FakeServer(problem(429, "too-many-tries", Retry_After="60"))
 
     with pytest.raises(TooManyRequests) as raised:
-        server.rig().api.health.readyz()
+        server.rig().api.captures.list()
 
     assert raised.value.retry_after_s == 60.0
     assert server.pauses_s == []
@@ -246,10 +254,10 @@ def test_a_token_comes_from_the_argument_the_file_or_the_environment(
 
 
 def test_the_token_is_sent_and_not_shown() -> None:
-    server = FakeServer(httpx.Response(200, json={"problems": [], "ready": True}))
+    server = FakeServer(EMPTY)
     connection = Connection(token="fcd_secret")  # noqa: S106
 
-    Rig(connection, http_transport=httpx.MockTransport(server)).api.health.readyz()
+    Rig(connection, http_transport=httpx.MockTransport(server)).api.captures.list()
 
     assert server.requests[0].headers["Authorization"] == "Bearer fcd_secret"
     assert "secret" not in repr(connection)

@@ -1439,7 +1439,7 @@ class AsyncHealth:
 
         Needs the right `view`.
         """
-        return await self._transport.answer(Call("GET", "/readyz"), models.Readiness)
+        return await self._transport.answer(Call("GET", "/readyz", also=(503,)), models.Readiness)
 
 
 class AsyncJobs:

@@ -1415,7 +1415,7 @@ class Health:
 
         Needs the right `view`.
         """
-        return self._transport.answer(Call("GET", "/readyz"), models.Readiness)
+        return self._transport.answer(Call("GET", "/readyz", also=(503,)), models.Readiness)
 
 
 class Jobs:

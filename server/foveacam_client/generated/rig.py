@@ -22,6 +22,7 @@ from foveacam_client.generated.operations import Operations
 from foveacam_client.generated.transport import SILENCE_S, Transport
 from foveacam_client.pictures import decode_picture
 from foveacam_client.problems import ProblemError, Unreachable
+from foveacam_client.retries import Absence
 from foveacam_client.server_sent import EventReader
 from foveacam_client.waiting import CloudWatch, Deadline, JobWatch, OnProgress, Watch
 
@@ -46,6 +47,7 @@ class Rig:
         self._connect = partial(Transport, connection, http_transport=http_transport, pause=pause)
         self._transport = self._connect()
         self._pause = pause
+        self._reconnect_s = connection.retries.reconnect_s
         self.api = Operations(self._transport)
 
     def __enter__(self) -> Self:
@@ -192,9 +194,15 @@ class Rig:
                 self._hear(watch, reader, deadline)
         except (Unreachable, ProblemError):
             pass  # asking finds out whether that lasts
+        absence = Absence(self._reconnect_s)
         while not watch.ended:
             self._pause(deadline.left_s(POLL_S))
-            ask()
+            try:
+                ask()
+                absence.end()
+            except Unreachable:
+                if absence.over:
+                    raise
 
     def _hear(self, watch: Watch, reader: EventReader, deadline: Deadline) -> None:
         """Take events until the wait is over or the connection ends."""

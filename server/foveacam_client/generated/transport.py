@@ -4,7 +4,6 @@
 Written from `async_transport.py`.
 """
 
-import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing, contextmanager
 from itertools import count
@@ -26,6 +25,7 @@ from foveacam_client.problems import (
     Unreachable,
     error_of_answer,
 )
+from foveacam_client.retries import Absence
 from foveacam_client.server_sent import EventReader
 
 STREAM = Call("GET", "/api/v1/events")
@@ -114,16 +114,17 @@ class Transport:
         if last_event_id is None:
             last_event_id = self.newest_event_id()
         reader = EventReader(last_event_id)
-        attempt, heard_s = 0, time.monotonic()
+        attempt, absence = 0, Absence(self._retries.reconnect_s)
         while True:
             try:
                 with closing(self.listen(reader, call)) as heard:
                     for event in heard:
-                        attempt, heard_s = 0, time.monotonic()
+                        attempt = 0
+                        absence.end()
                         if event is not None:
                             yield event
             except (Unreachable, TooManyRequests, DeviceFailed, DeviceMissing):
-                if time.monotonic() - heard_s > self._retries.reconnect_s:
+                if absence.over:
                     raise
             attempt += 1
             self._pause(self._retries.back_off_s(attempt))
@@ -172,9 +173,9 @@ class Transport:
                 if pause_s is None:
                     raise self._unreachable(error) from error
             else:
-                pause_s = self._retries.pause_s(call, attempt=attempt, answer=answer)
-                if answer.is_success:
+                if answer.is_success or answer.status_code in call.also:
                     return answer
+                pause_s = self._retries.pause_s(call, attempt=attempt, answer=answer)
                 answer.read()
                 if pause_s is None:
                     raise error_of_answer(answer)
