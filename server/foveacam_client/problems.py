@@ -17,6 +17,7 @@ ClientError
 ├── ServerFault      500
 ├── DeviceFailed     502
 ├── DeviceMissing    503
+├── JobInterrupted   503: the server was restarted
 ├── DeviceTimeout    504
 └── DiskFull         507
 """

@@ -233,6 +233,8 @@ def test_a_job_that_fails_raises_its_problem() -> None:
 
 
 def test_a_job_that_a_restart_ended_says_so() -> None:
+    interrupted = {**PROBLEM, "type": "/problems/interrupted"}
+
     with pytest.raises(JobInterrupted):
         JobServer(job(state="failed", problem={**PROBLEM, "type": "/problems/interrupted"})).rig().wait(
             STARTED
