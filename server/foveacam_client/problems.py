@@ -1,25 +1,27 @@
 """What can go wrong, as exceptions by whose move is next.
 
-ClientError
-├── Unreachable          nobody answers at the address
-├── UnexpectedAnswer     what answers is no server of this API, or one of another version
-├── WaitTimeout          the job has not ended in the time that was given
-└── ProblemError         the server said no (RFC 9457)
-├── NotSignedIn      401: no token, or a wrong one
-├── NotAllowed       403: the token lacks a right
-├── NotFound         404
-├── Conflict         409
-│   ├── RigBusy, RigStopped, RigNotCalibrated
-│   └── JobCancelled
-├── InvalidRequest   400, 413, 422
-│   └── TargetOutOfRange
-├── TooManyRequests  429; `retry_after_s`
-├── ServerFault      500
-├── DeviceFailed     502
-├── DeviceMissing    503
-├── JobInterrupted   503: the server was restarted
-├── DeviceTimeout    504
-└── DiskFull         507
+    ClientError
+    ├── Unreachable          nobody answers at the address
+    ├── UnexpectedAnswer     what answers is no server of this API, or one of another version
+    ├── WaitTimeout          it has not come in the time that was given
+    └── ProblemError         the server said no (RFC 9457)
+        ├── NotSignedIn      401: no token, or a wrong one
+        ├── NotAllowed       403: the token lacks a right
+        ├── NotFound         404
+        ├── Conflict         409
+        │   ├── RigBusy, RigStopped, RigNotCalibrated
+        │   └── JobCancelled
+        ├── InvalidRequest   400, 413, 422
+        │   └── TargetOutOfRange
+        ├── TooManyRequests  429; `retry_after_s`
+        ├── ServerFault      500
+        ├── DeviceFailed     502
+        ├── DeviceMissing    503
+        ├── JobInterrupted   503: the server was restarted
+        ├── DeviceTimeout    504
+        └── DiskFull         507
+
+A message is the server's own: what is wrong, and what to do.
 """
 
 import httpx
@@ -41,7 +43,7 @@ class UnexpectedAnswer(ClientError):
 
 
 class WaitTimeout(ClientError):
-    """A job that has not ended in time; it goes on."""
+    """A job that has not ended in time and goes on, or a point cloud that has not come."""
 
 
 class ProblemError(ClientError):

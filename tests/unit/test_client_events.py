@@ -236,9 +236,7 @@ def test_a_job_that_a_restart_ended_says_so() -> None:
     interrupted = {**PROBLEM, "type": "/problems/interrupted"}
 
     with pytest.raises(JobInterrupted):
-        JobServer(job(state="failed", problem={**PROBLEM, "type": "/problems/interrupted"})).rig().wait(
-            STARTED
-        )
+        JobServer(job(state="failed", problem=interrupted)).rig().wait(STARTED)
 
 
 def test_a_job_that_was_cancelled_says_so() -> None:
