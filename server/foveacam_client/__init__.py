@@ -1,10 +1,10 @@
 """A typed client of a FoveaCam Duo server, synchronous and asynchronous.
 
-import foveacam_client
+    with foveacam_client.connect("http://127.0.0.1:8000") as rig:
+        fixation = rig.fixate(700, 520)
+        print(fixation.distance_m, fixation.distance_sigma_m)
 
-with foveacam_client.connect("http://127.0.0.1:8000") as rig:
-fixation = rig.fixate(700, 520)
-print(fixation.distance_m, fixation.distance_sigma_m)
+README.md beside it has all of it on a page, with recipes.
 """
 
 import os
