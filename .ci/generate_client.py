@@ -37,7 +37,6 @@ MODEL_OPTIONS = (
     "--use-type-alias",
     "--use-double-quotes",
     "--strict-nullable",
-    "--keep-model-order",
     "--disable-timestamp",
     "--disable-warnings",
 )

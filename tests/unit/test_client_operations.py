@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_client.call import Call
+from foveacam_client.document import Document
 from foveacam_client.generated import models
 from foveacam_client.generated.async_operations import AsyncOperations
 from foveacam_client.generated.operations import Operations
@@ -81,6 +82,15 @@ def test_every_schema_of_the_document_is_a_model() -> None:
     missing = [name for name in DOCUMENT["components"]["schemas"] if not hasattr(models, name)]
 
     assert missing == []
+
+
+def test_every_model_is_built_when_it_is_imported() -> None:
+    """Else pydantic would build it at its first use, which threads must not do at once."""
+    classes = [found for found in vars(models).values() if inspect.isclass(found)]
+    documents = [found for found in classes if issubclass(found, Document)]
+
+    assert len(documents) > 300
+    assert [found.__name__ for found in documents if not found.__pydantic_complete__] == []
 
 
 @pytest.mark.slow

@@ -24,34 +24,6 @@ class AdviceDocument(Document):
     remedy: str
 
 
-class AllOptions(Document):
-    """All steps in order; `activate`: put the result in force.
-
-    `apply_settle`: also put the measured settle time in use.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    activate: bool = False
-    apply_settle: bool = True
-    check: CheckOptions | None = None
-    fit: FitOptions | None = None
-    mirrors: MirrorsOptions | None = None
-    settle: bool = True
-    wide: WideOptions | None = None
-
-
-class AllRun(Document):
-    """Run all steps of a calibration."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    options: AllOptions | None = None
-    step: Literal["all"]
-
-
 class AlternativeDocument(Document):
     """One of several distances that a target may have; the probabilities of all add up to 1."""
 
@@ -124,27 +96,6 @@ AutoMode = TypeAliasType(
 )
 
 
-class BackendComparisonDocument(Document):
-    """How two backends differ on one look, disparities in px of the rectified window."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    difference_url: str
-    edges: list[float]
-    first: ComparedBackend
-    id: str
-    known_both: float
-    left_url: str
-    limit_px: float
-    median_px: float | None
-    second: ComparedBackend
-    shares: list[float]
-    spread_px: float | None
-    within_1: float | None
-    within_2: float | None
-
-
 class BackendComparisonRequest(Document):
     """Two backends that are compared on the newest look."""
 
@@ -199,57 +150,6 @@ class BoundDocument(Document):
     )
     farthest_m: float | None
     nearest_m: float
-
-
-class CalibrationDocument(Document):
-    """A calibration and its standard errors."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    age_s: float
-    baseline_m: float
-    created_utc: str
-    current: bool
-    health: HealthDocument | None
-    id: str
-    kept: bool
-    label: str
-    mirror_sigma_deg: float
-    origin: str
-    parent_id: str | None
-    rectify_sigma_px: float | None
-    rig_id: str
-    session_id: str | None
-    wide: WideLensDocument
-
-
-class CameraDocument(Document):
-    """Last status of a camera."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    connected: bool
-    delivered: int
-    dropped: int
-    exposure_ms: float
-    frame_age_ms: float | None
-    frame_rate_hz: float
-    height: int | None
-    incomplete: int
-    late: int
-    link: CameraLinkDocument
-    model: str
-    ranges: CameraRangesDocument
-    role: str
-    serial: str
-    settings: CameraSettingsDocument
-    skipped: int
-    underrun: int
-    vendor: str
-    version: str
-    width: int | None
 
 
 class CameraFlowDocument(Document):
@@ -307,32 +207,6 @@ class CameraPatch(Document):
     pixel_format: Literal["Mono8", "Mono12", "Mono12p", "BayerRG8", "BayerRG12p", "RGB8"] | None = None
 
 
-class CameraPreset(Document):
-    """The settings of all cameras under a name."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    cameras: list[PresetCamera]
-    name: str
-    saved_utc: str
-
-
-class CameraRangesDocument(Document):
-    """Accepted values of a camera's settings; no formats before it was opened."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    black_level: SpanDocument
-    exposure_auto: list[Literal["off", "once", "continuous"]]
-    exposure_ms: SpanDocument
-    frame_rate_auto: bool
-    frame_rate_hz: SpanDocument
-    gain_db: SpanDocument
-    pixel_formats: list[Literal["Mono8", "Mono12", "Mono12p", "BayerRG8", "BayerRG12p", "RGB8"]]
-
-
 class CameraSettingsDocument(Document):
     """The settings that a camera accepted; `frame_rate_hz` is nominal. `kept`: restored at every start.
 
@@ -353,16 +227,6 @@ class CameraSettingsDocument(Document):
     trigger: Literal["none", "hardware", "software"]
 
 
-class CamerasChangedDocument(Document):
-    """The changed cameras, and the settings in which the foveae differ now."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    cameras: list[CameraDocument]
-    divergence: list[DifferenceDocument]
-
-
 class CaptureChecked(Document):
     """Result of reading every file again; `faults`: a sentence each."""
 
@@ -372,34 +236,6 @@ class CaptureChecked(Document):
     faults: list[str]
     id: str
     sound: bool
-
-
-class CaptureDocument(Document):
-    """One capture. `why`: what ended a partial one, or what the operator is asked to do before it goes on."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    calibration_id: str | None
-    codec: str | None
-    conditions: dict[str, Any] | None
-    created_utc: str | None
-    folder: str
-    id: str
-    job_id: str | None
-    label: str
-    licence: str
-    name: str
-    plan: dict[str, Any] | None
-    points: CapturePoints
-    progress: CaptureProgress | None
-    removed: bool
-    resumable: bool
-    rig_id: str | None
-    size_bytes: int
-    state: Literal["starting", "running", "paused", "complete", "partial", "damaged"]
-    url: str
-    why: str
 
 
 class CapturePatch(Document):
@@ -439,19 +275,6 @@ class CaptureProgress(Document):
     stored: int
     total: int
     written_bytes: int
-
-
-class CaptureRequest(Document):
-    """A plan to capture, and its name; an empty plan is the whole field of the rig."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    codec: Literal["tiff", "png"] = "tiff"
-    label: Annotated[str, Field(max_length=400, pattern="^[^\\x00-\\x1f\\x7f]*$")] = ""
-    licence: Annotated[str, Field(max_length=400, pattern="^[^\\x00-\\x1f\\x7f]*$")] = "all rights reserved"
-    name: Annotated[str, Field(max_length=1000)]
-    plan: RasterPlan | None = None
 
 
 class CharucoPattern(Document):
@@ -531,23 +354,6 @@ class ClockDocument(Document):
     utc: str
 
 
-class ClosingDocument(Document):
-    """The drift since the sweep, by nodes visited again, and whether it was corrected before the check.
-
-    `rows_px`: vertical difference between the eyes that the drift caused.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    calibration_id: str
-    corrected: bool
-    detail: str
-    eyes: list[ClosingEyeDocument]
-    places: int
-    rows_px: float
-
-
 class ClosingEyeDocument(Document):
     """How far an eye had drifted between its sweep and the check."""
 
@@ -602,11 +408,6 @@ class CombineRequest(Document):
     sessions: Annotated[list[str], Field(max_length=50, min_length=2)]
 
 
-CommandDegAdditionalProperty = TypeAliasType(
-    "CommandDegAdditionalProperty", Annotated[float, Field(ge=-360.0, le=360.0)]
-)
-
-
 class ComparedBackend(Document):
     """One side of a comparison."""
 
@@ -621,23 +422,6 @@ class ComparedBackend(Document):
     sigma_median_px: float | None
 
 
-class ComparisonDocument(Document):
-    """Differences of two calibrations: fovea px, and wide px for the wide camera."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    a: str
-    b: str
-    baseline_m: float
-    disparity_difference_px: SpreadDocument
-    distance_m: float
-    epipolar_difference_px: SpreadDocument
-    picture_url: str
-    pointing_difference_px: SpreadDocument
-    wide_px: SpreadDocument
-
-
 class ControllerDocument(Document):
     """Identification of the mirrors' controller."""
 
@@ -649,41 +433,6 @@ class ControllerDocument(Document):
     serial: str
     vendor: str
     version: str
-
-
-class ControllerLinkDocument(Document):
-    """The controller's link since it was connected; rates are of the last second."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    bad_packets: int
-    clock_drift_ppm: float | None
-    clock_offset_ms: float
-    crc: bool
-    crc_errors: int
-    lost_answers: int
-    queued_bytes: int
-    rtt_max_ms: float
-    rtt_p50_ms: float
-    rtt_p95_ms: float
-    rtt_p99_ms: float
-    rx_bytes: int
-    rx_bytes_per_s: float
-    rx_packets: int
-    rx_packets_per_s: float
-    streams: list[PositionStreamDocument]
-    tx_bytes: int
-    tx_bytes_per_s: float
-    tx_packets: int
-    tx_packets_per_s: float
-    update_limit_hz: float
-
-
-CornersRigMItem = TypeAliasType(
-    "CornersRigMItem",
-    Annotated[tuple[float, float, float], Field(max_length=3, min_length=3)],
-)
 
 
 class CorrectionDocument(Document):
@@ -708,20 +457,6 @@ class CorrectionRequest(Document):
         extra="forbid",
     )
     direction: Literal["nearer", "farther"]
-
-
-class CoverageDocument(Document):
-    """Positions of the views of one scan in the wide image; shares and overlaps from 0 to 1."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    footprints: list[Footprints]
-    outside_wide: int
-    overlap_across: float | None
-    overlap_down: float | None
-    seen_both: float
-    seen_either: float
 
 
 class CurveDocument(Document):
@@ -874,9 +609,6 @@ class DistanceLimits(Document):
     nearest_m: Annotated[float, Field(ge=0.0, le=1000000.0)]
 
 
-DistanceM = TypeAliasType("DistanceM", Annotated[float, Field(gt=0.0, le=100000.0)])
-
-
 class DraftCamera(Document):
     """The camera of a role."""
 
@@ -896,23 +628,6 @@ class DraftCameras(Document):
     left: DraftCamera | None = None
     right: DraftCamera | None = None
     wide: DraftCamera | None = None
-
-
-class DraftDocument(Document):
-    """The draft, its file, and what is wrong with it.
-
-    `file_exists`: whether the file is there already. `changed`: whether the file would change.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    changed: bool
-    draft: RigDraft
-    faults: list[DraftFault]
-    file_exists: bool
-    path: str
-    simulated: bool
 
 
 class DraftFault(Document):
@@ -982,29 +697,6 @@ class DraftStart(Document):
     ] = None
 
 
-DrawnPxItem = TypeAliasType("DrawnPxItem", Annotated[tuple[float, float], Field(max_length=2, min_length=2)])
-
-
-class DriftCheckDocument(Document):
-    """Result of a drift check, and whether it was applied."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    applied: bool
-    calibration_id: str
-    created_utc: str
-    detail: str
-    duration_s: float
-    eyes: list[DriftEyeDocument]
-    id: str
-    locked: bool
-    looks: int
-    new_calibration_id: str | None
-    residual_px: float | None
-    vergence_known: bool
-
-
 class DriftEyeDocument(Document):
     """Drift of one eye."""
 
@@ -1030,9 +722,6 @@ class DriftRequest(Document):
     distance_m: Annotated[float | None, Field(gt=0.5, le=1000.0)] = None
 
 
-Drop = TypeAliasType("Drop", Annotated[tuple[float, float, int], Field(max_length=3, min_length=3)])
-
-
 EndCause = TypeAliasType(
     "EndCause",
     Annotated[
@@ -1040,60 +729,6 @@ EndCause = TypeAliasType(
         Field(description="The cause that ended a recording; its file is complete after the first three."),
     ],
 )
-
-
-class EngineDocument(Document):
-    """The load of the whole server at one moment; shares are of the last `window_s`."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    cameras: list[CameraFlowDocument]
-    event_loop: EventLoopDocument
-    hardware: HardwareLoadDocument
-    process: ProcessDocument
-    stages: list[StageDocument]
-    start: list[StartTimeDocument]
-    threads: list[ThreadDocument]
-    utc: str
-    version: str
-    views: list[ViewFlowDocument]
-    window_s: float | None
-
-
-class EstimateDocument(Document):
-    """Time and space of a plan. `total_s` is the least that physics allows: `limit_s`, verging and moves."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    coverage: CoverageDocument
-    distance_assumed: bool
-    files: int
-    free_bytes: int
-    hand_moves: int
-    kinds: list[KindDocument]
-    limit_s: float
-    plan: dict[str, Any]
-    points: int
-    rail_s: float
-    raw_bytes: int
-    reverge_s: float
-    shots: int
-    stored_bytes: int
-    total_s: float
-    warnings: list[str]
-
-
-class EstimateRequest(Document):
-    """A plan to estimate; `distance_m` is used where the plan measures the distance at its start."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    codec: Literal["tiff", "png"] = "tiff"
-    distance_m: Annotated[float | None, Field(gt=0.0, le=1000000.0)] = None
-    plan: RasterPlan | None = None
 
 
 class EventDocument(Document):
@@ -1119,9 +754,6 @@ class EventLoopDocument(Document):
     flagged: bool
     window_s: float
     worst_lag_ms: float | None
-
-
-ExposuresM = TypeAliasType("ExposuresM", Annotated[float, Field(gt=0.0, le=10000.0)])
 
 
 class EyeDocument(Document):
@@ -1259,21 +891,6 @@ class FilmRequest(Document):
     undistorted: bool = False
 
 
-class FitDocument(Document):
-    """The last fit, and the models that were compared."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    calibration_id: str
-    drift: dict[str, Any] | None = None
-    fields: list[FieldScoreDocument]
-    models: list[ModelScoreDocument]
-    paper: dict[str, Any] | None
-    parallax: dict[str, Any] | None
-    volts_roundtrip_max_lsb: float
-
-
 class FitOptions(Document):
     """The fit of stages 2 and 3.
 
@@ -1302,57 +919,6 @@ class FitRun(Document):
     )
     options: FitOptions | None = None
     step: Literal["fit"]
-
-
-class FixationDocument(Document):
-    """The result of a fixation.
-
-    `state`: how the vergence loop of both foveae ended; `basis`: how the distance is known, which may be by
-    other means. Distance and point are null where `basis` is `bound` or null.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    alternatives: Annotated[list[AlternativeDocument], Field(validate_default=True)] = []
-    basis: Literal["both_foveae", "fovea_and_wide", "surroundings", "bound"] | None = None
-    bound: BoundDocument | None = None
-    calibration_id: str
-    chosen_alternative: int | None = None
-    cloud_id: str | None
-    created_utc: str
-    distance_m: float | None
-    distance_sigma_m: float | None
-    duration_ms: float | None
-    id: str
-    job_id: str
-    left_view: EyeViewDocument | None = None
-    point_rig_m: tuple[float, float, float] | None
-    reason: str
-    request: dict[str, Any]
-    residual_px: float | None
-    right_view: EyeViewDocument | None = None
-    score: float | None
-    state: Literal["verged", "no_texture", "lost", "out_of_range", "timed_out"]
-    steps: list[StepDocument]
-    target: TargetPlace
-    target_id: str | None
-
-
-class FixationRequest(Document):
-    """Exactly one of pixel, rectangle and direction."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    corrects: Annotated[str | None, Field(max_length=64, min_length=1)] = None
-    depth: bool = True
-    direction: Direction | None = None
-    frame_seq: Annotated[int | None, Field(ge=0, le=4294967295)] = None
-    label: Annotated[str | None, Field(max_length=80, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$")] = None
-    pixel: Pixel | None = None
-    rectangle: Rectangle | None = None
-    within: DistanceLimits | None = None
 
 
 class FolderDocument(Document):
@@ -1398,23 +964,6 @@ class FollowPatch(Document):
     label: Annotated[str | None, Field(max_length=80, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$")] = None
     priority: Annotated[float | None, Field(ge=0.1, le=10.0)] = None
     tracker: Literal["template", "filter"] | None = None
-
-
-class FollowRequest(Document):
-    """Exactly one of pixel, rectangle, direction and target_id."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    box_px: Annotated[int, Field(ge=16, le=400)] = 64
-    direction: Direction | None = None
-    frame_seq: Annotated[int | None, Field(ge=0, le=4294967295)] = None
-    label: Annotated[str | None, Field(max_length=80, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$")] = None
-    pixel: Pixel | None = None
-    priority: Annotated[float, Field(ge=0.1, le=10.0)] = 1.0
-    rectangle: Rectangle | None = None
-    target_id: Annotated[str | None, Field(max_length=64, min_length=1)] = None
-    tracker: Literal["template", "filter"] = "template"
 
 
 class FollowRoundRequest(Document):
@@ -1465,9 +1014,10 @@ class FollowedDocument(Document):
     y_px: float | None = None
 
 
-FootprintPxItem = TypeAliasType(
-    "FootprintPxItem", Annotated[tuple[float, float], Field(max_length=2, min_length=2)]
-)
+LeftItem = TypeAliasType("LeftItem", Annotated[tuple[float, float], Field(max_length=2, min_length=2)])
+
+
+RightItem = TypeAliasType("RightItem", Annotated[tuple[float, float], Field(max_length=2, min_length=2)])
 
 
 class Footprints(Document):
@@ -1512,17 +1062,6 @@ class FoundCameraDocument(Document):
     role: Literal["wide", "left", "right"] | None
     serial: str
     vendor: str
-
-
-class FoundDevices(Document):
-    """Everything that this machine's buses have now."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    cameras: list[FoundCameraDocument]
-    ports: list[FoundPortDocument]
-    silent: list[SilentBus]
 
 
 class FoundPortDocument(Document):
@@ -1642,23 +1181,6 @@ class InvitationDocument(Document):
     path: str
 
 
-class JobDocument(Document):
-    """A job: long work that a request started."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    created_utc: str
-    ended_utc: str | None
-    id: str
-    kind: str
-    problem: Problem | None
-    progress: JobProgress
-    result_url: str | None
-    started_utc: str | None
-    state: Literal["queued", "running", "cancelling", "cancelled", "failed", "succeeded"]
-
-
 class JobProgress(Document):
     """Progress of a job: `done` of `total`."""
 
@@ -1695,27 +1217,6 @@ class KindDocument(Document):
     kind: str
     raw_bytes: int
     stored_bytes: int
-
-
-class LayoutDocument(Document):
-    """The arrangement that is kept. `state`: `none`, `kept`, or why it cannot be used; `why`: in words."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    layout: PlayerLayout | None
-    state: Literal["none", "kept", "unreadable", "of another recording"]
-    why: str
-
-
-class LayoutRequest(Document):
-    """An arrangement to keep; `replace`: also over one that cannot be used."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    layout: PlayerLayout
-    replace: bool = False
 
 
 class LeaseAnswer(Document):
@@ -1771,12 +1272,6 @@ class LeaseWish(Document):
     holder: Annotated[str, Field(max_length=80, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$")]
 
 
-LeftItem = TypeAliasType("LeftItem", Annotated[tuple[float, float], Field(max_length=2, min_length=2)])
-
-
-LeftPxItem = TypeAliasType("LeftPxItem", Annotated[list[float], Field(max_length=2, min_length=2)])
-
-
 class LengthDocument(Document):
     """The way from the first point to the second; `same_look`: errors that both share are taken once."""
 
@@ -1788,43 +1283,6 @@ class LengthDocument(Document):
     length_m: float
     length_sigma_m: float
     same_look: bool
-
-
-class LensDocument(Document):
-    """The lens of a fovea by views of a board. For information: no calibration uses it.
-
-    `reason`: which parameters the views tell, or why there is no fit.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    board: BoardDocument
-    camera: Literal["left", "right"]
-    coverage_fraction: float
-    fit: LensFitDocument | None
-    reason: str
-    samples: list[WideSampleDocument]
-    tilts_covered: int
-
-
-class LensFitDocument(Document):
-    """A telephoto lens fitted to the samples."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    accuracy_deg: float | None
-    cx_px: float
-    cy_px: float
-    distortion: list[float]
-    fov_x_deg: float
-    fov_y_deg: float
-    fx_px: float
-    fy_px: float
-    model: str
-    parameters: list[LensParameterDocument]
-    rms_px: float
 
 
 class LensOptions(Document):
@@ -1888,52 +1346,6 @@ class LoopAxisDocument(Document):
     most_deg: float
 
 
-class LoopDocument(Document):
-    """The loop as it is now; what is not known is null."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    axes: list[LoopAxisDocument]
-    detail: str
-    distance_m: float | None
-    distance_sigma_m: float | None
-    dragged: bool
-    eyes: list[LoopEyeDocument]
-    fine: bool | None
-    job_id: str | None
-    lead_ms: float | None
-    looks: int
-    paused: bool
-    point_rig_m: tuple[float, float, float] | None
-    rate_hz: float
-    running: bool
-    score_left: float | None
-    score_right: float | None
-    settings: LoopSettingsDocument
-    status: Literal[
-        "off",
-        "initializing",
-        "tracking",
-        "low_score",
-        "match_stale",
-        "pair_skew",
-        "tracker_lost",
-        "out_of_reach",
-        "frozen",
-        "held",
-        "manual",
-        "trigger_fault",
-        "auto_tune",
-        "split",
-        "waiting",
-    ]
-    target: LoopTargetDocument | None
-    trigger: LoopTriggerDocument
-    tune_job_id: str | None
-    tuned: LoopTuneDocument | None
-
-
 class LoopDrag(Document):
     """Where both eyes look in parallel while somebody drags, wide px."""
 
@@ -1976,6 +1388,11 @@ class LoopGains(Document):
     kd: Annotated[float, Field(ge=0.0, le=2.0)]
     ki: Annotated[float, Field(ge=0.0, le=2.0)]
     kp: Annotated[float, Field(ge=0.0, le=2.0)]
+
+
+CommandDegAdditionalProperty = TypeAliasType(
+    "CommandDegAdditionalProperty", Annotated[float, Field(ge=-360.0, le=360.0)]
+)
 
 
 class LoopPatch(Document):
@@ -2107,18 +1524,6 @@ class LoopTargetDocument(Document):
     y_px: float
 
 
-class LoopTargetRequest(Document):
-    """Where to look: exactly one of pixel and direction."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    direction: Direction | None = None
-    distance_m: Annotated[float | None, Field(gt=0.0, le=1000000.0)] = None
-    frame_seq: Annotated[int | None, Field(ge=0, le=4294967295)] = None
-    pixel: Pixel | None = None
-
-
 class LoopTriggerDocument(Document):
     """The exposures of the loop; both foveae are exposed by one pulse."""
 
@@ -2160,75 +1565,6 @@ class LoopTuneRequest(Document):
     )
     candidates: Annotated[int, Field(ge=8, le=200)] = 48
     polish: bool = False
-
-
-class MadeMosaic(Document):
-    """A finished mosaic.
-
-    Pixel (x, y) is the direction ((x + u0_px) / f_px, (y + v0_px) / f_px, 1) from the eye at `eye_rig_m`.
-    A pixel of the depth layer is `cell_px` of the picture; red * 65536 + green * 256 + blue of it, times
-    `step_m`, is its depth along z; black is unknown.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    bracket: int
-    cell_px: int
-    depth: MosaicDepth
-    depth_picture_url: str
-    eye: Literal["left", "right"]
-    eye_rig_m: tuple[float, float, float] | None
-    f_px: float
-    far_m: float | None
-    glb_url: str | None
-    height: int
-    layers: list[MosaicLayer]
-    made_utc: str
-    matching: MosaicMatching
-    near_m: float | None
-    overview_url: str
-    ply_url: str | None
-    scan: int
-    seams: MosaicSeams
-    size_bytes: int
-    step_m: float
-    tiles: int
-    u0_px: int
-    v0_px: int
-    views: int
-    width: int
-
-
-class MadeReference(Document):
-    """A finished reference: its request, its figures, its files.
-
-    `samples`: with depth by the rig's own baseline; `referenced`: of those, with a reference. `outliers`:
-    share of matches that contradicted the rest. `baseline_m`: median of the longest baselines.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    across: int
-    baseline_m: float
-    bracket: int
-    comparison: ReferenceComparison
-    made_utc: str
-    matches: int
-    noise_factor: float
-    outliers: float
-    png_url: str
-    points: int
-    rail_sigma_m: float
-    referenced: int
-    residual_px: float
-    samples: int
-    samples_url: str
-    scan: int
-    short_baseline_m: float
-    stops: list[FoundStop]
-    svg_url: str
 
 
 class MapDocument(Document):
@@ -2304,27 +1640,7 @@ class MeasuredSettleTime(Document):
     settle_us: int
 
 
-class MeasurementDocument(Document):
-    """One measurement; of `length`, `plane` and `profile` that of its kind is there.
-
-    `drawn_px`: its points, ends or corners in each view that can show them; views other than the wide one
-    show them while they show the look `fixation_ids`, the raw foveae while the mirrors stand at `gaze`.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    created_utc: str
-    drawn_px: dict[Literal["wide", "left", "right", "anaglyph", "difference", "depth"], list[DrawnPxItem]]
-    fixation_ids: list[str]
-    gaze: GazeDocument | None = None
-    id: str
-    kind: Literal["point", "length", "plane", "profile"]
-    label: str
-    length: LengthDocument | None = None
-    plane: PlaneDocument | None = None
-    points: list[MeasuredPointDocument]
-    profile: ProfileDocument | None = None
+DrawnPxItem = TypeAliasType("DrawnPxItem", Annotated[tuple[float, float], Field(max_length=2, min_length=2)])
 
 
 class MeasurementPatch(Document):
@@ -2336,17 +1652,6 @@ class MeasurementPatch(Document):
     label: Annotated[str, Field(max_length=80, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$")]
 
 
-class MeasurementRequest(Document):
-    """One point; two ends of a length or of a profile's line; two opposite corners of a plane's rectangle."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    kind: Literal["point", "length", "plane", "profile"]
-    label: Annotated[str | None, Field(max_length=80, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$")] = None
-    points: Annotated[list[PlaceRequest], Field(max_length=2, min_length=1)]
-
-
 class MirrorStepOrder(Document):
     """A small step of both mirrors and back; only with the operator's confirmation."""
 
@@ -2356,27 +1661,10 @@ class MirrorStepOrder(Document):
     confirmed: Literal[True]
 
 
-class MirrorsDocument(Document):
-    """Both mirrors and their controller."""
+Node = TypeAliasType("Node", Annotated[int, Field(ge=3, le=41)])
 
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    bad_packets: int
-    clock_offset_ms: float | None
-    connected: bool
-    controller: ControllerDocument | None
-    enabled: bool | None
-    fault: str | None
-    guarded: bool
-    left: EyeDocument
-    link: ControllerLinkDocument | None
-    rail_wanted: bool
-    right: EyeDocument
-    rtt_p50_ms: float | None
-    rtt_p99_ms: float | None
-    rx_packets: int
-    tx_packets: int
+
+Station = TypeAliasType("Station", Annotated[str, Field(max_length=60, min_length=1)])
 
 
 class MirrorsOptions(Document):
@@ -2416,24 +1704,6 @@ class ModelScoreDocument(Document):
     order: int | None
 
 
-class MomentDocument(Document):
-    """The frames of all cameras nearest to a time.
-
-    `meeting_m`: distance at which the gazes cross, if any; `meeting_z_m`: its depth; `meeting_px`: its place
-    in the wide picture. `boxes`: of the targets that were followed.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    boxes: list[RecordedBox]
-    frames: dict[Literal["wide", "left", "right"], RecordedFrameDocument]
-    meeting_m: float | None
-    meeting_px: tuple[float, float] | None
-    meeting_z_m: float | None
-    t_s: float
-
-
 class MosaicDepth(Document):
     """The fused depth; shares of 1."""
 
@@ -2445,30 +1715,6 @@ class MosaicDepth(Document):
     median_sigma_rel: float | None
     outliers: float
     seen_twice: float
-
-
-class MosaicDocument(Document):
-    """The state of a capture's mosaic, and what computing one would take or why there can be none.
-
-    `outdated`: points were added to the capture since. `in_scene`: its surface is in the 3D scene.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    brackets: list[int]
-    capture_id: str
-    in_scene: bool
-    job_id: str | None
-    made: MadeMosaic | None
-    name: str
-    needs: MosaicNeedsDocument | None
-    outdated: bool
-    progress: JobProgress | None
-    refusal: Problem | None
-    scans: list[int]
-    state: Literal["none", "unfinished", "building", "complete"]
-    url: str
 
 
 class MosaicLayer(Document):
@@ -2574,20 +1820,6 @@ class NameDocument(Document):
     why: str
 
 
-class NetworkCheckDocument(Document):
-    """What a check of a network found on a pair whose disparities are known."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    compute_ms: float | None
-    error_median_px: float | None
-    findings: list[NetworkFindingDocument]
-    name: str
-    passed: bool
-    sgbm_ms: float | None
-
-
 class NetworkFindingDocument(Document):
     """One check of a network."""
 
@@ -2598,9 +1830,6 @@ class NetworkFindingDocument(Document):
     passed: bool
     remedy: str
     what: str
-
-
-Node = TypeAliasType("Node", Annotated[int, Field(ge=3, le=41)])
 
 
 class OpenMapRequest(Document):
@@ -2633,28 +1862,6 @@ class OpenRequest(Document):
     )
     name: Annotated[str | None, Field(max_length=1000)] = None
     path: Annotated[str, Field(max_length=4096, min_length=1)]
-
-
-class PanTiltDocument(Document):
-    """The pan-tilt, which turns the whole rig: +pan to the right, +tilt down."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    awaits_zero: bool
-    connected: bool
-    fault: str | None
-    homed: bool
-    info: DeviceInfoDocument | None
-    limits: PanTiltLimitsDocument | None
-    moves_itself: bool
-    moving: bool
-    pan_deg: float | None
-    present: bool
-    stations: list[StationDocument]
-    tilt_deg: float | None
-    wanted_pan_deg: float | None
-    wanted_tilt_deg: float | None
 
 
 class PanTiltLimitsDocument(Document):
@@ -2764,6 +1971,12 @@ class PlaceRequest(Document):
     y_px: Annotated[float, Field(ge=-1000000.0, le=1000000.0)]
 
 
+CornersRigMItem = TypeAliasType(
+    "CornersRigMItem",
+    Annotated[tuple[float, float, float], Field(max_length=3, min_length=3)],
+)
+
+
 class PlaneDocument(Document):
     """A plane, rig frame; `normal` points to the rig.
 
@@ -2794,27 +2007,6 @@ class PlaneDocument(Document):
     tilt_sigma_deg: float
 
 
-class PlayerLayout(Document):
-    """How the player shows a recording. `panes`: as in the address of a window of views.
-
-    `from_s`, `to_s`: the part of the recording that the timeline shows.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    boxes: bool
-    depth: bool
-    footprints: bool
-    from_s: Annotated[float, Field(ge=0.0, le=1000000.0)]
-    panes: Annotated[str, Field(max_length=1000)]
-    speed: Annotated[float, Field(ge=0.1, le=16.0)]
-    stereo: Literal["off", "left", "right", "anaglyph", "difference"]
-    style: Literal["red_cyan", "red_blue", "cyan_red", "blue_red"]
-    to_s: Annotated[float, Field(ge=0.0, le=1000000.0)]
-    tracks: Annotated[list[TrackLayout], Field(max_length=200)]
-
-
 class PointDocument(Document):
     """A captured point. `sheet_row`, `sheet_column`: its position on the contact sheet, from 0."""
 
@@ -2833,26 +2025,6 @@ class PointDocument(Document):
     sheet_row: int
 
 
-class PointsDocument(Document):
-    """The points of a capture; `rows`, `columns`: of the contact sheet."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    columns: int
-    points: list[PointDocument]
-    rows: int
-    skipped: list[SkippedPoint]
-
-
-PointsMItemItem = TypeAliasType("PointsMItemItem", Annotated[float, Field(ge=-10000000.0, le=10000000.0)])
-
-
-PointsMItem = TypeAliasType(
-    "PointsMItem", Annotated[list[PointsMItemItem], Field(max_length=2, min_length=2)]
-)
-
-
 class PositionStreamDocument(Document):
     """One of the controller's position streams."""
 
@@ -2865,22 +2037,6 @@ class PositionStreamDocument(Document):
     right_y_v: float
     stream: int
     updates_per_s: float
-
-
-class PresetCamera(Document):
-    """The settings of one camera."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    black_level: float
-    exposure_auto: AutoMode
-    exposure_ms: float
-    frame_rate_auto: bool
-    frame_rate_hz: float
-    gain_db: float
-    pixel_format: PixelFormat
-    role: Role
 
 
 class Problem(Document):
@@ -2916,43 +2072,6 @@ class ProcessDocument(Document):
     up_s: float | None
 
 
-class ProfileDocument(Document):
-    """Depth along a line; `along_m` counts on a surface that faces the rig at `median_z_m`.
-
-    `shared_sigma_m`: standard error of Z that all samples share.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    end_rig_m: tuple[float, float, float]
-    known_fraction: float
-    median_z_m: float
-    samples: list[SampleDocument]
-    shared_sigma_m: float
-    start_rig_m: tuple[float, float, float]
-
-
-class RailDocument(Document):
-    """The rail, which moves the whole rig sideways: + to its right."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    awaits_zero: bool
-    connected: bool
-    fault: str | None
-    homed: bool
-    info: DeviceInfoDocument | None
-    limits: RailLimitsDocument | None
-    moves_itself: bool
-    moving: bool
-    places: list[RailPlaceDocument]
-    position_mm: float | None
-    present: bool
-    wanted_mm: float | None
-
-
 class RailLimitsDocument(Document):
     """How far the rail reaches, from its middle."""
 
@@ -2983,9 +2102,6 @@ class RailPlaceDocument(Document):
     position_mm: float
 
 
-RailPositionsMmItem = TypeAliasType("RailPositionsMmItem", Annotated[float, Field(ge=-2000.0, le=2000.0)])
-
-
 class RandomMapRequest(Document):
     """A random map: the same seed and settings give the same map."""
 
@@ -3002,21 +2118,16 @@ class RandomMapRequest(Document):
     targets: Annotated[int, Field(ge=1, le=50)] = 5
 
 
-class RasterPlan(Document):
-    """What a raster capture takes, in which order; the points follow from it alone."""
+ExposuresM = TypeAliasType("ExposuresM", Annotated[float, Field(gt=0.0, le=10000.0)])
 
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    exposures_ms: Annotated[list[ExposuresM], Field(max_length=16)] = []
-    format: Literal["foveacam-raster-plan"] = "foveacam-raster-plan"
-    points: Annotated[GridPoints | SetPoints | None, Field(discriminator="kind")] = None
-    rail_positions_mm: Annotated[list[RailPositionsMmItem], Field(max_length=25)] = []
-    stack_frames: Annotated[int, Field(ge=1, le=256)] = 1
-    stack_keep: Literal["mean", "all"] = "mean"
-    verging: Verging | None = None
-    version: Literal[1] = 1
-    wide: Literal["point", "scan", "none"] = "point"
+
+RailPositionsMmItem = TypeAliasType("RailPositionsMmItem", Annotated[float, Field(ge=-2000.0, le=2000.0)])
+
+
+LeftPxItem = TypeAliasType("LeftPxItem", Annotated[list[float], Field(max_length=2, min_length=2)])
+
+
+RightPxItem = TypeAliasType("RightPxItem", Annotated[list[float], Field(max_length=2, min_length=2)])
 
 
 class ReachDocument(Document):
@@ -3032,16 +2143,6 @@ class ReachDocument(Document):
     distance_m: float | None
     left_px: list[LeftPxItem]
     right_px: list[RightPxItem]
-
-
-class Readiness(Document):
-    """Whether a fixation could start now."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    problems: list[ReadyProblem]
-    ready: bool
 
 
 class ReadyProblem(Document):
@@ -3089,6 +2190,11 @@ class RecordedDepthDocument(Document):
     t_s: float
     verged_z_m: float | None
     z_m: float | None
+
+
+FootprintPxItem = TypeAliasType(
+    "FootprintPxItem", Annotated[tuple[float, float], Field(max_length=2, min_length=2)]
+)
 
 
 class RecordedFrameDocument(Document):
@@ -3140,44 +2246,6 @@ class RecordedStreamDocument(Document):
     written: int | None
 
 
-class RecordingDocument(Document):
-    """One recording. `why`: what ended it early. `playable`: whether it has frames to show.
-
-    `ended`: the cause of its end; null while it is made, and when unknown. While it is made, `left_s`: time
-    until it ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that
-    lasts at its rate.
-
-    `truncated`: what was cut off; the rest is found by reading the file through and is complete.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    asked_s: float | None
-    calibration_id: str | None
-    calibration_problem: str | None
-    created_utc: str | None
-    duration_s: float
-    ended: EndCause | None
-    file: str
-    id: str
-    job_id: str | None
-    label: str
-    left_s: float | None
-    name: str
-    playable: bool
-    removed: bool
-    rig_id: str | None
-    room_bytes: int | None
-    room_s: float | None
-    size_bytes: int
-    state: Literal["starting", "recording", "ending", "complete", "partial", "truncated", "damaged"]
-    streams: list[RecordedStreamDocument]
-    truncated: TruncationDocument | None
-    url: str
-    why: str
-
-
 class RecordingPatch(Document):
     """Fields of a recording to change."""
 
@@ -3226,26 +2294,6 @@ class Rectangle(Document):
     y_px: Annotated[float, Field(ge=-1000000.0, le=1000000.0)]
 
 
-class ReferenceComparison(Document):
-    """The rig's own baseline against the reference; `wrong`: share of samples apart by more than 5 % of Z.
-
-    Those are excluded from the rest. `stated_sigma_rel`: the reference's own standard error, median.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    bias_rel: float
-    bins: list[ReferenceDepthRange]
-    disparity_bias_px: float
-    disparity_rms_px: float
-    rms_m: float
-    rms_rel: float
-    samples: int
-    stated_sigma_rel: float
-    wrong: float
-
-
 class ReferenceDepthRange(Document):
     """Samples of a range of depths, the rig's own baseline against the reference.
 
@@ -3266,28 +2314,6 @@ class ReferenceDepthRange(Document):
     rms_m: float
     samples: int
     to_m: float
-
-
-class ReferenceDocument(Document):
-    """The state of a capture's reference, or why there can be none. `stops`: known positions on the rail.
-
-    `outdated`: points were added to the capture since.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    brackets: list[int]
-    capture_id: str
-    job_id: str | None
-    made: MadeReference | None
-    name: str
-    outdated: bool
-    progress: JobProgress | None
-    refusal: Problem | None
-    state: Literal["none", "building", "complete"]
-    stops: list[ReferenceStop]
-    url: str
 
 
 class ReferenceRequest(Document):
@@ -3329,55 +2355,20 @@ class RegionDocument(Document):
     y_m: float
 
 
-class RegionsDocument(Document):
-    """The regions, and map, rings, regions and union as one GeoJSON document."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    areas: AreasDocument
-    duration_ms: float
-    empty_because: str | None
-    geojson: dict[str, Any]
-    points: list[SightDocument]
-    regions: list[RegionDocument]
-    ring: RingDocument
+PointsMItemItem = TypeAliasType("PointsMItemItem", Annotated[float, Field(ge=-10000000.0, le=10000000.0)])
 
 
-class RegionsRequest(Document):
-    """Where one can stand about the targets of a map."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    agent_radius_m: Annotated[float, Field(ge=0.0, le=100.0)] = 0.3
-    map: dict[str, Any]
-    points_m: Annotated[list[PointsMItem] | None, Field(max_length=1000)] = None
-    ring: RingRequest | None = None
-    targets_m: Annotated[list[TargetsMItem] | None, Field(max_length=50)] = None
+PointsMItem = TypeAliasType(
+    "PointsMItem", Annotated[list[PointsMItemItem], Field(max_length=2, min_length=2)]
+)
 
 
-class RigDocument(Document):
-    """The whole rig."""
+TargetsMItemItem = TypeAliasType("TargetsMItemItem", Annotated[float, Field(ge=-10000000.0, le=10000000.0)])
 
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    baseline_m: float | None
-    calibration: CalibrationDocument | None
-    calibration_problem: str | None
-    cameras: list[CameraDocument]
-    clock: ClockDocument
-    divergence: list[DifferenceDocument]
-    mirrors: MirrorsDocument
-    name: str
-    problems: list[DeviceProblemDocument]
-    rig_id: str | None
-    scene: str | None
-    simulated: bool
-    state: str
-    steering: SteeringDocument | None
-    trigger: TriggerDocument | None
+
+TargetsMItem = TypeAliasType(
+    "TargetsMItem", Annotated[list[TargetsMItemItem], Field(max_length=2, min_length=2)]
+)
 
 
 class RigDraft(Document):
@@ -3441,12 +2432,6 @@ class RigFiles(Document):
     simulated: bool
 
 
-RightItem = TypeAliasType("RightItem", Annotated[tuple[float, float], Field(max_length=2, min_length=2)])
-
-
-RightPxItem = TypeAliasType("RightPxItem", Annotated[list[float], Field(max_length=2, min_length=2)])
-
-
 class RingDocument(Document):
     """Where an observer may stand about a target; `empty_because`: in words, why nowhere."""
 
@@ -3486,9 +2471,6 @@ Role = TypeAliasType(
 )
 
 
-Run = TypeAliasType("Run", Annotated[tuple[float, float], Field(max_length=2, min_length=2)])
-
-
 class SampleDocument(Document):
     """One place of a profile; `z_m` and its matching error are null where there is no depth."""
 
@@ -3498,16 +2480,6 @@ class SampleDocument(Document):
     along_m: float
     z_m: float | None
     z_sigma_m: float | None
-
-
-class ServiceTokenCreated(Document):
-    """The new token; its secret is shown this once."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    document: ServiceTokenDocument
-    token: str
 
 
 class ServiceTokenDocument(Document):
@@ -3549,31 +2521,6 @@ class ServiceTokenRequest(Document):
     ]
 
 
-class SessionDocument(Document):
-    """The measurements of one calibration, and their results."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    board: BoardDocument | None
-    bytes: int
-    calibrations: list[str]
-    check: CheckDocument | None
-    closing: ClosingDocument | None = None
-    created_utc: str
-    fit: FitDocument | None
-    id: str
-    label: str
-    lenses: list[LensDocument]
-    pictures: list[PictureDocument]
-    problems: list[str]
-    rig_id: str
-    running: str | None
-    settle: SettleDocument | None
-    sweeps: list[SweepDocument]
-    wide: WideStageDocument | None
-
-
 class SessionRequest(Document):
     """A new session."""
 
@@ -3581,6 +2528,9 @@ class SessionRequest(Document):
         extra="forbid",
     )
     label: Annotated[str, Field(max_length=80, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$")]
+
+
+DistanceM = TypeAliasType("DistanceM", Annotated[float, Field(gt=0.0, le=100000.0)])
 
 
 class SetPoint(Document):
@@ -3820,15 +2770,6 @@ class StandoffRequest(Document):
     ring: RingRequest | None = None
 
 
-class StartDocument(Document):
-    """The steps of the rig's last start, in their order."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    steps: list[StartStepDocument]
-
-
 class StartStepDocument(Document):
     """One step of the rig's start; `device`: `rig` (its file), `calibration`, or a device.
 
@@ -3854,9 +2795,6 @@ class StartTimeDocument(Document):
     device: str
     duration_s: float | None
     state: str
-
-
-Station = TypeAliasType("Station", Annotated[str, Field(max_length=60, min_length=1)])
 
 
 class StationDocument(Document):
@@ -4056,19 +2994,6 @@ class SuggestionDocument(Document):
     y_px: float
 
 
-class SweepDocument(Document):
-    """Stage 2 at one station: `done` of `nodes` poses."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    distance_m: float | None
-    done: int
-    nodes: int
-    poses: list[SweepPoseDocument]
-    station: str
-
-
 class SweepPoseDocument(Document):
     """One pose of a sweep, and the state of either eye."""
 
@@ -4131,14 +3056,6 @@ class TargetPlace(Document):
     y_px: float
 
 
-TargetsMItemItem = TypeAliasType("TargetsMItemItem", Annotated[float, Field(ge=-10000000.0, le=10000000.0)])
-
-
-TargetsMItem = TypeAliasType(
-    "TargetsMItem", Annotated[list[TargetsMItemItem], Field(max_length=2, min_length=2)]
-)
-
-
 class ThreadDocument(Document):
     """Threads of one name; `busiest_share`: of the one that uses most of a core; null: not known (yet)."""
 
@@ -4150,17 +3067,6 @@ class ThreadDocument(Document):
     cpu_share: float | None
     flagged: bool
     name: str
-
-
-class TimelineDocument(Document):
-    """Times of all exposures of a recording. `calibrated`: whether depth can be computed from its poses."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    calibrated: bool
-    duration_s: float
-    streams: list[TimelineStream]
 
 
 class TimelineStream(Document):
@@ -4175,6 +3081,12 @@ class TimelineStream(Document):
     role: Literal["wide", "left", "right"]
     t_s: list[float]
     width: int
+
+
+Drop = TypeAliasType("Drop", Annotated[tuple[float, float, int], Field(max_length=3, min_length=3)])
+
+
+Run = TypeAliasType("Run", Annotated[tuple[float, float], Field(max_length=2, min_length=2)])
 
 
 class TrackDocument(Document):
@@ -4299,23 +3211,6 @@ class TryResult(Document):
     sentence: str
 
 
-class UploadDocument(Document):
-    """A recording on its way. `part_bytes`: largest part; the next one begins at `received_bytes`.
-
-    `recording`: set once all has come and was found readable; `state` says when it is cut off.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    id: str
-    name: str
-    part_bytes: int
-    received_bytes: int
-    recording: RecordingDocument | None
-    size_bytes: int
-
-
 class UploadRequest(Document):
     """A recording that will be sent in parts: its name here, without a suffix, and its length."""
 
@@ -4334,16 +3229,6 @@ class UserChange(Document):
     )
     disabled: bool | None = None
     role: Literal["viewer", "operator", "admin"] | None = None
-
-
-class UserCreated(Document):
-    """The new user, and the link by which it sets a password; null when it has one."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    invitation: InvitationDocument | None
-    user: UserDocument
 
 
 class UserDocument(Document):
@@ -4589,3 +3474,1118 @@ class WindowLayoutRequest(Document):
         extra="forbid",
     )
     layout: Annotated[str, Field(max_length=600, min_length=1, pattern="^[a-z_0-9(),-]+$")]
+
+
+class AllOptions(Document):
+    """All steps in order; `activate`: put the result in force.
+
+    `apply_settle`: also put the measured settle time in use.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    activate: bool = False
+    apply_settle: bool = True
+    check: CheckOptions | None = None
+    fit: FitOptions | None = None
+    mirrors: MirrorsOptions | None = None
+    settle: bool = True
+    wide: WideOptions | None = None
+
+
+class AllRun(Document):
+    """Run all steps of a calibration."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    options: AllOptions | None = None
+    step: Literal["all"]
+
+
+class BackendComparisonDocument(Document):
+    """How two backends differ on one look, disparities in px of the rectified window."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    difference_url: str
+    edges: list[float]
+    first: ComparedBackend
+    id: str
+    known_both: float
+    left_url: str
+    limit_px: float
+    median_px: float | None
+    second: ComparedBackend
+    shares: list[float]
+    spread_px: float | None
+    within_1: float | None
+    within_2: float | None
+
+
+class CalibrationDocument(Document):
+    """A calibration and its standard errors."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    age_s: float
+    baseline_m: float
+    created_utc: str
+    current: bool
+    health: HealthDocument | None
+    id: str
+    kept: bool
+    label: str
+    mirror_sigma_deg: float
+    origin: str
+    parent_id: str | None
+    rectify_sigma_px: float | None
+    rig_id: str
+    session_id: str | None
+    wide: WideLensDocument
+
+
+class CameraRangesDocument(Document):
+    """Accepted values of a camera's settings; no formats before it was opened."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    black_level: SpanDocument
+    exposure_auto: list[Literal["off", "once", "continuous"]]
+    exposure_ms: SpanDocument
+    frame_rate_auto: bool
+    frame_rate_hz: SpanDocument
+    gain_db: SpanDocument
+    pixel_formats: list[Literal["Mono8", "Mono12", "Mono12p", "BayerRG8", "BayerRG12p", "RGB8"]]
+
+
+class CaptureDocument(Document):
+    """One capture. `why`: what ended a partial one, or what the operator is asked to do before it goes on."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    calibration_id: str | None
+    codec: str | None
+    conditions: dict[str, Any] | None
+    created_utc: str | None
+    folder: str
+    id: str
+    job_id: str | None
+    label: str
+    licence: str
+    name: str
+    plan: dict[str, Any] | None
+    points: CapturePoints
+    progress: CaptureProgress | None
+    removed: bool
+    resumable: bool
+    rig_id: str | None
+    size_bytes: int
+    state: Literal["starting", "running", "paused", "complete", "partial", "damaged"]
+    url: str
+    why: str
+
+
+class ClosingDocument(Document):
+    """The drift since the sweep, by nodes visited again, and whether it was corrected before the check.
+
+    `rows_px`: vertical difference between the eyes that the drift caused.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    calibration_id: str
+    corrected: bool
+    detail: str
+    eyes: list[ClosingEyeDocument]
+    places: int
+    rows_px: float
+
+
+class ComparisonDocument(Document):
+    """Differences of two calibrations: fovea px, and wide px for the wide camera."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    a: str
+    b: str
+    baseline_m: float
+    disparity_difference_px: SpreadDocument
+    distance_m: float
+    epipolar_difference_px: SpreadDocument
+    picture_url: str
+    pointing_difference_px: SpreadDocument
+    wide_px: SpreadDocument
+
+
+class ControllerLinkDocument(Document):
+    """The controller's link since it was connected; rates are of the last second."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    bad_packets: int
+    clock_drift_ppm: float | None
+    clock_offset_ms: float
+    crc: bool
+    crc_errors: int
+    lost_answers: int
+    queued_bytes: int
+    rtt_max_ms: float
+    rtt_p50_ms: float
+    rtt_p95_ms: float
+    rtt_p99_ms: float
+    rx_bytes: int
+    rx_bytes_per_s: float
+    rx_packets: int
+    rx_packets_per_s: float
+    streams: list[PositionStreamDocument]
+    tx_bytes: int
+    tx_bytes_per_s: float
+    tx_packets: int
+    tx_packets_per_s: float
+    update_limit_hz: float
+
+
+class CoverageDocument(Document):
+    """Positions of the views of one scan in the wide image; shares and overlaps from 0 to 1."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    footprints: list[Footprints]
+    outside_wide: int
+    overlap_across: float | None
+    overlap_down: float | None
+    seen_both: float
+    seen_either: float
+
+
+class DraftDocument(Document):
+    """The draft, its file, and what is wrong with it.
+
+    `file_exists`: whether the file is there already. `changed`: whether the file would change.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    changed: bool
+    draft: RigDraft
+    faults: list[DraftFault]
+    file_exists: bool
+    path: str
+    simulated: bool
+
+
+class DriftCheckDocument(Document):
+    """Result of a drift check, and whether it was applied."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    applied: bool
+    calibration_id: str
+    created_utc: str
+    detail: str
+    duration_s: float
+    eyes: list[DriftEyeDocument]
+    id: str
+    locked: bool
+    looks: int
+    new_calibration_id: str | None
+    residual_px: float | None
+    vergence_known: bool
+
+
+class EngineDocument(Document):
+    """The load of the whole server at one moment; shares are of the last `window_s`."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    cameras: list[CameraFlowDocument]
+    event_loop: EventLoopDocument
+    hardware: HardwareLoadDocument
+    process: ProcessDocument
+    stages: list[StageDocument]
+    start: list[StartTimeDocument]
+    threads: list[ThreadDocument]
+    utc: str
+    version: str
+    views: list[ViewFlowDocument]
+    window_s: float | None
+
+
+class EstimateDocument(Document):
+    """Time and space of a plan. `total_s` is the least that physics allows: `limit_s`, verging and moves."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    coverage: CoverageDocument
+    distance_assumed: bool
+    files: int
+    free_bytes: int
+    hand_moves: int
+    kinds: list[KindDocument]
+    limit_s: float
+    plan: dict[str, Any]
+    points: int
+    rail_s: float
+    raw_bytes: int
+    reverge_s: float
+    shots: int
+    stored_bytes: int
+    total_s: float
+    warnings: list[str]
+
+
+class FitDocument(Document):
+    """The last fit, and the models that were compared."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    calibration_id: str
+    drift: dict[str, Any] | None = None
+    fields: list[FieldScoreDocument]
+    models: list[ModelScoreDocument]
+    paper: dict[str, Any] | None
+    parallax: dict[str, Any] | None
+    volts_roundtrip_max_lsb: float
+
+
+class FixationDocument(Document):
+    """The result of a fixation.
+
+    `state`: how the vergence loop of both foveae ended; `basis`: how the distance is known, which may be by
+    other means. Distance and point are null where `basis` is `bound` or null.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    alternatives: Annotated[list[AlternativeDocument], Field(validate_default=True)] = []
+    basis: Literal["both_foveae", "fovea_and_wide", "surroundings", "bound"] | None = None
+    bound: BoundDocument | None = None
+    calibration_id: str
+    chosen_alternative: int | None = None
+    cloud_id: str | None
+    created_utc: str
+    distance_m: float | None
+    distance_sigma_m: float | None
+    duration_ms: float | None
+    id: str
+    job_id: str
+    left_view: EyeViewDocument | None = None
+    point_rig_m: tuple[float, float, float] | None
+    reason: str
+    request: dict[str, Any]
+    residual_px: float | None
+    right_view: EyeViewDocument | None = None
+    score: float | None
+    state: Literal["verged", "no_texture", "lost", "out_of_range", "timed_out"]
+    steps: list[StepDocument]
+    target: TargetPlace
+    target_id: str | None
+
+
+class FixationRequest(Document):
+    """Exactly one of pixel, rectangle and direction."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    corrects: Annotated[str | None, Field(max_length=64, min_length=1)] = None
+    depth: bool = True
+    direction: Direction | None = None
+    frame_seq: Annotated[int | None, Field(ge=0, le=4294967295)] = None
+    label: Annotated[str | None, Field(max_length=80, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$")] = None
+    pixel: Pixel | None = None
+    rectangle: Rectangle | None = None
+    within: DistanceLimits | None = None
+
+
+class FollowRequest(Document):
+    """Exactly one of pixel, rectangle, direction and target_id."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    box_px: Annotated[int, Field(ge=16, le=400)] = 64
+    direction: Direction | None = None
+    frame_seq: Annotated[int | None, Field(ge=0, le=4294967295)] = None
+    label: Annotated[str | None, Field(max_length=80, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$")] = None
+    pixel: Pixel | None = None
+    priority: Annotated[float, Field(ge=0.1, le=10.0)] = 1.0
+    rectangle: Rectangle | None = None
+    target_id: Annotated[str | None, Field(max_length=64, min_length=1)] = None
+    tracker: Literal["template", "filter"] = "template"
+
+
+class FoundDevices(Document):
+    """Everything that this machine's buses have now."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    cameras: list[FoundCameraDocument]
+    ports: list[FoundPortDocument]
+    silent: list[SilentBus]
+
+
+class JobDocument(Document):
+    """A job: long work that a request started."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    created_utc: str
+    ended_utc: str | None
+    id: str
+    kind: str
+    problem: Problem | None
+    progress: JobProgress
+    result_url: str | None
+    started_utc: str | None
+    state: Literal["queued", "running", "cancelling", "cancelled", "failed", "succeeded"]
+
+
+class LensFitDocument(Document):
+    """A telephoto lens fitted to the samples."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    accuracy_deg: float | None
+    cx_px: float
+    cy_px: float
+    distortion: list[float]
+    fov_x_deg: float
+    fov_y_deg: float
+    fx_px: float
+    fy_px: float
+    model: str
+    parameters: list[LensParameterDocument]
+    rms_px: float
+
+
+class LoopDocument(Document):
+    """The loop as it is now; what is not known is null."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    axes: list[LoopAxisDocument]
+    detail: str
+    distance_m: float | None
+    distance_sigma_m: float | None
+    dragged: bool
+    eyes: list[LoopEyeDocument]
+    fine: bool | None
+    job_id: str | None
+    lead_ms: float | None
+    looks: int
+    paused: bool
+    point_rig_m: tuple[float, float, float] | None
+    rate_hz: float
+    running: bool
+    score_left: float | None
+    score_right: float | None
+    settings: LoopSettingsDocument
+    status: Literal[
+        "off",
+        "initializing",
+        "tracking",
+        "low_score",
+        "match_stale",
+        "pair_skew",
+        "tracker_lost",
+        "out_of_reach",
+        "frozen",
+        "held",
+        "manual",
+        "trigger_fault",
+        "auto_tune",
+        "split",
+        "waiting",
+    ]
+    target: LoopTargetDocument | None
+    trigger: LoopTriggerDocument
+    tune_job_id: str | None
+    tuned: LoopTuneDocument | None
+
+
+class LoopTargetRequest(Document):
+    """Where to look: exactly one of pixel and direction."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    direction: Direction | None = None
+    distance_m: Annotated[float | None, Field(gt=0.0, le=1000000.0)] = None
+    frame_seq: Annotated[int | None, Field(ge=0, le=4294967295)] = None
+    pixel: Pixel | None = None
+
+
+class MadeMosaic(Document):
+    """A finished mosaic.
+
+    Pixel (x, y) is the direction ((x + u0_px) / f_px, (y + v0_px) / f_px, 1) from the eye at `eye_rig_m`.
+    A pixel of the depth layer is `cell_px` of the picture; red * 65536 + green * 256 + blue of it, times
+    `step_m`, is its depth along z; black is unknown.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    bracket: int
+    cell_px: int
+    depth: MosaicDepth
+    depth_picture_url: str
+    eye: Literal["left", "right"]
+    eye_rig_m: tuple[float, float, float] | None
+    f_px: float
+    far_m: float | None
+    glb_url: str | None
+    height: int
+    layers: list[MosaicLayer]
+    made_utc: str
+    matching: MosaicMatching
+    near_m: float | None
+    overview_url: str
+    ply_url: str | None
+    scan: int
+    seams: MosaicSeams
+    size_bytes: int
+    step_m: float
+    tiles: int
+    u0_px: int
+    v0_px: int
+    views: int
+    width: int
+
+
+class MeasurementRequest(Document):
+    """One point; two ends of a length or of a profile's line; two opposite corners of a plane's rectangle."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    kind: Literal["point", "length", "plane", "profile"]
+    label: Annotated[str | None, Field(max_length=80, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$")] = None
+    points: Annotated[list[PlaceRequest], Field(max_length=2, min_length=1)]
+
+
+class MirrorsDocument(Document):
+    """Both mirrors and their controller."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    bad_packets: int
+    clock_offset_ms: float | None
+    connected: bool
+    controller: ControllerDocument | None
+    enabled: bool | None
+    fault: str | None
+    guarded: bool
+    left: EyeDocument
+    link: ControllerLinkDocument | None
+    rail_wanted: bool
+    right: EyeDocument
+    rtt_p50_ms: float | None
+    rtt_p99_ms: float | None
+    rx_packets: int
+    tx_packets: int
+
+
+class MomentDocument(Document):
+    """The frames of all cameras nearest to a time.
+
+    `meeting_m`: distance at which the gazes cross, if any; `meeting_z_m`: its depth; `meeting_px`: its place
+    in the wide picture. `boxes`: of the targets that were followed.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    boxes: list[RecordedBox]
+    frames: dict[Literal["wide", "left", "right"], RecordedFrameDocument]
+    meeting_m: float | None
+    meeting_px: tuple[float, float] | None
+    meeting_z_m: float | None
+    t_s: float
+
+
+class MosaicDocument(Document):
+    """The state of a capture's mosaic, and what computing one would take or why there can be none.
+
+    `outdated`: points were added to the capture since. `in_scene`: its surface is in the 3D scene.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    brackets: list[int]
+    capture_id: str
+    in_scene: bool
+    job_id: str | None
+    made: MadeMosaic | None
+    name: str
+    needs: MosaicNeedsDocument | None
+    outdated: bool
+    progress: JobProgress | None
+    refusal: Problem | None
+    scans: list[int]
+    state: Literal["none", "unfinished", "building", "complete"]
+    url: str
+
+
+class NetworkCheckDocument(Document):
+    """What a check of a network found on a pair whose disparities are known."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    compute_ms: float | None
+    error_median_px: float | None
+    findings: list[NetworkFindingDocument]
+    name: str
+    passed: bool
+    sgbm_ms: float | None
+
+
+class PanTiltDocument(Document):
+    """The pan-tilt, which turns the whole rig: +pan to the right, +tilt down."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    awaits_zero: bool
+    connected: bool
+    fault: str | None
+    homed: bool
+    info: DeviceInfoDocument | None
+    limits: PanTiltLimitsDocument | None
+    moves_itself: bool
+    moving: bool
+    pan_deg: float | None
+    present: bool
+    stations: list[StationDocument]
+    tilt_deg: float | None
+    wanted_pan_deg: float | None
+    wanted_tilt_deg: float | None
+
+
+class PlayerLayout(Document):
+    """How the player shows a recording. `panes`: as in the address of a window of views.
+
+    `from_s`, `to_s`: the part of the recording that the timeline shows.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    boxes: bool
+    depth: bool
+    footprints: bool
+    from_s: Annotated[float, Field(ge=0.0, le=1000000.0)]
+    panes: Annotated[str, Field(max_length=1000)]
+    speed: Annotated[float, Field(ge=0.1, le=16.0)]
+    stereo: Literal["off", "left", "right", "anaglyph", "difference"]
+    style: Literal["red_cyan", "red_blue", "cyan_red", "blue_red"]
+    to_s: Annotated[float, Field(ge=0.0, le=1000000.0)]
+    tracks: Annotated[list[TrackLayout], Field(max_length=200)]
+
+
+class PointsDocument(Document):
+    """The points of a capture; `rows`, `columns`: of the contact sheet."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    columns: int
+    points: list[PointDocument]
+    rows: int
+    skipped: list[SkippedPoint]
+
+
+class PresetCamera(Document):
+    """The settings of one camera."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    black_level: float
+    exposure_auto: AutoMode
+    exposure_ms: float
+    frame_rate_auto: bool
+    frame_rate_hz: float
+    gain_db: float
+    pixel_format: PixelFormat
+    role: Role
+
+
+class ProfileDocument(Document):
+    """Depth along a line; `along_m` counts on a surface that faces the rig at `median_z_m`.
+
+    `shared_sigma_m`: standard error of Z that all samples share.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    end_rig_m: tuple[float, float, float]
+    known_fraction: float
+    median_z_m: float
+    samples: list[SampleDocument]
+    shared_sigma_m: float
+    start_rig_m: tuple[float, float, float]
+
+
+class RailDocument(Document):
+    """The rail, which moves the whole rig sideways: + to its right."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    awaits_zero: bool
+    connected: bool
+    fault: str | None
+    homed: bool
+    info: DeviceInfoDocument | None
+    limits: RailLimitsDocument | None
+    moves_itself: bool
+    moving: bool
+    places: list[RailPlaceDocument]
+    position_mm: float | None
+    present: bool
+    wanted_mm: float | None
+
+
+class RasterPlan(Document):
+    """What a raster capture takes, in which order; the points follow from it alone."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    exposures_ms: Annotated[list[ExposuresM], Field(max_length=16)] = []
+    format: Literal["foveacam-raster-plan"] = "foveacam-raster-plan"
+    points: Annotated[GridPoints | SetPoints | None, Field(discriminator="kind")] = None
+    rail_positions_mm: Annotated[list[RailPositionsMmItem], Field(max_length=25)] = []
+    stack_frames: Annotated[int, Field(ge=1, le=256)] = 1
+    stack_keep: Literal["mean", "all"] = "mean"
+    verging: Verging | None = None
+    version: Literal[1] = 1
+    wide: Literal["point", "scan", "none"] = "point"
+
+
+class Readiness(Document):
+    """Whether a fixation could start now."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    problems: list[ReadyProblem]
+    ready: bool
+
+
+class RecordingDocument(Document):
+    """One recording. `why`: what ended it early. `playable`: whether it has frames to show.
+
+    `ended`: the cause of its end; null while it is made, and when unknown. While it is made, `left_s`: time
+    until it ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that
+    lasts at its rate.
+
+    `truncated`: what was cut off; the rest is found by reading the file through and is complete.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    asked_s: float | None
+    calibration_id: str | None
+    calibration_problem: str | None
+    created_utc: str | None
+    duration_s: float
+    ended: EndCause | None
+    file: str
+    id: str
+    job_id: str | None
+    label: str
+    left_s: float | None
+    name: str
+    playable: bool
+    removed: bool
+    rig_id: str | None
+    room_bytes: int | None
+    room_s: float | None
+    size_bytes: int
+    state: Literal["starting", "recording", "ending", "complete", "partial", "truncated", "damaged"]
+    streams: list[RecordedStreamDocument]
+    truncated: TruncationDocument | None
+    url: str
+    why: str
+
+
+class ReferenceComparison(Document):
+    """The rig's own baseline against the reference; `wrong`: share of samples apart by more than 5 % of Z.
+
+    Those are excluded from the rest. `stated_sigma_rel`: the reference's own standard error, median.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    bias_rel: float
+    bins: list[ReferenceDepthRange]
+    disparity_bias_px: float
+    disparity_rms_px: float
+    rms_m: float
+    rms_rel: float
+    samples: int
+    stated_sigma_rel: float
+    wrong: float
+
+
+class RegionsDocument(Document):
+    """The regions, and map, rings, regions and union as one GeoJSON document."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    areas: AreasDocument
+    duration_ms: float
+    empty_because: str | None
+    geojson: dict[str, Any]
+    points: list[SightDocument]
+    regions: list[RegionDocument]
+    ring: RingDocument
+
+
+class RegionsRequest(Document):
+    """Where one can stand about the targets of a map."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    agent_radius_m: Annotated[float, Field(ge=0.0, le=100.0)] = 0.3
+    map: dict[str, Any]
+    points_m: Annotated[list[PointsMItem] | None, Field(max_length=1000)] = None
+    ring: RingRequest | None = None
+    targets_m: Annotated[list[TargetsMItem] | None, Field(max_length=50)] = None
+
+
+class ServiceTokenCreated(Document):
+    """The new token; its secret is shown this once."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    document: ServiceTokenDocument
+    token: str
+
+
+class StartDocument(Document):
+    """The steps of the rig's last start, in their order."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    steps: list[StartStepDocument]
+
+
+class SweepDocument(Document):
+    """Stage 2 at one station: `done` of `nodes` poses."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    distance_m: float | None
+    done: int
+    nodes: int
+    poses: list[SweepPoseDocument]
+    station: str
+
+
+class TimelineDocument(Document):
+    """Times of all exposures of a recording. `calibrated`: whether depth can be computed from its poses."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    calibrated: bool
+    duration_s: float
+    streams: list[TimelineStream]
+
+
+class UploadDocument(Document):
+    """A recording on its way. `part_bytes`: largest part; the next one begins at `received_bytes`.
+
+    `recording`: set once all has come and was found readable; `state` says when it is cut off.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    id: str
+    name: str
+    part_bytes: int
+    received_bytes: int
+    recording: RecordingDocument | None
+    size_bytes: int
+
+
+class UserCreated(Document):
+    """The new user, and the link by which it sets a password; null when it has one."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    invitation: InvitationDocument | None
+    user: UserDocument
+
+
+class CameraDocument(Document):
+    """Last status of a camera."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    connected: bool
+    delivered: int
+    dropped: int
+    exposure_ms: float
+    frame_age_ms: float | None
+    frame_rate_hz: float
+    height: int | None
+    incomplete: int
+    late: int
+    link: CameraLinkDocument
+    model: str
+    ranges: CameraRangesDocument
+    role: str
+    serial: str
+    settings: CameraSettingsDocument
+    skipped: int
+    underrun: int
+    vendor: str
+    version: str
+    width: int | None
+
+
+class CameraPreset(Document):
+    """The settings of all cameras under a name."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    cameras: list[PresetCamera]
+    name: str
+    saved_utc: str
+
+
+class CamerasChangedDocument(Document):
+    """The changed cameras, and the settings in which the foveae differ now."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    cameras: list[CameraDocument]
+    divergence: list[DifferenceDocument]
+
+
+class CaptureRequest(Document):
+    """A plan to capture, and its name; an empty plan is the whole field of the rig."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    codec: Literal["tiff", "png"] = "tiff"
+    label: Annotated[str, Field(max_length=400, pattern="^[^\\x00-\\x1f\\x7f]*$")] = ""
+    licence: Annotated[str, Field(max_length=400, pattern="^[^\\x00-\\x1f\\x7f]*$")] = "all rights reserved"
+    name: Annotated[str, Field(max_length=1000)]
+    plan: RasterPlan | None = None
+
+
+class EstimateRequest(Document):
+    """A plan to estimate; `distance_m` is used where the plan measures the distance at its start."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    codec: Literal["tiff", "png"] = "tiff"
+    distance_m: Annotated[float | None, Field(gt=0.0, le=1000000.0)] = None
+    plan: RasterPlan | None = None
+
+
+class LayoutDocument(Document):
+    """The arrangement that is kept. `state`: `none`, `kept`, or why it cannot be used; `why`: in words."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    layout: PlayerLayout | None
+    state: Literal["none", "kept", "unreadable", "of another recording"]
+    why: str
+
+
+class LayoutRequest(Document):
+    """An arrangement to keep; `replace`: also over one that cannot be used."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    layout: PlayerLayout
+    replace: bool = False
+
+
+class LensDocument(Document):
+    """The lens of a fovea by views of a board. For information: no calibration uses it.
+
+    `reason`: which parameters the views tell, or why there is no fit.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    board: BoardDocument
+    camera: Literal["left", "right"]
+    coverage_fraction: float
+    fit: LensFitDocument | None
+    reason: str
+    samples: list[WideSampleDocument]
+    tilts_covered: int
+
+
+class MadeReference(Document):
+    """A finished reference: its request, its figures, its files.
+
+    `samples`: with depth by the rig's own baseline; `referenced`: of those, with a reference. `outliers`:
+    share of matches that contradicted the rest. `baseline_m`: median of the longest baselines.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    across: int
+    baseline_m: float
+    bracket: int
+    comparison: ReferenceComparison
+    made_utc: str
+    matches: int
+    noise_factor: float
+    outliers: float
+    png_url: str
+    points: int
+    rail_sigma_m: float
+    referenced: int
+    residual_px: float
+    samples: int
+    samples_url: str
+    scan: int
+    short_baseline_m: float
+    stops: list[FoundStop]
+    svg_url: str
+
+
+class MeasurementDocument(Document):
+    """One measurement; of `length`, `plane` and `profile` that of its kind is there.
+
+    `drawn_px`: its points, ends or corners in each view that can show them; views other than the wide one
+    show them while they show the look `fixation_ids`, the raw foveae while the mirrors stand at `gaze`.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    created_utc: str
+    drawn_px: dict[Literal["wide", "left", "right", "anaglyph", "difference", "depth"], list[DrawnPxItem]]
+    fixation_ids: list[str]
+    gaze: GazeDocument | None = None
+    id: str
+    kind: Literal["point", "length", "plane", "profile"]
+    label: str
+    length: LengthDocument | None = None
+    plane: PlaneDocument | None = None
+    points: list[MeasuredPointDocument]
+    profile: ProfileDocument | None = None
+
+
+class ReferenceDocument(Document):
+    """The state of a capture's reference, or why there can be none. `stops`: known positions on the rail.
+
+    `outdated`: points were added to the capture since.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    brackets: list[int]
+    capture_id: str
+    job_id: str | None
+    made: MadeReference | None
+    name: str
+    outdated: bool
+    progress: JobProgress | None
+    refusal: Problem | None
+    state: Literal["none", "building", "complete"]
+    stops: list[ReferenceStop]
+    url: str
+
+
+class RigDocument(Document):
+    """The whole rig."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    baseline_m: float | None
+    calibration: CalibrationDocument | None
+    calibration_problem: str | None
+    cameras: list[CameraDocument]
+    clock: ClockDocument
+    divergence: list[DifferenceDocument]
+    mirrors: MirrorsDocument
+    name: str
+    problems: list[DeviceProblemDocument]
+    rig_id: str | None
+    scene: str | None
+    simulated: bool
+    state: str
+    steering: SteeringDocument | None
+    trigger: TriggerDocument | None
+
+
+class SessionDocument(Document):
+    """The measurements of one calibration, and their results."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    board: BoardDocument | None
+    bytes: int
+    calibrations: list[str]
+    check: CheckDocument | None
+    closing: ClosingDocument | None = None
+    created_utc: str
+    fit: FitDocument | None
+    id: str
+    label: str
+    lenses: list[LensDocument]
+    pictures: list[PictureDocument]
+    problems: list[str]
+    rig_id: str
+    running: str | None
+    settle: SettleDocument | None
+    sweeps: list[SweepDocument]
+    wide: WideStageDocument | None
