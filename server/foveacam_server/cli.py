@@ -19,7 +19,7 @@ from foveacam_server.commands.backup import backup, restore
 from foveacam_server.commands.calibrate import app as calibrate_app
 from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.collection_pause import collection_paused
-from foveacam_server.foundation.settings import checked_settings
+from foveacam_server.foundation.settings import checked_settings, given_token
 from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
 from foveacam_server.resources.depth_backends.cli import app as depth_app
@@ -76,8 +76,10 @@ InsecureOption = Annotated[
 ]
 PortOption = Annotated[int | None, typer.Option(help="port to listen on; 0 takes a free one", max=65535)]
 TokenOption = Annotated[
-    str | None, typer.Option(help="what callers must show; auto makes one up", envvar="FOVEACAM_TOKEN")
+    str | None,
+    typer.Option(help="auto makes up what callers must show; one of your own: --token-file, FOVEACAM_TOKEN"),
 ]
+TokenFileOption = Annotated[Path | None, typer.Option(help="file with what callers must show")]
 ProxyOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -107,6 +109,7 @@ def serve(
     host: HostOption = None,
     port: PortOption = None,
     token: TokenOption = None,
+    token_file: TokenFileOption = None,
     insecure: InsecureOption = None,
     tls_cert: CertificateOption = None,
     tls_key: KeyOption = None,
@@ -128,7 +131,7 @@ def serve(
         "preset": preset,
         "host": host,
         "port": port,
-        "token": token,
+        "token": given_token(token, token_file),
         "insecure": insecure,
         "tls_cert": tls_cert,
         "tls_key": tls_key,

@@ -20,6 +20,7 @@ from foveacam_server.assembly.services import Services
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
 from foveacam_server.doors.listening_socket import listen
+from foveacam_server.doors.memory import bound_arenas
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects
@@ -145,6 +146,7 @@ def run_server(settings: Settings, *, console: Console, clock: Clock | None = No
         settings = settings.with_made_token()
         token_path = keep_token(settings)
     tls = tls_context(settings.tls_cert, settings.tls_key)
+    bound_arenas()
     app = create_app(settings, clock=clock)
     allow_open_files()
     with listen(settings.host, settings.port) as listener:

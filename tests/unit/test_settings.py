@@ -4,7 +4,7 @@ import pytest
 from pydantic import ValidationError
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.foundation.settings import Settings, default_data_dir
+from foveacam_server.foundation.settings import Settings, default_data_dir, given_token
 from foveacam_server.serving import keep_token
 
 
@@ -77,3 +77,14 @@ def test_folder_that_cannot_take_the_token_is_named(tmp_path: Path) -> None:
     settings = Settings(token="auto", data=tmp_path / "file").with_made_token()  # type: ignore[arg-type]  # noqa: S106
     with pytest.raises(InvalidInput, match="another --data folder"):
         keep_token(settings)
+
+
+def test_a_token_comes_from_a_file_or_is_made_never_from_the_command_line(tmp_path: Path) -> None:
+    file = tmp_path / "token"
+    file.write_text("a token of our own\n")
+    assert given_token(None, file) == "a token of our own"
+    assert (given_token("auto", None), given_token(None, None)) == ("auto", None)
+    with pytest.raises(InvalidInput, match="--token-file FILE, set FOVEACAM_TOKEN"):
+        given_token("a token of our own", None)
+    with pytest.raises(InvalidInput, match="No such file"):
+        given_token(None, tmp_path / "none")

@@ -162,3 +162,31 @@ def checked_settings(chosen: Mapping[str, object]) -> Settings:
     except ValidationError as error:
         words = explain_validation(error.errors())
         raise InvalidInput(f"settings (FOVEACAM_… or options): {words.detail}") from error
+
+
+def given_token(token: str | None, token_file: Path | None) -> str | None:
+    """Return the token that the command line names: `auto`, what is in a file, or None.
+
+    Raise `InvalidInput` for a token on the command line itself, which all users of the machine can read, and
+    for a file that cannot be read.
+    """
+    if token not in (None, AUTOMATIC_TOKEN):
+        remedy = "write it to a file and give --token-file FILE, set FOVEACAM_TOKEN, or give --token auto"
+        raise InvalidInput(
+            f"--token was given a token, which all users of this machine can see; {remedy}",
+            asked="--token with a token",
+            found="a secret on the command line",
+            remedy=remedy,
+        )
+    if token_file is None:
+        return token
+    try:
+        return token_file.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no text"
+        raise InvalidInput(
+            f"the token cannot be read from {token_file}: {reason}",
+            asked=str(token_file),
+            found=reason,
+            remedy="give a file with the token as its only line",
+        ) from error
