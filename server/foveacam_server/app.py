@@ -11,6 +11,7 @@ from foveacam_server import __version__
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
+from foveacam_server.doors.request_ids import RequestIds
 from foveacam_server.doors.threads import bound_threads
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.answers import BODY_BYTES, problems
@@ -149,6 +150,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(HeaderLimit)
     app.state.gate = security.install(app, settings)
     app.add_middleware(RequestTimes)
+    app.add_middleware(RequestIds)
     for resource in _RESOURCES:
         app.include_router(
             resource.router, prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES

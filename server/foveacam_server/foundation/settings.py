@@ -12,6 +12,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.foundation.plain_words import explain_validation
+from foveacam_server.foundation.watching.log_lines import LogFormat
 
 AUTOMATIC_TOKEN = "auto"  # noqa: S105 - requests a generated token
 TOKEN_BYTES = 16
@@ -85,6 +86,8 @@ class Settings(BaseSettings):
     """Upper limit of looks taken for the live fovea views while nobody works with the rig."""
     viewer: bool = True
     """Whether the 3D pane (viser) runs."""
+    log_format: LogFormat = "text"
+    """Of the log lines: text, or one JSON object a line."""
 
     @field_validator("token")
     @classmethod

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault, Image
-from foveacam_server.foundation import timings
+from foveacam_server.foundation.watching import timings
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.view_state import ViewPicture
 

@@ -25,8 +25,8 @@ from foveacam_hardware.contract import (
     Sighting,
     StereoVolts,
 )
-from foveacam_server.foundation import timings
 from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.watching import timings
 from foveacam_server.rig import refusals
 from foveacam_server.rig.device_reconnector import FOVEAE, WIDE, DeviceReconnector, MirrorLinkMonitor
 from foveacam_server.rig.exclusive_use import ExclusiveUse

@@ -5,11 +5,12 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures import TimeoutError as FutureTimeout
+from contextvars import Context, copy_context
 from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
 from foveacam_hardware.contract import Busy, Cancelled, FoveaError, Frame, Sighting, StereoVolts, Timeout
-from foveacam_server.foundation import timings
+from foveacam_server.foundation.watching import timings
 from foveacam_server.rig.ports import AssembledRig
 
 T = TypeVar("T")
@@ -19,11 +20,12 @@ LENGTH = 32
 
 @dataclass(frozen=True, slots=True)
 class HardwareCommand(Generic[T]):
-    """Work for the hardware thread, and the future of its result."""
+    """Work for the hardware thread, the future of its result, and the ids of who asked for it."""
 
     work: Callable[[AssembledRig], T]
     answer: "Future[T]"
     put_s: float = field(default_factory=time.perf_counter)
+    context: Context = field(default_factory=copy_context)
 
     def run(self, rig: AssembledRig) -> BaseException | None:
         """Run the work unless its future was cancelled; return the error that it raised."""
@@ -31,7 +33,7 @@ class HardwareCommand(Generic[T]):
             return None
         timings.QUEUE.observe(time.perf_counter() - self.put_s)
         try:
-            result = self.work(rig)
+            result = self.context.run(self.work, rig)
         except Exception as error:  # noqa: BLE001 - the future carries it, whatever it is; the thread goes on
             self.refuse(error)
             return error

@@ -7,7 +7,9 @@ import logging
 import queue
 import threading
 from collections.abc import Callable, Sequence
+from contextvars import copy_context
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -24,10 +26,10 @@ from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, differenc
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh, RectifiedPair
 from foveacam_pipeline.verge.values import Basis
-from foveacam_server.foundation import timings
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.names import utc_now
+from foveacam_server.foundation.watching import timings
 from foveacam_server.resources.clouds.collection import CloudCollection, FixationShape
 from foveacam_server.resources.clouds.depth_patches import project_patch
 from foveacam_server.resources.clouds.schema import CloudDocument, CloudFailure
@@ -114,7 +116,7 @@ class ShapeWorker:
         self._viewer = viewer
         self._events = events
         self._earlier: tuple[StoredLook | BoundedLook, ...] = ()
-        self._waiting: queue.Queue[VergedLook | BoundedLook | None] = queue.Queue()
+        self._waiting: queue.Queue[Callable[[], None] | None] = queue.Queue()
         self.dropped = 0
         self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
 
@@ -138,7 +140,8 @@ class ShapeWorker:
         """Queue a fixation; never blocks."""
         while self._waiting.qsize() >= WAITING and self._drop_one():
             self.dropped += 1
-        self._waiting.put(seen)
+        work = partial(self._show_limits, seen) if isinstance(seen, BoundedLook) else partial(self._try, seen)
+        self._waiting.put(partial(copy_context().run, work))  # with the ids of the job
 
     def forget(self, fixation_id: str) -> None:
         """Remove a fixation from the 3D pane."""
@@ -158,11 +161,8 @@ class ShapeWorker:
                 self._show_limits(earlier)
             else:
                 self._show_again(earlier)
-        while (seen := self._waiting.get()) is not None:
-            if isinstance(seen, BoundedLook):
-                self._show_limits(seen)
-            else:
-                self._try(seen)
+        while (work := self._waiting.get()) is not None:
+            work()
 
     def _try(self, seen: VergedLook) -> None:
         try:

@@ -8,12 +8,12 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_pipeline.verge.values import Basis, Fixation, VergeStep
-from foveacam_server.foundation import timings
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.names import new_id
 from foveacam_server.foundation.store import Store
+from foveacam_server.foundation.watching import timings
 from foveacam_server.resources.clouds.depth_patches import DepthPatches, point_patch
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.resources.clouds.shapes import BoundedLook, ShapeWorker, StoredLook, VergedLook
