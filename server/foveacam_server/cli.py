@@ -96,6 +96,12 @@ ReplayAtEndOption = Annotated[str | None, typer.Option(help="what follows the re
 LogFormatOption = Annotated[
     str | None, typer.Option(help="of the log on stderr: text, or json for one object a line")
 ]
+OtlpOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="URL", help="collector of traces (OTLP over HTTP)", envvar="OTEL_EXPORTER_OTLP_ENDPOINT"
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")]
 
 
@@ -117,6 +123,7 @@ def serve(
     replay_speed: ReplaySpeedOption = None,
     replay_at_end: ReplayAtEndOption = None,
     log_format: LogFormatOption = None,
+    otlp_endpoint: OtlpOption = None,
 ) -> None:
     """Open the rig and serve the console, the 3D pane and the REST interface."""
     with collection_paused():
@@ -139,6 +146,7 @@ def serve(
         "replay_speed": replay_speed,
         "replay_at_end": replay_at_end,
         "log_format": log_format,
+        "otlp_endpoint": otlp_endpoint,
     }
     run_server(checked_settings(chosen), console=Console())
 

@@ -7,12 +7,14 @@ import asyncio
 import logging
 import queue
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextvars import copy_context
 from functools import partial
 
 from foveacam_hardware.contract import Busy, Cancelled, Clock, FoveaError, InvalidInput, Stopped
+from foveacam_hardware.contract.spans import note_span, span
 from foveacam_server.foundation.errors import problem_of
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job, JobState, JobTable
@@ -156,7 +158,8 @@ class JobRunner:
             self._endings[job.id] = Future()
         self._emit(job)
         _log.info("job %s (%s) was asked for by request %s", job.id, kind, REQUEST_ID.get() or "of nobody")
-        work = partial(copy_context().run, self._do, job)  # with the ids of the request
+        context = copy_context()  # with ids and trace of the request
+        work = partial(context.run, self._do, job, time.perf_counter())
         if kind in self._parallel:
             self._run_in_parallel(kind, work)
         else:
@@ -240,8 +243,9 @@ class JobRunner:
             self._threads.add(thread)
         thread.start()
 
-    def _do(self, job: Job) -> None:
+    def _do(self, job: Job, asked_s: float) -> None:
         JOB_ID.set(job.id)
+        note_span("job queue", took_s=time.perf_counter() - asked_s)
         try:
             self._work(job)
         except Exception:  # noqa: BLE001 - the worker goes on when the database fails
@@ -254,7 +258,8 @@ class JobRunner:
             if self.is_cancelled(job.id):
                 raise Cancelled(f"the job did not start: {self._cancelled[job.id]}")
             self._begin(job)
-            job.result_url = self._handlers[job.kind](JobContext(self, job, clock=self._clock))
+            with span(f"job {job.kind}", **{"foveacam.job_id": job.id}):
+                job.result_url = self._handlers[job.kind](JobContext(self, job, clock=self._clock))
             job.state = JobState.SUCCEEDED
         except Cancelled as error:
             self._ended_early(job, str(error))

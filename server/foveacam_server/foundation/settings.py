@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from ipaddress import ip_address
 from pathlib import Path
 from typing import Literal
+from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
@@ -88,6 +89,8 @@ class Settings(BaseSettings):
     """Whether the 3D pane (viser) runs."""
     log_format: LogFormat = "text"
     """Of the log lines: text, or one JSON object a line."""
+    otlp_endpoint: str | None = None
+    """Address of a collector that takes traces by OTLP over HTTP; None: none are made."""
 
     @field_validator("token")
     @classmethod
@@ -99,6 +102,19 @@ class Settings(BaseSettings):
                 f"choose a longer one, or '{AUTOMATIC_TOKEN}'"
             )
         return token
+
+    @field_validator("otlp_endpoint")
+    @classmethod
+    def _collector(cls, endpoint: str | None) -> str | None:
+        if not endpoint:
+            return None
+        parts = urlsplit(endpoint)
+        if parts.scheme not in ("http", "https") or not parts.hostname or parts.username or parts.password:
+            raise ValueError(
+                "the address of a collector is like http://127.0.0.1:4318, without name and password; "
+                "what it asks for goes into OTEL_EXPORTER_OTLP_HEADERS"
+            )
+        return endpoint
 
     @property
     def wants_token_made(self) -> bool:

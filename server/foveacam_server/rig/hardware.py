@@ -25,6 +25,7 @@ from foveacam_hardware.contract import (
     Sighting,
     StereoVolts,
 )
+from foveacam_hardware.contract.spans import span
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.watching import timings
 from foveacam_server.rig import refusals
@@ -337,7 +338,7 @@ class HardwareThread:
         look = rig.head.look
         if lost is not None and isinstance(rig.head, OneEyedHead):
             look = partial(rig.head.look_without, lost)
-        with timings.LOOK.time():
+        with timings.LOOK.time(), span("look"):
             sighting = self._exposed(rig, lambda: look(volts, settle_us=settle_us), missing=lost)
         if not self._halted.is_set():
             self._gaze = sighting.volts if rig.replayed else rig.mirrors.state.volts
@@ -345,7 +346,8 @@ class HardwareThread:
         return sighting
 
     def _expose(self, rig: AssembledRig, work: Callable[[AssembledRig], T]) -> T:
-        found = self._exposed(rig, lambda: work(rig))
+        with span("exposure"):
+            found = self._exposed(rig, lambda: work(rig))
         if not self._halted.is_set():
             self._gaze = rig.mirrors.state.volts
         return found
@@ -375,7 +377,8 @@ class HardwareThread:
     def _steer(self, rig: AssembledRig, volts: StereoVolts) -> StereoVolts:
         self.check_may_move()
         try:
-            self._gaze = rig.mirrors.steer(volts)
+            with span("mirrors.steer"):
+                self._gaze = rig.mirrors.steer(volts)
         except FoveaError as error:
             self._reconnector.look_failed(rig, error)
             raise

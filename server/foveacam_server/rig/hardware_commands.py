@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
 from foveacam_hardware.contract import Busy, Cancelled, FoveaError, Frame, Sighting, StereoVolts, Timeout
+from foveacam_hardware.contract.spans import note_span
 from foveacam_server.foundation.watching import timings
 from foveacam_server.rig.ports import AssembledRig
 
@@ -31,7 +32,9 @@ class HardwareCommand(Generic[T]):
         """Run the work unless its future was cancelled; return the error that it raised."""
         if not self.answer.set_running_or_notify_cancel():
             return None
-        timings.QUEUE.observe(time.perf_counter() - self.put_s)
+        waited_s = time.perf_counter() - self.put_s
+        timings.QUEUE.observe(waited_s)
+        self.context.run(note_span, "queue", took_s=waited_s)
         try:
             result = self.context.run(self.work, rig)
         except Exception as error:  # noqa: BLE001 - the future carries it, whatever it is; the thread goes on

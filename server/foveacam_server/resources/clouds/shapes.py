@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import FoveaError, Sighting
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.measure.look import look_depth
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import cloud as cloud_of
@@ -166,7 +167,8 @@ class ShapeWorker:
 
     def _try(self, seen: VergedLook) -> None:
         try:
-            self._work(seen)
+            with span("shape"):
+                self._work(seen)
         except FoveaError as error:
             self._show(seen, cloud=None, mesh=None)  # the point without a shape
             self._failed(seen, str(error))
@@ -183,7 +185,7 @@ class ShapeWorker:
         pair = rectify(seen.sighting, seen.calibration, scale=SCALE)
         self._publish("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
         self._publish("difference", difference(pair), t_ns=pair.t_ns)
-        with timings.DEPTH.time():
+        with timings.DEPTH.time(), span("depth"):
             matched = self._matcher.estimate(pair)
         shape = self._shape(seen, pair, matched)
         cloud = self._clouds.put(shape)  # first, so that what is shown can be measured

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Clock, Frame
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
@@ -146,6 +147,7 @@ class FixationService:
         with (
             tools.hardware.session(holder, cancelled=context.cancelled, one_eyed=True) as head,
             timings.VERGE.time(),
+            span("verge"),
         ):
             fixation = fixate(
                 head,
@@ -163,7 +165,8 @@ class FixationService:
         described = describe_fixation(
             fixation, calibration=calibration, fixation_id=fixation_id, job_id=job.id, order=order
         )
-        self._store(fixation, described, order=order, calibration=calibration)
+        with span("answer"):
+            self._store(fixation, described, order=order, calibration=calibration)
         return f"/api/v1/fixations/{fixation_id}"
 
     def _clicked(self, order: FixationOrder) -> Frame | None:
