@@ -9,17 +9,20 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 from foveacam_hardware.contract import Busy
+from foveacam_server.foundation.watching.flows import count_flow, this_part
 
 T = TypeVar("T")
 
 MAX_WAITING = 16
+PART = "foveacam-compute"
+"""Name of the thread."""
 
 
 class ComputeQueue:
     """First come, first served; used on the event loop alone."""
 
     def __init__(self) -> None:
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="foveacam-compute")
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix=PART)
         self._waiting = 0
 
     async def run(self, work: Callable[[], T]) -> T:
@@ -32,6 +35,7 @@ class ComputeQueue:
                 remedy="ask again when one has been answered",
             )
         self._waiting += 1
+        count_flow(this_part(), PART, "computations")
         try:
             return await asyncio.get_running_loop().run_in_executor(self._thread, work)
         finally:

@@ -21,6 +21,7 @@ from foveacam_server.foundation.job_table import Job, JobState, JobTable
 from foveacam_server.foundation.names import new_id, utc_now
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.foundation.store import Store
+from foveacam_server.foundation.watching.flows import count_flow, this_part
 from foveacam_server.foundation.watching.work_ids import JOB_ID, REQUEST_ID
 
 _log = logging.getLogger(__name__)
@@ -160,6 +161,7 @@ class JobRunner:
         _log.info("job %s (%s) was asked for by request %s", job.id, kind, REQUEST_ID.get() or "of nobody")
         context = copy_context()  # with ids and trace of the request
         work = partial(context.run, self._do, job, time.perf_counter())
+        count_flow(this_part(), f"foveacam-{kind if kind in self._parallel else 'jobs'}", "jobs")
         if kind in self._parallel:
             self._run_in_parallel(kind, work)
         else:

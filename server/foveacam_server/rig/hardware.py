@@ -28,6 +28,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.contract.spans import span
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.watching import timings
+from foveacam_server.foundation.watching.flows import HARDWARE, MIRRORS, count_flow
 from foveacam_server.rig import refusals
 from foveacam_server.rig.device_reconnector import FOVEAE, WIDE, DeviceReconnector, MirrorLinkMonitor
 from foveacam_server.rig.exclusive_use import ExclusiveUse
@@ -91,7 +92,7 @@ class HardwareThread:
             events=events,
         )
         """Steers both mirrors by hand, update after update, while no job has the rig."""
-        self._thread = threading.Thread(target=self._run, name="foveacam-hardware", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=HARDWARE, daemon=True)
 
     # Called from other threads -----------------------------------------------------------------------------
 
@@ -354,6 +355,7 @@ class HardwareThread:
 
     def _exposed(self, rig: AssembledRig, look: Callable[[], T], *, missing: Role | None = None) -> T:
         """Run a look; on an error record which device failed; park again when the stop came meanwhile."""
+        count_flow(HARDWARE, MIRRORS, "moves")
         try:
             found = look()
         except FoveaError as error:
@@ -376,6 +378,7 @@ class HardwareThread:
 
     def _steer(self, rig: AssembledRig, volts: StereoVolts) -> StereoVolts:
         self.check_may_move()
+        count_flow(HARDWARE, MIRRORS, "moves")
         try:
             with span("mirrors.steer"):
                 self._gaze = rig.mirrors.steer(volts)

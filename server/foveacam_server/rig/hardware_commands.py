@@ -12,11 +12,13 @@ from typing import Generic, Protocol, TypeVar
 from foveacam_hardware.contract import Busy, Cancelled, FoveaError, Frame, Sighting, StereoVolts, Timeout
 from foveacam_hardware.contract.spans import note_span
 from foveacam_server.foundation.watching import timings
+from foveacam_server.foundation.watching.flows import HARDWARE, count_flow, this_part
 from foveacam_server.rig.ports import AssembledRig
 
 T = TypeVar("T")
 
 LENGTH = 32
+COMMANDS = "commands"
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,11 +73,13 @@ class CommandQueue:
         try:
             self._waiting.put_nowait(command)
         except queue.Full:
+            count_flow(this_part(), HARDWARE, COMMANDS, passed=0, dropped=1)
             raise Busy(
                 f"the rig has {LENGTH} commands waiting; try again in a moment",
                 found=f"{LENGTH} commands waiting",
                 remedy="try again in a moment",
             ) from None
+        count_flow(this_part(), HARDWARE, COMMANDS)
         return answer
 
     def take(self, *, timeout_s: float) -> HardwareCommand[object] | None:

@@ -31,6 +31,7 @@ from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.watching import timings
+from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
 from foveacam_server.resources.clouds.collection import CloudCollection, FixationShape
 from foveacam_server.resources.clouds.depth_patches import project_patch
 from foveacam_server.resources.clouds.schema import CloudDocument, CloudFailure
@@ -38,6 +39,8 @@ from foveacam_server.rig.ports import PictureSink, SceneViewer
 
 _log = logging.getLogger(__name__)
 
+PART, LOOKS = "foveacam-shapes", "looks"
+"""Name of the thread, and what it is fed with."""
 WAITING = 4
 """Fixations that may wait; the oldest is dropped for a newer one."""
 PUT_BACK = 12
@@ -119,7 +122,7 @@ class ShapeWorker:
         self._earlier: tuple[StoredLook | BoundedLook, ...] = ()
         self._waiting: queue.Queue[Callable[[], None] | None] = queue.Queue()
         self.dropped = 0
-        self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=PART, daemon=True)
 
     def start(self) -> None:
         """Start the thread, which first draws the fixations of an earlier run."""
@@ -141,7 +144,9 @@ class ShapeWorker:
         """Queue a fixation; never blocks."""
         while self._waiting.qsize() >= WAITING and self._drop_one():
             self.dropped += 1
+            count_flow(this_part(), PART, LOOKS, passed=0, dropped=1)
         work = partial(self._show_limits, seen) if isinstance(seen, BoundedLook) else partial(self._try, seen)
+        count_flow(this_part(), PART, LOOKS)
         self._waiting.put(partial(copy_context().run, work))  # with the ids of the job
 
     def forget(self, fixation_id: str) -> None:
@@ -201,6 +206,7 @@ class ShapeWorker:
     def _show(self, seen: VergedLook, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
         if self._viewer is None:
             return
+        count_flow(this_part(), PANE, "drawings")
         self._viewer.show_fixation(
             seen.fixation_id,
             label=seen.label,

@@ -30,6 +30,7 @@ from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
+from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
 from foveacam_server.resources.wide_depth.summary import summary
@@ -52,6 +53,8 @@ TOLD_SHARE = 0.005
 """An event is told when the known share of cells has changed by so much."""
 
 _log = logging.getLogger(__name__)
+PART, LOOKS = "foveacam-wide-depth", "looks"
+"""Name of the thread, and what it is fed with."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +84,7 @@ class WideDepthService:
         self._told_share = 0.0
         self._turns = 0
         self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="foveacam-wide-depth", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=PART, daemon=True)
         tools.jobs.handle(KIND, self._survey)
 
     def start(self) -> None:
@@ -109,6 +112,8 @@ class WideDepthService:
                 self._looks.get_nowait()
             except queue.Empty:
                 break
+            count_flow(this_part(), PART, LOOKS, passed=0, dropped=1)
+        count_flow(this_part(), PART, LOOKS)
         self._looks.put((fixation, calibration))
 
     def look_around(self, *, idempotency_key: str | None = None) -> Job:
@@ -231,6 +236,7 @@ class WideDepthService:
             return
         mesh = context_mesh(known, picture, context.wide)
         if len(mesh.faces):
+            count_flow(this_part(), PANE, "drawings")
             viewer.show_surroundings(mesh, bring=bring)
         else:
             viewer.remove_surroundings()
