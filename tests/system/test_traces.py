@@ -1,6 +1,8 @@
 """One trace from the click to the answer, on a whole server with a simulated rig."""
 
+import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from opentelemetry.proto.trace.v1.trace_pb2 import Span
@@ -11,6 +13,9 @@ from .api.capture_plans import begin, plan
 from .conftest import CENTRE, Running, running
 
 TRACE, CALLER = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
+
+LONGEST_END_S = 8.0
+"""A server that parks its mirrors ends within five seconds, on a busy machine."""
 
 
 @pytest.fixture(scope="module")
@@ -74,3 +79,13 @@ def test_what_the_server_does_by_itself_has_no_trace(server: Running, collector:
     server.fixate()
     roots = {one.name for one in collector.spans if not one.parent_span_id}
     assert roots <= {f"POST /{noun}" for noun in ("fixations", "captures", "recordings")}
+
+
+def test_a_collector_that_never_answers_neither_delays_a_click_nor_the_end(tmp_path: Path) -> None:
+    with collecting("hangs") as silent:
+        with running(tmp_path, otlp_endpoint=silent.endpoint) as server:
+            server.fixate()
+            silent.wait_for_request()
+            assert server.fixate()["state"] == "verged"
+            began_s = time.monotonic()
+        assert time.monotonic() - began_s < LONGEST_END_S
