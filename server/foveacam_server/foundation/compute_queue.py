@@ -6,9 +6,11 @@ Several at once would slow down each other, the live views and all requests, as 
 import asyncio
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from typing import TypeVar
 
 from foveacam_hardware.contract import Busy
+from foveacam_hardware.contract.spans import span
 from foveacam_server.foundation.watching.flows import count_flow, this_part
 
 T = TypeVar("T")
@@ -36,11 +38,17 @@ class ComputeQueue:
             )
         self._waiting += 1
         count_flow(this_part(), PART, "computations")
+        context = copy_context()  # with ids and trace of the request
         try:
-            return await asyncio.get_running_loop().run_in_executor(self._thread, work)
+            return await asyncio.get_running_loop().run_in_executor(self._thread, context.run, _traced, work)
         finally:
             self._waiting -= 1
 
     def close(self) -> None:
         """Finish the computation that runs, drop those that wait."""
         self._thread.shutdown(cancel_futures=True)
+
+
+def _traced(work: Callable[[], T]) -> T:
+    with span("computation"):
+        return work()

@@ -4,13 +4,16 @@ import logging
 import queue
 import threading
 from collections.abc import Callable
+from contextvars import copy_context
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, FoveaError
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.context.look_around import LookedAround, look_around
 from foveacam_pipeline.context.looks import fuse_fixation
 from foveacam_pipeline.context.rendering import (
@@ -77,7 +80,7 @@ class WideDepthService:
     def __init__(self, keeper: ContextKeeper, tools: WideDepthTools) -> None:
         self._keeper = keeper
         self._tools = tools
-        self._looks: queue.Queue[tuple[Fixation, Calibration]] = queue.Queue()
+        self._looks: queue.Queue[Callable[[], None]] = queue.Queue()
         self._survey_id: str | None = None
         self._surveyed: float | None = None
         self._shown: tuple[WideContext | None, int] = (None, -1)
@@ -114,7 +117,8 @@ class WideDepthService:
                 break
             count_flow(this_part(), PART, LOOKS, passed=0, dropped=1)
         count_flow(this_part(), PART, LOOKS)
-        self._looks.put((fixation, calibration))
+        work = partial(copy_context().run, self._fuse, fixation, calibration)  # with the ids of the job
+        self._looks.put(work)
 
     def look_around(self, *, idempotency_key: str | None = None) -> Job:
         """Queue a look around; refuse at once what could not be done now."""
@@ -194,11 +198,11 @@ class WideDepthService:
 
     def _turn(self) -> None:
         try:
-            fixation, calibration = self._looks.get(timeout=COMPARE_S)
+            fuse = self._looks.get(timeout=COMPARE_S)
         except queue.Empty:
             pass
         else:
-            self._fuse(fixation, calibration)
+            fuse()
             return
         context, picture = self._keeper.present(), self._wide_picture()
         if context is None or picture is None:
@@ -213,7 +217,8 @@ class WideDepthService:
     def _fuse(self, fixation: Fixation, calibration: Calibration) -> None:
         context = self._keeper.present()
         if context is not None and context.wide == calibration.wide:
-            fuse_fixation(context, fixation, calibration)
+            with span("wide depth"):
+                fuse_fixation(context, fixation, calibration)
 
     def _show(self, *, bring: bool = False) -> None:
         """Bring the 3D pane and the view up to date when something has changed."""
