@@ -5,7 +5,6 @@ Errors are one line; no traceback reaches a user.
 
 import json
 import logging
-import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -20,6 +19,7 @@ from foveacam_server.commands.calibrate import app as calibrate_app
 from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import checked_settings, given_token
+from foveacam_server.foundation.watching.log_lines import configure_logging
 from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
 from foveacam_server.resources.depth_backends.cli import app as depth_app
@@ -98,6 +98,15 @@ ReplaySpeedOption = Annotated[
     float | None, typer.Option(help="of the recorded speed, 0.25 to 4", min=0.25, max=4.0)
 ]
 ReplayAtEndOption = Annotated[str | None, typer.Option(help="what follows the recording's end: loop or stop")]
+LogFormatOption = Annotated[
+    str | None, typer.Option(help="of the log on stderr: text, or json for one object a line")
+]
+OtlpOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="URL", help="collector of traces (OTLP over HTTP)", envvar="OTEL_EXPORTER_OTLP_ENDPOINT"
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")]
 
 
@@ -120,6 +129,8 @@ def serve(
     replay: ReplayOption = None,
     replay_speed: ReplaySpeedOption = None,
     replay_at_end: ReplayAtEndOption = None,
+    log_format: LogFormatOption = None,
+    otlp_endpoint: OtlpOption = None,
 ) -> None:
     """Open the rig and serve the console, the 3D pane and the REST interface."""
     with collection_paused():
@@ -142,6 +153,8 @@ def serve(
         "replay": replay,
         "replay_speed": replay_speed,
         "replay_at_end": replay_at_end,
+        "log_format": log_format,
+        "otlp_endpoint": otlp_endpoint,
     }
     run_server(checked_settings(chosen), console=Console())
 
@@ -220,9 +233,7 @@ def version() -> None:
 
 def main() -> None:
     """Run the program; every error ends as one line and an exit status."""
-    logging.basicConfig(
-        level=os.environ.get("FOVEACAM_LOG", "WARNING").upper(), format="%(levelname)s: %(message)s"
-    )
+    configure_logging()
     try:
         app()
     except FoveaError as error:

@@ -26,6 +26,7 @@ from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects
 from foveacam_server.doors.tls import tls_context
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.foundation.watching.log_lines import choose_format
 from foveacam_server.rig.chosen_rig import check_simulation, compile_renderer, rig_config
 
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
@@ -140,6 +141,7 @@ def run_server(settings: Settings, *, console: Console, clock: Clock | None = No
 
     `clock`: as for `create_app`.
     """
+    choose_format(settings.log_format)
     simulated = _checked_simulation(settings)
     token_path = None
     if settings.wants_token_made:

@@ -4,7 +4,7 @@ import pytest
 from pydantic import ValidationError
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.foundation.settings import Settings, default_data_dir, given_token
+from foveacam_server.foundation.settings import Settings, checked_settings, default_data_dir, given_token
 from foveacam_server.serving import keep_token
 
 
@@ -61,6 +61,20 @@ def test_automatic_token_is_long_and_new_every_time() -> None:
 def test_short_token_is_refused_with_the_length_that_is_needed() -> None:
     with pytest.raises(ValueError, match="at least 12 characters, this one 5"):
         Settings(token="short")  # type: ignore[arg-type]  # noqa: S106
+
+
+@pytest.mark.parametrize(
+    "endpoint", ["127.0.0.1:4318", "ftp://collector:4318", "http://", "http://ada:secret@collector:4318"]
+)
+def test_what_is_no_address_of_a_collector_is_refused_without_its_password(endpoint: str) -> None:
+    with pytest.raises(InvalidInput, match="the address of a collector is like") as refused:
+        checked_settings({"otlp_endpoint": endpoint})
+    assert "secret" not in str(refused.value)
+
+
+def test_another_format_of_the_log_is_refused_with_those_there_are() -> None:
+    with pytest.raises(InvalidInput, match="needed is one of 'text' or 'json'"):
+        checked_settings({"log_format": "xml"})
 
 
 def test_made_token_is_kept_for_its_owner_alone(tmp_path: Path) -> None:

@@ -25,8 +25,10 @@ from foveacam_hardware.contract import (
     Sighting,
     StereoVolts,
 )
-from foveacam_server.foundation import timings
+from foveacam_hardware.contract.spans import span
 from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.watching import timings
+from foveacam_server.foundation.watching.flows import HARDWARE, MIRRORS, count_flow
 from foveacam_server.rig import refusals
 from foveacam_server.rig.device_reconnector import FOVEAE, WIDE, DeviceReconnector, MirrorLinkMonitor
 from foveacam_server.rig.exclusive_use import ExclusiveUse
@@ -90,7 +92,7 @@ class HardwareThread:
             events=events,
         )
         """Steers both mirrors by hand, update after update, while no job has the rig."""
-        self._thread = threading.Thread(target=self._run, name="foveacam-hardware", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=HARDWARE, daemon=True)
 
     # Called from other threads -----------------------------------------------------------------------------
 
@@ -337,7 +339,7 @@ class HardwareThread:
         look = rig.head.look
         if lost is not None and isinstance(rig.head, OneEyedHead):
             look = partial(rig.head.look_without, lost)
-        with timings.LOOK.time():
+        with timings.LOOK.time(), span("look"):
             sighting = self._exposed(rig, lambda: look(volts, settle_us=settle_us), missing=lost)
         if not self._halted.is_set():
             self._gaze = sighting.volts if rig.replayed else rig.mirrors.state.volts
@@ -345,13 +347,15 @@ class HardwareThread:
         return sighting
 
     def _expose(self, rig: AssembledRig, work: Callable[[AssembledRig], T]) -> T:
-        found = self._exposed(rig, lambda: work(rig))
+        with span("exposure"):
+            found = self._exposed(rig, lambda: work(rig))
         if not self._halted.is_set():
             self._gaze = rig.mirrors.state.volts
         return found
 
     def _exposed(self, rig: AssembledRig, look: Callable[[], T], *, missing: Role | None = None) -> T:
         """Run a look; on an error record which device failed; park again when the stop came meanwhile."""
+        count_flow(HARDWARE, MIRRORS, "moves")
         try:
             found = look()
         except FoveaError as error:
@@ -374,8 +378,10 @@ class HardwareThread:
 
     def _steer(self, rig: AssembledRig, volts: StereoVolts) -> StereoVolts:
         self.check_may_move()
+        count_flow(HARDWARE, MIRRORS, "moves")
         try:
-            self._gaze = rig.mirrors.steer(volts)
+            with span("mirrors.steer"):
+                self._gaze = rig.mirrors.steer(volts)
         except FoveaError as error:
             self._reconnector.look_failed(rig, error)
             raise

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from foveacam_server.foundation import timings
+from foveacam_server.foundation.watching import timings
 from foveacam_server.resources.engine.schema import StageDocument
 
 REQUEST = "request"
