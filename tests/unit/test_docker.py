@@ -3,6 +3,8 @@
 import json
 import re
 from collections.abc import Mapping
+from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
 from ipaddress import ip_address, ip_network
 from pathlib import Path
 from typing import Any
@@ -71,3 +73,26 @@ def test_the_command_for_traces_names_the_service_that_takes_them(services: Mapp
 
 def test_without_a_collector_there_are_no_traces() -> None:
     assert Settings(otlp_endpoint="").otlp_endpoint is None
+
+
+def test_what_the_image_runs_while_it_is_built_can_be_imported() -> None:
+    text = (DOCKER / "Dockerfile").read_text()
+    imported = re.findall(r"from (foveacam\S+) import (\w+)", text)
+    assert imported
+    assert all(hasattr(import_module(module), name) for module, name in imported)
+
+
+def test_the_replay_reads_every_instruction_of_the_image() -> None:
+    spec = spec_from_file_location("replay", DOCKER / "replay.py")
+    assert spec is not None and spec.loader is not None
+    replay = module_from_spec(spec)
+    spec.loader.exec_module(replay)
+    found = list(replay.instructions((DOCKER / "Dockerfile").read_text()))
+    names = [name for name, _ in found]
+    assert set(names) <= {
+        *("FROM", "WORKDIR", "COPY", "RUN", "ENV", "USER", "VOLUME", "EXPOSE"),
+        *("HEALTHCHECK", "ENTRYPOINT", "CMD"),
+    }
+    assert names[-1] == "CMD"
+    assert replay.arguments_of(dict(found)["HEALTHCHECK"])[:2] == ["python", "-c"]
+    assert replay.arguments_of(dict(found)["ENTRYPOINT"]) == ["foveacam"]
