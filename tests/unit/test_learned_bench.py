@@ -12,6 +12,13 @@ from typer.testing import CliRunner
 from foveacam_bench.learned import held_out, ship
 from foveacam_bench.learned.accuracy import accuracy_figures, measure_accuracy
 from foveacam_bench.learned.invariance import flip_errors, shift_errors, torch_agreement
+from foveacam_bench.learned.learning_curve import (
+    FIRST_SHARE,
+    PowerLaw,
+    block_means,
+    fit_power_law,
+    read_losses,
+)
 from foveacam_bench.learned.photographs import signed_photographs
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn.checkpoint import Checkpoint, TrainingFacts
@@ -120,3 +127,19 @@ def test_pairs_are_given_or_rendered_once_into_a_folder_of_their_own(
 def test_a_bench_without_pairs_refuses_a_folder_of_them(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["bench", "serial", "--json", "--pairs", str(tmp_path)])
     assert "reads no pairs with truth" in str(result.exception)
+
+
+def test_a_power_law_is_found_again_in_its_noisy_losses(tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    law = PowerLaw(floor=0.1, scale=2.0, exponent=0.3)
+    every = np.arange(1.0, 6001.0)
+    noisy = law.at(every) * rng.normal(1.0, 0.1, every.shape)
+    for name, part in (("first", noisy[:2000]), ("second", noisy[2000:])):
+        (tmp_path / name).mkdir()
+        rows = "\n".join(f"{step},{loss}" for step, loss in enumerate(part))
+        (tmp_path / name / "curves.csv").write_text(f"step,truth\n{rows}\n")
+    steps, means = block_means(read_losses([tmp_path / "first", tmp_path / "second"]))
+    settled = steps > FIRST_SHARE * len(every)
+    found = fit_power_law(steps[settled], means[settled])
+    assert found.at(np.array([6e4])) == pytest.approx(law.at(np.array([6e4])), rel=0.1)
+    assert [found.exponent, found.floor] == pytest.approx([0.3, 0.1], abs=0.06)

@@ -18,6 +18,7 @@ from foveacam_pipeline.learn.checkpoint import (
     save_checkpoint,
 )
 from foveacam_pipeline.learn.curves import LossCurves
+from foveacam_pipeline.learn.device import PROCESSOR, TrainingDevice
 from foveacam_pipeline.learn.losses import (
     PRIOR,
     SELF_SUPERVISED,
@@ -106,6 +107,7 @@ def train(
     commit: str = "",
     prior: MonocularPrior | None = None,
     start: StartingWeights | None = None,
+    device: TrainingDevice = PROCESSOR,
 ) -> TrainingFacts:
     """Train into `folder`, going on with a checkpoint there; return what the last checkpoint says.
 
@@ -117,14 +119,21 @@ def train(
     """
     torch.manual_seed(plan.seed)
     check_crops(datasets, plan.crop_px)
-    task = _stereo_task(datasets, plan, commit=commit, prior=prior, start=start)
+    task = _stereo_task(datasets, plan, commit=commit, prior=prior, start=start, reduced=device.reduced)
     crops = CropSource(datasets, size=plan.crop_px, batch=plan.batch, seed=plan.seed)
-    return run_task(task, crops, folder, watcher)
+    return run_task(task, crops, folder, watcher, device=device)
 
 
-def run_task(task: TrainingTask, crops: CropSource, folder: Path, watcher: TrainingWatcher) -> TrainingFacts:
+def run_task(
+    task: TrainingTask,
+    crops: CropSource,
+    folder: Path,
+    watcher: TrainingWatcher,
+    *,
+    device: TrainingDevice = PROCESSOR,
+) -> TrainingFacts:
     """Train by a task into `folder`, as `train` does; return what the last checkpoint says."""
-    run = _Run(task, crops, folder)
+    run = _Run(task, crops, folder, device)
     total = task.facts.steps_planned
     while run.done < total and not watcher.stopped():
         loss = run.step()
@@ -142,10 +151,12 @@ def _stereo_task(
     commit: str,
     prior: MonocularPrior | None,
     start: StartingWeights | None,
+    reduced: bool,
 ) -> TrainingTask:
     if plan.prior != "none" and prior is None:
         raise InvalidInput("a loss by a monocular prior needs one: give --prior-network")
     network = FoveatedStereo(plan.network)
+    network.reduced = reduced
     if start is not None:
         _begin_with(network, start)
     taught = [dataset.labelled and plan.weights.truth > 0.0 for dataset in datasets]
@@ -154,7 +165,8 @@ def _stereo_task(
     def loss(batch: PairBatch, step: int) -> tuple[Tensor, dict[str, float]]:
         weights = replace(plan.weights, prior=prior_weight(plan.prior, step / plan.steps))
         if prior is not None and weights.prior > 0.0:
-            batch = replace(batch, prior=prior.inverse_depth(batch.left))
+            found = prior.inverse_depth(batch.left.cpu())  # a prior stays on the processor
+            batch = replace(batch, prior=found.to(batch.left.device))
         prediction = network(batch.left, batch.right, batch.geometry)
         return training_loss(prediction, batch, weights, masked=step >= MASKED_FROM * plan.steps)
 
@@ -189,9 +201,10 @@ def _begin_with(network: FoveatedStereo, start: StartingWeights) -> None:
 
 
 class _Run:
-    def __init__(self, task: TrainingTask, crops: CropSource, folder: Path) -> None:
+    def __init__(self, task: TrainingTask, crops: CropSource, folder: Path, device: TrainingDevice) -> None:
         self._task, self._crops, self._path = task, crops, folder / CHECKPOINT
-        self._network = task.network
+        self._device = device
+        self._network = task.network.to(device.device)
         self._optimizer = torch.optim.AdamW(
             self._network.parameters(), lr=LEARNING_RATE, weight_decay=WEIGHT_DECAY
         )
@@ -204,7 +217,7 @@ class _Run:
         """Make one step; return its loss."""
         for group in self._optimizer.param_groups:
             group["lr"] = learning_rate(self.done, self._task.facts.steps_planned)
-        loss, parts = self._task.loss(self._crops.batch(self.done), self.done)
+        loss, parts = self._task.loss(self._device.moved(self._crops.batch(self.done)), self.done)
         self._optimizer.zero_grad(set_to_none=True)
         torch.autograd.backward(loss)
         torch.nn.utils.clip_grad_norm_(self._network.parameters(), CLIP)

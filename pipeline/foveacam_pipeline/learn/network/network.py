@@ -51,13 +51,16 @@ class FoveatedStereo(nn.Module):
         self.step = RefinementStep(cells)
         self.enlargement = Enlargement(cells)
         self.sharpness = nn.Parameter(torch.tensor(2.0))
+        self.reduced = False
+        """Whether features are computed in bfloat16: places of pixels need more digits than it has."""
 
     def forward(self, left: Tensor, right: Tensor, geometry: Tensor | None = None) -> Prediction:
         """Return the prediction for pictures (n, 3, h, w), 0 to 1, whose sides are multiples of 8.
 
         `geometry`: (n, 8) as `view_geometry` gives it; a network that is not told leaves it out.
         """
-        (cells_left, near_left), (_cells, near_right) = self._features(left, right, geometry)
+        features = self._reduced_features if self.reduced else self._features
+        (cells_left, near_left), (_cells, near_right) = features(left, right, geometry)
         config = self.config
         scores = row_scores(near_left, near_right, reach=config.reach_cells, signed=config.signed)
         scores = scores * self.sharpness.exp()
@@ -75,6 +78,14 @@ class FoveatedStereo(nn.Module):
             larger, log_scale = self.enlargement(state, disparity)
             found.append(larger)
         return Prediction(disparities=tuple(found), log_scale=log_scale, matches=matches)
+
+    def _reduced_features(
+        self, left: Tensor, right: Tensor, geometry: Tensor | None
+    ) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
+        with torch.autocast(left.device.type, dtype=torch.bfloat16):
+            eyes = self._features(left, right, geometry)
+        (cells_left, near_left), (cells_right, near_right) = eyes
+        return (cells_left.float(), near_left.float()), (cells_right.float(), near_right.float())
 
     def _features(
         self, left: Tensor, right: Tensor, geometry: Tensor | None

@@ -86,6 +86,10 @@ def train(
         Path | None,
         typer.Option("--from", help="checkpoint of the same size whose weights it begins with"),
     ] = None,
+    device: Annotated[str, typer.Option(help="auto (a GPU where there is one), cpu or cuda")] = "auto",
+    precision: Annotated[
+        str, typer.Option(help="of features: auto (bfloat16 on a GPU), float32 or bfloat16")
+    ] = "auto",
     as_json: JsonOption = False,
 ) -> None:
     """Train on datasets and judge on a held-out scene; after Ctrl-C the same command goes on."""
@@ -105,6 +109,8 @@ def train(
         prior_network=prior_network,
         without=tuple(without or ()),
         start=start,
+        device=device,
+        precision=precision,
     )
     run_training(order, as_json=as_json)
 

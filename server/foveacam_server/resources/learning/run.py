@@ -45,16 +45,20 @@ class TrainingOrder:
     prior_network: Path | None = None
     without: tuple[str, ...] = ()
     start: Path | None = None
+    device: str = "auto"
+    precision: str = "auto"
 
 
 def run_training(order: TrainingOrder, *, as_json: bool) -> None:
     """Train, then judge on the held-out datasets; print what came of it."""
     check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint, load_starting_weights
+    from foveacam_pipeline.learn.device import choose_device
     from foveacam_pipeline.learn.monocular.prior import load_prior
     from foveacam_pipeline.learn.pairs import load_datasets
     from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
 
+    device = choose_device(order.device, order.precision)
     _check_split(order)
     loaded = load_datasets([*order.datasets, *order.held_out])
     own, held_out = loaded[: len(order.datasets)], loaded[len(order.datasets) :]
@@ -76,7 +80,16 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
             on_step=lambda done, total, loss: bar.progress(done, total=total, note=f"loss {loss:.4f}"),
             stopped=bar.cancelled,
         )
-        facts = train(own, order.out, plan, watcher, commit=commit_of_program(), prior=prior, start=start)
+        facts = train(
+            own,
+            order.out,
+            plan,
+            watcher,
+            commit=commit_of_program(),
+            prior=prior,
+            start=start,
+            device=device,
+        )
         network = load_checkpoint(order.out / CHECKPOINT).network()
         judged: list[Evaluation] = []
         for dataset in held_out:

@@ -1,0 +1,54 @@
+"""What a training computes on: a processor in float32, or a GPU whose features are in bfloat16."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Literal, TypeAlias, get_args
+
+import torch
+from torch import Tensor
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.learn.losses import PairBatch
+
+DeviceName: TypeAlias = Literal["auto", "cpu", "cuda"]
+Precision: TypeAlias = Literal["auto", "float32", "bfloat16"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingDevice:
+    """A device, and whether features are computed in bfloat16 there; matching and losses never are."""
+
+    device: torch.device
+    reduced: bool = False
+
+    def moved(self, batch: PairBatch) -> PairBatch:
+        """Return the batch on the device."""
+        values = {field.name: getattr(batch, field.name) for field in fields(batch)}
+        return replace(
+            batch,
+            **{name: value.to(self.device) for name, value in values.items() if isinstance(value, Tensor)},
+        )
+
+
+PROCESSOR = TrainingDevice(device=torch.device("cpu"))
+
+
+def choose_device(name: str = "auto", precision: str = "auto") -> TrainingDevice:
+    """Return the device; `auto`: a GPU where there is one, and bfloat16 there.
+
+    Raise InvalidInput for a name that is none, and for a GPU that is not there.
+    """
+    for option, given, known in (("--device", name, DeviceName), ("--precision", precision, Precision)):
+        if given not in get_args(known):
+            choices = ", ".join(get_args(known))
+            raise InvalidInput(f"{option} {given}: the choices are {choices}", asked=given, found=choices)
+    there = torch.cuda.is_available()
+    if name == "cuda" and not there:
+        raise InvalidInput(
+            "--device cuda: PyTorch finds no GPU on this machine; leave --device out, or install the PyTorch "
+            "that fits the GPU's driver",
+            asked="cuda",
+            found="no GPU",
+        )
+    chosen = torch.device("cuda" if there and name != "cpu" else "cpu")
+    reduced = precision == "bfloat16" or (precision == "auto" and chosen.type == "cuda")
+    return TrainingDevice(device=chosen, reduced=reduced)
