@@ -1,9 +1,9 @@
 // Step 4, the check at poses that the fit has not used: pointing error over the wide picture, row error between the
 // eyes.
 
-import { changing, h, html } from "../dom.js";
-import { pixels } from "../format.js";
-import { badge, nothing, panel, starter } from "../parts.js";
+import { changing, h, html } from "../elements/dom.js";
+import { pixels } from "../elements/format.js";
+import { badge, nothing, panel, starter } from "../elements/parts.js";
 import { figure, picturesOf } from "./pictures.js";
 
 /**

@@ -1,8 +1,8 @@
 // Chooses the pattern that displays show at its true size, and lists the displays that are connected.
 
-import { absent, changing, h, html } from "../dom.js";
-import { icon } from "../icons.js";
-import { allHold, badge, choiceField, nothing, numberField } from "../parts.js";
+import { absent, changing, h, html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
+import { allHold, badge, choiceField, nothing, numberField } from "../elements/parts.js";
 import {
   FIELDS_OF,
   PAPER_NAMES,
@@ -16,7 +16,7 @@ import {
 /**
  * @import { DisplayDocument, PatternDocument } from "#api"
  * @import { PatternField, PatternKind } from "#page"
- * @import { NumberField } from "../parts.js"
+ * @import { NumberField } from "../elements/parts.js"
  * @import { WizardContext } from "./page.js"
  */
 

@@ -1,8 +1,8 @@
 // Shows the drift checks (Sec. 3.3): each eye's drift, whether it exceeds its error, and its history.
 
-import { absent, changing, h, html } from "../dom.js";
-import { angle, MISSING, number, sentence } from "../format.js";
-import { badge, numberField, nothing, starter } from "../parts.js";
+import { absent, changing, h, html } from "../elements/dom.js";
+import { angle, MISSING, number, sentence } from "../elements/format.js";
+import { badge, numberField, nothing, starter } from "../elements/parts.js";
 import { fresh } from "./pictures.js";
 
 /**

@@ -1,11 +1,11 @@
 // Step 3, the fit: mirror and rectification models chosen by cross-validation, shown beside the paper's.
 
-import { changing, h, html } from "../dom.js";
-import { number, pixels, sentence } from "../format.js";
+import { changing, h, html } from "../elements/dom.js";
+import { number, pixels, sentence } from "../elements/format.js";
 import { facts, parts, sentenceNames, sentences } from "./facts.js";
 import { fieldTable, mirrorTable, paperTable } from "./fit_tables.js";
 import { knockWords } from "./knocks.js";
-import { choiceField, figures, nothing, panel, starter, tickField } from "../parts.js";
+import { choiceField, figures, nothing, panel, starter, tickField } from "../elements/parts.js";
 import { beforeAfter, figure, picturesOf } from "./pictures.js";
 
 /**

@@ -1,9 +1,9 @@
 // Shows the calibration in use: name, age, standard errors, and its health with the reason.
 
-import { html } from "../dom.js";
-import { baseline, MISSING, number, sentence, span } from "../format.js";
-import { icon } from "../icons.js";
-import { figures } from "../parts.js";
+import { html } from "../elements/dom.js";
+import { baseline, MISSING, number, sentence, span } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
+import { figures } from "../elements/parts.js";
 import { verdictOf } from "./verdict.js";
 
 /** @import { ConsoleState } from "#page" */

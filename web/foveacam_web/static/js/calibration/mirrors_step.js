@@ -1,9 +1,9 @@
 // Step 2, the sweep: the rig turns so that the markers pass through the whole field; each eye centres its own marker.
 
-import { changing, h, html } from "../dom.js";
-import { number } from "../format.js";
+import { changing, h, html } from "../elements/dom.js";
+import { number } from "../elements/format.js";
 import { NodeGrid } from "./nodegrid.js";
-import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "../parts.js";
+import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "../elements/parts.js";
 import { isRunning } from "./state.js";
 
 /**

@@ -1,11 +1,11 @@
 // Lists the calibrations of this rig: put one in use, report, export, discard, import, compare two.
 
-import { absent, fill, h, html, repeat, say, update } from "../dom.js";
-import { MISSING, number, span } from "../format.js";
-import { icon } from "../icons.js";
+import { absent, fill, h, html, repeat, say, update } from "../elements/dom.js";
+import { MISSING, number, span } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { facts } from "./facts.js";
 import { makeImporter } from "./importer.js";
-import { badge, figures, nothing } from "../parts.js";
+import { badge, figures, nothing } from "../elements/parts.js";
 
 /**
  * @import { CalibrationDocument, ComparisonDocument } from "#api"

@@ -1,9 +1,9 @@
 // Shows the captured views of the board: thumbnails with their error; each can be removed.
 
-import { changing, fill, h, html } from "../dom.js";
-import { MISSING, number, pixels } from "../format.js";
-import { icon } from "../icons.js";
-import { nothing } from "../parts.js";
+import { changing, fill, h, html } from "../elements/dom.js";
+import { MISSING, number, pixels } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
+import { nothing } from "../elements/parts.js";
 import { isRunning } from "./state.js";
 
 /**

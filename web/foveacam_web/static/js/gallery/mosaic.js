@@ -1,10 +1,10 @@
 // The page of a dataset's mosaic: viewer of picture and depth, making it, its figures and files, its surface in 3D.
 
-import { badge, choiceField, figures, nothing } from "../parts.js";
+import { badge, choiceField, figures, nothing } from "../elements/parts.js";
 import { CONSOLE_ADDRESS, galleryAddress } from "../addresses.js";
-import { changing, h, html, update } from "../dom.js";
-import { count, pixels, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { changing, h, html, update } from "../elements/dom.js";
+import { count, pixels, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { computedBy } from "../video/depth_words.js";
 import { sizeWords } from "./dataset_words.js";
 import { Made } from "./made.js";

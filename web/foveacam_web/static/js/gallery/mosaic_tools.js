@@ -1,8 +1,8 @@
 // Controls around a mosaic: choice of layers, zoom, depth scale, readout at the pointer.
 
-import { h, html, say } from "../dom.js";
-import { angle, MISSING, number } from "../format.js";
-import { icon } from "../icons.js";
+import { h, html, say } from "../elements/dom.js";
+import { angle, MISSING, number } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { gradient, ticksOf } from "./mosaic_depth.js";
 
 /**
@@ -69,7 +69,7 @@ export function makeMix(changed, has_depth) {
 export function makeZoom(viewer) {
   const tool = (
     /** @type {string} */ label,
-    /** @type {import("../icons.js").IconName} */ name,
+    /** @type {import("../elements/icons.js").IconName} */ name,
     /** @type {() => void} */ act,
   ) =>
     html`<button type="button" class="tool" aria-label=${label} title=${label} @click=${act}>

@@ -1,6 +1,6 @@
 // Draws a mosaic's picture and depth on a canvas, pans and zooms, and reads the depth at the pointer.
 
-import { h } from "../dom.js";
+import { h } from "../elements/dom.js";
 import { Viewport } from "../video/viewport.js";
 import { depthTileOf } from "./mosaic_depth.js";
 import { listenToHands } from "./mosaic_gestures.js";

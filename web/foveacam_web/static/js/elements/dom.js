@@ -1,9 +1,9 @@
 // Builds and updates elements: templates of lit-html, and single elements that their module keeps and changes.
 
-import { html as litHtml, nothing, render, svg as litSvg } from "../vendor/lit-html/lit-html.js";
+import { html as litHtml, nothing, render, svg as litSvg } from "../../vendor/lit-html/lit-html.js";
 
-export { keyed } from "../vendor/lit-html/directives/keyed.js";
-export { repeat } from "../vendor/lit-html/directives/repeat.js";
+export { keyed } from "../../vendor/lit-html/directives/keyed.js";
+export { repeat } from "../../vendor/lit-html/directives/repeat.js";
 
 /** The value of an attribute that the element then does not have. */
 export const absent = nothing;
@@ -11,7 +11,7 @@ export const absent = nothing;
 const SVG = "http://www.w3.org/2000/svg";
 
 /**
- * @import { TemplateResult } from "../vendor/lit-html/lit-html.js"
+ * @import { TemplateResult } from "../../vendor/lit-html/lit-html.js"
  * @typedef {Node | TemplateResult | string | number | null | undefined | false} Child
  * @typedef {{
  *   class?: string, text?: string, on?: Record<string, (event: any) => void>, data?: Record<string, string>,

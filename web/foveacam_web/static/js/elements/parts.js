@@ -3,13 +3,13 @@
 import { absent, fill, h, html, say } from "./dom.js";
 import { MISSING } from "./format.js";
 import { icon } from "./icons.js";
-import { isRunning } from "./calibration/state.js";
+import { isRunning } from "../calibration/state.js";
 
 /**
  * @import { ConsoleState } from "#page"
  * @import { Child } from "./dom.js"
  * @import { IconName } from "./icons.js"
- * @import { Store } from "./store.js"
+ * @import { Store } from "../store.js"
  * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField
  */
 
