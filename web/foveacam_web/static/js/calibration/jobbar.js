@@ -3,7 +3,7 @@
 import { fill, h, html, say } from "../elements/dom.js";
 import { pixels, remedyOf, sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
-import { knockWords } from "./knocks.js";
+import { knockWords } from "./fit/knocks.js";
 import { bar } from "../elements/parts.js";
 import { isRunning, placeOf } from "./state.js";
 

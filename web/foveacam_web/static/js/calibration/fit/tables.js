@@ -1,9 +1,9 @@
 // Tables of a fit: each model's error at left-out poses, ours and the paper's, and the effect of each addition.
 
-import { html } from "../elements/dom.js";
-import { MISSING, number, pixels } from "../elements/format.js";
-import { facts, sentenceNames, sentences } from "./facts.js";
-import { badge, figures, nothing } from "../elements/parts.js";
+import { html } from "../../elements/dom.js";
+import { MISSING, number, pixels } from "../../elements/format.js";
+import { facts, sentenceNames, sentences } from "../facts.js";
+import { badge, figures, nothing } from "../../elements/parts.js";
 
 /**
  * @import { FitDocument } from "#api"

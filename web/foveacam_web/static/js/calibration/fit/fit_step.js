@@ -1,17 +1,17 @@
 // Step 3, the fit: mirror and rectification models chosen by cross-validation, shown beside the paper's.
 
-import { changing, h, html } from "../elements/dom.js";
-import { number, pixels, sentence } from "../elements/format.js";
-import { facts, parts, sentenceNames, sentences } from "./facts.js";
-import { fieldTable, mirrorTable, paperTable } from "./fit_tables.js";
+import { changing, h, html } from "../../elements/dom.js";
+import { number, pixels, sentence } from "../../elements/format.js";
+import { facts, parts, sentenceNames, sentences } from "../facts.js";
+import { fieldTable, mirrorTable, paperTable } from "./tables.js";
 import { knockWords } from "./knocks.js";
-import { choiceField, figures, nothing, panel, starter, tickField } from "../elements/parts.js";
-import { beforeAfter, figure, picturesOf } from "./pictures.js";
+import { choiceField, figures, nothing, panel, starter, tickField } from "../../elements/parts.js";
+import { beforeAfter, figure, picturesOf } from "../pictures.js";
 
 /**
  * @import { FitDocument, PictureDocument } from "#api"
  * @import { ConsoleState } from "#page"
- * @import { WizardContext } from "./page.js"
+ * @import { WizardContext } from "../page.js"
  */
 
 const DIAGRAMS = ["quiver_left", "quiver_right", "loo", "mount_drift", "warp_left", "warp_right"];

@@ -1,6 +1,6 @@
 // Words the jumps of an eye's gaze that a fit found between the sweeps. Pure function.
 
-import { pixels } from "../elements/format.js";
+import { pixels } from "../../elements/format.js";
 
 /**
  * Return a sentence about the jumps; empty when there were none.

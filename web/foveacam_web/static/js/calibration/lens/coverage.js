@@ -1,7 +1,7 @@
 // Shows where in the picture the board was seen, and at which tilts.
 
-import { html, svg } from "../elements/dom.js";
-import { number, pixels } from "../elements/format.js";
+import { html, svg } from "../../elements/dom.js";
+import { number, pixels } from "../../elements/format.js";
 
 /** @import { WideSampleDocument } from "#api" */
 

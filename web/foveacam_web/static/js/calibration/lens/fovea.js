@@ -1,16 +1,16 @@
 // The lens of a fovea by views of a small board, beside the step of the wide camera. It informs.
 
-import { changing, h, html } from "../elements/dom.js";
-import { number, pixels, sentence } from "../elements/format.js";
-import { choiceField, figures, nothing, numberField, allHold, panel, starter } from "../elements/parts.js";
+import { changing, h, html } from "../../elements/dom.js";
+import { number, pixels, sentence } from "../../elements/format.js";
+import { choiceField, figures, nothing, numberField, allHold, panel, starter } from "../../elements/parts.js";
 import { boardForm } from "./board_form.js";
-import { parameterRows } from "./lens_words.js";
-import { figure, picturesOf } from "./pictures.js";
+import { parameterRows } from "./words.js";
+import { figure, picturesOf } from "../pictures.js";
 import { mountSamples } from "./samples.js";
 
 /**
  * @import { LensDocument, PictureDocument, SessionDocument } from "#api"
- * @import { WizardContext } from "./page.js"
+ * @import { WizardContext } from "../page.js"
  */
 
 /** @param {WizardContext} context */

@@ -1,14 +1,14 @@
 // Shows the captured views of the board: thumbnails with their error; each can be removed.
 
-import { changing, fill, h, html } from "../elements/dom.js";
-import { MISSING, number, pixels } from "../elements/format.js";
-import { icon } from "../elements/icons.js";
-import { nothing } from "../elements/parts.js";
-import { isRunning } from "./state.js";
+import { changing, fill, h, html } from "../../elements/dom.js";
+import { MISSING, number, pixels } from "../../elements/format.js";
+import { icon } from "../../elements/icons.js";
+import { nothing } from "../../elements/parts.js";
+import { isRunning } from "../state.js";
 
 /**
  * @import { SessionDocument, WideSampleDocument } from "#api"
- * @import { WizardContext } from "./page.js"
+ * @import { WizardContext } from "../page.js"
  */
 
 const MUCH = 1.8; // times the median: the error of an outlier

@@ -1,15 +1,15 @@
 // Shows how the mirrors settle: the time to one pixel and to one percent, the resonance and its quality; sets how long
 // the rig waits after every move.
 
-import { changing, h, html } from "../elements/dom.js";
-import { MISSING, number } from "../elements/format.js";
-import { figures, nothing, panel, starter } from "../elements/parts.js";
-import { figure, picturesOf } from "./pictures.js";
+import { changing, h, html } from "../../elements/dom.js";
+import { MISSING, number } from "../../elements/format.js";
+import { figures, nothing, panel, starter } from "../../elements/parts.js";
+import { figure, picturesOf } from "../pictures.js";
 
 /**
  * @import { PictureDocument, SettleAxisDocument, SettleTimeDocument } from "#api"
  * @import { ConsoleState } from "#page"
- * @import { WizardContext } from "./page.js"
+ * @import { WizardContext } from "../page.js"
  */
 
 /** @param {WizardContext} context */

@@ -1,10 +1,10 @@
 // Shows the calibration in use: name, age, standard errors, and its health with the reason.
 
-import { html } from "../elements/dom.js";
-import { baseline, MISSING, number, sentence, span } from "../elements/format.js";
-import { icon } from "../elements/icons.js";
-import { figures } from "../elements/parts.js";
-import { verdictOf } from "./verdict.js";
+import { html } from "../../elements/dom.js";
+import { baseline, MISSING, number, sentence, span } from "../../elements/format.js";
+import { icon } from "../../elements/icons.js";
+import { figures } from "../../elements/parts.js";
+import { verdictOf } from "../verdict.js";
 
 /** @import { ConsoleState } from "#page" */
 

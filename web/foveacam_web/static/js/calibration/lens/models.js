@@ -1,8 +1,8 @@
 // Compares both models of the wide lens: fit error, field of view, accuracy of a pixel's direction.
 
-import { html } from "../elements/dom.js";
-import { MISSING, number, pixels, sentence } from "../elements/format.js";
-import { nothing } from "../elements/parts.js";
+import { html } from "../../elements/dom.js";
+import { MISSING, number, pixels, sentence } from "../../elements/format.js";
+import { nothing } from "../../elements/parts.js";
 
 /** @import { WideFitDocument, WideStageDocument } from "#api" */
 

@@ -1,6 +1,6 @@
 // The fields that name a calibration board: kind, inner corners, sides.
 
-import { allHold, choiceField, numberField } from "../elements/parts.js";
+import { allHold, choiceField, numberField } from "../../elements/parts.js";
 
 /**
  * @import { BoardDocument } from "#api"

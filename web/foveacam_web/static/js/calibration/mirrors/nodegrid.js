@@ -1,7 +1,7 @@
 // Shows the nodes of a running sweep: both eyes' state at each, and the reason of a refusal under pointer or focus.
 
-import { fill, h, html, say } from "../elements/dom.js";
-import { angle, sentence } from "../elements/format.js";
+import { fill, h, html, say } from "../../elements/dom.js";
+import { angle, sentence } from "../../elements/format.js";
 
 /**
  * @import { SweepDocument, SweepPoseDocument } from "#api"

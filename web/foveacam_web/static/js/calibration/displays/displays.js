@@ -1,23 +1,15 @@
 // Chooses the pattern that displays show at its true size, and lists the displays that are connected.
 
-import { absent, changing, h, html } from "../elements/dom.js";
-import { icon } from "../elements/icons.js";
-import { allHold, badge, choiceField, nothing, numberField } from "../elements/parts.js";
-import {
-  FIELDS_OF,
-  PAPER_NAMES,
-  PATTERN_NAMES,
-  displayState,
-  patternOf,
-  printPath,
-  sizeWords,
-} from "./display_words.js";
+import { absent, changing, h, html } from "../../elements/dom.js";
+import { icon } from "../../elements/icons.js";
+import { allHold, badge, choiceField, nothing, numberField } from "../../elements/parts.js";
+import { FIELDS_OF, PAPER_NAMES, PATTERN_NAMES, displayState, patternOf, printPath, sizeWords } from "./words.js";
 
 /**
  * @import { DisplayDocument, PatternDocument } from "#api"
  * @import { PatternField, PatternKind } from "#page"
- * @import { NumberField } from "../elements/parts.js"
- * @import { WizardContext } from "./page.js"
+ * @import { NumberField } from "../../elements/parts.js"
+ * @import { WizardContext } from "../page.js"
  */
 
 /** @param {HTMLElement} place @param {WizardContext} context */

@@ -1,15 +1,15 @@
 // Lists the calibrations of this rig: put one in use, report, export, discard, import, compare two.
 
-import { absent, fill, h, html, repeat, say, update } from "../elements/dom.js";
-import { MISSING, number, span } from "../elements/format.js";
-import { icon } from "../elements/icons.js";
-import { facts } from "./facts.js";
+import { absent, fill, h, html, repeat, say, update } from "../../elements/dom.js";
+import { MISSING, number, span } from "../../elements/format.js";
+import { icon } from "../../elements/icons.js";
+import { facts } from "../facts.js";
 import { makeImporter } from "./importer.js";
-import { badge, figures, nothing } from "../elements/parts.js";
+import { badge, figures, nothing } from "../../elements/parts.js";
 
 /**
  * @import { CalibrationDocument, ComparisonDocument } from "#api"
- * @import { WizardContext } from "./page.js"
+ * @import { WizardContext } from "../page.js"
  */
 
 const ORIGINS = Object.freeze(

@@ -1,6 +1,6 @@
 // The patterns of displays as the calibration page offers them, and what it says of each display. Pure functions.
 
-import { number } from "../elements/format.js";
+import { number } from "../../elements/format.js";
 
 /**
  * @import { DisplayDocument } from "#api"

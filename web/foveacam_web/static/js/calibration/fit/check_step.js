@@ -1,15 +1,15 @@
 // Step 4, the check at poses that the fit has not used: pointing error over the wide picture, row error between the
 // eyes.
 
-import { changing, h, html } from "../elements/dom.js";
-import { pixels } from "../elements/format.js";
-import { badge, nothing, panel, starter } from "../elements/parts.js";
-import { figure, picturesOf } from "./pictures.js";
+import { changing, h, html } from "../../elements/dom.js";
+import { pixels } from "../../elements/format.js";
+import { badge, nothing, panel, starter } from "../../elements/parts.js";
+import { figure, picturesOf } from "../pictures.js";
 
 /**
  * @import { CheckDocument, PictureDocument } from "#api"
  * @import { ConsoleState } from "#page"
- * @import { WizardContext } from "./page.js"
+ * @import { WizardContext } from "../page.js"
  */
 
 /** @type {{key: "epipolar_rms_px" | "epipolar_p95_px" | "pointing_rms_px", name: string, goal: number, what: string}[]} */

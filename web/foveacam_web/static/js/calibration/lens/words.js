@@ -1,6 +1,6 @@
 // The parameters of a fovea's lens as rows: value, standard error, and what it is known from. Pure functions.
 
-import { number } from "../elements/format.js";
+import { number } from "../../elements/format.js";
 
 /** @import { LensParameterDocument } from "#api" */
 

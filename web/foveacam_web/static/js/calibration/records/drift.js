@@ -1,14 +1,14 @@
 // Shows the drift checks (Sec. 3.3): each eye's drift, whether it exceeds its error, and its history.
 
-import { absent, changing, h, html } from "../elements/dom.js";
-import { angle, MISSING, number, sentence } from "../elements/format.js";
-import { badge, numberField, nothing, starter } from "../elements/parts.js";
-import { fresh } from "./pictures.js";
+import { absent, changing, h, html } from "../../elements/dom.js";
+import { angle, MISSING, number, sentence } from "../../elements/format.js";
+import { badge, numberField, nothing, starter } from "../../elements/parts.js";
+import { fresh } from "../pictures.js";
 
 /**
  * @import { DriftCheckDocument, DriftEyeDocument } from "#api"
  * @import { ConsoleState } from "#page"
- * @import { WizardContext } from "./page.js"
+ * @import { WizardContext } from "../page.js"
  */
 
 const SHOWN = 8;

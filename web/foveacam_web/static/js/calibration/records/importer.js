@@ -1,11 +1,11 @@
 // Imports a calibration from a file. The authors' files lack the distance of the markers, so a dialog asks for it.
 
-import { h, html, say } from "../elements/dom.js";
-import { icon } from "../elements/icons.js";
-import { sheet } from "../panels/dialogs.js";
-import { numberField } from "../elements/parts.js";
+import { h, html, say } from "../../elements/dom.js";
+import { icon } from "../../elements/icons.js";
+import { sheet } from "../../panels/dialogs.js";
+import { numberField } from "../../elements/parts.js";
 
-/** @import { WizardContext } from "./page.js" */
+/** @import { WizardContext } from "../page.js" */
 
 const AUTHORS = "fovea-device-config";
 

@@ -1,15 +1,15 @@
 // Step 2, the sweep: the rig turns so that the markers pass through the whole field; each eye centres its own marker.
 
-import { changing, h, html } from "../elements/dom.js";
-import { number } from "../elements/format.js";
+import { changing, h, html } from "../../elements/dom.js";
+import { number } from "../../elements/format.js";
 import { NodeGrid } from "./nodegrid.js";
-import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "../elements/parts.js";
-import { isRunning } from "./state.js";
+import { allHold, choiceField, nothing, numberField, panel, starter, tickField } from "../../elements/parts.js";
+import { isRunning } from "../state.js";
 
 /**
  * @import { SweepDocument } from "#api"
  * @import { ConsoleState } from "#page"
- * @import { WizardContext } from "./page.js"
+ * @import { WizardContext } from "../page.js"
  */
 
 /** @param {WizardContext} context */

@@ -1,19 +1,19 @@
 // Step 1, the wide camera: views of the board all over the picture and at every tilt, and the accuracy of the lens fit.
 
-import { changing, h, html } from "../elements/dom.js";
-import { number, pixels } from "../elements/format.js";
+import { changing, h, html } from "../../elements/dom.js";
+import { number, pixels } from "../../elements/format.js";
 import { boardForm } from "./board_form.js";
 import { drawCoverage, drawTilts } from "./coverage.js";
-import { makeFoveaLens } from "./fovea_lens.js";
-import { lensTable } from "./lens.js";
-import { allHold, choiceField, numberField, panel, starter } from "../elements/parts.js";
-import { figure, picturesOf } from "./pictures.js";
+import { makeFoveaLens } from "./fovea.js";
+import { lensTable } from "./models.js";
+import { allHold, choiceField, numberField, panel, starter } from "../../elements/parts.js";
+import { figure, picturesOf } from "../pictures.js";
 import { mountSamples } from "./samples.js";
 
 /**
  * @import { SessionDocument } from "#api"
  * @import { ConsoleState } from "#page"
- * @import { WizardContext } from "./page.js"
+ * @import { WizardContext } from "../page.js"
  */
 
 const PICTURES = ["coverage", "wide_residuals"];
