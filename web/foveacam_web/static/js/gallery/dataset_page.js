@@ -12,7 +12,7 @@ import { makeSheet } from "./dataset_sheet.js";
 import { conditionRows, factRows, isLive, planWords, snippet, stateWords } from "./dataset_words.js";
 import { progressOf } from "./datasets.js";
 import { makeEditable } from "./editable.js";
-import { openMosaic } from "./mosaic.js";
+import { openMosaic } from "./mosaic/page.js";
 import { makeReference } from "./reference.js";
 
 /**

@@ -7,7 +7,7 @@ import { sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
 import { EntryReader } from "./collection_readers.js";
 import { capturePath } from "./dataset_words.js";
-import { leftOf } from "./mosaic_words.js";
+import { leftOf } from "./mosaic/words.js";
 
 /**
  * @import { EventDocument, JobDocument, JobProgress, Problem } from "#api"

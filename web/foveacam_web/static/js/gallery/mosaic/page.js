@@ -1,21 +1,21 @@
 // The page of a dataset's mosaic: viewer of picture and depth, making it, its figures and files, its surface in 3D.
 
-import { badge, choiceField, figures, nothing } from "../elements/parts.js";
-import { CONSOLE_ADDRESS, galleryAddress } from "../addresses.js";
-import { changing, h, html, update } from "../elements/dom.js";
-import { count, pixels, sentence } from "../elements/format.js";
-import { icon } from "../elements/icons.js";
-import { computedBy } from "../video/depth_words.js";
-import { sizeWords } from "./dataset_words.js";
-import { Made } from "./made.js";
-import { makeMix, makeReadout, makeScale, makeZoom } from "./mosaic_tools.js";
-import { MosaicViewer } from "./mosaic_viewer.js";
-import { percent, size } from "./mosaic_words.js";
+import { badge, choiceField, figures, nothing } from "../../elements/parts.js";
+import { CONSOLE_ADDRESS, galleryAddress } from "../../addresses.js";
+import { changing, h, html, update } from "../../elements/dom.js";
+import { count, pixels, sentence } from "../../elements/format.js";
+import { icon } from "../../elements/icons.js";
+import { computedBy } from "../../video/depth_words.js";
+import { sizeWords } from "../dataset_words.js";
+import { Made } from "../made.js";
+import { makeMix, makeReadout, makeScale, makeZoom } from "./tools.js";
+import { MosaicViewer } from "./viewer.js";
+import { percent, size } from "./words.js";
 
 /**
  * @import { MadeMosaic, MosaicDocument, MosaicNeedsDocument, MosaicRequest } from "#api"
  * @import { GalleryPlace } from "#page"
- * @import { GalleryContext } from "./page.js"
+ * @import { GalleryContext } from "../page.js"
  * @typedef {{anew: boolean, begun: boolean, needs: MosaicNeedsDocument, scans: number[], brackets: number[], eye: "left" | "right"}} Offer
  */
 

@@ -1,15 +1,15 @@
 // Draws a mosaic's picture and depth on a canvas, pans and zooms, and reads the depth at the pointer.
 
-import { h } from "../elements/dom.js";
-import { Viewport } from "../video/viewport.js";
-import { depthTileOf } from "./mosaic_depth.js";
-import { listenToHands } from "./mosaic_gestures.js";
-import { TileLayer } from "./mosaic_tiles.js";
+import { h } from "../../elements/dom.js";
+import { Viewport } from "../../video/viewport.js";
+import { depthTileOf } from "./depth.js";
+import { listenToHands } from "./gestures.js";
+import { TileLayer } from "./tiles.js";
 
 /**
  * @import { MadeMosaic, MosaicLayer } from "#api"
  * @import { MosaicMix, Point } from "#page"
- * @import { Box } from "./mosaic_tiles.js"
+ * @import { Box } from "./tiles.js"
  * @typedef {{pixel: Point, ax_deg: number, ay_deg: number, z_m: number | null} | null} Reading `z_m`: null where unknown
  */
 

@@ -1,14 +1,14 @@
 // Controls around a mosaic: choice of layers, zoom, depth scale, readout at the pointer.
 
-import { h, html, say } from "../elements/dom.js";
-import { angle, MISSING, number } from "../elements/format.js";
-import { icon } from "../elements/icons.js";
-import { gradient, ticksOf } from "./mosaic_depth.js";
+import { h, html, say } from "../../elements/dom.js";
+import { angle, MISSING, number } from "../../elements/format.js";
+import { icon } from "../../elements/icons.js";
+import { gradient, ticksOf } from "./depth.js";
 
 /**
  * @import { MadeMosaic } from "#api"
  * @import { MosaicMix } from "#page"
- * @import { MosaicViewer, Reading } from "./mosaic_viewer.js"
+ * @import { MosaicViewer, Reading } from "./viewer.js"
  */
 
 /** @type {[MosaicMix["shown"], string][]} */
@@ -69,7 +69,7 @@ export function makeMix(changed, has_depth) {
 export function makeZoom(viewer) {
   const tool = (
     /** @type {string} */ label,
-    /** @type {import("../elements/icons.js").IconName} */ name,
+    /** @type {import("../../elements/icons.js").IconName} */ name,
     /** @type {() => void} */ act,
   ) =>
     html`<button type="button" class="tool" aria-label=${label} title=${label} @click=${act}>

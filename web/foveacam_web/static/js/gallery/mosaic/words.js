@@ -1,6 +1,6 @@
 // Formats sizes, shares and times of mosaics. Pure functions.
 
-import { count, MISSING, number } from "../elements/format.js";
+import { count, MISSING, number } from "../../elements/format.js";
 
 /** @param {number} width @param {number} height */
 export function size(width, height) {
