@@ -24,7 +24,7 @@ from foveacam_server.resources.engine.thread_loads import (
     unknown_loads,
 )
 from foveacam_server.rig.frame_hub import FrameHub
-from foveacam_server.rig.opening_steps import OpeningSteps
+from foveacam_server.rig.hardware_thread.opening_steps import OpeningSteps
 from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.status import FrameRate, SlidingMaximum
 from foveacam_server.rig.stream import LiveStreams

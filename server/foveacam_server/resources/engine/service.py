@@ -34,7 +34,7 @@ from foveacam_server.resources.engine.thread_loads import (
 )
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import LENGTH
-from foveacam_server.rig.opening_steps import OpeningStep
+from foveacam_server.rig.hardware_thread.opening_steps import OpeningStep
 from foveacam_server.rig.status import CameraStatus
 from foveacam_server.rig.stream import LiveStreams
 

@@ -35,6 +35,11 @@ class ExclusiveUse:
         """Whether somebody waits for the rig."""
         return self._waiting > 0
 
+    def check_free(self, asked: str) -> None:
+        """Raise `Busy` while work has the rig."""
+        if (holder := self._holder) is not None:
+            raise refusals.in_use(asked, holder)
+
     @contextmanager
     def hold(self, holder: str, *, asked: str, gives_way: bool = False) -> Iterator[None]:
         """Have the rig; raise `Busy` when somebody has it who does not give way."""
