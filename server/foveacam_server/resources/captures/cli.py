@@ -107,10 +107,10 @@ def _flag_given(flags: Mapping[str, bool], *, server: str | None) -> str | None:
     return given[0] if given else None
 
 
-def _verging(*, distance_m: float | None, each_point: bool) -> dict[str, object]:
+def _verging(*, distance_m: float | None, each_point: bool) -> dict[str, object]:  # object: as below
     mode = None if distance_m is None else "given"
     return _given({"mode": mode, "distance_m": distance_m, "each_point": each_point or None})
 
 
-def _given(options: Mapping[str, object]) -> dict[str, object]:
+def _given(options: Mapping[str, object]) -> dict[str, object]:  # object: the plan checks the values
     return {key: value for key, value in options.items() if value is not None}

@@ -1,17 +1,16 @@
 """What is wrong with a draft, field by field, as `foveacam serve --rig` would refuse its file."""
 
-from typing import Any
-
 from foveacam_hardware.camera_config import ROLES
 from foveacam_hardware.rig_config import rig_faults
 from foveacam_server.resources.rig_setup.draft_file import is_simulated
+from foveacam_server.resources.rig_setup.rig_files import TomlTable
 from foveacam_server.resources.rig_setup.schema import SIMULATED, DraftFault, RigDraft
 
 CAMERA_KEYS = frozenset({"kind", "serial", "source"})
 """Keys of a camera's table that the draft's choice of a camera stands for."""
 
 
-def faults_of(draft: RigDraft, content: dict[str, Any]) -> list[DraftFault]:  # Any: nothing is checked yet
+def faults_of(draft: RigDraft, content: TomlTable) -> list[DraftFault]:
     """Return the faults of a draft whose file would have this content."""
     found = [DraftFault(field=_field(fault.key), message=fault.message) for fault in rig_faults(content)]
     return [*_mixed(draft), *found] if is_simulated(draft) else found

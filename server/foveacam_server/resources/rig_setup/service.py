@@ -13,7 +13,13 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.resources.rig_setup.draft_faults import faults_of
 from foveacam_server.resources.rig_setup.draft_file import draft_of, is_simulated, merge_draft
 from foveacam_server.resources.rig_setup.draft_store import StoredDraft, load_draft, store_draft
-from foveacam_server.resources.rig_setup.rig_files import RigFileFolder, content_of, difference, hash_of
+from foveacam_server.resources.rig_setup.rig_files import (
+    RigFileFolder,
+    TomlTable,
+    content_of,
+    difference,
+    hash_of,
+)
 from foveacam_server.resources.rig_setup.schema import (
     DraftDocument,
     DraftFault,
@@ -95,7 +101,7 @@ class RigSetupService:
                 command=f"foveacam serve --rig {shlex.quote(str(self._path))}",
             )
 
-    def table(self, name: str) -> dict[str, object]:
+    def table(self, name: str) -> TomlTable:
         """Return one table of the file that the draft would make."""
         found = content_of(self.review().proposed).get(name)
         return found if isinstance(found, dict) else {}
