@@ -1,19 +1,19 @@
-"""Opens the services that turn looks into fixations, clouds, wide depth and measurements."""
+"""Opens what turns looks into fixations, clouds, wide depth and measurements, and what follows targets."""
 
 from dataclasses import dataclass
 
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.assembly.first_services import SharedServices
-from foveacam_server.assembly.following import open_following
 from foveacam_server.datasets.collection import CaptureCollection
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.shapes import ShapeWorker
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
-from foveacam_server.resources.follows.rounds import FollowRounds
+from foveacam_server.resources.follows.follow_job import FollowTools
+from foveacam_server.resources.follows.rounds import FollowRounds, RoundTools
 from foveacam_server.resources.follows.service import FollowService
-from foveacam_server.resources.loop.service import LoopService
+from foveacam_server.resources.loop.service import LoopService, LoopTools
 from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
@@ -49,7 +49,7 @@ def open_observation(
     )
     tools = _fixation_tools(shared, clouds=clouds, shapes=shapes, wide_depth=wide_depth)
     fixations = FixationService(shared.foundation.store, tools)
-    follows, rounds, vergence = open_following(
+    follows, rounds, vergence = _open_following(
         shared, fixations=fixations, context=wide_depth, captures=captures
     )
     shapes.put_back(fixations.stored_looks())
@@ -122,3 +122,53 @@ def _open_measurements(shared: SharedServices, clouds: CloudCollection) -> Measu
     measurements = MeasurementService(shared.foundation.store, tools)
     measurements.put_back()
     return measurements
+
+
+def _open_following(
+    shared: SharedServices,
+    *,
+    fixations: FixationService,
+    context: WideDepthService,
+    captures: CaptureCollection,
+) -> tuple[FollowService, FollowRounds, LoopService]:
+    """Open what follows targets, one or many, and let the wide view mark them."""
+    follows = FollowService(
+        FollowTools(
+            hardware=shared.hardware,
+            calibration=shared.knowledge.calibration,
+            jobs=shared.jobs,
+            events=shared.foundation.events,
+            clock=shared.foundation.clock,
+            targets=fixations.targets,
+            context=context,
+            viewer=shared.displays.viewer,
+            on_distance=shared.displays.overlay.look_at_distance,
+            looping=lambda: vergence.running,
+        )
+    )
+    vergence = LoopService(
+        LoopTools(
+            hardware=shared.hardware,
+            calibration=shared.knowledge.calibration,
+            jobs=shared.jobs,
+            events=shared.foundation.events,
+            clock=shared.foundation.clock,
+            context=context,
+            folder=shared.foundation.store.subfolder("loop"),
+            following=lambda: follows.following,
+            on_distance=shared.displays.overlay.look_at_distance,
+        )
+    )
+    shared.displays.overlay.show_follows(lambda: [*follows.marks(), *vergence.marks()])
+    shared.displays.tap.boxes_from(lambda frame: [*follows.boxes(frame), *vergence.boxes(frame)])
+    rounds = FollowRounds(
+        RoundTools(
+            take=follows.take_round,
+            collection=captures,
+            hardware=shared.hardware,
+            calibration=shared.knowledge.calibration,
+            jobs=shared.jobs,
+            events=shared.foundation.events,
+        )
+    )
+    return follows, rounds, vergence

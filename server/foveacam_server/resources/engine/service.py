@@ -11,6 +11,16 @@ from foveacam_hardware.contract import CameraCounters, Clock
 from foveacam_server import __version__
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.store import Store
+from foveacam_server.resources.engine.loads import (
+    BUSY_SHARE,
+    BucketCounts,
+    ThreadSample,
+    read_stages,
+    stage_documents,
+    thread_loads,
+    thread_names,
+    unknown_loads,
+)
 from foveacam_server.resources.engine.loop_lag import WINDOW_S, LoopLag
 from foveacam_server.resources.engine.process_files import ProcessFiles
 from foveacam_server.resources.engine.schema import (
@@ -23,14 +33,6 @@ from foveacam_server.resources.engine.schema import (
     StartTimeDocument,
     ThreadDocument,
     ViewFlowDocument,
-)
-from foveacam_server.resources.engine.stage_times import BucketCounts, read_stages, stage_documents
-from foveacam_server.resources.engine.thread_loads import (
-    BUSY_SHARE,
-    ThreadSample,
-    thread_loads,
-    thread_names,
-    unknown_loads,
 )
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import LENGTH

@@ -12,7 +12,7 @@ import numpy as np
 from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, OutOfRange, Role
 from foveacam_pipeline.capture.dataset.pictures import png_bytes
 from foveacam_pipeline.capture.recording.values import TrackedBox
-from foveacam_pipeline.loop.match_picture import match_picture
+from foveacam_pipeline.loop.pictures import match_picture
 from foveacam_pipeline.loop.settings import LoopSettings
 from foveacam_pipeline.loop.split_eyes import SplitEyes
 from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
@@ -23,9 +23,8 @@ from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.resources.fixations.request import check_target, direction_of, target_of
 from foveacam_server.resources.fixations.schema import FixationRequest
-from foveacam_server.resources.loop.description import describe_loop
+from foveacam_server.resources.loop.description import boxes_of, describe_loop, marks_of
 from foveacam_server.resources.loop.loop_run import LoopRun, Order
-from foveacam_server.resources.loop.marks import boxes_of, marks_of
 from foveacam_server.resources.loop.orders import (
     FirstTarget,
     apply_patch,

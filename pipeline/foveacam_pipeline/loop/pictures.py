@@ -1,23 +1,30 @@
-"""Draws what the loop matches: the guide strip with both eyes' boxes, and each eye's map of correlation.
+"""Pictures of the vergence loop: what it matches, and how its tuned axes answer a step."""
 
-The maps are placed so that a column of a map lies under the middle of the box that it is the score of.
-"""
+import io
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.loop.autotune import TuneResult
 from foveacam_pipeline.loop.guide_match import EyeInStrip, GuideMatch
+from foveacam_pipeline.loop.settings import Axis
+from foveacam_pipeline.loop.step_response import SETTLED_SHARE, StepResponse
 
 LEFT_RGB, RIGHT_RGB, TARGET_RGB = (255, 120, 90), (80, 170, 255), (255, 225, 80)
 GAP_PX = 6
 CAPTION_PX = 18
 STRIP_SPREAD = 3.0
 """The evened strip is shown from so many standard deviations below its mean to as many above."""
+NAMES = {Axis.PAN_X: "pan", Axis.VERGE: "vergence", Axis.SHIFT_Y: "vertical shift"}
+DPI = 110
 
 
 def match_picture(match: GuideMatch) -> NDArray[np.uint8]:
-    """Return the strip and, below it, the maps of left and right, (h, w, 3) uint8 RGB."""
+    """Return the guide strip with both eyes' boxes and each eye's map of correlation, (h, w, 3) uint8 RGB.
+
+    A column of a map lies under the middle of the box that it is the score of.
+    """
     parts = [_captioned(_strip(match), f"wide view about the target, {match.f_px:.0f} px focal length")]
     for name, eye, colour in (("left", match.left, LEFT_RGB), ("right", match.right, RIGHT_RGB)):
         parts.append(_captioned(_map(match, eye, colour), f"{name} eye, correlation {eye.score:.2f}"))
@@ -65,3 +72,32 @@ def _captioned(picture: NDArray[np.uint8], words: str) -> NDArray[np.uint8]:
         bar, words, (4, CAPTION_PX - 5), cv2.FONT_HERSHEY_SIMPLEX, 0.42, (220, 220, 220), 1, cv2.LINE_AA
     )
     return np.concatenate([bar, picture])
+
+
+def tune_picture(result: TuneResult, *, form: str = "png") -> bytes:
+    """Return the steps of every loop before and after as a picture; `form`: png or svg."""
+    from matplotlib.figure import Figure  # loads for seconds
+
+    figure = Figure(figsize=(10.5, 3.4), dpi=DPI, layout="constrained")
+    for axes, (axis, after) in zip(figure.subplots(1, len(result.after)), result.after.items(), strict=True):
+        for response, name, colour in (
+            (result.before[axis], "before", "#888888"),
+            (after, "tuned", "#d95f02"),
+        ):
+            label = f"{name}: {_settled(response)}"
+            axes.plot(1e3 * response.t_s, 100.0 * response.share, "o-", color=colour, ms=3.5, label=label)
+        axes.axhspan(100.0 * (1.0 - SETTLED_SHARE), 100.0 * (1.0 + SETTLED_SHARE), color="0.5", alpha=0.2)
+        axes.set_title(NAMES.get(axis, axis.value), fontsize=10)
+        axes.set_xlabel("after the step, ms")
+        axes.grid(visible=True, alpha=0.3)
+        axes.legend(fontsize=8, loc="lower right")
+    figure.axes[0].set_ylabel("of the step, %")
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=form)
+    return buffer.getvalue()
+
+
+def _settled(response: StepResponse) -> str:
+    settle_s = response.settle_s
+    overshoot = f"overshoot {100.0 * response.overshoot:.0f} %"
+    return f"not settled, {overshoot}" if settle_s is None else f"{1e3 * settle_s:.0f} ms, {overshoot}"
