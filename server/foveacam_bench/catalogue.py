@@ -1,7 +1,8 @@
 """Lists the benches by name, runs one, and shows its figures as a table."""
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 
@@ -29,6 +30,7 @@ BENCHES: Mapping[str, str] = {
     "render": "render.renderer",
     "replay": "replay.long_recording",
     "serial": "drivers.mirror_link",
+    "soak": "soak.figures",
     "stereo": "depth.stereo",
     "stream": "stream.streams",
     "track": "track.following",
@@ -59,11 +61,19 @@ def run_bench(
     if pairs is not None and "pairs" not in accepted:
         raise InvalidInput(f"bench {name} reads no pairs with truth; leave --pairs out")
     options: dict[str, object] = {"quick": quick, "data": data, "pairs": pairs}
-    given = {option: value for option, value in options.items() if option in accepted}
+    with _spinner(name, silent=silent) as report:
+        options["report"] = report
+        return dict(run(**{option: value for option, value in options.items() if option in accepted}))
+
+
+@contextmanager
+def _spinner(name: str, *, silent: bool) -> Iterator[Callable[[str], None]]:
+    """Show that a bench is measuring, and what it reports of its progress; nothing when `silent`."""
     if silent:
-        return dict(run(**given))
-    with Console(stderr=True).status(f"measuring: {name} ..."):
-        return dict(run(**given))
+        yield lambda progress: None
+        return
+    with Console(stderr=True).status(f"measuring: {name} ...") as status:
+        yield lambda progress: status.update(f"measuring: {name}: {progress} ...")
 
 
 def bench_table(name: str, figures: Mapping[str, object]) -> Table:

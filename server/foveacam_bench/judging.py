@@ -1,5 +1,6 @@
-"""What several benches share: a simulated rig's truth, the root mean square, the peak memory of a process."""
+"""What several benches share: a simulated rig's truth, statistics, the peak memory of a process."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,12 @@ def truth_of(rig: Rig) -> Truth:
 def rms(values: NDArray[np.float64]) -> float:
     """Return the root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
+
+
+def percentile(values: Sequence[float], share: float) -> float:
+    """Return the value that this share of the values does not exceed; 0 for no values."""
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else 0.0
 
 
 def peak_memory_kib(pid: int | None = None) -> int:

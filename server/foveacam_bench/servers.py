@@ -14,6 +14,7 @@ import httpx
 
 from foveacam_hardware.contract import DeviceFault
 
+SERVE = ("foveacam_server", "serve", "--port", "{port}", "--data", "{data}")
 _PATIENCE_S = 60.0
 _START_PATIENCE_S = 180.0
 """Includes the compilation of the renderer at the first start."""
@@ -23,13 +24,13 @@ _POLL_S = 0.02
 class ServerProcess:
     """A server that starts with the context and ends with it."""
 
-    def __init__(self, folder: Path, *, port: int, options: Sequence[str] = ()) -> None:
+    def __init__(
+        self, folder: Path, *, port: int, options: Sequence[str] = (), program: Sequence[str] = SERVE
+    ) -> None:
+        """`program`: module and arguments, with {port} and {data} in place of both."""
         self._log = folder / "serve.log"
-        self._command = [
-            *(sys.executable, "-m", "foveacam_server", "serve"),
-            *("--port", str(port), "--data", str(folder / "data")),
-            *options,
-        ]
+        called = [part.format(port=port, data=folder / "data") for part in program]
+        self._command = [sys.executable, "-m", *called, *options]
         self._process: subprocess.Popen[bytes] | None = None
         self.url = f"http://127.0.0.1:{port}/"
 

@@ -6,11 +6,13 @@ from contextlib import ExitStack, asynccontextmanager
 
 from fastapi import FastAPI
 
-from foveacam_hardware.contract import FoveaError
+from foveacam_hardware.contract import Clock, FoveaError, MonotonicClock
 from foveacam_server import __version__
+from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
+from foveacam_server.doors.root_path import RootPath
 from foveacam_server.doors.threads import bound_threads
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.answers import BODY_BYTES, problems
@@ -115,15 +117,19 @@ _RESOURCES = (
 )
 
 
-def create_app(settings: Settings) -> FastAPI:
-    """Return the application; nothing is opened before its lifespan starts."""
+def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
+    """Return the application; nothing is opened before its lifespan starts.
+
+    `clock`: the one of the rig and of all timestamps; None: the system's monotonic clock.
+    """
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         bound_threads()
         with ExitStack() as stack:
             try:
-                services = open_services(settings, stack=stack, loop=asyncio.get_running_loop())
+                foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock())
+                services = open_services(foundation, loop=asyncio.get_running_loop())
             except FoveaError as error:
                 app.state.failure = error  # `foveacam serve` prints it in place of a traceback
                 raise
@@ -149,11 +155,13 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(HeaderLimit)
     app.state.gate = security.install(app, settings)
     app.add_middleware(RequestTimes)
+    if settings.root_path:
+        app.add_middleware(RootPath, root=settings.root_path)
     for resource in _RESOURCES:
         app.include_router(
             resource.router, prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES
         )
     for module in (health_routes, viser_relay):
         app.include_router(module.router, max_body_size=BODY_BYTES)
-    openapi_document.install(app, token_needed=app.state.gate.token is not None)
+    openapi_document.install(app, token_needed=app.state.gate.token is not None, root_path=settings.root_path)
     return app

@@ -84,6 +84,9 @@ ProxyOption = Annotated[
         help="address or network of a proxy whose X-Forwarded-For and -Proto are believed; may be repeated"
     ),
 ]
+RootPathOption = Annotated[
+    str | None, typer.Option(help="path below which a proxy serves this server, such as /foveacam")
+]
 DataOption = Annotated[Path | None, typer.Option(help="folder for targets, clouds, jobs and events")]
 CalibrationOption = Annotated[
     Path | None, typer.Option(help="calibration file to use instead of the rig's own")
@@ -108,6 +111,7 @@ def serve(
     tls_cert: CertificateOption = None,
     tls_key: KeyOption = None,
     trusted_proxy: ProxyOption = None,
+    root_path: RootPathOption = None,
     data: DataOption = None,
     calibration: CalibrationOption = None,
     replay: ReplayOption = None,
@@ -129,6 +133,7 @@ def serve(
         "tls_cert": tls_cert,
         "tls_key": tls_key,
         "trusted_proxies": trusted_proxy or None,
+        "root_path": root_path,
         "data": data,
         "calibration": calibration,
         "replay": replay,

@@ -12,7 +12,7 @@ import uvicorn
 from fastapi import FastAPI
 from rich.console import Console
 
-from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_hardware.contract import Clock, FoveaError, InvalidInput
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_server.accounts.accounts import Mode
 from foveacam_server.app import create_app
@@ -134,15 +134,18 @@ class _StartedServices:
         return cast(AccessRules, self._state.gate)  # type: ignore[attr-defined]  # starlette's state has any attribute
 
 
-def run_server(settings: Settings, *, console: Console) -> None:
-    """Serve until interrupted; raise a `FoveaError` for settings that cannot be used."""
+def run_server(settings: Settings, *, console: Console, clock: Clock | None = None) -> None:
+    """Serve until interrupted; raise a `FoveaError` for settings that cannot be used.
+
+    `clock`: as for `create_app`.
+    """
     simulated = _checked_simulation(settings)
     token_path = None
     if settings.wants_token_made:
         settings = settings.with_made_token()
         token_path = keep_token(settings)
     tls = tls_context(settings.tls_cert, settings.tls_key)
-    app = create_app(settings)
+    app = create_app(settings, clock=clock)
     allow_open_files()
     with listen(settings.host, settings.port) as listener:
         if simulated:

@@ -159,6 +159,7 @@ def running(
     viewer: bool = False,
     live_hz: tuple[float, float] = (LIVE_WIDE_HZ, LIVE_FOVEA_HZ),
     host: str = "127.0.0.1",
+    root_path: str = "",
 ) -> Iterator[Running]:
     warm_up()  # a compiled renderer: else the first look would wait for it
     settings = Settings(
@@ -168,6 +169,7 @@ def running(
         calibration=calibration,
         viewer=viewer,
         host=host,
+        root_path=root_path,
         live_wide_hz=live_hz[0],
         live_fovea_hz=live_hz[1],
     )

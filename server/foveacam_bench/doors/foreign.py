@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from foveacam_bench.doors.load import upgrade
+from foveacam_bench.stream.clients import upgrade
 
 EVIL = "evil.example"
 _LISTENING = "0A"

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import httpx
 
-from foveacam_bench.stream.clients import StreamViewer
+from foveacam_bench.stream.clients import StreamViewer, hold_unread_viewer
 
 BODY_BYTES = 63_000_000
 CHUNK_BYTES = 256 * 1024
@@ -83,11 +83,8 @@ class OutsiderLoad:
         await StreamViewer(url, choice={"wide": 2, "left": 2, "right": 2}).watch()
 
     async def _unread_viewer(self) -> None:
-        reader, writer = await self._connect()
-        writer.write(upgrade(self._address.netloc))
         self.counts["unread_viewers"] += 1
-        await writer.wait_closed()
-        del reader
+        await hold_unread_viewer(self._address.hostname or "", self._address.port or 80)
 
     async def _body(self) -> None:
         """Send a much too large body completely, whatever the server answers in the meantime."""
@@ -106,14 +103,6 @@ class OutsiderLoad:
 
     async def _connect(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
         return await asyncio.open_connection(self._address.hostname, self._address.port)
-
-
-def upgrade(host: str, *, path: str = "/api/v1/views/ws", origin: str | None = None) -> bytes:
-    """Return the request that opens a WebSocket."""
-    lines = [f"GET {path} HTTP/1.1", f"Host: {host}", "Connection: Upgrade", "Upgrade: websocket"]
-    lines += ["Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ=="]
-    lines += [f"Origin: {origin}"] if origin is not None else []
-    return "\r\n".join([*lines, "", ""]).encode()
 
 
 def main() -> None:

@@ -21,9 +21,9 @@ from urllib.parse import urlsplit
 
 from foveacam_bench.doors.foreign import foreign_figures
 from foveacam_bench.doors.generated import check_generator, generated_figures
-from foveacam_bench.doors.load import upgrade
-from foveacam_bench.judging import peak_memory_kib
+from foveacam_bench.judging import peak_memory_kib, percentile
 from foveacam_bench.servers import ServerProcess, free_port
+from foveacam_bench.stream.clients import upgrade
 
 STOPS, QUICK_STOPS = 320, 40
 PAUSE_S = 0.15
@@ -62,7 +62,7 @@ def _time_stops(folder: Path, *, count: int, bodies: bool) -> tuple[float, list[
     """Return the server's peak memory, MB, the stops, and the counts of the load."""
     with _server(folder) as server, _load(server.url, bodies=bodies) as load:
         time.sleep(WARM_UP_S)
-        stops = [_stop(server.url, kept=None) for _ in range(count)]
+        stops = [time_stop(server.url) for _ in range(count)]
         peak_mb = peak_memory_kib(server.process.pid) / 1e3
         printed, _ = load.communicate()
     return peak_mb, stops, json.loads(printed)
@@ -86,10 +86,10 @@ def _load(url: str, *, bodies: bool) -> Iterator[subprocess.Popen[str]]:
         load.communicate()
 
 
-def _stop(url: str, *, kept: http.client.HTTPConnection | None) -> TimedStop:
+def time_stop(url: str) -> TimedStop:
     """Request the stop on a new connection; release it after half a pause."""
     address = urlsplit(url)
-    connection = kept or http.client.HTTPConnection(address.hostname or "", address.port, timeout=60.0)
+    connection = http.client.HTTPConnection(address.hostname or "", address.port, timeout=60.0)
     began_s = time.perf_counter()
     connection.request("POST", STOP)
     answer = json.loads(connection.getresponse().read())
@@ -112,7 +112,7 @@ def _stop_figures(stops: list[TimedStop]) -> dict[str, object]:
     return {
         "stops": len(stops),
         "stop_median_ms": statistics.median(took_ms),
-        "stop_p99_ms": took_ms[min(len(took_ms) - 1, round(0.99 * len(took_ms)))],
+        "stop_p99_ms": percentile(took_ms, 0.99),
         "stop_max_ms": took_ms[-1],
         "stops_unconfirmed": sum(not stop.confirmed for stop in stops),
         "controller_median_ms": statistics.median(controller_ms) if controller_ms else None,

@@ -4,13 +4,9 @@ The data directory is on a file system of one megabyte that is filled up; where 
 database is limited in size. Either way the database itself reports that there is no space.
 """
 
-import contextlib
 import random
-import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
@@ -19,6 +15,7 @@ from sqlalchemy import select
 from foveacam_bench.faults.hardware_host import BenchHost, controller_rig, seconds_until, sleep_until
 from foveacam_bench.faults.killed_host import random_volts
 from foveacam_bench.faults.tally import FaultTally, LimitCables
+from foveacam_bench.small_disk import SmallDisk, small_disk
 from foveacam_hardware.contract import FoveaError, MirrorLimits
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_server.foundation.store import EventRow
@@ -40,59 +37,48 @@ ANY_PAGES = 1_073_741_823
 class FillableDisk(Protocol):
     """A disk that can be filled."""
 
-    def fill(self, host: BenchHost) -> None:
+    def fill(self) -> None:
         """Use all space."""
         ...
 
-    def free(self, host: BenchHost) -> None:
+    def free(self) -> None:
         """Free the space."""
         ...
-
-
-class SmallDisk:
-    """A file system of a megabyte and a file that fills it."""
-
-    def __init__(self, folder: Path) -> None:
-        self._ballast = folder / "ballast"
-
-    def fill(self, host: BenchHost) -> None:
-        """Write until there is no space."""
-        with contextlib.suppress(OSError), self._ballast.open("wb", buffering=0) as file:
-            while file.write(bytes(4096)) == 4096:
-                continue
-
-    def free(self, host: BenchHost) -> None:
-        """Remove the file."""
-        self._ballast.unlink()
 
 
 class CappedDatabase:
     """A database that may not grow."""
 
-    def fill(self, host: BenchHost) -> None:
+    def __init__(self, host: BenchHost) -> None:
+        self._host = host
+
+    def fill(self) -> None:
         """Limit the database to its present pages."""
-        self._cap(host, 1)
+        self._cap(1)
 
-    def free(self, host: BenchHost) -> None:
+    def free(self) -> None:
         """Remove the limit."""
-        self._cap(host, ANY_PAGES)
+        self._cap(ANY_PAGES)
 
-    def _cap(self, host: BenchHost, pages: int) -> None:
-        with host.store.session() as session:
+    def _cap(self, pages: int) -> None:
+        with self._host.store.session() as session:
             session.connection().exec_driver_sql(f"PRAGMA max_page_count={pages}")
 
 
 def measure(tally: FaultTally, quick: bool) -> dict[str, float | int | bool]:
     """Run the sequences; return whether a file system was filled, and how many events were lost."""
     lost = 0
-    with tempfile.TemporaryDirectory(prefix="foveacam-disk-") as name, _disk(Path(name)) as disk:
+    with (
+        tempfile.TemporaryDirectory(prefix="foveacam-disk-") as name,
+        small_disk(Path(name), size_bytes=DISK_BYTES) as disk,
+    ):
         for number in range(QUICK_SEQUENCES if quick else SEQUENCES):
             folder = Path(name) / str(number)
             lost += _one_sequence(tally, number, disk, folder)
-        return {"disk_was_real": isinstance(disk, SmallDisk), "events_lost": lost}
+        return {"disk_was_real": disk is not None, "events_lost": lost}
 
 
-def _one_sequence(tally: FaultTally, number: int, disk: FillableDisk, folder: Path) -> int:
+def _one_sequence(tally: FaultTally, number: int, disk: SmallDisk | None, folder: Path) -> int:
     """Fill the disk once, or twice in a row; return how many events were lost."""
     rng = random.Random(SEED + number)  # noqa: S311 - not a secret
     cables = LimitCables(MirrorLimits())
@@ -101,7 +87,7 @@ def _one_sequence(tally: FaultTally, number: int, disk: FillableDisk, folder: Pa
         BenchHost(controller_rig(controller.port), folder=folder) as host,
     ):
         for _ in range(rng.randint(1, 2)):
-            _fill_once(tally, disk, host, rng)
+            _fill_once(tally, disk or CappedDatabase(host), host, rng)
         lost = _lost_events(host)
     for file in folder.iterdir():
         file.unlink()  # frees space for the next sequence
@@ -111,7 +97,7 @@ def _one_sequence(tally: FaultTally, number: int, disk: FillableDisk, folder: Pa
 
 
 def _fill_once(tally: FaultTally, disk: FillableDisk, host: BenchHost, rng: random.Random) -> None:
-    disk.fill(host)
+    disk.fill()
     began_ns = time.monotonic_ns()
     for number in range(EVENTS):
         host.events.emit("bench", f"{number} " + "x" * EVENT_BYTES)
@@ -125,7 +111,7 @@ def _fill_once(tally: FaultTally, disk: FillableDisk, host: BenchHost, rng: rand
             break
         time.sleep(STEER_PERIOD_S)
     sleep_until(began_ns, away_s)
-    disk.free(host)
+    disk.free()
     back_ns = time.monotonic_ns()
     recovered_s = seconds_until(lambda: host.events.fault is None, since_ns=back_ns, within_s=RECOVER_S)
     if noticed_s is None or late == LATE_IN_A_ROW or (late and not in_time):
@@ -154,19 +140,3 @@ def _lost_events(host: BenchHost) -> int:
 
     seconds_until(lambda: not missing(), since_ns=time.monotonic_ns(), within_s=NOTICE_S)
     return len(missing())
-
-
-@contextmanager
-def _disk(folder: Path) -> Iterator[FillableDisk]:
-    mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK_BYTES}", "foveacam-bench", str(folder)]
-    try:
-        mounted = subprocess.run(mount, capture_output=True, check=False).returncode == 0  # noqa: S603 - constant
-    except FileNotFoundError:
-        mounted = False
-    if not mounted:
-        yield CappedDatabase()
-        return
-    try:
-        yield SmallDisk(folder)
-    finally:
-        subprocess.run(["umount", "--lazy", str(folder)], check=True)  # noqa: S603, S607 - constant

@@ -3,6 +3,7 @@
 import threading
 from dataclasses import dataclass, field
 
+from foveacam_bench.judging import percentile
 from foveacam_hardware.contract import MirrorLimits
 from foveacam_hardware.drivers.controller.volts import bias_code
 from foveacam_hardware.sim.cables import DacCodes, RecordingCables
@@ -124,5 +125,4 @@ class LimitCables(RecordingCables):
 
 def p95(values: list[float]) -> float:
     """Return the 95th percentile; 0 for no values."""
-    ordered = sorted(values)
-    return ordered[min(len(ordered) - 1, int(0.95 * len(ordered)))] if ordered else 0.0
+    return percentile(values, 0.95)

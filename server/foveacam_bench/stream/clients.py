@@ -1,4 +1,4 @@
-"""Clients of `bench stream`: viewers that acknowledge or only read, and a connection of limited rate."""
+"""Clients of streams: viewers that acknowledge, only read or never read, and a connection of limited rate."""
 
 import asyncio
 import json
@@ -50,6 +50,22 @@ class StreamViewer:
                     if self.choice:
                         ack = {"type": "ack", "view": arrival.view, "seq": arrival.seq}
                         await socket_.send(json.dumps(ack))
+
+
+def upgrade(host: str, *, path: str = "/api/v1/views/ws", origin: str | None = None) -> bytes:
+    """Return the request that opens a WebSocket."""
+    lines = [f"GET {path} HTTP/1.1", f"Host: {host}", "Connection: Upgrade", "Upgrade: websocket"]
+    lines += ["Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ=="]
+    lines += [f"Origin: {origin}"] if origin is not None else []
+    return "\r\n".join([*lines, "", ""]).encode()
+
+
+async def hold_unread_viewer(host: str, port: int) -> None:
+    """Open the live views and never read, until the server closes the connection."""
+    reader, writer = await asyncio.open_connection(host, port)
+    writer.write(upgrade(f"{host}:{port}"))
+    await writer.wait_closed()
+    del reader
 
 
 def _arrival(message: bytes) -> PictureArrival:

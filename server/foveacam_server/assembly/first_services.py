@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from foveacam_hardware.contract import Clock, FoveaError, MonotonicClock
+from foveacam_hardware.contract import Clock, FoveaError
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.jobs import JobRunner
@@ -80,7 +80,7 @@ class SharedServices:
     jobs: JobRunner
 
 
-def open_foundation(settings: Settings, *, stack: ExitStack) -> ServerFoundation:
+def open_foundation(settings: Settings, *, stack: ExitStack, clock: Clock) -> ServerFoundation:
     """Open the store, the event log and the accounts."""
     store = stack.enter_context(Store(settings.data))
     events = EventLog(store)
@@ -94,7 +94,7 @@ def open_foundation(settings: Settings, *, stack: ExitStack) -> ServerFoundation
     return ServerFoundation(
         settings=settings,
         stack=stack,
-        clock=MonotonicClock(),
+        clock=clock,
         store=store,
         accounts=accounts,
         events=events,
@@ -145,7 +145,8 @@ def open_displays(
 def _open_viewer(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoop) -> SceneViewer | None:
     if not foundation.settings.viewer:
         return None
-    scene, events = ViewerScene(), foundation.events
+    scene = ViewerScene(view_url=f"{foundation.settings.root_path}/view")
+    events = foundation.events
     try:
         scene.start()
     except (FoveaError, OSError) as error:

@@ -3,7 +3,6 @@
 import asyncio
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
 from dataclasses import dataclass
 
 from foveacam_server.assembly.calibrating import CalibrationServices, open_calibration
@@ -12,7 +11,6 @@ from foveacam_server.assembly.first_services import (
     ServerFoundation,
     SharedServices,
     open_displays,
-    open_foundation,
     open_rig_knowledge,
 )
 from foveacam_server.assembly.observing import ObservationServices, open_observation
@@ -23,7 +21,6 @@ from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments
-from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.cameras.presets import CameraPreset, CameraPresets
 from foveacam_server.resources.depth_backends.comparison import BackendComparisons
 from foveacam_server.resources.depth_backends.service import DepthBackendService
@@ -57,18 +54,18 @@ class OpenedGroups:
     observation: ObservationServices
 
 
-def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.AbstractEventLoop) -> Services:
+def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoop) -> Services:
     """Open all services; the rig opens on its own thread, so that a missing device delays nothing."""
-    groups = _open_groups(settings, stack=stack, loop=loop)
+    groups = _open_groups(foundation, loop=loop)
     shared, collections, observation = groups.shared, groups.collections, groups.observation
-    foundation, knowledge, displays = shared.foundation, shared.knowledge, shared.displays
+    knowledge, displays = shared.knowledge, shared.displays
     search = DeviceSearch()
     stop, stopping = _stop(shared)
-    computing = _open_computing(stack)
+    computing = _open_computing(foundation)
     shared.hardware.start()
     _start_scene_follower(shared)
     return Services(
-        settings=settings,
+        settings=foundation.settings,
         clock=foundation.clock,
         store=foundation.store,
         events=foundation.events,
@@ -119,10 +116,9 @@ def open_services(settings: Settings, *, stack: ExitStack, loop: asyncio.Abstrac
     )
 
 
-def _open_groups(settings: Settings, *, stack: ExitStack, loop: asyncio.AbstractEventLoop) -> OpenedGroups:
-    foundation = open_foundation(settings, stack=stack)
+def _open_groups(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoop) -> OpenedGroups:
     faults = FaultService(foundation.events)
-    rig = ChosenRig(settings)
+    rig = ChosenRig(foundation.settings)
     shared = _open_shared(foundation, rig, loop=loop)
     calibration = open_calibration(shared)
     backends = DepthBackendService(foundation.store.subfolder("networks"), events=foundation.events)
@@ -182,9 +178,9 @@ def _stop(shared: SharedServices) -> tuple[StopSwitch, ThreadPoolExecutor]:
     return stop, stopping
 
 
-def _open_computing(stack: ExitStack) -> ComputeQueue:
+def _open_computing(foundation: ServerFoundation) -> ComputeQueue:
     computing = ComputeQueue()
-    stack.callback(computing.close)
+    foundation.stack.callback(computing.close)
     return computing
 
 

@@ -33,9 +33,11 @@ _SCHEMES = {
 _BEFORE_ROUTES = (400, 401, 403, 429, 431)
 
 
-def install(app: FastAPI, *, token_needed: bool) -> None:
+def install(app: FastAPI, *, token_needed: bool, root_path: str) -> None:
     """Complete the document that `app` serves; it is built once, at the first request."""
     routes_alone = app.openapi
+    if root_path:
+        app.servers = [{"url": root_path}]
 
     def whole() -> dict[str, Any]:  # Any: a JSON document
         document = routes_alone()

@@ -46,7 +46,7 @@ def install(app: FastAPI, settings: Settings, gate: AccessRules) -> None:
     if chosen is None:
         return
     gate.openid_name = chosen.name
-    routes = _OpenIdRoutes(_provider(chosen), gate)
+    routes = _OpenIdRoutes(_provider(chosen), gate, root_path=settings.root_path)
     app.add_middleware(
         SessionMiddleware,
         secret_key=secrets.token_hex(32),
@@ -82,12 +82,13 @@ def _provider(chosen: OpenIdSettings) -> _Provider:
 class _OpenIdRoutes:
     """Sends a browser to the provider, and signs it in when it comes back."""
 
-    def __init__(self, provider: _Provider, gate: AccessRules) -> None:
+    def __init__(self, provider: _Provider, gate: AccessRules, *, root_path: str) -> None:
         self._provider = provider
+        self._callback = f"{root_path}{OPENID_CALLBACK}".lstrip("/")
         self._gate = gate
 
     async def ask(self, request: Request) -> Response:
-        callback = f"{request.base_url}{OPENID_CALLBACK.lstrip('/')}"
+        callback = f"{request.base_url}{self._callback}"
         try:
             found: Response = await self._provider.client.authorize_redirect(request, callback)
         except Exception as error:  # noqa: BLE001 - whatever a foreign server and its client library raise

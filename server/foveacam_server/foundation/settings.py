@@ -1,6 +1,7 @@
 """Settings of the server, from the environment (`FOVEACAM_…`) and the command line."""
 
 import os
+import re
 import secrets
 from collections.abc import Mapping
 from ipaddress import ip_address
@@ -42,6 +43,26 @@ class OpenIdSettings(BaseModel):
     """Role of a person whom no admin has added; None: such a person is refused."""
 
 
+OWN_PATHS = frozenset(
+    {
+        "api",
+        "static",
+        "docs",
+        "redoc",
+        "viser",
+        "view",
+        "windows",
+        "replay",
+        "display",
+        "join",
+        "sign_in",
+        "session",
+    }
+)
+"""First steps of the server's own addresses."""
+_ROOT_PATH = re.compile(r"(/[A-Za-z0-9][A-Za-z0-9._~-]*)+")
+
+
 class Settings(BaseSettings):
     """One value per choice; the command line overrides the environment."""
 
@@ -75,6 +96,8 @@ class Settings(BaseSettings):
     """Origins of pages, besides its own, that may use this server."""
     trusted_proxies: tuple[str, ...] = ()
     """Addresses or networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are used."""
+    root_path: str = ""
+    """Path below which a proxy serves this server, such as `/foveacam`; empty: a site of its own."""
     data: Path = Field(default_factory=default_data_dir)
     recording_folders: tuple[Path, ...] = ()
     """Folders of this machine from which recordings may be opened, besides `import` of `data`."""
@@ -96,6 +119,20 @@ class Settings(BaseSettings):
                 f"choose a longer one, or '{AUTOMATIC_TOKEN}'"
             )
         return token
+
+    @field_validator("root_path")
+    @classmethod
+    def _path_of_its_own(cls, given: str) -> str:
+        root = given.rstrip("/")
+        if root and not _ROOT_PATH.fullmatch(root):
+            raise ValueError(
+                f"{given!r} is no path below a site; give one such as /foveacam: letters, digits, - _ . ~"
+            )
+        if root and root.split("/")[1] in OWN_PATHS:
+            raise ValueError(
+                f"{given!r} begins with an address of the server itself; give one such as /foveacam"
+            )
+        return root
 
     @property
     def wants_token_made(self) -> bool:

@@ -93,6 +93,6 @@ export class StillReader {
 
   /** @param {string} url */
   async #tellTaken(url) {
-    this.taken(/** @type {StillDocument} */ (await request("GET", url.replace(/^\/api\/v1/, ""))));
+    this.taken(/** @type {StillDocument} */ (await request("GET", url.replace(/^.*\/api\/v1/, ""))));
   }
 }

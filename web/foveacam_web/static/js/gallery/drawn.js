@@ -3,8 +3,7 @@
 import { file, RequestError } from "../transport/api.js";
 import { h, say } from "../elements/dom.js";
 import { sentence } from "../elements/format.js";
-
-const ROOT = "/api/v1";
+import { API } from "../root.js";
 
 /** Attributes: `src`, `text` (its alternative), `lazy`, and the size that is reserved, `width` and `height` in px. */
 class DrawnPicture extends HTMLElement {
@@ -55,7 +54,7 @@ class DrawnPicture extends HTMLElement {
     const failed = this.getAttribute("src") ?? "";
     let why = "This picture could not be shown.";
     try {
-      await file(failed.slice(ROOT.length));
+      await file(failed.slice(API.length));
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
       why = sentence(error.message);

@@ -2,6 +2,7 @@
 
 import { h, html, update } from "../elements/dom.js";
 import "../gallery/drawn.js";
+import { API } from "../root.js";
 
 /**
  * @import { ConsoleState } from "#page"
@@ -9,7 +10,7 @@ import "../gallery/drawn.js";
  */
 
 const LEAST_MS = 1000;
-const URL = "/api/v1/loop/match.png";
+const URL = `${API}/loop/match.png`;
 const ALTERNATIVE = "The strip of the wide view with both eyes' boxes, and each eye's correlation";
 
 /** @param {Store} store */

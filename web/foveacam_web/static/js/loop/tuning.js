@@ -4,6 +4,7 @@ import { html } from "../elements/dom.js";
 import { clockTime, number } from "../elements/format.js";
 import { bar } from "../elements/parts.js";
 import { tuningRows, tuningWords, whyNotTuned } from "./words.js";
+import { API } from "../root.js";
 
 /**
  * @import { JobDocument, LoopTuneDocument } from "#api"
@@ -11,7 +12,7 @@ import { tuningRows, tuningWords, whyNotTuned } from "./words.js";
  * @import { LoopOrders } from "./orders.js"
  */
 
-const SVG_URL = "/api/v1/loop/tune.svg";
+const SVG_URL = `${API}/loop/tune.svg`;
 const CAPTION = "How each loop answers a step, before and after";
 const HEADS = ["Axis", "Settled before", "after", "Overshoot before", "after", "Ultimate gain", "Period"];
 

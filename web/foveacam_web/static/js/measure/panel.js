@@ -6,6 +6,7 @@ import { toolButton } from "../elements/parts.js";
 import { shownOf } from "./state.js";
 import { profilePlot } from "./plot.js";
 import { factsOf, KINDS, valueText } from "./words.js";
+import { API } from "../root.js";
 
 /**
  * @import { MeasurementDocument } from "#api"
@@ -41,7 +42,7 @@ export function mountMeasurements(place, { store, orders, exports, show }) {
 function exportLink(kind, hidden) {
   const name = kind.toUpperCase();
   return html`<a
-    class="aside" href="/api/v1/measurements.${kind}" download="measurements.${kind}" title="Save all as ${name}"
+    class="aside" href="${API}/measurements.${kind}" download="measurements.${kind}" title="Save all as ${name}"
     ?hidden=${hidden}
   >${name}</a>`;
 }

@@ -5,6 +5,7 @@ import { fill, h, html, say } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
 import { changeSettings } from "../settings.js";
 import { distanceText } from "../steer/words.js";
+import { ROOT } from "../root.js";
 
 /**
  * @import { Settings } from "#page"
@@ -147,7 +148,7 @@ export function makeHelp({ showHints }) {
     "p",
     { class: "lead" },
     "Programs do all of this by REST: ",
-    html`<a href="/docs" target="_blank" rel="noopener">reference</a>`,
+    html`<a href="${ROOT}/docs" target="_blank" rel="noopener">reference</a>`,
     ".",
   );
   const hints = h(

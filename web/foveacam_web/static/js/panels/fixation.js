@@ -8,6 +8,7 @@ import { icon } from "../elements/icons.js";
 import { computedBy } from "../video/depth_words.js";
 import { alternatives, nearerOrFarther } from "./corrections.js";
 import { drawSteps } from "./stepplot.js";
+import { API } from "../root.js";
 
 /**
  * @import { CloudDocument, FixationDocument, FixationRequest } from "#api"
@@ -205,7 +206,7 @@ function numbers(fixation) {
 /** @param {string} cloud_id */
 function downloads(cloud_id) {
   const link = (/** @type {string} */ name, /** @type {string} */ path, /** @type {string} */ what) =>
-    html`<a href="/api/v1/clouds/${cloud_id}${path}" download="" title=${what}>${icon("down")}${name}</a>`;
+    html`<a href="${API}/clouds/${cloud_id}${path}" download="" title=${what}>${icon("down")}${name}</a>`;
   const by = h("p", { class: "note" });
   void request("GET", `/clouds/${cloud_id}`)
     .then((found) => {

@@ -2,6 +2,7 @@
 
 import { fill, h, html } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
+import { ROOT } from "../root.js";
 
 /**
  * @import { TargetDocument } from "#api"
@@ -51,7 +52,7 @@ export class Scene {
     if (!state.settings.scene) return this.#offer();
     if (!state.boot_id || this.#loaded_for === state.boot_id) return;
     this.#loaded_for = state.boot_id; // a new server has a new scene
-    const answer = await fetch("/viser/?embedded=1").catch(() => null);
+    const answer = await fetch(`${ROOT}/viser/?embedded=1`).catch(() => null);
     await answer?.body?.cancel(); // the frame loads the page; this request only finds whether it is there
     if (answer?.ok) this.#load();
     else this.#failed();
@@ -162,7 +163,7 @@ function hasWebGL() {
  * @param {[number, number, number] | null} point_rig_m
  */
 function sceneUrl({ settings }, point_rig_m) {
-  const url = new URL("/viser/", location.href);
+  const url = new URL(`${ROOT}/viser/`, location.href);
   const dark =
     settings.theme === "dark" || (settings.theme === "system" && matchMedia("(prefers-color-scheme: dark)").matches);
   url.searchParams.set("embedded", "1");

@@ -4,6 +4,7 @@ import { RequestError, request } from "../transport/api.js";
 import { fill, h } from "../elements/dom.js";
 import { hasEnded } from "../transport/jobs.js";
 import { QuietReads } from "../transport/quiet.js";
+import { API } from "../root.js";
 
 /**
  * @import { EventDocument, JobDocument, WideDepthDocument } from "#api"
@@ -24,7 +25,7 @@ export class WideDepth {
   /** @type {JobDocument | null} */
   #job = null;
   #asked = false;
-  #words = h("a", { class: "wide-depth-known", href: "/api/v1/wide_depth.png", target: "_blank", rel: "noopener" });
+  #words = h("a", { class: "wide-depth-known", href: `${API}/wide_depth.png`, target: "_blank", rel: "noopener" });
   #button = h("button", { type: "button", class: "plain wide-depth-look", on: { click: () => void this.#press() } });
   #said = h("span", { class: "unseen", role: "status" });
 

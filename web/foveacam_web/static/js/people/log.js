@@ -8,6 +8,7 @@ import { icon } from "../elements/icons.js";
 import { badge, choiceField, panel } from "../elements/parts.js";
 import { listingTable } from "./table.js";
 import { OUTCOMES, OUTCOME_CHOICES, askerWords, auditPath, doingWords, requestWords } from "./words.js";
+import { API } from "../root.js";
 
 /**
  * @import { AuditDocument, AuditPage, Problem } from "#api"
@@ -71,7 +72,7 @@ function filters(search) {
       <input type="search" name="who" maxlength="60" autocomplete="off" placeholder="Everybody" />
     </label>
     ${outcome.element}
-    <a class="plain" href="/api/v1/audit.jsonl" download>${icon("down")}Download all, JSON lines</a>
+    <a class="plain" href="${API}/audit.jsonl" download>${icon("down")}Download all, JSON lines</a>
   </div>`;
 }
 

@@ -12,6 +12,7 @@ import { Listing } from "./listing.js";
 import { secretBox } from "./secret.js";
 import { ago, listingTable } from "./table.js";
 import { ROLE_CHOICES, nameFault, stateWords, userName } from "./words.js";
+import { ROOT } from "../root.js";
 
 /**
  * @import { InvitationDocument, UserCreated, UserDocument } from "#api"
@@ -90,7 +91,7 @@ function passwordField() {
 function linkBox({ name, invitation }, done) {
   return secretBox({
     title: `Link for ${name}`,
-    text: new URL(invitation.path, location.origin).href,
+    text: new URL(ROOT + invitation.path, location.origin).href,
     note: `Send it to ${name}, who chooses a password there. It works once, until ${whenWords(invitation.expires_utc)}, and is shown only now.`,
     done,
   });

@@ -10,6 +10,7 @@ import { Newest } from "./newest.js";
 import { ReplaySlot } from "./slot.js";
 import { SOURCES } from "./stereo.js";
 import { absenceOf, trackName } from "./tracks.js";
+import { API } from "../root.js";
 
 /**
  * @import { MomentDocument, PlayerLayout, TimelineDocument, TracksDocument } from "#api"
@@ -98,7 +99,7 @@ export class ReplayPanes {
 
   /** Return the picture of a source at a moment, or why there is none. @param {Source} source @param {Now} now */
   #wanted(source, { at_s, quick, style, shown }) {
-    const root = `/api/v1${recordingPath(this.#id)}`;
+    const root = `${API}${recordingPath(this.#id)}`;
     const roles = this.#needed(source);
     for (const role of roles) {
       const stream = this.#streams.get(role);

@@ -15,6 +15,7 @@ import { NARROW_LAYOUT, ReplayPanes, isNarrow } from "./panes.js";
 import { titleOf } from "./slot.js";
 import { MODES, isShowable, stereoOf, withStereo } from "./stereo.js";
 import { Timeline } from "./timeline.js";
+import { ROOT } from "../root.js";
 
 /**
  * @import { PlayerLayout } from "#api"
@@ -179,7 +180,7 @@ export class Player {
 
   /** @param {Source} source */
   #opener(source) {
-    return openAside(`/replay#${encodeURIComponent(this.#id)}:${source}`, titleOf(source));
+    return openAside(`${ROOT}/replay#${encodeURIComponent(this.#id)}:${source}`, titleOf(source));
   }
 
   #makeControls() {

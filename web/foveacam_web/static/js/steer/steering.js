@@ -3,6 +3,7 @@
 
 import { RequestError } from "../transport/api.js";
 import { VIEWER_WORDS, may } from "../session/words.js";
+import { API } from "../root.js";
 
 /**
  * @import { Direction } from "#api"
@@ -108,7 +109,7 @@ export class Steering {
 
   #open() {
     if (this.#socket || !this.#allowed) return;
-    const url = new URL("/api/v1/mirrors/steering", location.href);
+    const url = new URL(`${API}/mirrors/steering`, location.href);
     url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(url);
     this.#socket = socket;

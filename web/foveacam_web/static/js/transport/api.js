@@ -2,10 +2,10 @@
 // remedy.
 
 import { signIn } from "./sign_in.js";
+import { API, parsed } from "../root.js";
 
 /** @import { Problem, SignInDocument } from "#api" */
 
-const ROOT = "/api/v1";
 const PATIENCE_MS = 15_000;
 const SIGN_IN_PATH = "/session";
 const STOP_PATH = "/stop";
@@ -40,7 +40,7 @@ export class RequestError extends Error {
 export async function request(method, path, options = {}) {
   const response = await answerTo(method, path, options);
   if (response.status === 204) return /** @type {T} */ (null);
-  return /** @type {T} */ (await read(() => response.json(), method, path));
+  return /** @type {T} */ (await read(async () => parsed(await response.text()), method, path));
 }
 
 /** Ask the server who this browser is to it, "nobody" when it is signed out. @returns {Promise<SignInDocument>} */
@@ -80,7 +80,7 @@ async function answerTo(method, path, options) {
   if (signIn.over && path !== SIGN_IN_PATH && path !== STOP_PATH) throw new RequestError(signedOut(method, path));
   let response;
   try {
-    response = await fetch(ROOT + path, {
+    response = await fetch(API + path, {
       method,
       headers: body === undefined ? headers : { "Content-Type": typeOf(body), ...headers },
       body: body === undefined ? null : body instanceof Blob ? body : JSON.stringify(body),

@@ -2,6 +2,7 @@
 // A browser that is signed out does not try again until the page says so.
 
 import { RequestError, whoAmI } from "./api.js";
+import { API, parsed } from "../root.js";
 
 /**
  * @import { EventDocument } from "#api"
@@ -9,7 +10,6 @@ import { RequestError, whoAmI } from "./api.js";
  * @typedef {{again: () => void}} EventLink `again`: connect again after the browser was signed out
  */
 
-const URL_OF_EVENTS = "/api/v1/events";
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 2000;
 const KINDS = [
@@ -117,7 +117,7 @@ export function keepEvents(tell) {
   };
   const open = () => {
     halted = false;
-    const source = new EventSource(URL_OF_EVENTS);
+    const source = new EventSource(`${API}/events`);
     source.onopen = () => {
       retry_ms = FIRST_RETRY_MS;
       tell({ type: "link", open: true });
@@ -129,7 +129,7 @@ export function keepEvents(tell) {
       void retry(refused);
     };
     for (const kind of KINDS) {
-      source.addEventListener(kind, (message) => tell({ type: "event", event: JSON.parse(message.data) }));
+      source.addEventListener(kind, (message) => tell({ type: "event", event: parsed(message.data) }));
     }
   };
   open();

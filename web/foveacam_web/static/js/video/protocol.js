@@ -1,5 +1,7 @@
 // Reads the binary messages of the view socket. Used by the page and its worker.
 
+import { API } from "../root.js";
+
 export const HEADER_BYTES = 24;
 const FROZEN = 1;
 
@@ -34,7 +36,7 @@ export function jpegOf(message) {
 
 /** Return the address of the view socket of a page. @param {string} page_url */
 export function socketUrl(page_url) {
-  const url = new URL("/api/v1/views/ws", page_url);
+  const url = new URL(`${API}/views/ws`, page_url);
   url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
   return url.href;
 }

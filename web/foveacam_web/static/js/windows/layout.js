@@ -1,6 +1,8 @@
 // How a window is divided into panes: a tree of splits whose leaves are sources, its address, and where each pane stands.
 // Pure functions; a source is shown once in a window.
 
+import { ROOT } from "../root.js";
+
 /**
  * @import { Axis, Box, Divider, Layout, Source } from "#page"
  */
@@ -19,7 +21,7 @@ export const SOURCES = Object.freeze(
     "scene",
   ]),
 );
-const WINDOWS_ADDRESS = "/windows";
+const WINDOWS_ADDRESS = `${ROOT}/windows`;
 const LEAST_SHARE = 0.1;
 const DEEPEST = SOURCES.length;
 

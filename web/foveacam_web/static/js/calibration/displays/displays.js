@@ -4,6 +4,7 @@ import { absent, changing, h, html } from "../../elements/dom.js";
 import { icon } from "../../elements/icons.js";
 import { allHold, badge, choiceField, nothing, numberField } from "../../elements/parts.js";
 import { FIELDS_OF, PAPER_NAMES, PATTERN_NAMES, displayState, patternOf, printPath, sizeWords } from "./words.js";
+import { API, ROOT } from "../../root.js";
 
 /**
  * @import { DisplayDocument, PatternDocument } from "#api"
@@ -28,7 +29,7 @@ export function mountDisplays(place, context) {
 
 function lead() {
   return html`<p class="lead">
-    A tablet or monitor before the rig can be the board: open <a href="/display" target="_blank">${location.origin}/display</a> on it, set
+    A tablet or monitor before the rig can be the board: open <a href="${ROOT}/display" target="_blank">${location.origin}${ROOT}/display</a> on it, set
     its size there once, and choose here what it shows.
   </p>`;
 }
@@ -111,7 +112,7 @@ function shownOf(shown) {
   return html`<p>Displays show: <b>${shown.description}</b>, ${sizeWords(shown.width_mm, shown.height_mm)} with its edge.</p>
     ${board && html`<p class="lead">Step 1 needs the same numbers: enter them under “Board and options” there.</p>`}
     <p class="lead">
-      <a href="/api/v1/displays/pattern.svg" target="_blank" rel="noopener">${icon("file")} The drawing</a> as SVG.
+      <a href="${API}/displays/pattern.svg" target="_blank" rel="noopener">${icon("file")} The drawing</a> as SVG.
     </p>`;
 }
 

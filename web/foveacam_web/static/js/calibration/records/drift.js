@@ -4,6 +4,7 @@ import { absent, changing, h, html } from "../../elements/dom.js";
 import { angle, MISSING, number, sentence } from "../../elements/format.js";
 import { badge, numberField, nothing, starter } from "../../elements/parts.js";
 import { fresh } from "../pictures.js";
+import { API } from "../../root.js";
 
 /**
  * @import { DriftCheckDocument, DriftEyeDocument } from "#api"
@@ -56,7 +57,7 @@ function resultOf(checks) {
   if (!checks || !last) return [nothing(checks ? "Never checked yet." : "Loading …")];
   const trend = h("img", {
     class: "trend",
-    src: fresh("/api/v1/drift_checks/trend.png", last.id),
+    src: fresh(`${API}/drift_checks/trend.png`, last.id),
     alt: "Drift of both eyes over time",
     loading: "lazy",
     on: { error: () => (trend.hidden = true) },

@@ -6,6 +6,7 @@ import { icon } from "../../elements/icons.js";
 import { facts } from "../facts.js";
 import { makeImporter } from "./importer.js";
 import { badge, figures, nothing } from "../../elements/parts.js";
+import { API } from "../../root.js";
 
 /**
  * @import { CalibrationDocument, ComparisonDocument } from "#api"
@@ -106,7 +107,7 @@ function row(record, { orders, ticked, pick }) {
       event.preventDefault();
       void orders.save(path);
     };
-    return html`<a href="/api/v1${path}" aria-label=${label} title=${title || absent} @click=${save}>
+    return html`<a href="${API}${path}" aria-label=${label} title=${title || absent} @click=${save}>
       ${icon("down")}${text}
     </a>`;
   };
@@ -139,7 +140,7 @@ function row(record, { orders, ticked, pick }) {
           Use
         </button>`
       }
-      <a href="/api/v1/calibrations/${record.id}/report" target="_blank" rel="noopener" aria-label="Report of ${name}">
+      <a href="${API}/calibrations/${record.id}/report" target="_blank" rel="noopener" aria-label="Report of ${name}">
         ${icon("file")}
         Report
       </a>

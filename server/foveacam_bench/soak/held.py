@@ -1,0 +1,30 @@
+"""Figures of what a process held over time: does it grow?"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from foveacam_bench.soak.soaked_server import Resources
+
+
+def growth_figures(held: Sequence[Resources], *, after: int) -> dict[str, float]:
+    """Return the growth from the sample `after` to the last; slopes are least squares through those."""
+    settled = held[min(after, len(held) - 1) :]
+    first, last = settled[0], settled[-1]
+    return {
+        "rss_mb": round(last.rss_mb, 1),
+        "rss_slope_mb_per_h": _slope_per_h(settled, [found.rss_mb for found in settled]),
+        "threads": last.threads,
+        "threads_growth": last.threads - first.threads,
+        "fds": last.fds,
+        "fds_growth": last.fds - first.fds,
+        "database_mb": round(last.database_mb, 2),
+        "database_slope_mb_per_h": _slope_per_h(settled, [found.database_mb for found in settled]),
+    }
+
+
+def _slope_per_h(held: Sequence[Resources], values: Sequence[float]) -> float:
+    if len(held) < 2:
+        return 0.0
+    hours = [found.t_s / 3600.0 for found in held]
+    return float(np.polyfit(hours, values, 1)[0])

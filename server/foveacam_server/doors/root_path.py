@@ -1,0 +1,78 @@
+"""Lets the server live below a path of a site, such as https://lab.example/foveacam/, behind a proxy.
+
+The proxy may pass the path on or strip it. Inside, and in JSON, all addresses are those of a server of its
+own; what browsers follow by themselves gets the path here.
+"""
+
+import re
+
+from starlette.datastructures import MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+ANSWER_START = "http.response.start"
+_LINK = re.compile(rb'\b(href|src|action)="/(?!/)')
+_UNTOUCHED = "/viser"
+"""Page of the 3D pane: one program, whose addresses are relative."""
+
+
+class RootPath:
+    """ASGI middleware: removes `root` from requests, and adds it to redirects, cookies and pages."""
+
+    def __init__(self, app: ASGIApp, *, root: str) -> None:
+        self._app = app
+        self._root = root
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        path: str = scope["path"]
+        if path == self._root or path.startswith(f"{self._root}/"):
+            path = path[len(self._root) :] or "/"
+            scope = {**scope, "path": path, "raw_path": path.encode()}
+        outward = _Outward(self._root, send, page=not path.startswith(_UNTOUCHED))
+        await self._app(scope, receive, outward.send)
+
+
+class _Outward:
+    """Sends one answer with the root added; a page is held back until it is whole."""
+
+    def __init__(self, root: str, send: Send, *, page: bool) -> None:
+        self._root = root
+        self._send = send
+        self._page_allowed = page
+        self._start: Message | None = None
+        self._body = b""
+
+    async def send(self, message: Message) -> None:
+        if message["type"] == ANSWER_START:
+            headers = MutableHeaders(scope=message)
+            self._add_root(headers)
+            if self._page_allowed and headers.get("content-type", "").startswith("text/html"):
+                self._start = message
+                return
+        if self._start is None:
+            await self._send(message)
+            return
+        self._body += message.get("body", b"")
+        if not message.get("more_body", False):
+            await self._send_page(self._start)
+
+    async def _send_page(self, start: Message) -> None:
+        body = _LINK.sub(rb'\1="' + self._root.encode() + b"/", self._body)
+        headers = MutableHeaders(scope=start)
+        if "content-length" in headers and self._body:
+            headers["content-length"] = str(len(body))
+        await self._send(start)
+        await self._send({"type": "http.response.body", "body": body})
+
+    def _add_root(self, headers: MutableHeaders) -> None:
+        location = headers.get("location", "")
+        if location.startswith("/") and not location.startswith("//"):
+            headers["location"] = self._root + location
+        cookies = headers.getlist("set-cookie")
+        if cookies:
+            del headers["set-cookie"]
+            for cookie in cookies:
+                headers.append("set-cookie", re.sub(r"(?i)\bpath=/", f"Path={self._root}/", cookie))

@@ -1,0 +1,87 @@
+"""The console of a server below a path of a site: nothing on it leads out of that path."""
+
+from collections.abc import Iterator
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import Page, Request, WebSocket, expect
+
+from tests.system.conftest import Running, running
+
+from .console_page import Console, OpenConsole
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+ROOT = "/lab/foveacam"
+
+
+@pytest.fixture(scope="module")
+def below(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with running(tmp_path_factory.mktemp("data"), viewer=True, root_path=ROOT) as found:
+        yield found
+
+
+def address(server: Running, path: str = "/") -> str:
+    return f"http://127.0.0.1:{server.port}{ROOT}{path}"
+
+
+def watch(page: Page) -> list[str]:
+    """Return the list to which every request and socket of a page adds its path."""
+    paths: list[str] = []
+
+    def add(sent: Request | WebSocket) -> None:
+        address = urlsplit(sent.url)
+        if address.scheme not in ("blob", "data"):
+            paths.append(address.path)
+
+    page.on("request", add)
+    page.on("websocket", add)
+    return paths
+
+
+def outside(paths: list[str]) -> list[str]:
+    return [path for path in paths if not path.startswith(f"{ROOT}/")]
+
+
+def opened(open_console: OpenConsole, server: Running, path: str = "/") -> tuple[Console, list[str]]:
+    """Open a page, and open it again with its requests watched."""
+    console = open_console(address(server, path), settings={"scene": True})
+    paths = watch(console.page)
+    console.page.reload()
+    return console, paths
+
+
+def test_views_events_a_click_and_the_scene_stay_below_the_path(
+    open_console: OpenConsole, below: Running
+) -> None:
+    console, paths = opened(open_console, below)
+    console.wait_for_frames("wide")
+    console.click(812, 420)
+    expect(console.page.locator(".distance").first).to_contain_text("m")
+    scene = console.page.frame_locator(".area-scene iframe")
+    expect(scene.locator("canvas").first).to_be_visible()
+    assert outside(paths) == []
+    assert {f"{ROOT}/api/v1/views/ws", f"{ROOT}/viser/"} <= set(paths)
+
+
+def test_pictures_whose_addresses_the_server_tells_are_shown(
+    open_console: OpenConsole, below: Running
+) -> None:
+    still = below.post("/stills", {"name": "below", "save": True}, Prefer="wait=60").json()
+    assert still["url"].startswith("/api/v1/")
+    console, paths = opened(open_console, below, "/#/gallery/stills")
+    picture = console.page.locator("img[src*='thumbnail.jpg']").first
+    expect(picture).to_be_visible()
+    console.wait_until("document.querySelector(\"img[src*='thumbnail.jpg']\").naturalWidth > 0")
+    assert outside(paths) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "shown"), [("/docs", ".swagger-ui .info"), ("/windows#wide", ".slot"), ("/display", "main")]
+)
+def test_the_other_pages_load_below_the_path(
+    open_console: OpenConsole, below: Running, path: str, shown: str
+) -> None:
+    console, paths = opened(open_console, below, path)
+    expect(console.page.locator(shown).first).to_be_visible()
+    assert outside(paths) == []
