@@ -54,7 +54,7 @@ test: $(DEV) packages
 test-fast: $(DEV)
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile -m "not slow" tests/unit tests/wire
 
-# Line coverage of the four packages by the whole run, or by the folders that TESTS names; child processes are not counted.
+# Line coverage of the five packages by the whole run, or by the folders that TESTS names; child processes are not counted.
 coverage: $(DEV) packages
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --cov --cov-report=term:skip-covered $(TESTS)
 
@@ -64,6 +64,7 @@ lint: $(DEV)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python .ci/dead_code.py
+	$(BIN)/python .ci/generate_client.py --check
 	$(BIN)/hadolint docker/Dockerfile
 	sh web/check-types.sh
 

@@ -16,6 +16,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
+import foveacam_client
 from foveacam_hardware.rig_config import AccessConfig, SimulatedRigConfig
 from foveacam_server.rig.chosen_rig import ChosenRig
 from tests.certificates import written_certificate
@@ -134,6 +135,23 @@ def test_who_is_thrown_out_sees_nothing_more(lab: Lab, ada: httpx.Client) -> Non
     assert again.status_code == 200 and rex.get(f"{API}/rig").status_code == 200
     assert rex.delete(f"{API}/session").status_code == 204
     assert rex.get(f"{API}/rig").status_code == 401
+
+
+def test_the_client_works_with_the_token_of_a_service(lab: Lab, ada: httpx.Client) -> None:
+    made = ada.post(f"{API}/service_tokens", json={"name": "robot", "scopes": ["view"], "days": 7}).json()
+    url = f"http://127.0.0.1:{lab.server.port}"
+
+    with foveacam_client.connect(url, token=made["token"]) as rig:
+        assert rig.api.rig.get()
+        with pytest.raises(foveacam_client.NotAllowed, match="right"):
+            rig.fixate(720, 540)
+    (listed,) = ada.get(f"{API}/service_tokens").json()["tokens"]
+    assert ada.delete(f"{API}/service_tokens/{listed['id']}").status_code == 204
+    with (
+        foveacam_client.connect(url, token=made["token"]) as rig,
+        pytest.raises(foveacam_client.NotSignedIn, match="token"),
+    ):
+        rig.api.rig.get()
 
 
 def test_a_service_works_with_its_token_until_it_is_revoked(lab: Lab, ada: httpx.Client) -> None:

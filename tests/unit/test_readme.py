@@ -14,15 +14,15 @@ ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = [
     path
-    for place in (".", "server", "web", "hardware", "pipeline", "docker")
+    for place in (".", "server", "server/foveacam_client", "web", "hardware", "pipeline", "docker")
     for path in (ROOT / place).glob("*.md")
 ]
 
 
 def block_of(language: str, word: str) -> str:
     """Return the first code block in a language that has a word in it."""
-    blocks = re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
-    return next(str(block) for block in blocks if word in block)
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
+    return next(str(block) for found, block in blocks if found == language and word in block)
 
 
 def test_a_capture_is_loaded_in_python_by_the_lines_of_the_readme(

@@ -1,0 +1,214 @@
+"""A rig behind a server: every operation, and the few things that most programs do.
+
+`generated/rig.py` is this module without `await`.
+"""
+
+from asyncio import CancelledError, sleep
+from collections.abc import AsyncGenerator, Awaitable, Callable, Collection
+from contextlib import aclosing
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+import httpx
+
+from foveacam_client.async_transport import SILENCE_S, AsyncTransport
+from foveacam_client.call import Call, ResultT, StartedJob
+from foveacam_client.clouds import PointCloud
+from foveacam_client.connection import Connection
+from foveacam_client.generated import models
+from foveacam_client.generated.async_operations import AsyncOperations
+from foveacam_client.pictures import decode_picture
+from foveacam_client.problems import ProblemError, Unreachable
+from foveacam_client.retries import Absence
+from foveacam_client.server_sent import EventReader
+from foveacam_client.waiting import CloudWatch, Deadline, JobWatch, OnProgress, Watch
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_STOP = Call("POST", "/api/v1/stop", idempotent=True)  # a second one changes nothing
+POLL_S = 1.0
+"""Pause between two questions for the same thing."""
+
+
+class AsyncRig:
+    """A rig; `api`: every operation of the server, by noun. To be closed, or used as a context."""
+
+    def __init__(
+        self,
+        connection: Connection,
+        *,
+        http_transport: httpx.AsyncBaseTransport | None = None,
+        pause: Callable[[float], Awaitable[None]] = sleep,
+    ) -> None:
+        self._connect = partial(AsyncTransport, connection, http_transport=http_transport, pause=pause)
+        self._transport = self._connect()
+        self._pause = pause
+        self._reconnect_s = connection.retries.reconnect_s
+        self.api = AsyncOperations(self._transport)
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """Close all connections."""
+        await self._transport.close()
+
+    async def stop(self) -> models.StopAnswer:
+        """Park the mirrors, cancel all jobs, and refuse all moves until `api.stop.release()`.
+
+        It goes over a connection of its own, which the server answers however busy it is.
+        """
+        own = self._connect()
+        try:
+            return await own.answer(_STOP, models.StopAnswer)
+        finally:
+            await own.close()
+
+    def use_lease(self, token: str | None) -> None:
+        """Send a lease's token with every call; None: no longer.
+
+        `api.lease.take` gives one and keeps others from moving the rig; it ends 15 s after `api.lease.renew`.
+        """
+        self._transport.lease_token = token
+
+    async def fixate(
+        self,
+        x_px: float,
+        y_px: float,
+        *,
+        label: str | None = None,
+        timeout_s: float | None = None,
+        on_progress: OnProgress | None = None,
+        cancel_on_interrupt: bool = False,
+    ) -> models.FixationDocument:
+        """Point both foveae at a pixel of the wide view, wait, and return the distance with its error."""
+        request = models.FixationRequest(pixel=models.Pixel(x_px=x_px, y_px=y_px))
+        if label is not None:
+            request.label = label
+        return await self.wait(
+            await self.api.fixations.create(request),
+            timeout_s=timeout_s,
+            on_progress=on_progress,
+            cancel_on_interrupt=cancel_on_interrupt,
+        )
+
+    async def cloud(self, fixation: models.FixationDocument, *, timeout_s: float = 30.0) -> PointCloud:
+        """Return the point cloud of a fixation, which is computed after its answer."""
+        watch = CloudWatch(fixation)
+
+        async def ask() -> None:
+            watch.cloud_id = (await self.api.fixations.get(fixation.id)).cloud_id
+
+        late = f"fixation {fixation.id} ({fixation.state}) has no point cloud; a measured distance gives one"
+        if not watch.ended:
+            await self._follow(watch, ask, Deadline(timeout_s, late=late))
+        return PointCloud(await self.api.clouds.ply(str(watch.cloud_id)).read())
+
+    async def frame(
+        self, view: str = "wide", *, scale: Literal["1", "2"] = "1"
+    ) -> "NDArray[Any]":  # Any: as the view has it
+        """Return the newest picture of a live view: (h, w) or (h, w, 3) uint8, RGB; by OpenCV."""
+        return decode_picture(await self.api.views.snapshot(view, scale=scale).read())
+
+    async def capture(
+        self,
+        name: str,
+        *,
+        plan: models.RasterPlan | None = None,
+        timeout_s: float | None = None,
+        on_progress: OnProgress | None = None,
+        cancel_on_interrupt: bool = False,
+    ) -> models.CaptureDocument:
+        """Capture a raster as a dataset and wait for it; without a plan, over the whole field."""
+        request = models.CaptureRequest(name=name)
+        if plan is not None:
+            request.plan = plan
+        return await self.wait(
+            await self.api.captures.create(request),
+            timeout_s=timeout_s,
+            on_progress=on_progress,
+            cancel_on_interrupt=cancel_on_interrupt,
+        )
+
+    async def datasets(self, text: str | None = None) -> list[models.CaptureDocument]:
+        """Return the captured datasets, those alone that have `text` in their name or label."""
+        return await self.api.captures.list(text=text)
+
+    async def download_dataset(self, capture_id: str, path: Path | str) -> Path:
+        """Write a dataset to a ZIP file, which appears when it is complete; return its path."""
+        return await self.api.captures.download(capture_id).save(path)
+
+    async def events(
+        self, *, kinds: Collection[str] | None = None, last_event_id: int | None = None
+    ) -> AsyncGenerator[models.EventDocument, None]:
+        """Yield events as they come, without end; `last_event_id`: first those that followed it.
+
+        A connection that breaks is opened anew, and no event is left out.
+        """
+        async with aclosing(self._transport.events(last_event_id=last_event_id)) as events:
+            async for event in events:
+                if kinds is None or event.kind in kinds:
+                    yield event
+
+    async def wait(
+        self,
+        started: StartedJob[ResultT],
+        *,
+        timeout_s: float | None = None,
+        on_progress: OnProgress | None = None,
+        cancel_on_interrupt: bool = False,
+    ) -> ResultT:
+        """Wait for a job and return its result, or raise its problem.
+
+        `cancel_on_interrupt`: an interrupt cancels the job too; else it goes on at the server.
+        """
+        watch = JobWatch(started.id, on_progress=on_progress)
+
+        async def ask() -> None:
+            watch.update(await self.api.jobs.get(started.id))
+
+        late = f"job {started.id} goes on; wait longer, or cancel it"
+        try:
+            await self._follow(watch, ask, Deadline(timeout_s, late=late))
+        except CancelledError:
+            if cancel_on_interrupt:
+                await self.api.jobs.cancel(started.id)
+            raise
+        return await self._transport.answer(Call("GET", watch.result_url()), started.result)
+
+    async def _follow(self, watch: Watch, ask: Callable[[], Awaitable[None]], deadline: Deadline) -> None:
+        """Wait for something by events; where those fail, by asking once a second."""
+        try:
+            reader = EventReader(await self._transport.newest_event_id())
+            await ask()
+            if not watch.ended:
+                await self._hear(watch, reader, deadline)
+        except (Unreachable, ProblemError):
+            pass  # asking finds out whether that lasts
+        absence = Absence(self._reconnect_s)
+        while not watch.ended:
+            await self._pause(deadline.left_s(POLL_S))
+            try:
+                await ask()
+                absence.end()
+            except Unreachable:
+                if absence.over:
+                    raise
+
+    async def _hear(self, watch: Watch, reader: EventReader, deadline: Deadline) -> None:
+        """Take events until the wait is over or the connection ends."""
+        listening = self._transport.listen(reader, silence_s=deadline.left_s(SILENCE_S))
+        async with aclosing(listening) as events:
+            async for event in events:
+                watch.hear(event)
+                if watch.ended:
+                    return
+                deadline.left_s(SILENCE_S)

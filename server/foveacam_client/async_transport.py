@@ -1,0 +1,228 @@
+"""Sends calls, repeats those that may be, and reads answers, files and events.
+
+`generated/transport.py` is this module without `await`.
+"""
+
+from asyncio import sleep
+from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable
+from contextlib import aclosing, asynccontextmanager
+from itertools import count
+from pathlib import Path
+
+import httpx
+
+from foveacam_client.answers import AnswerT, read_answer
+from foveacam_client.call import Call, ResultT, StartedJob
+from foveacam_client.connection import Connection
+from foveacam_client.generated import models
+from foveacam_client.part_file import PartFile
+from foveacam_client.problems import (
+    ClientError,
+    DeviceFailed,
+    DeviceMissing,
+    TooManyRequests,
+    Unreachable,
+    error_of_answer,
+)
+from foveacam_client.retries import Absence
+from foveacam_client.server_sent import EventReader
+
+STREAM = Call("GET", "/api/v1/events")
+_NEWEST = Call("GET", "/api/v1/events/recent", query={"limit": 1})
+SILENCE_S = 25.0
+"""The server sends something into a stream of events every 10 s."""
+BLOCK_BYTES = 1 << 16
+
+
+class AsyncTransport:
+    """One connection pool to one server."""
+
+    def __init__(
+        self,
+        connection: Connection,
+        *,
+        http_transport: httpx.AsyncBaseTransport | None = None,
+        pause: Callable[[float], Awaitable[None]] = sleep,
+    ) -> None:
+        self._retries = connection.retries
+        self._url = connection.base_url
+        self._pause = pause
+        self._http = httpx.AsyncClient(
+            base_url=self._url,
+            headers=connection.headers,
+            verify=connection.verify,
+            timeout=connection.timeout_s,
+            trust_env=False,
+            transport=http_transport,
+        )
+        self.lease_token: str | None = None
+        """Sent with every call; of the control lease."""
+
+    async def close(self) -> None:
+        """Close all connections."""
+        await self._http.aclose()
+
+    async def answer(self, call: Call, kind: type[AnswerT]) -> AnswerT:
+        """Return the document that a call is answered with."""
+        answer = await self._send(call)
+        return read_answer(answer, kind)
+
+    async def start(self, call: Call, kind: type[ResultT]) -> StartedJob[ResultT]:
+        """Return the job that a call starts."""
+        return StartedJob(await self.answer(call, models.JobDocument), kind)
+
+    async def order(self, call: Call) -> None:
+        """Send a call whose answer is empty."""
+        await self._send(call)
+
+    def download(self, call: Call) -> "AsyncDownload":
+        """Return the file of a call, which is asked for when it is read."""
+        return AsyncDownload(self, call)
+
+    async def content(self, call: Call) -> bytes:
+        """Return the bytes that a call is answered with."""
+        return (await self._send(call)).content
+
+    async def chunks(self, call: Call) -> AsyncGenerator[bytes, None]:
+        """Yield the bytes that a call is answered with as they come."""
+        async with self._opened(call) as answer:
+            try:
+                async for block in answer.aiter_bytes(BLOCK_BYTES):
+                    yield block
+            except httpx.TransportError as error:
+                raise self._unreachable(error) from error
+
+    async def save(self, call: Call, path: Path) -> None:
+        """Write a call's answer into a file that appears whole; begin anew where the connection breaks."""
+        for attempt in count(1):
+            try:
+                with PartFile(path) as file:
+                    async with aclosing(self.chunks(call)) as blocks:
+                        async for block in blocks:
+                            file.write(block)
+                return
+            except Unreachable:
+                pause_s = self._retries.pause_s(call, attempt=attempt, answer=None)
+                if pause_s is None:
+                    raise
+                await self._pause(pause_s)
+
+    async def events(
+        self, call: Call = STREAM, *, last_event_id: int | None
+    ) -> AsyncGenerator[models.EventDocument, None]:
+        """Yield events without end, first those after `last_event_id`; a broken stream is opened anew."""
+        if last_event_id is None:
+            last_event_id = await self.newest_event_id()
+        reader = EventReader(last_event_id)
+        attempt, absence = 0, Absence(self._retries.reconnect_s)
+        while True:
+            try:
+                async with aclosing(self.listen(reader, call)) as heard:
+                    async for event in heard:
+                        attempt = 0
+                        absence.end()
+                        if event is not None:
+                            yield event
+            except (Unreachable, TooManyRequests, DeviceFailed, DeviceMissing):
+                if absence.over:
+                    raise
+            attempt += 1
+            await self._pause(self._retries.back_off_s(attempt))
+
+    async def newest_event_id(self) -> int:
+        """Return the id of the newest event; 0 where there is none."""
+        newest = await self.answer(_NEWEST, list[models.EventDocument])
+        return newest[-1].id if newest else 0
+
+    async def listen(
+        self, reader: EventReader, call: Call = STREAM, *, silence_s: float = SILENCE_S
+    ) -> AsyncGenerator[models.EventDocument | None, None]:
+        """Yield events from one connection, and None for whatever else it brings, until it ends."""
+        reader.forget_line()
+        async with self._opened(call, headers=reader.headers, silence_s=silence_s) as answer:
+            try:
+                async for line in answer.aiter_lines():
+                    yield reader.read(line)
+            except httpx.TransportError as error:
+                raise self._unreachable(error) from error
+
+    @asynccontextmanager
+    async def _opened(
+        self, call: Call, *, headers: dict[str, str] | None = None, silence_s: float | None = None
+    ) -> AsyncIterator[httpx.Response]:
+        answer = await self._send(call, headers=headers, silence_s=silence_s, stream=True)
+        try:
+            yield answer
+        finally:
+            await answer.aclose()
+
+    async def _send(
+        self,
+        call: Call,
+        *,
+        headers: dict[str, str] | None = None,
+        silence_s: float | None = None,
+        stream: bool = False,
+    ) -> httpx.Response:
+        request = self._request(call, headers=headers or {}, silence_s=silence_s)
+        for attempt in count(1):
+            try:
+                answer = await self._http.send(request, stream=stream)
+            except httpx.TransportError as error:
+                pause_s = self._retries.pause_s(call, attempt=attempt, answer=None)
+                if pause_s is None:
+                    raise self._unreachable(error) from error
+            else:
+                if answer.is_success or answer.status_code in call.also:
+                    return answer
+                pause_s = self._retries.pause_s(call, attempt=attempt, answer=answer)
+                await answer.aread()
+                if pause_s is None:
+                    raise error_of_answer(answer)
+            await self._pause(pause_s)
+        raise AssertionError("the attempts have no end")
+
+    def _request(self, call: Call, *, headers: dict[str, str], silence_s: float | None) -> httpx.Request:
+        lease = {} if self.lease_token is None else {"X-Lease": self.lease_token}
+        wait_s = self._http.timeout
+        return self._http.build_request(
+            call.method,
+            call.address,
+            params=call.set_query or None,
+            json=call.json_body,
+            content=call.content,
+            headers={**lease, **call.headers(), **headers},
+            timeout=wait_s if silence_s is None else httpx.Timeout(wait_s.connect, read=silence_s),
+        )
+
+    def _unreachable(self, error: Exception) -> ClientError:
+        why = str(error) or type(error).__name__
+        return Unreachable(
+            f"{self._url}: nobody answers ({why}); is the server running, and is the address right?"
+        )
+
+
+class AsyncDownload:
+    """A file of the server; nothing is asked for until it is read."""
+
+    def __init__(self, transport: AsyncTransport, call: Call) -> None:
+        self._transport = transport
+        self._call = call
+
+    async def read(self) -> bytes:
+        """Return its bytes."""
+        return await self._transport.content(self._call)
+
+    async def text(self) -> str:
+        """Return it as text."""
+        return (await self.read()).decode("utf-8")
+
+    def chunks(self) -> AsyncGenerator[bytes, None]:
+        """Yield its bytes as they come."""
+        return self._transport.chunks(self._call)
+
+    async def save(self, path: Path | str) -> Path:
+        """Write it to a file, which appears when it is complete; return the file's path."""
+        place = Path(path)
+        await self._transport.save(self._call, place)
+        return place

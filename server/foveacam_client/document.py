@@ -1,0 +1,22 @@
+"""The base class of the documents that the API takes and answers."""
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, SerializerFunctionWrapHandler, model_serializer
+
+
+class Document(BaseModel):
+    """A document; what was never set and has no value is left out where it is sent."""
+
+    model_config = ConfigDict(protected_namespaces=())
+
+    @model_serializer(mode="wrap")
+    def _without_unset_nulls(
+        self, serialize: SerializerFunctionWrapHandler
+    ) -> dict[str, Any]:  # Any: a JSON object
+        content: dict[str, Any] = serialize(self)
+        return {
+            name: value
+            for name, value in content.items()
+            if value is not None or name in self.model_fields_set
+        }

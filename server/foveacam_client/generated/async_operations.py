@@ -1,0 +1,3739 @@
+# Written by .ci/generate_client.py; do not edit.
+"""Every operation of the API: a class a noun, a method an operation."""
+
+import builtins
+from collections.abc import AsyncGenerator
+from typing import Any, Literal
+
+from foveacam_client.async_transport import AsyncDownload, AsyncTransport
+from foveacam_client.call import Call, StartedJob
+from foveacam_client.generated import models
+
+
+class AsyncAudit:
+    """Operations of `audit`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(
+        self,
+        *,
+        text: str | None = None,
+        who: str | None = None,
+        outcome: Literal["", "done", "refused", "failed"] | None = None,
+        before: int | None = None,
+        limit: int | None = None,
+    ) -> models.AuditPage:
+        """Who changed what.
+
+        Return the newest changes that were made or tried, newest first.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call(
+                "GET",
+                "/api/v1/audit",
+                query={"text": text, "who": who, "outcome": outcome, "before": before, "limit": limit},
+            ),
+            models.AuditPage,
+        )
+
+    def audit_lines(self) -> AsyncDownload:
+        """All changes, as JSON lines.
+
+        Return the whole audit log, one JSON object a line, oldest first.
+
+        Needs the right `administer`.
+        """
+        return self._transport.download(Call("GET", "/api/v1/audit.jsonl"))
+
+
+class AsyncCalibrationSessions:
+    """Operations of `calibration_sessions`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.SessionDocument]:
+        """All sessions, newest first.
+
+        Return all sessions with all that was measured in them.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/calibration_sessions"), builtins.list[models.SessionDocument]
+        )
+
+    async def create(self, body: models.SessionRequest) -> models.SessionDocument:
+        """Begin a session.
+
+        Begin an empty session of this rig.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/calibration_sessions", body=body), models.SessionDocument
+        )
+
+    async def combine(self, body: models.CombineRequest) -> models.SessionDocument:
+        """Put sessions together.
+
+        Begin a session with the sweeps of several and the newest lens; the step `fit` fits them
+        together.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/calibration_sessions/combined", body=body), models.SessionDocument
+        )
+
+    async def get(self, session_id: str) -> models.SessionDocument:
+        """One session.
+
+        Return one session.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/calibration_sessions/{session_id}", path_values={"session_id": session_id}),
+            models.SessionDocument,
+        )
+
+    async def remove(self, session_id: str) -> None:
+        """Delete a session's measurements.
+
+        Delete everything measured in a session; the calibrations fitted from it stay.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call(
+                "DELETE", "/api/v1/calibration_sessions/{session_id}", path_values={"session_id": session_id}
+            )
+        )
+
+    async def remove_lens_sample(
+        self, session_id: str, camera: Literal["left", "right"], sample_id: str
+    ) -> models.SessionDocument:
+        """Take a fovea's view of the board out of the fit.
+
+        Remove one view and fit the fovea's lens to the others.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "DELETE",
+                "/api/v1/calibration_sessions/{session_id}/lenses/{camera}/samples/{sample_id}",
+                path_values={"session_id": session_id, "camera": camera, "sample_id": sample_id},
+            ),
+            models.SessionDocument,
+        )
+
+    def lens_thumbnail(
+        self, session_id: str, camera: Literal["left", "right"], sample_id: str
+    ) -> AsyncDownload:
+        """Thumbnail of a fovea's view of the board.
+
+        Return what the fovea saw, small, with the corners found.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/calibration_sessions/{session_id}/lenses/{camera}/samples/{sample_id}.jpg",
+                path_values={"session_id": session_id, "camera": camera, "sample_id": sample_id},
+            )
+        )
+
+    def picture(self, session_id: str, name: str) -> AsyncDownload:
+        """A picture of the session's state.
+
+        Return one picture as of the last run of its step.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/calibration_sessions/{session_id}/pictures/{name}.png",
+                path_values={"session_id": session_id, "name": name},
+            )
+        )
+
+    async def run(
+        self,
+        session_id: str,
+        body: models.WideRun
+        | models.LensRun
+        | models.MirrorsRun
+        | models.FitRun
+        | models.CheckRun
+        | models.SettleRun
+        | models.AllRun,
+        *,
+        idempotency_key: str | None = None,
+    ) -> StartedJob[models.SessionDocument]:
+        """Run a step.
+
+        Queue a step as a job; run again, it adds to what was measured, or goes on where it was
+        interrupted.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/calibration_sessions/{session_id}/runs",
+                path_values={"session_id": session_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.SessionDocument,
+        )
+
+    async def remove_sample(self, session_id: str, sample_id: str) -> models.SessionDocument:
+        """Take a view of the board out of the fit.
+
+        Remove one view and fit the lens to the others.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "DELETE",
+                "/api/v1/calibration_sessions/{session_id}/wide_samples/{sample_id}",
+                path_values={"session_id": session_id, "sample_id": sample_id},
+            ),
+            models.SessionDocument,
+        )
+
+    def thumbnail(self, session_id: str, sample_id: str) -> AsyncDownload:
+        """Thumbnail of a view of the board.
+
+        Return what the wide camera saw, small, with the corners found.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/calibration_sessions/{session_id}/wide_samples/{sample_id}.jpg",
+                path_values={"session_id": session_id, "sample_id": sample_id},
+            )
+        )
+
+
+class AsyncCalibrations:
+    """Operations of `calibrations`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(
+        self, *, removed: Literal["true", "false"] | None = None
+    ) -> builtins.list[models.CalibrationDocument]:
+        """All calibrations of this rig, newest first.
+
+        Return all calibrations known for this rig, or those that were discarded.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/calibrations", query={"removed": removed}),
+            builtins.list[models.CalibrationDocument],
+        )
+
+    async def compare(self, *, a: str, b: str) -> models.ComparisonDocument:
+        """Compare two.
+
+        Return how far b differs from a, in pixels that an operator sees.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/calibrations/compare", query={"a": a, "b": b}), models.ComparisonDocument
+        )
+
+    def compare_png(self, *, a: str, b: str) -> AsyncDownload:
+        """Compare two, as a picture.
+
+        Return where over the field two calibrations differ.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/calibrations/compare.png", query={"a": a, "b": b})
+        )
+
+    async def current(self) -> models.CalibrationDocument:
+        """The one in force.
+
+        Return the calibration in force; 409 while there is none.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/calibrations/current"), models.CalibrationDocument
+        )
+
+    async def health(self) -> models.HealthDocument:
+        """Does the one in force still hold?.
+
+        Return what ordinary fixations say of the calibration in force.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/calibrations/health"), models.HealthDocument)
+
+    async def import_file(
+        self, body: dict[str, Any], *, distance_m: float | None = None
+    ) -> models.CalibrationDocument:
+        """Take a calibration from a file.
+
+        Keep the calibration of a file of this program, or of the authors' device bundle. A bundle does
+        not say how far away its markers stood: give `distance_m`.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/calibrations/import", query={"distance_m": distance_m}, body=body),
+            models.CalibrationDocument,
+        )
+
+    async def get(self, calibration_id: str) -> models.CalibrationDocument:
+        """One calibration.
+
+        Return one calibration.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call(
+                "GET", "/api/v1/calibrations/{calibration_id}", path_values={"calibration_id": calibration_id}
+            ),
+            models.CalibrationDocument,
+        )
+
+    async def discard(self, calibration_id: str) -> None:
+        """Discard a calibration.
+
+        Put it in the trash, from which it can be restored; neither the one in force nor one that ships.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call(
+                "DELETE",
+                "/api/v1/calibrations/{calibration_id}",
+                path_values={"calibration_id": calibration_id},
+            )
+        )
+
+    async def activate(self, calibration_id: str) -> models.CalibrationDocument:
+        """Put one in force.
+
+        Put a calibration in force, now and at every start.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call(
+                "POST",
+                "/api/v1/calibrations/{calibration_id}/activate",
+                path_values={"calibration_id": calibration_id},
+            ),
+            models.CalibrationDocument,
+        )
+
+    async def download(
+        self, calibration_id: str, *, format: Literal["foveacam", "authors"] | None = None
+    ) -> dict[str, Any]:
+        """One as a file.
+
+        Return the calibration as a file of this program, or with its poses as the authors' device
+        bundle.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call(
+                "GET",
+                "/api/v1/calibrations/{calibration_id}/file",
+                path_values={"calibration_id": calibration_id},
+                query={"format": format},
+            ),
+            dict[str, Any],
+        )
+
+    def report(self, calibration_id: str) -> AsyncDownload:
+        """What is known of one, as a page.
+
+        Return one self-contained page: measured figures beside the paper's, and all pictures.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/calibrations/{calibration_id}/report",
+                path_values={"calibration_id": calibration_id},
+            )
+        )
+
+    async def restore(self, calibration_id: str) -> models.CalibrationDocument:
+        """Take a calibration out of the trash.
+
+        Undo its discarding; what is in force stays so.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "POST",
+                "/api/v1/calibrations/{calibration_id}/restore",
+                path_values={"calibration_id": calibration_id},
+            ),
+            models.CalibrationDocument,
+        )
+
+
+class AsyncCameraPresets:
+    """Operations of `camera_presets`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.CameraPreset]:
+        """Named settings of all cameras.
+
+        Return all presets by their names.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/cameras/presets"), builtins.list[models.CameraPreset]
+        )
+
+    async def save(self, name: str) -> models.CameraPreset:
+        """Save the cameras' settings.
+
+        Save what all connected cameras have now, over a preset of the same name.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/cameras/presets/{name}", path_values={"name": name}), models.CameraPreset
+        )
+
+    async def delete(self, name: str) -> None:
+        """Delete a preset.
+
+        Delete a preset; the cameras stay as they are.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/cameras/presets/{name}", path_values={"name": name})
+        )
+
+    async def apply(self, name: str) -> models.CameraPreset:
+        """Apply saved settings.
+
+        Give every connected camera of a preset its settings, now and at every start, or none.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/cameras/presets/{name}/apply", path_values={"name": name}),
+            models.CameraPreset,
+        )
+
+
+class AsyncCameraSelfTests:
+    """Operations of `camera_self_tests`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.TriggerTestDocument]:
+        """All trigger tests, newest first.
+
+        Return the results of all trigger tests.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/cameras/self_tests"), builtins.list[models.TriggerTestDocument]
+        )
+
+    async def test_triggers(
+        self, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.TriggerTestDocument]:
+        """Test both triggers.
+
+        Queue a test of both eyes: a command to each, then one pulse to both; settings are restored.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/cameras/self_tests", idempotent=True, idempotency_key=idempotency_key),
+            models.TriggerTestDocument,
+        )
+
+    async def newest_test(self) -> models.TriggerTestDocument:
+        """What is known of both triggers.
+
+        Return the newest trigger test; before the first both eyes are `untested`.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/cameras/self_tests/newest"), models.TriggerTestDocument
+        )
+
+    async def get(self, test_id: str) -> models.TriggerTestDocument:
+        """One trigger test.
+
+        Return the result of one trigger test.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/cameras/self_tests/{test_id}", path_values={"test_id": test_id}),
+            models.TriggerTestDocument,
+        )
+
+
+class AsyncCameras:
+    """Operations of `cameras`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.CameraDocument]:
+        """All cameras.
+
+        Return the last status of all cameras.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/cameras"), builtins.list[models.CameraDocument]
+        )
+
+    async def get(self, role: Literal["wide", "left", "right"]) -> models.CameraDocument:
+        """One camera.
+
+        Return the last status of one camera.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/cameras/{role}", path_values={"role": role}), models.CameraDocument
+        )
+
+    async def change(
+        self, role: Literal["wide", "left", "right"], body: models.CameraPatch
+    ) -> models.CamerasChangedDocument:
+        """Change a camera's settings.
+
+        Change settings now and at every start; answer what the camera accepted, or refuse with its
+        range. `linked` changes both foveae, or neither. Hardware-triggered foveae have no automatic
+        exposure; `once` with `linked` looks a few times where the mirrors stand, and sets one exposure
+        for both.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PATCH", "/api/v1/cameras/{role}", path_values={"role": role}, body=body),
+            models.CamerasChangedDocument,
+        )
+
+    async def reset(self, role: Literal["wide", "left", "right"]) -> models.CamerasChangedDocument:
+        """Forget a camera's settings.
+
+        Apply the rig file's settings, now and at every start.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("DELETE", "/api/v1/cameras/{role}/settings", path_values={"role": role}),
+            models.CamerasChangedDocument,
+        )
+
+
+class AsyncCaptures:
+    """Operations of `captures`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(
+        self, *, text: str | None = None, removed: Literal["true", "false"] | None = None
+    ) -> builtins.list[models.CaptureDocument]:
+        """Captures, newest first.
+
+        Return all captures, or those that hold every word of `text`.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/captures", query={"text": text, "removed": removed}),
+            builtins.list[models.CaptureDocument],
+        )
+
+    async def create(
+        self, body: models.CaptureRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.CaptureDocument]:
+        """Capture a plan.
+
+        Queue a capture as a job; a name, a plan or a disk that will not do is refused before it starts.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/captures", body=body, idempotent=True, idempotency_key=idempotency_key),
+            models.CaptureDocument,
+        )
+
+    async def estimate(self, body: models.EstimateRequest) -> models.EstimateDocument:
+        """What a plan takes.
+
+        Return time, size and room on the disk, warnings, and where every view lies in the wide image.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/captures/estimates", body=body), models.EstimateDocument
+        )
+
+    async def empty_trash(self) -> models.TrashEmptied:
+        """Empty the trash.
+
+        Delete for good what was removed.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(Call("DELETE", "/api/v1/captures/trash"), models.TrashEmptied)
+
+    async def get(self, capture_id: str) -> models.CaptureDocument:
+        """One capture.
+
+        Return one capture; while it runs, with its progress.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/captures/{capture_id}", path_values={"capture_id": capture_id}),
+            models.CaptureDocument,
+        )
+
+    async def patch(self, capture_id: str, body: models.CapturePatch) -> models.CaptureDocument:
+        """Describe a capture.
+
+        Change its label or its licence.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PATCH", "/api/v1/captures/{capture_id}", path_values={"capture_id": capture_id}, body=body),
+            models.CaptureDocument,
+        )
+
+    async def remove(self, capture_id: str) -> None:
+        """Put a capture in the trash.
+
+        Move it to the trash, from which it can be restored.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/captures/{capture_id}", path_values={"capture_id": capture_id})
+        )
+
+    def anaglyph(
+        self, capture_id: str, index: int, form: Literal["jpg", "png"], *, bracket: str | None = None
+    ) -> AsyncDownload:
+        """One point in red and cyan.
+
+        Return both foveae of a point, rectified: left in red, right in green and blue.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/anaglyphs/{index}.{form}",
+                path_values={"capture_id": capture_id, "index": index, "form": form},
+                query={"bracket": bracket},
+            )
+        )
+
+    async def check_files(self, capture_id: str) -> models.CaptureChecked:
+        """Is all as it was written.
+
+        Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a
+        gigabyte.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/captures/{capture_id}/check", path_values={"capture_id": capture_id}),
+            models.CaptureChecked,
+        )
+
+    async def go_on(self, capture_id: str) -> models.CaptureDocument:
+        """Let a paused capture go on.
+
+        Continue; also confirms that what was asked for by hand is done.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/captures/{capture_id}/continue", path_values={"capture_id": capture_id}),
+            models.CaptureDocument,
+        )
+
+    def download(self, capture_id: str) -> AsyncDownload:
+        """The dataset as one ZIP file.
+
+        Send the dataset's folder, files as they are.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/captures/{capture_id}/download.zip", path_values={"capture_id": capture_id})
+        )
+
+    async def pause(self, capture_id: str) -> models.CaptureDocument:
+        """Let a running capture wait.
+
+        Wait after the present point; the rig stays reserved for the capture.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/captures/{capture_id}/pause", path_values={"capture_id": capture_id}),
+            models.CaptureDocument,
+        )
+
+    async def points(self, capture_id: str) -> models.PointsDocument:
+        """Its points.
+
+        Return the points that were taken, with their places on the contact sheet, and those passed
+        over.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/captures/{capture_id}/points", path_values={"capture_id": capture_id}),
+            models.PointsDocument,
+        )
+
+    def picture(
+        self,
+        capture_id: str,
+        index: int,
+        role: Literal["left", "right", "wide"],
+        form: Literal["jpg", "png"],
+        *,
+        bracket: str | None = None,
+    ) -> AsyncDownload:
+        """What one camera saw at a point.
+
+        Return one picture at full size, 8 bits; of a stack its mean.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/points/{index}/{role}.{form}",
+                path_values={"capture_id": capture_id, "index": index, "role": role, "form": form},
+                query={"bracket": bracket},
+            )
+        )
+
+    async def restore(self, capture_id: str) -> models.CaptureDocument:
+        """Take a capture out of the trash.
+
+        Undo its removal.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/captures/{capture_id}/restore", path_values={"capture_id": capture_id}),
+            models.CaptureDocument,
+        )
+
+    async def resume(
+        self, capture_id: str, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.CaptureDocument]:
+        """Go on with a partial capture.
+
+        Queue the rest of a capture, from the exact next point, with its own plan and calibration.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/captures/{capture_id}/resume",
+                path_values={"capture_id": capture_id},
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.CaptureDocument,
+        )
+
+    def picture_of(
+        self, capture_id: str, picture: Literal["thumbnail", "sheet", "coverage"], form: Literal["jpg", "png"]
+    ) -> AsyncDownload:
+        """Thumbnail, contact sheet or coverage.
+
+        Draw the capture as far as it has come.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/{picture}.{form}",
+                path_values={"capture_id": capture_id, "picture": picture, "form": form},
+            )
+        )
+
+
+class AsyncClouds:
+    """Operations of `clouds`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self, *, limit: int | None = None) -> builtins.list[models.CloudDocument]:
+        """Newest clouds, newest first.
+
+        Return the newest clouds.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/clouds", query={"limit": limit}), builtins.list[models.CloudDocument]
+        )
+
+    async def get(self, cloud_id: str) -> models.CloudDocument:
+        """One cloud.
+
+        Return one cloud.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/clouds/{cloud_id}", path_values={"cloud_id": cloud_id}), models.CloudDocument
+        )
+
+    async def remove(self, cloud_id: str) -> None:
+        """Remove a cloud.
+
+        Remove a cloud and its files; its fixation and target stay.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/clouds/{cloud_id}", path_values={"cloud_id": cloud_id})
+        )
+
+    def glb(self, cloud_id: str) -> AsyncDownload:
+        """Textured surface as GLB.
+
+        Return the textured mesh, in metres, +y up.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/clouds/{cloud_id}.glb", path_values={"cloud_id": cloud_id})
+        )
+
+    def ply(self, cloud_id: str) -> AsyncDownload:
+        """Points as PLY.
+
+        Return x, y, z (m, rig frame), colour and sigma of every point.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/clouds/{cloud_id}.ply", path_values={"cloud_id": cloud_id})
+        )
+
+    def depth_png(self, cloud_id: str) -> AsyncDownload:
+        """Depth as a picture.
+
+        Return depth as colours with a scale.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/clouds/{cloud_id}/depth.png", path_values={"cloud_id": cloud_id})
+        )
+
+
+class AsyncDepth:
+    """Operations of `depth`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self, *, x_px: float, y_px: float) -> models.DepthDocument:
+        """Depth at a wide pixel.
+
+        Return distance and point at a wide pixel that a fovea has looked at.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/depth", query={"x_px": x_px, "y_px": y_px}), models.DepthDocument
+        )
+
+    async def choose(self, body: models.DepthBackendChoice) -> models.DepthBackendsDocument:
+        """Choose the backend of looks.
+
+        Use a backend for all looks from now on; it is kept over a restart.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/depth/backend", body=body), models.DepthBackendsDocument
+        )
+
+    async def backends(self) -> models.DepthBackendsDocument:
+        """Backends that compute the depth of looks.
+
+        Return semi-global matching and all networks, which is in use, and why the last look did without
+        it.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/depth/backends"), models.DepthBackendsDocument
+        )
+
+    async def check(self, name: str) -> models.NetworkCheckDocument:
+        """Check a network.
+
+        Run a network on a pair whose disparities are known; say what is wrong with it or its card.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/depth/backends/{name}/check", path_values={"name": name}),
+            models.NetworkCheckDocument,
+        )
+
+    async def compare(self, body: models.BackendComparisonRequest) -> models.BackendComparisonDocument:
+        """Compare two backends on the newest look.
+
+        Compute the depth of the newest look by two backends; return how they differ, with pictures.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/depth/comparisons", body=body), models.BackendComparisonDocument
+        )
+
+    def picture(
+        self, comparison_id: str, picture: Literal["first", "second", "difference", "left"]
+    ) -> AsyncDownload:
+        """Picture of a comparison.
+
+        Return the depth of either backend, their difference, or the left picture; of the last
+        comparisons.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/depth/comparisons/{comparison_id}/{picture}.png",
+                path_values={"comparison_id": comparison_id, "picture": picture},
+            )
+        )
+
+
+class AsyncDisplayPattern:
+    """Operations of `display_pattern`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.PatternDocument:
+        """The pattern of the displays.
+
+        Return the pattern that all screens show.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/displays/pattern"), models.PatternDocument)
+
+    async def show(
+        self,
+        body: models.CharucoPattern
+        | models.CheckerboardPattern
+        | models.MarkerPattern
+        | models.MarkersPattern
+        | models.BlankPattern,
+    ) -> models.PatternDocument:
+        """Show a pattern.
+
+        Let all screens show a pattern at its true size, now and after a restart.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/displays/pattern", body=body), models.PatternDocument
+        )
+
+    def pdf(
+        self,
+        *,
+        kind: Literal["charuco", "checkerboard", "marker", "markers"] | None = None,
+        columns: int | None = None,
+        rows: int | None = None,
+        square_mm: float | None = None,
+        marker_mm: float | None = None,
+        dictionary: Literal["4X4_50", "4X4_100", "4X4_250", "5X5_50", "5X5_100", "6X6_250"] | None = None,
+        id: int | None = None,
+        side_mm: float | None = None,
+        spacing_mm: float | None = None,
+        paper: Literal["A4", "A3", "Letter"] | None = None,
+        margin_mm: float | None = None,
+    ) -> AsyncDownload:
+        """A pattern as PDF.
+
+        Return the pattern of the query, without `kind` that of the displays, to be printed at 100 %.
+        One that is larger than the paper comes on up to nine sheets, with crop marks.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/displays/pattern.pdf",
+                query={
+                    "kind": kind,
+                    "columns": columns,
+                    "rows": rows,
+                    "square_mm": square_mm,
+                    "marker_mm": marker_mm,
+                    "dictionary": dictionary,
+                    "id": id,
+                    "side_mm": side_mm,
+                    "spacing_mm": spacing_mm,
+                    "paper": paper,
+                    "margin_mm": margin_mm,
+                },
+            )
+        )
+
+    def svg(self) -> AsyncDownload:
+        """The pattern as SVG.
+
+        Return the pattern at its true size in millimetres, for screens and printers.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(Call("GET", "/api/v1/displays/pattern.svg"))
+
+
+class AsyncDisplays:
+    """Operations of `displays`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.DisplayDocument]:
+        """Connected displays.
+
+        Return the screens that show the pattern; one that was not heard of for 15 s is left out.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/displays"), builtins.list[models.DisplayDocument]
+        )
+
+    async def register(self, display_id: str, body: models.DisplayRequest) -> models.PatternDocument:
+        """Register a display.
+
+        Register a screen, or say that it is still there; to be repeated within 15 s. Return what it
+        shows.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/displays/{display_id}", path_values={"display_id": display_id}, body=body),
+            models.PatternDocument,
+        )
+
+    async def forget(self, display_id: str) -> None:
+        """Take a display off the list.
+
+        Take a screen that shows the pattern no longer off the list.
+
+        Needs the right `view`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/displays/{display_id}", path_values={"display_id": display_id})
+        )
+
+
+class AsyncDriftChecks:
+    """Operations of `drift_checks`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.DriftCheckDocument]:
+        """All drift checks, newest first.
+
+        Return what all checks found.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/drift_checks"), builtins.list[models.DriftCheckDocument]
+        )
+
+    async def create(
+        self, body: models.DriftRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.DriftCheckDocument]:
+        """Check the drift.
+
+        Queue a check; with `apply`, a drift that is surely there is corrected and the result put in
+        force.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/drift_checks", body=body, idempotent=True, idempotency_key=idempotency_key),
+            models.DriftCheckDocument,
+        )
+
+    def trend(self) -> AsyncDownload:
+        """Drift over time.
+
+        Return a picture of how both eyes have drifted since they were calibrated.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(Call("GET", "/api/v1/drift_checks/trend.png"))
+
+    async def get(self, check_id: str) -> models.DriftCheckDocument:
+        """One check.
+
+        Return what one check found.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/drift_checks/{check_id}", path_values={"check_id": check_id}),
+            models.DriftCheckDocument,
+        )
+
+
+class AsyncEngine:
+    """Operations of `engine`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.EngineDocument:
+        """Load, rates, gaps and drops of the server's parts.
+
+        Return what each thread, queue, stage, camera and view does now, and how long the start took.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/engine"), models.EngineDocument)
+
+
+class AsyncEvents:
+    """Operations of `events`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    def stream(self, *, last_event_id: int | None = None) -> AsyncGenerator[models.EventDocument, None]:
+        """Live events.
+
+        Stream events as they come; with `Last-Event-ID`, first those after it.
+
+        Needs the right `view`.
+        """
+        return self._transport.events(Call("GET", "/api/v1/events"), last_event_id=last_event_id)
+
+    async def recent(self, *, limit: int | None = None) -> builtins.list[models.EventDocument]:
+        """The newest events, oldest first.
+
+        Return the newest events.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/events/recent", query={"limit": limit}), builtins.list[models.EventDocument]
+        )
+
+
+class AsyncFaults:
+    """Operations of `faults`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.FaultDocument]:
+        """Faults and warnings since the start.
+
+        Return errors first, the newest first within, 50 at most; those that were dismissed are left
+        out.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/faults"), builtins.list[models.FaultDocument]
+        )
+
+    async def dismiss_over(self) -> models.FaultsDismissed:
+        """Dismiss all that are over.
+
+        Take all faults that are over off the list, for everybody; one that comes again is listed again.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("DELETE", "/api/v1/faults"), models.FaultsDismissed)
+
+    async def dismiss(self, fault_id: str) -> None:
+        """Dismiss a fault.
+
+        Take a fault off the list, for everybody; it is listed again when it comes again.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/faults/{fault_id}", path_values={"fault_id": fault_id})
+        )
+
+
+class AsyncFixations:
+    """Operations of `fixations`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self, *, limit: int | None = None) -> builtins.list[models.FixationDocument]:
+        """Newest fixations, newest first.
+
+        Return the newest fixations.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/fixations", query={"limit": limit}), builtins.list[models.FixationDocument]
+        )
+
+    async def create(
+        self, body: models.FixationRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.FixationDocument]:
+        """Look there.
+
+        Queue a fixation as a job; `Prefer: wait=10` answers with the fixation itself when it ends in
+        time.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/fixations", body=body, idempotent=True, idempotency_key=idempotency_key),
+            models.FixationDocument,
+        )
+
+    async def get(self, fixation_id: str) -> models.FixationDocument:
+        """One fixation.
+
+        Return one fixation with all its steps.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/fixations/{fixation_id}", path_values={"fixation_id": fixation_id}),
+            models.FixationDocument,
+        )
+
+    async def choice(self, fixation_id: str, body: models.ChoiceRequest) -> models.FixationDocument:
+        """Choose one of the alternatives.
+
+        Make one alternative the answer of the fixation's target; nothing moves.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "POST",
+                "/api/v1/fixations/{fixation_id}/choice",
+                path_values={"fixation_id": fixation_id},
+                body=body,
+            ),
+            models.FixationDocument,
+        )
+
+    async def correct(
+        self, fixation_id: str, body: models.CorrectionRequest
+    ) -> StartedJob[models.FixationDocument]:
+        """Say that it is nearer or farther.
+
+        Queue a look at the same target that takes only distances nearer or farther than its answer.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/fixations/{fixation_id}/corrections",
+                path_values={"fixation_id": fixation_id},
+                body=body,
+            ),
+            models.FixationDocument,
+        )
+
+
+class AsyncFollows:
+    """Operations of `follows`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.FollowedDocument]:
+        """All followed targets.
+
+        Return the followed targets as they are now, oldest first.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/follows"), builtins.list[models.FollowedDocument]
+        )
+
+    async def create(self, body: models.FollowRequest) -> models.FollowedDocument:
+        """Follow a target.
+
+        Follow one more target, 8 at most: both foveae verge on it, then look at all targets in turn.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/follows", body=body), models.FollowedDocument
+        )
+
+    async def end_all(self) -> None:
+        """Follow none any more.
+
+        Let all followed targets go; the mirrors stay where they are.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(Call("DELETE", "/api/v1/follows"))
+
+    async def take_round(
+        self, body: models.FollowRoundRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.FollowRoundTaken]:
+        """Capture all followed targets.
+
+        Look once at each followed target and keep the pictures with their poses as a dataset, as a job.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST", "/api/v1/follows/rounds", body=body, idempotent=True, idempotency_key=idempotency_key
+            ),
+            models.FollowRoundTaken,
+        )
+
+    async def get(self, follow_id: str) -> models.FollowedDocument:
+        """One followed target.
+
+        Return a followed target as it is now.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/follows/{follow_id}", path_values={"follow_id": follow_id}),
+            models.FollowedDocument,
+        )
+
+    async def change(self, follow_id: str, body: models.FollowPatch) -> models.FollowedDocument:
+        """Change how a target is followed.
+
+        Change label, tracker or priority while it is followed.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PATCH", "/api/v1/follows/{follow_id}", path_values={"follow_id": follow_id}, body=body),
+            models.FollowedDocument,
+        )
+
+    async def end(self, follow_id: str) -> None:
+        """Let a target go.
+
+        Follow a target no more.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/follows/{follow_id}", path_values={"follow_id": follow_id})
+        )
+
+    async def trail(self, follow_id: str) -> builtins.list[models.TrailPoint]:
+        """Where a followed target was.
+
+        Return its last hits, 600 at most, oldest first.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/follows/{follow_id}/trail", path_values={"follow_id": follow_id}),
+            builtins.list[models.TrailPoint],
+        )
+
+
+class AsyncHealth:
+    """Operations of `health`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def healthz(self) -> models.Liveness:
+        """Is the process alive?.
+
+        Answer in any state of the rig.
+        """
+        return await self._transport.answer(Call("GET", "/healthz"), models.Liveness)
+
+    def metrics(self) -> AsyncDownload:
+        """Counters for Prometheus.
+
+        Return the counters in Prometheus' text format.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(Call("GET", "/metrics"))
+
+    async def readyz(self) -> models.Readiness:
+        """Can it foveate now?.
+
+        Return 200 when a fixation could start now, else 503 and what is missing.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/readyz", also=(503,)), models.Readiness)
+
+
+class AsyncJobs:
+    """Operations of `jobs`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self, *, limit: int | None = None) -> builtins.list[models.JobDocument]:
+        """Newest jobs, newest first.
+
+        Return the newest jobs.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/jobs", query={"limit": limit}), builtins.list[models.JobDocument]
+        )
+
+    async def get(self, job_id: str) -> models.JobDocument:
+        """One job.
+
+        Return one job in its present state.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/jobs/{job_id}", path_values={"job_id": job_id}), models.JobDocument
+        )
+
+    async def cancel(self, job_id: str) -> models.JobDocument:
+        """Cancel a job.
+
+        Cancel a job at its next step, unless it has ended.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/jobs/{job_id}/cancel", path_values={"job_id": job_id}), models.JobDocument
+        )
+
+
+class AsyncLease:
+    """Operations of `lease`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.LeaseDocument:
+        """Who holds the lease.
+
+        Return who holds the lease; null: nobody, and anybody may move.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/lease"), models.LeaseDocument)
+
+    async def take(self, body: models.LeaseRequest) -> models.LeaseGrant:
+        """Take the lease.
+
+        Take the lease, from another holder only with `take_over`; keep it with PUT at least every 15 s.
+        Where people sign in, an admin alone takes it over from another person, and says the reason.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/lease", body=body), models.LeaseGrant)
+
+    async def renew(self) -> models.LeaseGrant:
+        """Keep the lease.
+
+        Renew the lease that the X-Lease header names.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("PUT", "/api/v1/lease"), models.LeaseGrant)
+
+    async def release(self) -> None:
+        """Give the lease back.
+
+        Give the lease back.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(Call("DELETE", "/api/v1/lease"))
+
+
+class AsyncLeaseWishes:
+    """Operations of `lease_wishes`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def ask(self, body: models.LeaseWish) -> models.LeaseDocument:
+        """Ask for the lease.
+
+        Ask the holder for the lease; when it is handed over, take it with POST within 20 s.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/lease/request", body=body), models.LeaseDocument
+        )
+
+    async def answer(self, body: models.LeaseAnswer) -> models.LeaseDocument:
+        """Answer who asks for the lease.
+
+        Hand the lease over to who asks for it, or keep it.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/lease/request", body=body), models.LeaseDocument
+        )
+
+
+class AsyncLoop:
+    """Operations of `loop`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.LoopDocument:
+        """The vergence loop.
+
+        Return the loop as it is now: status, errors, commands, distance, trigger and settings.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/loop"), models.LoopDocument)
+
+    async def look_at(self, body: models.LoopTargetRequest) -> models.LoopDocument:
+        """Keep both foveae on a target.
+
+        Choose the target; the loop begins where it does not run, and gives way to other jobs.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/loop", body=body), models.LoopDocument)
+
+    async def change(self, body: models.LoopPatch) -> models.LoopDocument:
+        """Pause the loop, hold or set its axes.
+
+        Pause or go on; hold single axes; set the command of an axis, which is held from then on.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("PATCH", "/api/v1/loop", body=body), models.LoopDocument)
+
+    async def end(self) -> None:
+        """End the loop.
+
+        End the loop; the mirrors stay where they are.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(Call("DELETE", "/api/v1/loop"))
+
+    async def drag(self, body: models.LoopDrag) -> None:
+        """Take the eyes by hand.
+
+        Let both eyes look in parallel at a place of the wide view, without corrections, until released.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(Call("PUT", "/api/v1/loop/drag", body=body))
+
+    async def release(self) -> None:
+        """Let the loop go on.
+
+        Release the eyes: the loop goes on with its target.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(Call("DELETE", "/api/v1/loop/drag"))
+
+    async def reunite(self) -> models.LoopDocument:
+        """Let both eyes look at one target again.
+
+        End that each eye follows a place of its own; without a common target the loop ends.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("DELETE", "/api/v1/loop/eyes"), models.LoopDocument)
+
+    async def follow_apart(
+        self, eye: Literal["left", "right"], body: models.LoopEyePlace
+    ) -> models.LoopDocument:
+        """Let one eye follow a place of its own.
+
+        Keep a place of one fovea's picture in its middle; the other eye does as it did, or rests.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/loop/eyes/{eye}", path_values={"eye": eye}, body=body), models.LoopDocument
+        )
+
+    async def history(self, *, after_look: int | None = None) -> builtins.list[models.LoopSample]:
+        """The loop's last looks.
+
+        Return the looks after a given one, oldest first, 900 at most.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/loop/history", query={"after_look": after_look}),
+            builtins.list[models.LoopSample],
+        )
+
+    def match_png(self) -> AsyncDownload:
+        """What the loop matches.
+
+        Return the guide strip with both eyes' boxes, and each eye's map of correlation, as a PNG.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(Call("GET", "/api/v1/loop/match.png"))
+
+    async def reset_trigger(self) -> models.LoopDocument:
+        """Let exposures pass again.
+
+        Let the loop go on after equal failures of its exposures have latched it.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/loop/trigger/reset"), models.LoopDocument)
+
+    async def tune(
+        self, body: models.LoopTuneRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.LoopDocument]:
+        """Tune the gains.
+
+        Find the gains on the target by relays, then by CMA-ES where asked for, as a job. Cancelled or
+        refused, it leaves the gains as they were.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/loop/tune", body=body, idempotent=True, idempotency_key=idempotency_key),
+            models.LoopDocument,
+        )
+
+    def tune_png(self) -> AsyncDownload:
+        """Steps before and after tuning.
+
+        Return how each loop answers a step before and after the last tuning, as a PNG.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(Call("GET", "/api/v1/loop/tune.png"))
+
+    def tune_svg(self) -> AsyncDownload:
+        """Steps before and after tuning, as SVG.
+
+        Return how each loop answers a step before and after the last tuning, as an SVG.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(Call("GET", "/api/v1/loop/tune.svg"))
+
+
+class AsyncLoopSettings:
+    """Operations of `loop_settings`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def change_settings(self, body: models.LoopSettingsPatch) -> models.LoopSettingsDocument:
+        """Change settings of the loop.
+
+        Change settings now and for later runs; what is left out stays.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PATCH", "/api/v1/loop/settings", body=body), models.LoopSettingsDocument
+        )
+
+    async def reset_settings(
+        self,
+        *,
+        group: Literal["pan", "depth", "vertical", "match", "timing", "tracker", "prediction"] | None = None,
+    ) -> models.LoopSettingsDocument:
+        """Put settings back to their defaults.
+
+        Put one group of settings, or all, back to their defaults.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("DELETE", "/api/v1/loop/settings", query={"group": group}), models.LoopSettingsDocument
+        )
+
+
+class AsyncMeasurements:
+    """Operations of `measurements`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.MeasurementDocument]:
+        """All measurements, newest first.
+
+        Return all measurements.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/measurements"), builtins.list[models.MeasurementDocument]
+        )
+
+    async def create(self, body: models.MeasurementRequest) -> models.MeasurementDocument:
+        """Measure.
+
+        Measure a point, a length, a plane or a profile at pixels of views, and keep it.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/measurements", body=body), models.MeasurementDocument
+        )
+
+    def as_csv(self) -> AsyncDownload:
+        """All measurements as CSV.
+
+        Return one line a measurement, newest first; samples of profiles are in the JSON export.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(Call("GET", "/api/v1/measurements.csv"))
+
+    async def as_json(self) -> builtins.list[models.MeasurementDocument]:
+        """All measurements as a JSON file.
+
+        Return all measurements, to be saved as a file.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/measurements.json"), builtins.list[models.MeasurementDocument]
+        )
+
+    async def get(self, measurement_id: str) -> models.MeasurementDocument:
+        """One measurement.
+
+        Return one measurement.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call(
+                "GET", "/api/v1/measurements/{measurement_id}", path_values={"measurement_id": measurement_id}
+            ),
+            models.MeasurementDocument,
+        )
+
+    async def rename(self, measurement_id: str, body: models.MeasurementPatch) -> models.MeasurementDocument:
+        """Rename a measurement.
+
+        Give a measurement another label.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "PATCH",
+                "/api/v1/measurements/{measurement_id}",
+                path_values={"measurement_id": measurement_id},
+                body=body,
+            ),
+            models.MeasurementDocument,
+        )
+
+    async def remove(self, measurement_id: str) -> None:
+        """Remove a measurement.
+
+        Remove a measurement; the look that it was made in stays.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call(
+                "DELETE",
+                "/api/v1/measurements/{measurement_id}",
+                path_values={"measurement_id": measurement_id},
+            )
+        )
+
+
+class AsyncMirrors:
+    """Operations of `mirrors`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.MirrorsDocument:
+        """Both mirrors.
+
+        Return the last status of both mirrors.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/mirrors"), models.MirrorsDocument)
+
+    async def disable(self) -> models.MirrorsDocument:
+        """Switch the mirrors off.
+
+        Park both mirrors and switch their supply rail off, until it is switched on again.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/mirrors/disable"), models.MirrorsDocument)
+
+    async def enable(self) -> models.MirrorsDocument:
+        """Switch the mirrors on.
+
+        Switch the mirrors' supply rail on, both at rest, if it is off.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/mirrors/enable"), models.MirrorsDocument)
+
+    async def park(self) -> models.MirrorsDocument:
+        """Bring both mirrors to rest.
+
+        Set both mirrors to zero volts; unlike the stop it lets the next move pass.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/mirrors/park"), models.MirrorsDocument)
+
+    async def recover(self) -> models.MirrorsDocument:
+        """Start the mirrors' DACs anew.
+
+        Recover a frozen mirror without switching the rail: restart both DACs, then restore the targets.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/mirrors/recover"), models.MirrorsDocument)
+
+    async def steer(self, body: models.SteerRequest) -> models.MirrorsDocument:
+        """Point both foveae, open loop.
+
+        Point both eyes at a direction and distance from the rig's origin; without a distance, parallel.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/mirrors/steer", body=body), models.MirrorsDocument
+        )
+
+    async def set_volts(self, body: models.VoltsRequest) -> models.MirrorsDocument:
+        """Set the mirrors' volts.
+
+        Set the differential volts of one eye or both, calibrated or not.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/mirrors/volts", body=body), models.MirrorsDocument
+        )
+
+
+class AsyncMosaics:
+    """Operations of `mosaics`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self, capture_id: str) -> models.MosaicDocument:
+        """A capture's mosaic.
+
+        Return its state, the progress of its job, and what it would take, or why there can be none.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/captures/{capture_id}/mosaic", path_values={"capture_id": capture_id}),
+            models.MosaicDocument,
+        )
+
+    async def make(
+        self, capture_id: str, body: models.MosaicRequest | None = None, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.MosaicDocument]:
+        """Make a capture's mosaic.
+
+        Queue it, or the rest of an unfinished one, as a job that leaves the rig free; refuse what
+        cannot be. An older mosaic of the capture stays until the new one is finished.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/captures/{capture_id}/mosaic",
+                path_values={"capture_id": capture_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.MosaicDocument,
+        )
+
+    async def remove(self, capture_id: str) -> None:
+        """Remove a capture's mosaic.
+
+        Remove its files, those of an unfinished one too; the capture stays.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/captures/{capture_id}/mosaic", path_values={"capture_id": capture_id})
+        )
+
+    def ply(self, capture_id: str, *, made: str | None = None) -> AsyncDownload:
+        """The points as PLY.
+
+        Return x, y, z (m, rig frame), colour and sigma of every point.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/mosaic/cloud.ply",
+                path_values={"capture_id": capture_id},
+                query={"made": made},
+            )
+        )
+
+    async def show(self, capture_id: str) -> models.MosaicDocument:
+        """Show the mosaic in 3D.
+
+        Show its surface in the 3D scene, instead of another's.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "PUT", "/api/v1/captures/{capture_id}/mosaic/in_scene", path_values={"capture_id": capture_id}
+            ),
+            models.MosaicDocument,
+        )
+
+    async def hide(self, capture_id: str) -> models.MosaicDocument:
+        """Take the mosaic out of the 3D scene.
+
+        Remove its surface from the 3D scene, if it is there.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "DELETE",
+                "/api/v1/captures/{capture_id}/mosaic/in_scene",
+                path_values={"capture_id": capture_id},
+            ),
+            models.MosaicDocument,
+        )
+
+    def glb(self, capture_id: str, *, made: str | None = None) -> AsyncDownload:
+        """The surface as GLB.
+
+        Return the textured surface of the whole field, in metres, +y up.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/mosaic/mesh.glb",
+                path_values={"capture_id": capture_id},
+                query={"made": made},
+            )
+        )
+
+    def descriptor(self, capture_id: str, layer: Literal["picture", "depth"]) -> AsyncDownload:
+        """A layer as Deep Zoom.
+
+        Return the Deep Zoom descriptor; its tiles are beside it, as Deep Zoom requires.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/mosaic/tiles/{layer}.dzi",
+                path_values={"capture_id": capture_id, "layer": layer},
+            )
+        )
+
+    def tile(
+        self,
+        capture_id: str,
+        layer: Literal["picture", "depth"],
+        level: int,
+        x: int,
+        y: int,
+        form: Literal["jpg", "png"],
+        *,
+        made: str | None = None,
+    ) -> AsyncDownload:
+        """One tile.
+
+        Return one tile: JPEG of the picture, PNG of the depth.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/mosaic/tiles/{layer}_files/{level}/{x}_{y}.{form}",
+                path_values={
+                    "capture_id": capture_id,
+                    "layer": layer,
+                    "level": level,
+                    "x": x,
+                    "y": y,
+                    "form": form,
+                },
+                query={"made": made},
+            )
+        )
+
+    def picture_of(
+        self, capture_id: str, picture: Literal["overview", "depth"], *, made: str | None = None
+    ) -> AsyncDownload:
+        """Overview, or depth as colours.
+
+        Return the whole picture at 2048 px at most, or the heat map of depth with its scale.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/mosaic/{picture}.png",
+                path_values={"capture_id": capture_id, "picture": picture},
+                query={"made": made},
+            )
+        )
+
+
+class AsyncPanTilt:
+    """Operations of `pan_tilt`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.PanTiltDocument:
+        """Where the rig points.
+
+        Return where the pan-tilt is now, its limits and the rig's stations.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/pan_tilt"), models.PanTiltDocument)
+
+    async def hold(self) -> models.PanTiltDocument:
+        """Stop turning now.
+
+        Stop the pan-tilt where it is; needs no lease.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/pan_tilt/holds"), models.PanTiltDocument)
+
+    async def home(self) -> models.PanTiltDocument:
+        """Find the reference switches.
+
+        Start homing: search the reference switches; it clears an alarm.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/pan_tilt/homings"), models.PanTiltDocument)
+
+    async def move(self, body: models.PanTiltMove) -> models.PanTiltDocument:
+        """Turn the rig.
+
+        Start to turn the rig to a station or a bearing; answer while it moves.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/pan_tilt/moves", body=body), models.PanTiltDocument
+        )
+
+    async def confirm_zero(self) -> models.PanTiltDocument:
+        """Say that it stands at its zero.
+
+        Take the present pose as the zero, as the operator confirms; for one without reference switches.
+        It clears the fault of a board that has restarted; on a shared board it applies to every axis.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/pan_tilt/zero_confirmations"), models.PanTiltDocument
+        )
+
+
+class AsyncPlanner:
+    """Operations of `planner`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def make_map(
+        self,
+        body: models.OpenMapRequest
+        | models.RandomMapRequest
+        | models.GeojsonMapRequest
+        | models.PictureMapRequest,
+    ) -> models.MapDocument:
+        """A map by lot, of GeoJSON or of a picture.
+
+        Return a map in metres: random, without obstacles, or the one that was sent, checked.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/planner/map", body=body), models.MapDocument
+        )
+
+    async def regions(self, body: models.RegionsRequest) -> models.RegionsDocument:
+        """Where to stand on a map.
+
+        Return from where each target is seen unnoticed: in its ring, in sight, free to stand on.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/planner/regions", body=body), models.RegionsDocument
+        )
+
+    async def standoff(self, body: models.StandoffRequest) -> models.StandoffDocument:
+        """Where to stand about one target.
+
+        Return the ring, and the probability of success among random obstacles with its curve (Eqs.
+        6-13).
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/planner/standoff", body=body), models.StandoffDocument
+        )
+
+
+class AsyncRail:
+    """Operations of `rail`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.RailDocument:
+        """Where the rig stands on its rail.
+
+        Return where the rail is now, its limits and its named places.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/rail"), models.RailDocument)
+
+    async def hold(self) -> models.RailDocument:
+        """Stop moving sideways now.
+
+        Stop the rail where it is; needs no lease.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/rail/holds"), models.RailDocument)
+
+    async def home(self) -> models.RailDocument:
+        """Find the reference switch.
+
+        Start homing: search the reference switch; on a shared board the pan-tilt homes, too.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/rail/homings"), models.RailDocument)
+
+    async def move(self, body: models.RailMove) -> models.RailDocument:
+        """Move the rig sideways.
+
+        Start to move the rig to a named place or a position; answer while it moves.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/rail/moves", body=body), models.RailDocument
+        )
+
+    async def confirm_zero(self) -> models.RailDocument:
+        """Say that it stands at its zero.
+
+        Take the present position as the zero, as the operator confirms; for one without reference
+        switches. It clears the fault of a board that has restarted; on a shared board it applies to
+        every axis.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/rail/zero_confirmations"), models.RailDocument
+        )
+
+
+class AsyncReach:
+    """Operations of `reach`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self, *, distance_m: float | None = None) -> models.ReachDocument:
+        """Where each eye can look.
+
+        Return the outline of each eye's calibrated field in the wide image.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/reach", query={"distance_m": distance_m}), models.ReachDocument
+        )
+
+
+class AsyncRecordingUploads:
+    """Operations of `recording_uploads`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def begin_upload(self, body: models.UploadRequest) -> models.UploadDocument:
+        """Begin to send a recording of at most 256 GiB.
+
+        Announce a recording; refused at once where its name is used, or the disk has no room for it.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/recordings/uploads", body=body), models.UploadDocument
+        )
+
+    async def get(self, upload_id: str) -> models.UploadDocument:
+        """How far an upload is.
+
+        Return an upload, to go on after a lost connection.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/recordings/uploads/{upload_id}", path_values={"upload_id": upload_id}),
+            models.UploadDocument,
+        )
+
+    async def add_part(self, upload_id: str, content: bytes, *, at: int) -> models.UploadDocument:
+        """Send a part of a recording.
+
+        Append a part as it comes, 8 MiB at most; after the last one the file is checked and added.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "PUT",
+                "/api/v1/recordings/uploads/{upload_id}",
+                path_values={"upload_id": upload_id},
+                query={"at": at},
+                content=content,
+            ),
+            models.UploadDocument,
+        )
+
+    async def abandon(self, upload_id: str) -> None:
+        """Abandon an upload.
+
+        Remove what has come of it.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/recordings/uploads/{upload_id}", path_values={"upload_id": upload_id})
+        )
+
+
+class AsyncRecordings:
+    """Operations of `recordings`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(
+        self, *, text: str | None = None, removed: Literal["true", "false"] | None = None
+    ) -> builtins.list[models.RecordingDocument]:
+        """Recordings, newest first.
+
+        Return all recordings, or those that hold every word of `text`.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/recordings", query={"text": text, "removed": removed}),
+            builtins.list[models.RecordingDocument],
+        )
+
+    async def create(
+        self, body: models.RecordingRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.RecordingDocument]:
+        """Record what the cameras deliver.
+
+        Begin a recording as a job. It moves nothing and holds nothing: other work goes on, and is
+        recorded.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/recordings", body=body, idempotent=True, idempotency_key=idempotency_key),
+            models.RecordingDocument,
+        )
+
+    async def folders(self) -> models.FoldersDocument:
+        """Recordings in folders of the server's machine.
+
+        List what can be opened in the data directory's `import` and in FOVEACAM_RECORDING_FOLDERS.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/recordings/folders"), models.FoldersDocument)
+
+    async def formats(self) -> builtins.list[models.FormatDocument]:
+        """Formats of exports.
+
+        Return every format, and whether this machine can write it.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/recordings/formats"), builtins.list[models.FormatDocument]
+        )
+
+    async def name(
+        self, *, name: str | None = None, numbered: Literal["true", "false"] | None = None
+    ) -> models.NameDocument:
+        """The name that a recording would get.
+
+        Return the name with its number, and whether something can be recorded under it now.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/recordings/name", query={"name": name, "numbered": numbered}),
+            models.NameDocument,
+        )
+
+    async def open_file(self, body: models.OpenRequest) -> models.RecordingDocument:
+        """Open a recording where it lies.
+
+        Add a recording of one of the folders; its file stays where it is and is only read.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/recordings/open", body=body), models.RecordingDocument
+        )
+
+    async def empty_trash(self) -> models.TrashEmptied:
+        """Empty the trash.
+
+        Delete for good what was removed, and the films made of it.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(Call("DELETE", "/api/v1/recordings/trash"), models.TrashEmptied)
+
+    async def get(self, recording_id: str) -> models.RecordingDocument:
+        """One recording.
+
+        Return one recording; while it is being made, with its counts so far.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/recordings/{recording_id}", path_values={"recording_id": recording_id}),
+            models.RecordingDocument,
+        )
+
+    async def patch(self, recording_id: str, body: models.RecordingPatch) -> models.RecordingDocument:
+        """Describe a recording.
+
+        Change its label.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "PATCH",
+                "/api/v1/recordings/{recording_id}",
+                path_values={"recording_id": recording_id},
+                body=body,
+            ),
+            models.RecordingDocument,
+        )
+
+    async def remove(self, recording_id: str) -> None:
+        """Put a recording in the trash.
+
+        Move it to the trash, from which it can be restored.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/recordings/{recording_id}", path_values={"recording_id": recording_id})
+        )
+
+    def anaglyph(
+        self,
+        recording_id: str,
+        *,
+        t_s: float | None = None,
+        style: Literal["red_cyan", "red_blue", "cyan_red", "blue_red"] | None = None,
+    ) -> AsyncDownload:
+        """Both foveae of a moment in red and cyan.
+
+        Return both foveae over each other, rectified where poses and calibration were recorded.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/recordings/{recording_id}/anaglyph.jpg",
+                path_values={"recording_id": recording_id},
+                query={"t_s": t_s, "style": style},
+            )
+        )
+
+    async def depth(
+        self,
+        recording_id: str,
+        *,
+        t_s: float | None = None,
+        backend: str | None = None,
+        looks: int | None = None,
+        research_confirmed: bool | None = None,
+    ) -> models.RecordedDepthDocument:
+        """Depth of a moment, computed anew.
+
+        Match both foveae by their recorded poses and calibration; refused where these are missing.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call(
+                "GET",
+                "/api/v1/recordings/{recording_id}/depth",
+                path_values={"recording_id": recording_id},
+                query={
+                    "t_s": t_s,
+                    "backend": backend,
+                    "looks": looks,
+                    "research_confirmed": research_confirmed,
+                },
+            ),
+            models.RecordedDepthDocument,
+        )
+
+    def depth_picture(
+        self,
+        recording_id: str,
+        *,
+        t_s: float | None = None,
+        backend: str | None = None,
+        looks: int | None = None,
+        research_confirmed: bool | None = None,
+    ) -> AsyncDownload:
+        """Depth of a moment as a picture.
+
+        Return depth as colours, with a scale in metres.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/recordings/{recording_id}/depth.jpg",
+                path_values={"recording_id": recording_id},
+                query={
+                    "t_s": t_s,
+                    "backend": backend,
+                    "looks": looks,
+                    "research_confirmed": research_confirmed,
+                },
+            )
+        )
+
+    def difference(self, recording_id: str, *, t_s: float | None = None) -> AsyncDownload:
+        """The left fovea of a moment minus the right one.
+
+        Return their difference about middle grey, rectified where poses and calibration were recorded.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/recordings/{recording_id}/difference.jpg",
+                path_values={"recording_id": recording_id},
+                query={"t_s": t_s},
+            )
+        )
+
+    def download(self, recording_id: str) -> AsyncDownload:
+        """The recording's file.
+
+        Send the file as it is, or the part that a Range header asks for.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/recordings/{recording_id}/download.fcap",
+                path_values={"recording_id": recording_id},
+            )
+        )
+
+    async def make_film(
+        self, recording_id: str, body: models.FilmRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.FilmDocument]:
+        """Make a film, or another export.
+
+        Queue a film as a job; the same one is not made twice.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/recordings/{recording_id}/films",
+                path_values={"recording_id": recording_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.FilmDocument,
+        )
+
+    def film(self, recording_id: str, name: str) -> AsyncDownload:
+        """A film that was made.
+
+        Send a film.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/recordings/{recording_id}/films/{name}",
+                path_values={"recording_id": recording_id, "name": name},
+            )
+        )
+
+    async def frames(
+        self,
+        recording_id: str,
+        *,
+        t_s: float | None = None,
+        role: Literal["wide", "left", "right"] | None = None,
+        index: str | None = None,
+    ) -> models.MomentDocument:
+        """The frames of a moment, with their poses.
+
+        Return what all cameras saw nearest to a moment, or to a frame of one of them: poses and
+        outlines.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call(
+                "GET",
+                "/api/v1/recordings/{recording_id}/frames",
+                path_values={"recording_id": recording_id},
+                query={"t_s": t_s, "role": role, "index": index},
+            ),
+            models.MomentDocument,
+        )
+
+    def frame(
+        self,
+        recording_id: str,
+        role: Literal["wide", "left", "right"],
+        index: int,
+        *,
+        scale: Literal["1", "2"] | None = None,
+    ) -> AsyncDownload:
+        """One frame as JPEG.
+
+        Return one frame of one camera.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/recordings/{recording_id}/frames/{role}/{index}.jpg",
+                path_values={"recording_id": recording_id, "role": role, "index": index},
+                query={"scale": scale},
+            )
+        )
+
+    async def layout(self, recording_id: str) -> models.LayoutDocument:
+        """How the player was arranged.
+
+        Return the arrangement that is kept beside the recording, or why it cannot be used.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call(
+                "GET", "/api/v1/recordings/{recording_id}/layout", path_values={"recording_id": recording_id}
+            ),
+            models.LayoutDocument,
+        )
+
+    async def keep_layout(self, recording_id: str, body: models.LayoutRequest) -> models.LayoutDocument:
+        """Keep how the player is arranged.
+
+        Keep it beside the recording. One that cannot be used is overwritten with `replace` alone.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "PUT",
+                "/api/v1/recordings/{recording_id}/layout",
+                path_values={"recording_id": recording_id},
+                body=body,
+            ),
+            models.LayoutDocument,
+        )
+
+    async def restore(self, recording_id: str) -> models.RecordingDocument:
+        """Take a recording out of the trash.
+
+        Undo its removal.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "POST",
+                "/api/v1/recordings/{recording_id}/restore",
+                path_values={"recording_id": recording_id},
+            ),
+            models.RecordingDocument,
+        )
+
+    async def stop(self, recording_id: str) -> models.RecordingDocument:
+        """End a recording.
+
+        End it, and answer when its file is complete; one that has ended stays as it is.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call(
+                "POST", "/api/v1/recordings/{recording_id}/stop", path_values={"recording_id": recording_id}
+            ),
+            models.RecordingDocument,
+        )
+
+    async def timeline(self, recording_id: str) -> models.TimelineDocument:
+        """When every frame was exposed.
+
+        Return the moments of all frames, by camera.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call(
+                "GET",
+                "/api/v1/recordings/{recording_id}/timeline",
+                path_values={"recording_id": recording_id},
+            ),
+            models.TimelineDocument,
+        )
+
+    async def tracks(self, recording_id: str) -> models.TracksDocument:
+        """All channels over time, in short.
+
+        Return runs, gaps and drops of every channel, from the file's index alone.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call(
+                "GET", "/api/v1/recordings/{recording_id}/tracks", path_values={"recording_id": recording_id}
+            ),
+            models.TracksDocument,
+        )
+
+
+class AsyncReferences:
+    """Operations of `references`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self, capture_id: str) -> models.ReferenceDocument:
+        """A capture's reference.
+
+        Return its figures and files, the progress of its job, or why there can be none.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/captures/{capture_id}/reference", path_values={"capture_id": capture_id}),
+            models.ReferenceDocument,
+        )
+
+    async def make(
+        self,
+        capture_id: str,
+        body: models.ReferenceRequest | None = None,
+        *,
+        idempotency_key: str | None = None,
+    ) -> StartedJob[models.ReferenceDocument]:
+        """Make a capture's reference.
+
+        Queue it as a job that leaves the rig free; refuse at once what the capture's index rules out.
+        An older reference of the capture stays until the new one is finished.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/captures/{capture_id}/reference",
+                path_values={"capture_id": capture_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.ReferenceDocument,
+        )
+
+    async def remove(self, capture_id: str) -> None:
+        """Remove a capture's reference.
+
+        Remove its files; the capture stays.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/captures/{capture_id}/reference", path_values={"capture_id": capture_id})
+        )
+
+    def picture(self, capture_id: str, form: Literal["svg", "png"]) -> AsyncDownload:
+        """The comparison as a picture.
+
+        Return the error of the rig's own depth against the reference, over depth.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/reference/comparison.{form}",
+                path_values={"capture_id": capture_id, "form": form},
+            )
+        )
+
+    def samples(self, capture_id: str) -> AsyncDownload:
+        """The samples as a table.
+
+        Return one row a sample: its position, its depth by the rig and by the reference, their errors.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/reference/samples.csv",
+                path_values={"capture_id": capture_id},
+            )
+        )
+
+
+class AsyncRig:
+    """Operations of `rig`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.RigDocument:
+        """The rig as last seen.
+
+        Return the rig's state, its problems, its devices and its calibration.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/rig"), models.RigDocument)
+
+    async def start(self) -> models.StartDocument:
+        """The rig's start, step by step.
+
+        Return each step of the rig's last start: pending, active, done, or failed and why.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/rig/start"), models.StartDocument)
+
+
+class AsyncRigSetup:
+    """Operations of `rig_setup`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def advice(self) -> builtins.list[models.AdviceDocument]:
+        """What the doctor finds about the draft.
+
+        Check cameras, ports and machine for the draft's devices; cameras as the last search found them.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/rig/setup/advice"), builtins.list[models.AdviceDocument]
+        )
+
+    async def devices(self) -> models.FoundDevices:
+        """What every bus has.
+
+        Search all buses for cameras and serial ports, which takes seconds; nothing is opened.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/rig/setup/devices"), models.FoundDevices)
+
+    async def draft(self) -> models.DraftDocument:
+        """The draft of a rig file.
+
+        Return the draft, its file, and what is wrong with it, field by field.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/rig/setup/draft"), models.DraftDocument)
+
+    async def begin_draft(self, body: models.DraftStart) -> models.DraftDocument:
+        """Begin a draft anew.
+
+        Begin from a rig file of the list, or from nothing; what was not saved is gone.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/rig/setup/draft", body=body), models.DraftDocument
+        )
+
+    async def change_draft(self, body: models.RigDraft) -> models.DraftDocument:
+        """Change the draft.
+
+        Put other values into the draft; wrong ones are kept, and named in the answer.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/rig/setup/draft", body=body), models.DraftDocument
+        )
+
+    async def rig_file(self) -> models.RigFileDocument:
+        """The rig file and what saving changes.
+
+        Return the file's hash, what saving would make of it, and what others changed meanwhile.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/rig/setup/file"), models.RigFileDocument)
+
+    async def save_file(self, body: models.FileOrder) -> models.RigFileDocument:
+        """Save the rig file.
+
+        Write the draft into its file, if that has the hash that was seen; comments and other keys stay.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/rig/setup/file", body=body), models.RigFileDocument
+        )
+
+    async def files(self) -> models.RigFiles:
+        """The rig files that can be opened.
+
+        Return the command line's rig file and those of the data directory, with what is wrong with
+        each.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/rig/setup/files"), models.RigFiles)
+
+    async def mirror_steps(self, body: models.MirrorStepOrder) -> models.TryResult:
+        """A small step of the mirrors.
+
+        Move each mirror of the open rig a small step and back; only for the holder of the lease.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/rig/setup/mirror_steps", body=body), models.TryResult
+        )
+
+    async def open_rig(self, body: models.OpenOrder) -> models.RigFiles:
+        """Open another rig.
+
+        Park and close the rig, then open the one of a file, without a restart of the server.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/rig/setup/open", body=body), models.RigFiles
+        )
+
+    def picture(self, *, kind: Literal["aravis", "pylon", "opencv", "simulated"], name: str) -> AsyncDownload:
+        """A picture of a found camera.
+
+        Return a picture as JPEG; a camera that nobody has is opened for a moment.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/rig/setup/picture.jpg", query={"kind": kind, "name": name})
+        )
+
+    async def try_device(self, body: models.TryOrder) -> models.TryResult:
+        """Ask a device of the draft for an answer.
+
+        Return what answers on the device's port; nothing moves or is switched on.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/rig/setup/tries", body=body), models.TryResult
+        )
+
+    async def undo(self, body: models.FileOrder) -> models.RigFileDocument:
+        """Put the file's last version back.
+
+        Undo the last saving, if the file has the hash that was seen.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/rig/setup/undo", body=body), models.RigFileDocument
+        )
+
+
+class AsyncServiceTokens:
+    """Operations of `service_tokens`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> models.ServiceTokenList:
+        """All tokens.
+
+        Return the tokens of services, without their secrets.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/service_tokens"), models.ServiceTokenList)
+
+    async def add(self, body: models.ServiceTokenRequest) -> models.ServiceTokenCreated:
+        """Add a token.
+
+        Return a new token; its secret is shown this once and stored as a hash.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/service_tokens", body=body), models.ServiceTokenCreated
+        )
+
+    async def revoke(self, token_id: str) -> None:
+        """Revoke a token.
+
+        Refuse a token from now on; its open streams end.
+
+        Needs the right `administer`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/service_tokens/{token_id}", path_values={"token_id": token_id})
+        )
+
+
+class AsyncSession:
+    """Operations of `session`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.SignInDocument:
+        """Who I am.
+
+        Return what the server asks of whoever comes, and who this request came from.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/session"), models.SignInDocument)
+
+    async def sign_in(self, body: models.SignInRequest) -> models.SignInDocument:
+        """Sign in.
+
+        Sign a browser in: the answer sets a cookie. Too many wrong passwords block account and address.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/session", body=body), models.SignInDocument)
+
+    async def sign_out(self) -> None:
+        """Sign out.
+
+        Sign this browser out: its cookie is refused from now on, wherever it is sent from.
+
+        Needs the right `view`.
+        """
+        await self._transport.order(Call("DELETE", "/api/v1/session"))
+
+    async def join(self, body: models.JoinRequest) -> models.SignInDocument:
+        """Join by a link.
+
+        Set the password of the user whose one-time link this is, and sign the browser in.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/session/invitation", body=body), models.SignInDocument
+        )
+
+    async def change_password(self, body: models.PasswordChange) -> None:
+        """Change my password.
+
+        Change one's password; every other browser of this user is signed out.
+
+        Needs the right `view`.
+        """
+        await self._transport.order(Call("PUT", "/api/v1/session/password", body=body))
+
+
+class AsyncSessions:
+    """Operations of `sessions`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> models.UserSessionList:
+        """Who is signed in.
+
+        Return the browsers in which users are signed in: an admin sees all, others see their own.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/sessions"), models.UserSessionList)
+
+    async def sign_out(self, session_id: str) -> None:
+        """Sign out.
+
+        Sign a browser out: its cookie is refused from now on, its open streams end.
+
+        Needs the right `view`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/sessions/{session_id}", path_values={"session_id": session_id})
+        )
+
+
+class AsyncSettleTime:
+    """Operations of `settle_time`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.SettleTimeDocument:
+        """The settle time in use.
+
+        Return how long the rig waits after every move, and the source of that time.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/settle_time"), models.SettleTimeDocument)
+
+    async def apply(self, body: models.SettleTimeRequest) -> models.SettleTimeDocument:
+        """Put a measured settle time in use.
+
+        Put a session's measured settle time in use, now and at every start.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/settle_time", body=body), models.SettleTimeDocument
+        )
+
+    async def forget(self) -> models.SettleTimeDocument:
+        """Go back to the rig file's settle time.
+
+        Put the rig file's settle time in use, now and at every start; the session's measurement stays.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("DELETE", "/api/v1/settle_time"), models.SettleTimeDocument)
+
+
+class AsyncSimulation:
+    """Operations of `simulation`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def faults(self) -> models.SimulatedFaults:
+        """What is broken on purpose.
+
+        Return the faults injected now; a real rig has none (404).
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/simulation/faults"), models.SimulatedFaults)
+
+    async def break_it(self, body: models.SimulatedFaults) -> models.SimulatedFaults:
+        """Break something on purpose.
+
+        Inject these faults into the simulated rig and remove all others, at once, whatever runs.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/simulation/faults", body=body), models.SimulatedFaults
+        )
+
+    async def mend(self) -> models.SimulatedFaults:
+        """Mend everything.
+
+        Remove all faults, with the mounts back in their built positions.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("DELETE", "/api/v1/simulation/faults"), models.SimulatedFaults
+        )
+
+
+class AsyncStills:
+    """Operations of `stills`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(
+        self, *, text: str | None = None, state: Literal["held", "kept", "removed"] | None = None
+    ) -> builtins.list[models.StillDocument]:
+        """Stills, newest first.
+
+        Return all stills of one state, or those that hold every word of `text`.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/stills", query={"text": text, "state": state}),
+            builtins.list[models.StillDocument],
+        )
+
+    async def create(
+        self, body: models.StillRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.StillDocument]:
+        """Take a still.
+
+        Queue a still as a job. Where a camera stalls the job fails and names it; what came is held.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/stills", body=body, idempotent=True, idempotency_key=idempotency_key),
+            models.StillDocument,
+        )
+
+    async def empty_trash(self) -> models.TrashEmptied:
+        """Empty the trash.
+
+        Delete for good what was removed or discarded.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(Call("DELETE", "/api/v1/stills/trash"), models.TrashEmptied)
+
+    async def get(self, still_id: str) -> models.StillDocument:
+        """One still.
+
+        Return one still, held or kept.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/stills/{still_id}", path_values={"still_id": still_id}), models.StillDocument
+        )
+
+    async def patch(self, still_id: str, body: models.StillPatch) -> models.StillDocument:
+        """Describe a still.
+
+        Change its label or its licence.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PATCH", "/api/v1/stills/{still_id}", path_values={"still_id": still_id}, body=body),
+            models.StillDocument,
+        )
+
+    async def remove(self, still_id: str) -> None:
+        """Discard or remove a still.
+
+        Move it to the trash, from which it can be restored.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/stills/{still_id}", path_values={"still_id": still_id})
+        )
+
+    def picture(
+        self,
+        still_id: str,
+        camera: Literal["wide", "left", "right"],
+        form: Literal["jpg", "png", "tiff"],
+        *,
+        frame: str | None = None,
+    ) -> AsyncDownload:
+        """What one camera saw.
+
+        Send a preview of 8 bits (jpg), or the picture of full depth (png, tiff).
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/stills/{still_id}/cameras/{camera}.{form}",
+                path_values={"still_id": still_id, "camera": camera, "form": form},
+                query={"frame": frame},
+            )
+        )
+
+    async def check_files(self, still_id: str) -> models.StillCheck:
+        """Verify every file.
+
+        Read every file of the still's dataset again, and list what is not as it was written.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/stills/{still_id}/check", path_values={"still_id": still_id}),
+            models.StillCheck,
+        )
+
+    def download(self, still_id: str) -> AsyncDownload:
+        """The still's dataset as one ZIP file.
+
+        Send the dataset's folder, files as they are.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/stills/{still_id}/download.zip", path_values={"still_id": still_id})
+        )
+
+    async def keep(self, still_id: str, body: models.StillKeepRequest | None = None) -> models.StillDocument:
+        """Keep a still that is held.
+
+        Keep it, under another name if one is given.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/stills/{still_id}/keep", path_values={"still_id": still_id}, body=body),
+            models.StillDocument,
+        )
+
+    async def restore(self, still_id: str) -> models.StillDocument:
+        """Take a still out of the trash.
+
+        Undo its removal; a discarded one is kept afterwards.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/stills/{still_id}/restore", path_values={"still_id": still_id}),
+            models.StillDocument,
+        )
+
+    def drawing_of(
+        self, still_id: str, drawn: Literal["thumbnail", "coverage", "anaglyph"], form: Literal["jpg", "png"]
+    ) -> AsyncDownload:
+        """Where the foveae looked, or both in red and cyan.
+
+        Draw a small wide view with both outlines, a large one, or the rectified pair.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/stills/{still_id}/{drawn}.{form}",
+                path_values={"still_id": still_id, "drawn": drawn, "form": form},
+            )
+        )
+
+
+class AsyncStop:
+    """Operations of `stop`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.StopDocument:
+        """Is the stop engaged?.
+
+        Return whether the stop is engaged, since when and by whom.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/stop"), models.StopDocument)
+
+    async def engage(self) -> models.StopAnswer:
+        """Stop: park the mirrors now.
+
+        Park the mirrors, cancel every job, and refuse all moves until released. Answered when the
+        mirrors' controller has confirmed, or its driver has given up.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/stop"), models.StopAnswer)
+
+    async def release(self) -> models.StopDocument:
+        """Release the stop.
+
+        Allow moves again.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(Call("DELETE", "/api/v1/stop"), models.StopDocument)
+
+
+class AsyncSuggestions:
+    """Operations of `suggestions`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self, *, count: int | None = None) -> builtins.list[models.SuggestionDocument]:
+        """Good targets for a first look.
+
+        Return targets of the live wide picture that have texture, stand out and are in reach of both
+        eyes.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/suggestions", query={"count": count}),
+            builtins.list[models.SuggestionDocument],
+        )
+
+
+class AsyncTargets:
+    """Operations of `targets`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.TargetDocument]:
+        """All targets, oldest first.
+
+        Return all targets.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/targets"), builtins.list[models.TargetDocument]
+        )
+
+    async def get(self, target_id: str) -> models.TargetDocument:
+        """One target.
+
+        Return one target.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/targets/{target_id}", path_values={"target_id": target_id}),
+            models.TargetDocument,
+        )
+
+    async def rename(self, target_id: str, body: models.TargetPatch) -> models.TargetDocument:
+        """Rename a target.
+
+        Give a target another label.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PATCH", "/api/v1/targets/{target_id}", path_values={"target_id": target_id}, body=body),
+            models.TargetDocument,
+        )
+
+    async def remove(self, target_id: str) -> None:
+        """Forget a target.
+
+        Delete a target; its fixation and its cloud stay.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/targets/{target_id}", path_values={"target_id": target_id})
+        )
+
+    async def look_again(self, target_id: str) -> StartedJob[models.FixationDocument]:
+        """Look at a target again.
+
+        Measure a target again; its label stays.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/targets/{target_id}/fixate", path_values={"target_id": target_id}),
+            models.FixationDocument,
+        )
+
+
+class AsyncUsers:
+    """Operations of `users`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> models.UserList:
+        """All users.
+
+        Return all users.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/users"), models.UserList)
+
+    async def add(self, body: models.UserRequest) -> models.UserCreated:
+        """Add a user.
+
+        Add a user; without a password, the answer has a one-time link by which the user sets one. The
+        first user is an admin with a password, and is signed in: from then on everybody must sign in.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(Call("POST", "/api/v1/users", body=body), models.UserCreated)
+
+    async def change(self, name: str, body: models.UserChange) -> models.UserDocument:
+        """Change a user.
+
+        Change a user's role, or whether the user may sign in; it holds at once, in every open browser.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call("PATCH", "/api/v1/users/{name}", path_values={"name": name}, body=body), models.UserDocument
+        )
+
+    async def remove(self, name: str) -> None:
+        """Remove a user.
+
+        Remove a user, who is signed out everywhere; what the user made stays.
+
+        Needs the right `administer`.
+        """
+        await self._transport.order(Call("DELETE", "/api/v1/users/{name}", path_values={"name": name}))
+
+    async def invite(self, name: str) -> models.InvitationDocument:
+        """Make a new link.
+
+        Return a one-time link by which the user sets a password, also a forgotten one.
+
+        Needs the right `administer`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/users/{name}/invitation", path_values={"name": name}),
+            models.InvitationDocument,
+        )
+
+
+class AsyncViewLayouts:
+    """Operations of `view_layouts`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.WindowLayout]:
+        """Named layouts of windows.
+
+        Return all layouts by their names.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/views/layouts"), builtins.list[models.WindowLayout]
+        )
+
+    async def save(self, name: str, body: models.WindowLayoutRequest) -> models.WindowLayout:
+        """Save a layout.
+
+        Save a layout, over one of the same name.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/views/layouts/{name}", path_values={"name": name}, body=body),
+            models.WindowLayout,
+        )
+
+    async def delete(self, name: str) -> None:
+        """Delete a layout.
+
+        Delete a layout; windows that show it stay.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/views/layouts/{name}", path_values={"name": name})
+        )
+
+
+class AsyncViews:
+    """Operations of `views`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.ViewDocument]:
+        """List the live views.
+
+        Return every view with its measured rate and the age of its newest picture.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/views"), builtins.list[models.ViewDocument])
+
+    async def anaglyph_style(self) -> models.AnaglyphColours:
+        """Colours of the anaglyph.
+
+        Return the colours of the anaglyph, for all viewers.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/views/anaglyph/style"), models.AnaglyphColours
+        )
+
+    async def choose_anaglyph_style(self, body: models.AnaglyphColours) -> models.AnaglyphColours:
+        """Choose the colours of the anaglyph.
+
+        Show the anaglyph in other colours, to all viewers, from the next picture on.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("PUT", "/api/v1/views/anaglyph/style", body=body), models.AnaglyphColours
+        )
+
+    def snapshot(self, name: str, *, scale: Literal["1", "2"] | None = None) -> AsyncDownload:
+        """Newest picture of a view.
+
+        Return the newest picture of a view as JPEG; its number and capture time are in the headers.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET", "/api/v1/views/{name}/snapshot.jpg", path_values={"name": name}, query={"scale": scale}
+            )
+        )
+
+    def stream_mjpeg(self, name: str, *, scale: Literal["1", "2"] | None = None) -> AsyncDownload:
+        """Live view as MJPEG, for curl and VLC.
+
+        Stream a view without end; at most two an address; a slow client lags without bound.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET", "/api/v1/views/{name}/stream.mjpeg", path_values={"name": name}, query={"scale": scale}
+            )
+        )
+
+
+class AsyncWideDepth:
+    """Operations of `wide_depth`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.WideDepthDocument:
+        """Depth of the wide view, in figures.
+
+        Return how much is known, since when and how well.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/wide_depth"), models.WideDepthDocument)
+
+    async def forget(self) -> None:
+        """Forget the depth of the wide view.
+
+        Forget everything that is known; fixations and their clouds stay.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(Call("DELETE", "/api/v1/wide_depth"))
+
+    def ply(self) -> AsyncDownload:
+        """Depth of the wide view as points.
+
+        Return x, y, z (m, rig frame), colour and sigma of every cell's surfaces.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(Call("GET", "/api/v1/wide_depth.ply"))
+
+    def png(self) -> AsyncDownload:
+        """Depth of the wide view as a picture.
+
+        Return a heat map with its scale; what is unknown is striped.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(Call("GET", "/api/v1/wide_depth.png"))
+
+    async def look_around(
+        self, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.WideDepthDocument]:
+        """Look around.
+
+        Queue looks over the whole steering field; what they found is kept when the job is cancelled.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/wide_depth/surveys", idempotent=True, idempotency_key=idempotency_key),
+            models.WideDepthDocument,
+        )
+
+
+class AsyncOperations:
+    """All operations, by noun."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self.audit = AsyncAudit(transport)
+        self.calibration_sessions = AsyncCalibrationSessions(transport)
+        self.calibrations = AsyncCalibrations(transport)
+        self.camera_presets = AsyncCameraPresets(transport)
+        self.camera_self_tests = AsyncCameraSelfTests(transport)
+        self.cameras = AsyncCameras(transport)
+        self.captures = AsyncCaptures(transport)
+        self.clouds = AsyncClouds(transport)
+        self.depth = AsyncDepth(transport)
+        self.display_pattern = AsyncDisplayPattern(transport)
+        self.displays = AsyncDisplays(transport)
+        self.drift_checks = AsyncDriftChecks(transport)
+        self.engine = AsyncEngine(transport)
+        self.events = AsyncEvents(transport)
+        self.faults = AsyncFaults(transport)
+        self.fixations = AsyncFixations(transport)
+        self.follows = AsyncFollows(transport)
+        self.health = AsyncHealth(transport)
+        self.jobs = AsyncJobs(transport)
+        self.lease = AsyncLease(transport)
+        self.lease_wishes = AsyncLeaseWishes(transport)
+        self.loop = AsyncLoop(transport)
+        self.loop_settings = AsyncLoopSettings(transport)
+        self.measurements = AsyncMeasurements(transport)
+        self.mirrors = AsyncMirrors(transport)
+        self.mosaics = AsyncMosaics(transport)
+        self.pan_tilt = AsyncPanTilt(transport)
+        self.planner = AsyncPlanner(transport)
+        self.rail = AsyncRail(transport)
+        self.reach = AsyncReach(transport)
+        self.recording_uploads = AsyncRecordingUploads(transport)
+        self.recordings = AsyncRecordings(transport)
+        self.references = AsyncReferences(transport)
+        self.rig = AsyncRig(transport)
+        self.rig_setup = AsyncRigSetup(transport)
+        self.service_tokens = AsyncServiceTokens(transport)
+        self.session = AsyncSession(transport)
+        self.sessions = AsyncSessions(transport)
+        self.settle_time = AsyncSettleTime(transport)
+        self.simulation = AsyncSimulation(transport)
+        self.stills = AsyncStills(transport)
+        self.stop = AsyncStop(transport)
+        self.suggestions = AsyncSuggestions(transport)
+        self.targets = AsyncTargets(transport)
+        self.users = AsyncUsers(transport)
+        self.view_layouts = AsyncViewLayouts(transport)
+        self.views = AsyncViews(transport)
+        self.wide_depth = AsyncWideDepth(transport)

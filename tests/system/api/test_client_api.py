@@ -1,0 +1,90 @@
+"""The typed client on the simulated rig."""
+
+import asyncio
+import inspect
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import foveacam_client
+from foveacam_client import InvalidRequest, NotFound, Rig, TargetOutOfRange, models
+from tests.system.conftest import Running
+
+pytestmark = pytest.mark.timeout(300)
+
+PLAN = models.RasterPlan(
+    points=models.GridPoints(columns=2, rows=1, half_width_deg=2.0, half_height_deg=2.0),
+    verging=models.Verging(mode="given", distance_m=2.0),
+)
+
+
+@pytest.fixture(scope="module")
+def rig(server: Running) -> Iterator[Rig]:
+    with foveacam_client.connect(f"http://127.0.0.1:{server.port}") as found:
+        yield found
+
+
+def test_a_frame_is_an_array(rig: Rig) -> None:
+    assert rig.frame("wide").shape[:2] == (1080, 1440)
+    assert rig.frame("left", scale="2").shape[:2] == (540, 720)
+
+
+def test_a_raster_is_captured_listed_and_downloaded(rig: Rig, tmp_path: Path) -> None:
+    capture = rig.capture("client", plan=PLAN)
+    (listed,) = rig.datasets("client")
+    path = rig.download_dataset(capture.id, tmp_path / "client.zip")
+
+    assert (capture.state, capture.points.taken, listed.id) == ("complete", 2, capture.id)
+    with zipfile.ZipFile(path) as archive:
+        assert archive.testzip() is None
+        assert any(name.endswith("dataset.json") or name.startswith("client/") for name in archive.namelist())
+
+
+def test_refusals_keep_the_words_of_the_server(rig: Rig) -> None:
+    with pytest.raises(NotFound) as absent:
+        rig.api.fixations.get("fix-none")
+    with pytest.raises(InvalidRequest) as wrong:
+        rig.api.fixations.create(models.FixationRequest())
+    beyond = models.SteerRequest(direction=models.Direction(ax_deg=80.0, ay_deg=0.0))
+    with pytest.raises(TargetOutOfRange) as far:
+        rig.api.mirrors.steer(beyond)
+
+    assert absent.value.status == 404
+    assert "Exactly one" in str(wrong.value) or wrong.value.status == 422
+    assert far.value.detail
+
+
+def test_events_come_with_what_is_done(rig: Rig) -> None:
+    before = rig.api.events.recent(limit=1)[-1].id
+    stopped = rig.stop()
+    rig.api.stop.release()
+
+    events = rig.events(kinds=["stop.engaged", "stop.released"], last_event_id=before)
+
+    assert stopped.parked
+    assert [next(events).kind for _ in range(2)] == ["stop.engaged", "stop.released"]
+    events.close()
+
+
+def test_every_plain_read_fits_its_model(rig: Rig) -> None:
+    groups = [found for found in vars(rig.api).values() if hasattr(found, "list") or hasattr(found, "get")]
+    for group in groups:
+        for name in ("list", "get"):
+            method = getattr(group, name, None)
+            if method is not None and not any(
+                found.default is found.empty for found in inspect.signature(method).parameters.values()
+            ):
+                try:
+                    method()
+                except foveacam_client.ProblemError as error:
+                    assert error.status in (404, 409, 503), (group, name, error)
+
+
+def test_the_asynchronous_client_has_the_same_frames_and_datasets(server: Running) -> None:
+    async def look() -> tuple[tuple[int, ...], int]:
+        async with foveacam_client.connect_async(f"http://127.0.0.1:{server.port}") as rig:
+            return (await rig.frame("wide")).shape[:2], len(await rig.datasets("client"))
+
+    assert asyncio.run(look()) == ((1080, 1440), 1)
