@@ -34,6 +34,7 @@ BENCHES: Mapping[str, str] = {
     "stereo": "depth.stereo",
     "stream": "stream.streams",
     "track": "track.following",
+    "traces": "stream.traces",
     "verge": "verge.fixations",
 }
 """Module of each bench, below foveacam_bench; its `run` returns the figures by name."""

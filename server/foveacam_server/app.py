@@ -12,11 +12,14 @@ from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
+from foveacam_server.doors.request_ids import RequestIds
+from foveacam_server.doors.request_traces import RequestTraces
 from foveacam_server.doors.root_path import RootPath
 from foveacam_server.doors.threads import bound_threads
 from foveacam_server.foundation import errors
 from foveacam_server.foundation.answers import BODY_BYTES, problems
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.foundation.watching.tracing import open_traces
 from foveacam_server.resources.calibration_sessions import routes as calibration_sessions
 from foveacam_server.resources.calibrations import routes as calibrations
 from foveacam_server.resources.cameras import preset_routes as camera_presets
@@ -128,6 +131,7 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         bound_threads()
         with ExitStack() as stack:
             try:
+                app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
                 foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock())
                 services = open_services(foundation, loop=asyncio.get_running_loop())
             except FoveaError as error:
@@ -147,6 +151,7 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         lifespan=lifespan,
         docs_url=None,  # ours need nothing from other servers
         redoc_url=None,
+        telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},  # ours alone
     )
     pages.install(app)
     errors.install(app)
@@ -155,6 +160,8 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
     app.add_middleware(HeaderLimit)
     app.state.gate = security.install(app, settings)
     app.add_middleware(RequestTimes)
+    app.add_middleware(RequestTraces)
+    app.add_middleware(RequestIds)
     if settings.root_path:
         app.add_middleware(RootPath, root=settings.root_path)
     for resource in _RESOURCES:

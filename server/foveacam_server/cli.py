@@ -5,7 +5,6 @@ Errors are one line; no traceback reaches a user.
 
 import json
 import logging
-import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -19,7 +18,8 @@ from foveacam_server.commands.backup import backup, restore
 from foveacam_server.commands.calibrate import app as calibrate_app
 from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.collection_pause import collection_paused
-from foveacam_server.foundation.settings import checked_settings
+from foveacam_server.foundation.settings import checked_settings, given_token
+from foveacam_server.foundation.watching.log_lines import configure_logging
 from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
 from foveacam_server.resources.depth_backends.cli import app as depth_app
@@ -76,8 +76,10 @@ InsecureOption = Annotated[
 ]
 PortOption = Annotated[int | None, typer.Option(help="port to listen on; 0 takes a free one", max=65535)]
 TokenOption = Annotated[
-    str | None, typer.Option(help="what callers must show; auto makes one up", envvar="FOVEACAM_TOKEN")
+    str | None,
+    typer.Option(help="auto makes up what callers must show; one of your own: --token-file, FOVEACAM_TOKEN"),
 ]
+TokenFileOption = Annotated[Path | None, typer.Option(help="file with what callers must show")]
 ProxyOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -96,6 +98,15 @@ ReplaySpeedOption = Annotated[
     float | None, typer.Option(help="of the recorded speed, 0.25 to 4", min=0.25, max=4.0)
 ]
 ReplayAtEndOption = Annotated[str | None, typer.Option(help="what follows the recording's end: loop or stop")]
+LogFormatOption = Annotated[
+    str | None, typer.Option(help="of the log on stderr: text, or json for one object a line")
+]
+OtlpOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="URL", help="collector of traces (OTLP over HTTP)", envvar="OTEL_EXPORTER_OTLP_ENDPOINT"
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")]
 
 
@@ -107,6 +118,7 @@ def serve(
     host: HostOption = None,
     port: PortOption = None,
     token: TokenOption = None,
+    token_file: TokenFileOption = None,
     insecure: InsecureOption = None,
     tls_cert: CertificateOption = None,
     tls_key: KeyOption = None,
@@ -117,6 +129,8 @@ def serve(
     replay: ReplayOption = None,
     replay_speed: ReplaySpeedOption = None,
     replay_at_end: ReplayAtEndOption = None,
+    log_format: LogFormatOption = None,
+    otlp_endpoint: OtlpOption = None,
 ) -> None:
     """Open the rig and serve the console, the 3D pane and the REST interface."""
     with collection_paused():
@@ -128,7 +142,7 @@ def serve(
         "preset": preset,
         "host": host,
         "port": port,
-        "token": token,
+        "token": given_token(token, token_file),
         "insecure": insecure,
         "tls_cert": tls_cert,
         "tls_key": tls_key,
@@ -139,6 +153,8 @@ def serve(
         "replay": replay,
         "replay_speed": replay_speed,
         "replay_at_end": replay_at_end,
+        "log_format": log_format,
+        "otlp_endpoint": otlp_endpoint,
     }
     run_server(checked_settings(chosen), console=Console())
 
@@ -217,9 +233,7 @@ def version() -> None:
 
 def main() -> None:
     """Run the program; every error ends as one line and an exit status."""
-    logging.basicConfig(
-        level=os.environ.get("FOVEACAM_LOG", "WARNING").upper(), format="%(levelname)s: %(message)s"
-    )
+    configure_logging()
     try:
         app()
     except FoveaError as error:

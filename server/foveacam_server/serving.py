@@ -20,11 +20,13 @@ from foveacam_server.assembly.services import Services
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
 from foveacam_server.doors.listening_socket import listen
+from foveacam_server.doors.memory import bound_arenas
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.doors.threads import keep_start_objects
 from foveacam_server.doors.tls import tls_context
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.foundation.watching.log_lines import choose_format
 from foveacam_server.rig.chosen_rig import check_simulation, compile_renderer, rig_config
 
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
@@ -139,12 +141,14 @@ def run_server(settings: Settings, *, console: Console, clock: Clock | None = No
 
     `clock`: as for `create_app`.
     """
+    choose_format(settings.log_format)
     simulated = _checked_simulation(settings)
     token_path = None
     if settings.wants_token_made:
         settings = settings.with_made_token()
         token_path = keep_token(settings)
     tls = tls_context(settings.tls_cert, settings.tls_key)
+    bound_arenas()
     app = create_app(settings, clock=clock)
     allow_open_files()
     with listen(settings.host, settings.port) as listener:

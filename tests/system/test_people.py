@@ -282,3 +282,53 @@ def test_the_program_serves_https_and_prints_the_link_of_the_first_admin(tmp_pat
     finally:
         process.terminate()
         process.wait(20)
+
+
+def test_the_log_of_a_whole_visit_holds_no_secret(tmp_path: Path) -> None:
+    secret_token = "the-token-of-the-lab"  # noqa: S105  # of this test alone
+    command = [sys.executable, "-m", "foveacam_server", "serve", "--port", "0", "--log-format", "json"]
+    environment = {
+        **slow_views(),
+        "COLUMNS": "200",
+        "FOVEACAM_DATA": str(tmp_path),
+        "FOVEACAM_VIEWER": "false",
+    }
+    environment |= {"FOVEACAM_LOG": "debug", "FOVEACAM_TOKEN": secret_token, "FOVEACAM_HOST": EVERYWHERE}
+    log = tmp_path / "log"
+    with log.open("w") as errors:
+        process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=errors, text=True, env=os.environ | environment
+        )
+    try:
+        url = read_until(process, r"(http://127\.0\.0\.1:\d+/)")
+        secrets = [secret_token, *_visit(url, token=secret_token)]
+    finally:
+        process.terminate()
+        process.wait(20)
+    lines = [json.loads(line) for line in log.read_text().splitlines()]
+    asked = [line for line in lines if line["message"].startswith("POST /api/v1/fixations: 200")]
+    assert asked[0]["request_id"] == "visit-1"
+    of_job = [line["job_id"] for line in lines if line["request_id"] == "visit-1" and line["job_id"]]
+    assert of_job and set(of_job) == {of_job[0]} and of_job[0].startswith("job-")
+    assert [secret for secret in secrets if secret in log.read_text()] == []
+
+
+def _visit(url: str, *, token: str) -> list[str]:
+    """Use every kind of secret; return them."""
+    with httpx.Client(base_url=url, trust_env=False, timeout=PATIENCE_S) as browser:
+        assert browser.get("/", params={"token": token}).status_code == 303
+        body = {"name": "ada", "role": "admin", "password": PASSWORD}
+        assert browser.post(f"{API}/users", json=body).status_code == 201
+        named = {"name": "bob", "role": "operator"}
+        code = browser.post(f"{API}/users", json=named).json()["invitation"]["path"].partition("code=")[2]
+        assert browser.get("/join", params={"code": code}).status_code == 200
+        made = browser.post(f"{API}/service_tokens", json={"name": "logger", "scopes": ["view", "operate"]})
+        service = made.json()["token"]
+        headers = {"Authorization": f"Bearer {service}", "X-Request-ID": "visit-1", "Prefer": "wait=60"}
+        assert browser.post(f"{API}/fixations", json=CENTRE, headers=headers).status_code == 200
+        wrong = {"name": "ada", "password": "a wrong guess"}
+        assert browser.post("/sign_in", data=wrong).status_code == 401
+        cookies = [value for _, value in browser.cookies.items()]
+        lease = browser.post(f"{API}/lease", json={"holder": "ada"}).json()["token"]
+        browser.delete(f"{API}/lease", headers={"X-Lease": lease})
+    return [PASSWORD, wrong["password"], code, service, lease, *cookies]

@@ -11,9 +11,20 @@ import pytest
 
 from foveacam_hardware.contract import CameraCounters, Frame, Role, VirtualClock
 from foveacam_server.checks.machine import Machine
-from foveacam_server.resources.engine.loads import (
+from foveacam_server.foundation.watching.flows import (
     EVENT_LOOP,
+    HARDWARE,
     NATIVE,
+    VIEWERS,
+    FlowCount,
+    FlowKey,
+    count_flow,
+    plain_thread_name,
+    read_flows,
+    this_part,
+)
+from foveacam_server.resources.engine.graph import edge_documents, part_documents
+from foveacam_server.resources.engine.loads import (
     BucketCounts,
     ThreadSample,
     read_stages,
@@ -24,6 +35,7 @@ from foveacam_server.resources.engine.loads import (
 )
 from foveacam_server.resources.engine.loop_lag import PERIOD_S, LoopLag
 from foveacam_server.resources.engine.process_files import ProcessFiles
+from foveacam_server.resources.engine.schema import HardwareLoadDocument
 from foveacam_server.resources.engine.service import EngineParts, EngineService
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.hardware_thread.opening_steps import OpeningSteps
@@ -121,6 +133,63 @@ def test_stages_count_what_came_since_the_reading_before() -> None:
 
 def test_every_stage_has_a_histogram() -> None:
     assert set(read_stages()) >= {"queue", "look", "verge", "depth", "encode"}
+
+
+def test_flows_are_counted_between_the_threads_that_hand_over() -> None:
+    async def on_the_loop() -> str:
+        return this_part()
+
+    assert asyncio.run(on_the_loop()) == EVENT_LOOP
+    names = {"AnyIO worker thread": "requests", "encoder_1": "encoder", "Thread-12 (run)": "run"}
+    assert {name: plain_thread_name(name) for name in names} == names
+
+    key = FlowKey("a camera", "a thread", "frames")
+    before = read_flows().get(key, FlowCount())
+    count_flow(*key, size_bytes=10)
+    count_flow(*key, passed=0, dropped=3)
+    found = read_flows()[key]
+    assert (found.passed - before.passed, found.dropped - before.dropped) == (1, 3)
+    assert found.size_bytes - before.size_bytes == 10
+
+
+def test_edges_have_the_rates_of_their_window_and_losses_are_flagged() -> None:
+    frames, sent = FlowKey("camera left", HARDWARE, "frames"), FlowKey("encoder", VIEWERS, "pictures")
+    before = {frames: FlowCount(passed=100)}
+    now = {
+        frames: FlowCount(passed=200, dropped=5),
+        sent: FlowCount(passed=50, dropped=20, size_bytes=10_000_000),
+        FlowKey("a", "b", "nothing yet"): FlowCount(),
+    }
+    camera, viewers = edge_documents(now, before, window_s=10.0)
+    assert (camera.rate_hz, camera.dropped_hz, camera.mb_per_s, camera.flagged) == (10.0, 0.5, None, True)
+    assert (viewers.rate_hz, viewers.dropped_hz, viewers.mb_per_s, viewers.flagged) == (5.0, 2.0, 1.0, False)
+    assert edge_documents(now, {}, window_s=0.0)[0].rate_hz == 0.0
+    restarted = {frames: FlowCount(passed=3)}  # counted anew after the camera was lost
+    assert edge_documents(restarted, before, window_s=10.0)[0].rate_hz == 0.0
+
+
+def test_parts_are_the_ends_of_the_edges_with_the_load_of_their_threads() -> None:
+    counts = {
+        FlowKey("camera left", HARDWARE, "frames"): FlowCount(passed=1),
+        FlowKey("view wide", "encoder", "pictures"): FlowCount(passed=1),
+        FlowKey("encoder", VIEWERS, "pictures"): FlowCount(passed=1),
+    }
+    threads = thread_loads(
+        ThreadSample(t_s=0.0, cpu_s={}), ThreadSample(t_s=1.0, cpu_s={1: 0.95}), names={1: "encoder"}
+    )
+    hardware = HardwareLoadDocument(queue_length=2, queue_limit=32, busy_share=0.4, flagged=False)
+    edges = edge_documents(counts, {}, window_s=1.0)
+    parts = {one.name: one for one in part_documents(edges, threads=threads, hardware=hardware, cameras=[])}
+    assert {name: one.kind for name, one in parts.items()} == {
+        "camera left": "camera",
+        HARDWARE: "thread",
+        "view wide": "view",
+        "encoder": "thread",
+        VIEWERS: "clients",
+    }
+    assert (parts[HARDWARE].busy_share, parts[HARDWARE].waiting) == (0.4, 2)
+    assert (parts["encoder"].busy_share, parts["encoder"].flagged) == (0.95, True)
+    assert parts["view wide"].busy_share is None
 
 
 def test_largest_value_leaves_with_its_window() -> None:

@@ -1,4 +1,5 @@
 import asyncio
+import logging
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ from foveacam_server.foundation.job_table import Job, JobState, JobTable
 from foveacam_server.foundation.jobs import WAITING, JobContext, JobRunner
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.foundation.store import Store
+from foveacam_server.foundation.watching.work_ids import JOB_ID, REQUEST_ID
 
 PATIENCE_S = 10.0
 
@@ -291,3 +293,41 @@ def test_the_end_of_the_server_cancels_a_job_beside_and_waits_for_it(store: Stor
 
     assert noticed.is_set()
     assert jobs.get(job.id).state is JobState.CANCELLED
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_a_job_works_under_its_id_and_that_of_its_request(store: Store, parallel: bool) -> None:
+    seen: list[tuple[str | None, str | None]] = []
+
+    def note(context: JobContext) -> str:
+        seen.append((REQUEST_ID.get(), JOB_ID.get()))
+        return "/results/noted"
+
+    bench = Bench(store, VirtualClock())
+    bench.jobs.handle("note", note, parallel=parallel)
+    token = REQUEST_ID.set("req-7")
+    try:
+        asked = bench.end(bench.jobs.submit("note"))
+    finally:
+        REQUEST_ID.reset(token)
+        own = bench.end(bench.jobs.submit("note"))
+        bench.go.set()
+        bench.jobs.close()
+        bench.events.close()
+    assert seen == [("req-7", asked.id), (None, own.id)]
+
+
+def test_a_job_tells_the_log_which_request_asked_for_it(
+    bench: Bench, caplog: pytest.LogCaptureFixture
+) -> None:
+    token = REQUEST_ID.set("req-8")
+    try:
+        with caplog.at_level(logging.INFO):
+            job = bench.end(bench.jobs.submit("quick"))
+    finally:
+        REQUEST_ID.reset(token)
+    told = [record.getMessage() for record in caplog.records]
+    assert told == [
+        f"job {job.id} (quick) was asked for by request req-8",
+        f"job {job.id} (quick): succeeded",
+    ]

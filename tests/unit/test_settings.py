@@ -4,7 +4,7 @@ import pytest
 from pydantic import ValidationError
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.foundation.settings import Settings, default_data_dir
+from foveacam_server.foundation.settings import Settings, checked_settings, default_data_dir, given_token
 from foveacam_server.serving import keep_token
 
 
@@ -63,6 +63,20 @@ def test_short_token_is_refused_with_the_length_that_is_needed() -> None:
         Settings(token="short")  # type: ignore[arg-type]  # noqa: S106
 
 
+@pytest.mark.parametrize(
+    "endpoint", ["127.0.0.1:4318", "ftp://collector:4318", "http://", "http://ada:secret@collector:4318"]
+)
+def test_what_is_no_address_of_a_collector_is_refused_without_its_password(endpoint: str) -> None:
+    with pytest.raises(InvalidInput, match="the address of a collector is like") as refused:
+        checked_settings({"otlp_endpoint": endpoint})
+    assert "secret" not in str(refused.value)
+
+
+def test_another_format_of_the_log_is_refused_with_those_there_are() -> None:
+    with pytest.raises(InvalidInput, match="needed is one of 'text' or 'json'"):
+        checked_settings({"log_format": "xml"})
+
+
 def test_made_token_is_kept_for_its_owner_alone(tmp_path: Path) -> None:
     for _ in range(2):  # another start replaces it
         settings = Settings(token="auto", data=tmp_path / "new").with_made_token()  # type: ignore[arg-type]  # noqa: S106
@@ -77,3 +91,14 @@ def test_folder_that_cannot_take_the_token_is_named(tmp_path: Path) -> None:
     settings = Settings(token="auto", data=tmp_path / "file").with_made_token()  # type: ignore[arg-type]  # noqa: S106
     with pytest.raises(InvalidInput, match="another --data folder"):
         keep_token(settings)
+
+
+def test_a_token_comes_from_a_file_or_is_made_never_from_the_command_line(tmp_path: Path) -> None:
+    file = tmp_path / "token"
+    file.write_text("a token of our own\n")
+    assert given_token(None, file) == "a token of our own"
+    assert (given_token("auto", None), given_token(None, None)) == ("auto", None)
+    with pytest.raises(InvalidInput, match="--token-file FILE, set FOVEACAM_TOKEN"):
+        given_token("a token of our own", None)
+    with pytest.raises(InvalidInput, match="No such file"):
+        given_token(None, tmp_path / "none")

@@ -104,6 +104,13 @@ def test_a_whole_stop_is_answered_at_the_door(way: Way, request_: bytes) -> None
     assert way.mirrors.halts == 1 and way.adopted.empty()
 
 
+def test_a_stop_at_the_door_has_its_request_id(at_door: StopAtDoor) -> None:
+    named = at_door(STOP + b"X-Request-ID: panel-3\r\n\r\n", "127.0.0.1")
+    assert b"x-request-id: panel-3\r\n" in named.lower()
+    unreadable = at_door(b"POST /api/v1/stop HTTP/1.1\r\n: no name\r\n\r\n", "127.0.0.1")
+    assert b"x-request-id: req-" in unreadable.lower()
+
+
 def test_a_stop_that_the_controller_does_not_confirm_says_so(way: Way) -> None:
     way.mirrors.confirm = False
     assert way.answer(STOP + b"\r\n")[1]["parked"] is False

@@ -750,6 +750,23 @@ export interface components {
             distance_m?: number | null;
         };
         /**
+         * @description What one part hands to another; rates of the last `flow_window_s`, counts since the process began.
+         *
+         *     `mb_per_s`: null where sizes are not counted. `dropped`: what did not get there; viewers that draw slowly
+         *     drop pictures, which is flagged nowhere.
+         */
+        EdgeDocument: {
+            count: number;
+            dropped: number;
+            dropped_hz: number;
+            flagged: boolean;
+            items: string;
+            mb_per_s: number | null;
+            rate_hz: number;
+            source: string;
+            target: string;
+        };
+        /**
          * @description The cause that ended a recording; its file is complete after the first three.
          * @enum {string}
          */
@@ -757,8 +774,11 @@ export interface components {
         /** @description The load of the whole server at one moment; shares are of the last `window_s`. */
         EngineDocument: {
             cameras: components["schemas"]["CameraFlowDocument"][];
+            edges: components["schemas"]["EdgeDocument"][];
             event_loop: components["schemas"]["EventLoopDocument"];
+            flow_window_s: number;
             hardware: components["schemas"]["HardwareLoadDocument"];
+            parts: components["schemas"]["PartDocument"][];
             process: components["schemas"]["ProcessDocument"];
             stages: components["schemas"]["StageDocument"][];
             start: components["schemas"]["StartTimeDocument"][];
@@ -2023,6 +2043,19 @@ export interface components {
             pan_deg?: number | null;
             station?: string | null;
             tilt_deg?: number | null;
+        };
+        /**
+         * @description A part of the server that is fed or feeds; `busy_share` and `waiting` are null where it has none.
+         *
+         *     A thread has the name that it has under `threads`, a camera or a view `camera wide`, `view wide`.
+         */
+        PartDocument: {
+            busy_share: number | null;
+            flagged: boolean;
+            /** @enum {string} */
+            kind: "thread" | "camera" | "device" | "view" | "clients" | "file";
+            name: string;
+            waiting: number | null;
         };
         /** @description The present password and the new one. */
         PasswordChange: {
@@ -3491,6 +3524,7 @@ export type DraftStart = components['schemas']['DraftStart'];
 export type DriftCheckDocument = components['schemas']['DriftCheckDocument'];
 export type DriftEyeDocument = components['schemas']['DriftEyeDocument'];
 export type DriftRequest = components['schemas']['DriftRequest'];
+export type EdgeDocument = components['schemas']['EdgeDocument'];
 export type EndCause = components['schemas']['EndCause'];
 export type EngineDocument = components['schemas']['EngineDocument'];
 export type EstimateDocument = components['schemas']['EstimateDocument'];
@@ -3601,6 +3635,7 @@ export type OpenRequest = components['schemas']['OpenRequest'];
 export type PanTiltDocument = components['schemas']['PanTiltDocument'];
 export type PanTiltLimitsDocument = components['schemas']['PanTiltLimitsDocument'];
 export type PanTiltMove = components['schemas']['PanTiltMove'];
+export type PartDocument = components['schemas']['PartDocument'];
 export type PasswordChange = components['schemas']['PasswordChange'];
 export type PatternDocument = components['schemas']['PatternDocument'];
 export type PictureDocument = components['schemas']['PictureDocument'];

@@ -26,6 +26,7 @@ from foveacam_hardware.contract import (
     Timeout,
     same_exposure,
 )
+from foveacam_hardware.contract.spans import span
 from foveacam_hardware.drivers.commanded_exposure import COMMAND_NS, CommandedExposer, by_command
 
 logger = logging.getLogger(__name__)
@@ -113,7 +114,13 @@ class TriggeredHead:
 
     def _look(self, volts: StereoVolts, settle_us: int | None, *, missing: Role | None) -> Sighting:
         wait_us = self.settle_us if settle_us is None else settle_us
-        receipt = self._expose(volts, wait_us, missing=missing)
+        with span("mirrors move, settle, expose", settle_us=wait_us):
+            receipt = self._expose(volts, wait_us, missing=missing)
+        with span("frames"):
+            return self._sighting(receipt, missing=missing)
+
+    def _sighting(self, receipt: ExposureReceipt, *, missing: Role | None) -> Sighting:
+        """Return all cameras' frames of an exposure."""
         # wide first: it runs freely, and a newer frame would replace it soon
         wides = self._wides_until(receipt.middle_ns(exposure_ns=self._exposure_ns(missing)))
         if missing is None:

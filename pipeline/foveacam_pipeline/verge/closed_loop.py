@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from foveacam_hardware.contract import Frame, OutOfRange, Role
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.matching.picture import WindowPlacement
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
@@ -150,7 +151,8 @@ class ClosedLoop:
         self._tracker = tracker
         self._lag_px = np.zeros(2)
         try:
-            found = self._search.find(templates, tracker, expected_per_m=self._expected_per_m)
+            with span("search"):
+                found = self._search.find(templates, tracker, expected_per_m=self._expected_per_m)
             return self._close(found, tracker)
         except UnsupportedMatch:
             raise
@@ -187,7 +189,8 @@ class ClosedLoop:
             observation = self._fixation_head.look(self._led(target, tracker.motion), phase)
             phase = VergePhase.FINE
             tracker.follow(observation.sighting.wide)
-            measurement = self._measure(observation, found, tracker.motion)
+            with span("match"):
+                measurement = self._measure(observation, found, tracker.motion)
             doubt = verdict.doubt(measurement, self._limits)
             settled = doubt is None and self._settled(measurement, moving=tracker.motion.moves)
             if settled and abs(measurement.fine.residual_y_px) > self._rows_apart_px(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from foveacam_hardware.contract import Clock, Frame, Head
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.answer import Answer, both_foveae
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, UnsupportedMatch, VergedTarget
@@ -64,7 +65,8 @@ def fixate(
         answering = FallbackEstimator(
             fixation_head, calibration, limits, context=known.context, within=known.within
         )
-        answer = answering.answer(aim, loop, end)
+        with span("fallback"):
+            answer = answering.answer(aim, loop, end)
     return _fixation(aim, fixation_head, answer, ended)
 
 

@@ -53,7 +53,9 @@ def run(*, quick: bool = False) -> dict[str, object]:
         with _server(Path(folder) / "open") as server:
             figures["dead_viewers_after_30_s"] = count_held_viewers(server.url)
             figures |= foreign_figures(server.url, pid=server.process.pid)
-        with _server(Path(folder) / "generated", options=("--token", TOKEN)) as server:
+        token_file = Path(folder) / "token"
+        token_file.write_text(TOKEN)
+        with _server(Path(folder) / "generated", options=("--token-file", str(token_file))) as server:
             figures |= generated_figures(server.url, Path(folder), token=TOKEN, quick=quick)
     return {**figures, "load": counts}
 

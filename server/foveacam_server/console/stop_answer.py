@@ -4,6 +4,7 @@ from http import HTTPStatus
 
 import h11
 from fastapi.responses import JSONResponse
+from starlette.datastructures import Headers
 from starlette.types import Scope
 
 from foveacam_hardware.contract import InvalidInput
@@ -12,6 +13,7 @@ from foveacam_server.console.access_rules import STOP_PATH, AccessRules
 from foveacam_server.console.refusals import Refusal
 from foveacam_server.console.security import put_security_headers
 from foveacam_server.foundation.errors import problem_of
+from foveacam_server.foundation.watching.work_ids import REQUEST_HEADER, begin_request, request_header
 from foveacam_server.rig.stop import StopSwitch
 
 
@@ -24,6 +26,7 @@ class StopAtDoor:
 
     def __call__(self, request: bytes, peer: str) -> bytes:
         """Engage the stop and return the HTTP response to a complete request; `peer`: client's address."""
+        begin_request(None)  # not that of the thread's last stop
         connection = h11.Connection(h11.SERVER)
         connection.receive_data(request)
         try:
@@ -38,6 +41,7 @@ class StopAtDoor:
         headers = [(name.lower(), value) for name, value in request.headers]
         scope: Scope = {"type": "http", "scheme": "http", "method": "POST", "path": STOP_PATH}
         scope.update(headers=headers, client=(peer, 0))
+        begin_request(Headers(raw=headers).get(REQUEST_HEADER))
         found = self._gate.check(scope)
         answer = self._refused(found) if isinstance(found, Refusal) else self._engaged(who_at(found, peer))
         self._gate.audit(found, scope, status=answer.status_code)
@@ -62,6 +66,7 @@ def _unreadable(why: str) -> JSONResponse:
 
 def _response_bytes(connection: h11.Connection, response: JSONResponse) -> bytes:
     put_security_headers(response.headers, path=STOP_PATH)
+    response.headers.update(request_header())
     head = h11.Response(
         status_code=response.status_code,
         reason=HTTPStatus(response.status_code).phrase.encode(),

@@ -10,9 +10,9 @@ from starlette.datastructures import Headers
 from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from foveacam_server.foundation import timings
 from foveacam_server.foundation.answers import BODY_BYTES, MIB
 from foveacam_server.foundation.errors import HEADERS_TOO_LARGE, TOO_LARGE, ProblemDetails
+from foveacam_server.foundation.watching import timings
 
 
 class BodyLimitProblems:

@@ -55,6 +55,7 @@ def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvico
         ws_ping_timeout=PING_S,
         ws_max_size=MESSAGE_BYTES,
         timeout_graceful_shutdown=GRACE_S,
+        log_config=None,  # its records go where all others go
         log_level="warning",
         access_log=False,
     )

@@ -35,6 +35,7 @@ from foveacam_pipeline.storage.disk import disk_fault, is_disk_exhausted
 from foveacam_server.foundation.plain_words import PlainWords, explain_unreadable, explain_validation
 from foveacam_server.foundation.schema import Problem
 from foveacam_server.foundation.short_text import shorten
+from foveacam_server.foundation.watching.work_ids import request_header
 
 _log = logging.getLogger(__name__)
 
@@ -281,7 +282,9 @@ def install(app: FastAPI) -> None:
 
     async def on_anything(request: Request, error: Exception) -> JSONResponse:
         # Starlette re-raises the error after this answer, so that the server logs it once
-        return problem_of(error).response(instance=request.url.path)
+        answer = problem_of(error).response(instance=request.url.path)
+        answer.headers.update(request_header())  # it passes no middleware
+        return answer
 
     app.add_exception_handler(FoveaError, on_fovea_error)
     app.add_exception_handler(OSError, on_os_error)

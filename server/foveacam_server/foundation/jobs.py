@@ -7,16 +7,22 @@ import asyncio
 import logging
 import queue
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextvars import copy_context
+from functools import partial
 
 from foveacam_hardware.contract import Busy, Cancelled, Clock, FoveaError, InvalidInput, Stopped
+from foveacam_hardware.contract.spans import note_span, span
 from foveacam_server.foundation.errors import problem_of
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job, JobState, JobTable
 from foveacam_server.foundation.names import new_id, utc_now
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.foundation.store import Store
+from foveacam_server.foundation.watching.flows import count_flow, this_part
+from foveacam_server.foundation.watching.work_ids import JOB_ID, REQUEST_ID
 
 _log = logging.getLogger(__name__)
 
@@ -75,7 +81,7 @@ class JobRunner:
         self._handlers: dict[str, Handler] = {}
         self._parallel: set[str] = set()
         self._threads: set[threading.Thread] = set()
-        self._waiting: queue.Queue[Job | None] = queue.Queue()
+        self._waiting: queue.Queue[Callable[[], None] | None] = queue.Queue()
         self._lock = threading.Lock()
         self._open: dict[str, Job] = {}
         self._unsaved: dict[str, Job] = {}
@@ -152,10 +158,14 @@ class JobRunner:
             self._open[job.id] = job
             self._endings[job.id] = Future()
         self._emit(job)
+        _log.info("job %s (%s) was asked for by request %s", job.id, kind, REQUEST_ID.get() or "of nobody")
+        context = copy_context()  # with ids and trace of the request
+        work = partial(context.run, self._do, job, time.perf_counter())
+        count_flow(this_part(), f"foveacam-{kind if kind in self._parallel else 'jobs'}", "jobs")
         if kind in self._parallel:
-            self._run_in_parallel(job)
+            self._run_in_parallel(kind, work)
         else:
-            self._waiting.put(job)
+            self._waiting.put(work)
         return job
 
     def has_key(self, idempotency_key: str | None) -> bool:
@@ -219,23 +229,25 @@ class JobRunner:
         self._emit(job)
 
     def _run(self) -> None:
-        while (job := self._waiting.get()) is not None:
-            self._do(job)
+        while (work := self._waiting.get()) is not None:
+            work()
 
-    def _run_in_parallel(self, job: Job) -> None:
+    def _run_in_parallel(self, kind: str, work: Callable[[], None]) -> None:
         """Start a job on a thread of its own."""
 
         def run() -> None:
-            self._do(job)
+            work()
             with self._lock:
                 self._threads.discard(threading.current_thread())
 
-        thread = threading.Thread(target=run, name=f"foveacam-{job.kind}", daemon=True)
+        thread = threading.Thread(target=run, name=f"foveacam-{kind}", daemon=True)
         with self._lock:
             self._threads.add(thread)
         thread.start()
 
-    def _do(self, job: Job) -> None:
+    def _do(self, job: Job, asked_s: float) -> None:
+        JOB_ID.set(job.id)
+        note_span("job queue", took_s=time.perf_counter() - asked_s)
         try:
             self._work(job)
         except Exception:  # noqa: BLE001 - the worker goes on when the database fails
@@ -248,7 +260,8 @@ class JobRunner:
             if self.is_cancelled(job.id):
                 raise Cancelled(f"the job did not start: {self._cancelled[job.id]}")
             self._begin(job)
-            job.result_url = self._handlers[job.kind](JobContext(self, job, clock=self._clock))
+            with span(f"job {job.kind}", **{"foveacam.job_id": job.id}):
+                job.result_url = self._handlers[job.kind](JobContext(self, job, clock=self._clock))
             job.state = JobState.SUCCEEDED
         except Cancelled as error:
             self._ended_early(job, str(error))
@@ -259,6 +272,7 @@ class JobRunner:
         except Exception as error:  # noqa: BLE001 - a job's outermost frame: the worker goes on
             _log.exception("job %s (%s) failed unexpectedly", job.id, job.kind)
             self._failed(job, error)
+        _log.info("job %s (%s): %s", job.id, job.kind, job.state.value)
         job.ended_utc = utc_now()
         job.eta_s = None
         with self._lock:

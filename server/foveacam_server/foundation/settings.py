@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from ipaddress import ip_address
 from pathlib import Path
 from typing import Literal
+from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.foundation.plain_words import explain_validation
+from foveacam_server.foundation.watching.log_lines import LogFormat
 
 AUTOMATIC_TOKEN = "auto"  # noqa: S105 - requests a generated token
 TOKEN_BYTES = 16
@@ -108,6 +110,10 @@ class Settings(BaseSettings):
     """Upper limit of looks taken for the live fovea views while nobody works with the rig."""
     viewer: bool = True
     """Whether the 3D pane (viser) runs."""
+    log_format: LogFormat = "text"
+    """Of the log lines: text, or one JSON object a line."""
+    otlp_endpoint: str | None = None
+    """Address of a collector that takes traces by OTLP over HTTP; None: none are made."""
 
     @field_validator("token")
     @classmethod
@@ -133,6 +139,19 @@ class Settings(BaseSettings):
                 f"{given!r} begins with an address of the server itself; give one such as /foveacam"
             )
         return root
+
+    @field_validator("otlp_endpoint")
+    @classmethod
+    def _collector(cls, endpoint: str | None) -> str | None:
+        if not endpoint:
+            return None
+        parts = urlsplit(endpoint)
+        if parts.scheme not in ("http", "https") or not parts.hostname or parts.username or parts.password:
+            raise ValueError(
+                "the address of a collector is like http://127.0.0.1:4318, without name and password; "
+                "what it asks for goes into OTEL_EXPORTER_OTLP_HEADERS"
+            )
+        return endpoint
 
     @property
     def wants_token_made(self) -> bool:
@@ -162,3 +181,31 @@ def checked_settings(chosen: Mapping[str, object]) -> Settings:
     except ValidationError as error:
         words = explain_validation(error.errors())
         raise InvalidInput(f"settings (FOVEACAM_… or options): {words.detail}") from error
+
+
+def given_token(token: str | None, token_file: Path | None) -> str | None:
+    """Return the token that the command line names: `auto`, what is in a file, or None.
+
+    Raise `InvalidInput` for a token on the command line itself, which all users of the machine can read, and
+    for a file that cannot be read.
+    """
+    if token not in (None, AUTOMATIC_TOKEN):
+        remedy = "write it to a file and give --token-file FILE, set FOVEACAM_TOKEN, or give --token auto"
+        raise InvalidInput(
+            f"--token was given a token, which all users of this machine can see; {remedy}",
+            asked="--token with a token",
+            found="a secret on the command line",
+            remedy=remedy,
+        )
+    if token_file is None:
+        return token
+    try:
+        return token_file.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no text"
+        raise InvalidInput(
+            f"the token cannot be read from {token_file}: {reason}",
+            asked=str(token_file),
+            found=reason,
+            remedy="give a file with the token as its only line",
+        ) from error

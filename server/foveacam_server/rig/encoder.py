@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import DeviceFault, Image
-from foveacam_server.foundation import timings
+from foveacam_server.foundation.watching import timings
+from foveacam_server.foundation.watching.flows import ENCODER, count_flow, view_part
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.view_state import ViewPicture
 
@@ -95,6 +96,7 @@ class JpegStore:
     def _begin(self, picture: ViewPicture, scale: Scale) -> "asyncio.Future[EncodedPicture]":
         key = (picture.view, scale)
         self._encodes[key] = self._encodes.get(key, 0) + 1
+        count_flow(view_part(picture.view), ENCODER, "pictures")
         future = asyncio.get_running_loop().run_in_executor(self._executor, _encode, picture, scale)
         future.add_done_callback(_retrieve)
         return future

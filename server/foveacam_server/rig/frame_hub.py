@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, Image, InvalidInput
+from foveacam_server.foundation.watching.flows import count_flow, this_part, view_part
 from foveacam_server.rig.schema import OverlayDocument
 from foveacam_server.rig.view_state import VIEWS, ViewPicture, ViewSpec, ViewState, ViewStatus
 
@@ -87,6 +88,8 @@ class FrameHub:
             loops = {watch.loop for watch in self._watches if view in watch.views} if news else set()
             loops = {loop for loop in loops if (loop, view) not in self._waking}
             self._waking |= {(loop, view) for loop in loops}
+        if news:
+            count_flow(this_part(), view_part(view), "pictures", size_bytes=image.nbytes)
         for loop in loops:
             self._call(loop, view)
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Role
 from foveacam_pipeline.capture.recording.values import TrackedBox
+from foveacam_server.foundation.watching.flows import count_flow, this_part
 from foveacam_server.rig.ports import PictureSink
 from foveacam_server.rig.schema import OverlayDocument
 
@@ -19,6 +20,8 @@ class _Listener:
     roles: frozenset[Role]
     take: Callable[[Frame], None]
     every: bool
+    part: str
+    """Its thread."""
 
 
 class FrameTap:
@@ -37,6 +40,7 @@ class FrameTap:
             for listener in self._listeners:
                 if frame.role in listener.roles:
                     listener.take(frame)
+                    count_flow(this_part(), listener.part, "frames", size_bytes=frame.image.nbytes)
 
     def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
         """Publish a computed picture, (h, w, 3) uint8 RGB."""
@@ -68,7 +72,7 @@ class FrameTap:
 
         `every`: let the rig deliver frames as fast as it can, not at the live views' rate.
         """
-        listener = _Listener(frozenset(roles), take, every)
+        listener = _Listener(frozenset(roles), take, every, this_part())
         with self._lock:
             self._listeners = (*self._listeners, listener)
         try:

@@ -14,6 +14,7 @@ from enum import StrEnum
 
 from foveacam_hardware.contract import Busy, Clock, FoveaError, Mirrors, MirrorVolts, StereoVolts, Stopped
 from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.watching.flows import MIRRORS, count_flow, this_part
 from foveacam_server.rig.hardware_commands import answer_of
 
 _log = logging.getLogger(__name__)
@@ -275,6 +276,7 @@ class HandSteering:
             dt_ns = now_ns - course.sent_ns if course.moving else UPDATE_NS
             most_v = SLEW_SHARE * mirrors.limits.max_slew_v
             pose = slewed(course.pose, course.target, dt_s=dt_ns / 1e9, most_v=most_v)
+            count_flow(this_part(), MIRRORS, "moves")
             course.sent = mirrors.steer(pose, unless_parked_since=course.parks)
             course.pose, course.sent_ns, course.moving = pose, now_ns, True
             self._on_pose(course.sent)

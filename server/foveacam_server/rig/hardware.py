@@ -12,6 +12,7 @@ from typing import TypeVar
 
 from foveacam_hardware.contract import PARKED, Clock, Frame, Head, NotConnected, Sighting, StereoVolts
 from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.watching.flows import HARDWARE
 from foveacam_server.rig import refusals
 from foveacam_server.rig.device_reconnector import WIDE, DeviceReconnector, MirrorLinkMonitor
 from foveacam_server.rig.hand_steering import HandSteering
@@ -90,7 +91,7 @@ class HardwareThread:
             events=events,
         )
         """Steers both mirrors by hand, update after update, while no job has the rig."""
-        self._thread = threading.Thread(target=self._run, name="foveacam-hardware", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=HARDWARE, daemon=True)
 
     # Called from other threads -----------------------------------------------------------------------------
 

@@ -5,33 +5,40 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures import TimeoutError as FutureTimeout
+from contextvars import Context, copy_context
 from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
 from foveacam_hardware.contract import Busy, Cancelled, FoveaError, Frame, Sighting, StereoVolts, Timeout
-from foveacam_server.foundation import timings
+from foveacam_hardware.contract.spans import note_span
+from foveacam_server.foundation.watching import timings
+from foveacam_server.foundation.watching.flows import HARDWARE, count_flow, this_part
 from foveacam_server.rig.ports import AssembledRig
 
 T = TypeVar("T")
 
 LENGTH = 32
+COMMANDS = "commands"
 
 
 @dataclass(frozen=True, slots=True)
 class HardwareCommand(Generic[T]):
-    """Work for the hardware thread, and the future of its result."""
+    """Work for the hardware thread, the future of its result, and the ids of who asked for it."""
 
     work: Callable[[AssembledRig], T]
     answer: "Future[T]"
     put_s: float = field(default_factory=time.perf_counter)
+    context: Context = field(default_factory=copy_context)
 
     def run(self, rig: AssembledRig) -> BaseException | None:
         """Run the work unless its future was cancelled; return the error that it raised."""
         if not self.answer.set_running_or_notify_cancel():
             return None
-        timings.QUEUE.observe(time.perf_counter() - self.put_s)
+        waited_s = time.perf_counter() - self.put_s
+        timings.QUEUE.observe(waited_s)
+        self.context.run(note_span, "queue", took_s=waited_s)
         try:
-            result = self.work(rig)
+            result = self.context.run(self.work, rig)
         except Exception as error:  # noqa: BLE001 - the future carries it, whatever it is; the thread goes on
             self.refuse(error)
             return error
@@ -66,11 +73,13 @@ class CommandQueue:
         try:
             self._waiting.put_nowait(command)
         except queue.Full:
+            count_flow(this_part(), HARDWARE, COMMANDS, passed=0, dropped=1)
             raise Busy(
                 f"the rig has {LENGTH} commands waiting; try again in a moment",
                 found=f"{LENGTH} commands waiting",
                 remedy="try again in a moment",
             ) from None
+        count_flow(this_part(), HARDWARE, COMMANDS)
         return answer
 
     def take(self, *, timeout_s: float) -> HardwareCommand[object] | None:

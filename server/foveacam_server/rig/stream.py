@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import Protocol
 
 from foveacam_hardware.contract import Busy, InvalidInput
+from foveacam_server.foundation.watching.flows import ENCODER, VIEWERS, count_flow
 from foveacam_server.rig import stream_messages as messages
 from foveacam_server.rig.encoder import EncodedPicture, JpegStore, Scale
 from foveacam_server.rig.frame_hub import FrameHub, ViewSubscription
@@ -48,7 +49,7 @@ class LiveStreams:
         self.hub = hub
         self.boot_id = boot_id
         self.max_clients = max_clients
-        self._executor = ThreadPoolExecutor(_ENCODER_THREADS, thread_name_prefix="encoder")
+        self._executor = ThreadPoolExecutor(_ENCODER_THREADS, thread_name_prefix=ENCODER)
         self.jpegs = JpegStore(hub, executor=self._executor)
         self.clients = 0
         self.frames_sent = 0
@@ -95,8 +96,9 @@ class LiveStreams:
         self.frames_sent += 1
         self.bytes_sent += size_bytes
         self.sent[picture.view] += 1
-        if before is not None:
-            self.dropped[picture.view] += picture.number - before.number - 1
+        dropped = 0 if before is None else picture.number - before.number - 1
+        self.dropped[picture.view] += dropped
+        count_flow(ENCODER, VIEWERS, "pictures", dropped=dropped, size_bytes=size_bytes)
 
     async def pictures(self, view: str, scale: Scale) -> AsyncGenerator[EncodedPicture]:
         """Yield each newest picture of `view`, until the server ends."""

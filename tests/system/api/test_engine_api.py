@@ -34,3 +34,31 @@ def test_every_step_of_the_start_has_its_duration(server: Running) -> None:
     assert [step["device"] for step in start[:5]] == ["rig", "mirrors", "wide", "left", "right"]
     assert all(step["duration_s"] >= 0.0 and step["after_s"] > 0.0 for step in start)
     assert [step["after_s"] for step in start] == sorted(step["after_s"] for step in start)
+
+
+def test_engine_tells_who_feeds_whom(server: Running) -> None:
+    server.fixate()
+    assert server.http.get("/api/v1/views/wide/snapshot.jpg").status_code == 200
+
+    def joined(engine: Document) -> set[tuple[str, str, str]]:
+        return {(edge["source"], edge["target"], edge["items"]) for edge in engine["edges"]}
+
+    found = server.poll(
+        "/engine", lambda engine: ("foveacam-jobs", "foveacam-shapes", "looks") in joined(engine)
+    )
+    assert joined(found) >= {
+        ("camera wide", "foveacam-hardware", "frames"),
+        ("camera left", "foveacam-hardware", "frames"),
+        ("event loop", "foveacam-jobs", "jobs"),
+        ("foveacam-jobs", "foveacam-hardware", "commands"),
+        ("foveacam-jobs", "foveacam-wide-depth", "looks"),
+        ("foveacam-hardware", "mirrors", "moves"),
+        ("foveacam-hardware", "view wide", "pictures"),
+    }
+    ends = {edge[end] for edge in found["edges"] for end in ("source", "target")}
+    assert {part["name"] for part in found["parts"]} == ends
+    parts = rows(found, "parts", "name")
+    assert parts["camera wide"]["kind"] == "camera" and parts["view wide"]["kind"] == "view"
+    assert parts["foveacam-hardware"]["waiting"] >= 0
+    wide = next(edge for edge in found["edges"] if edge["target"] == "view wide")
+    assert wide["rate_hz"] > 0.0 and wide["mb_per_s"] > 0.0 and found["flow_window_s"] > 0.0

@@ -50,6 +50,25 @@ def view(name: str) -> Document:
     return {"view": name, "rate_hz": 20.0, "published": 900, "repeated": 2, "sent": 850, "dropped": 12}
 
 
+def part(name: str, kind: str, *, busy: float | None = None) -> Document:
+    waiting = 2 if name == "foveacam-hardware" else None
+    return {"name": name, "kind": kind, "busy_share": busy, "waiting": waiting, "flagged": False}
+
+
+def edge(source: str, target: str, items: str, rate_hz: float, *, dropped: int = 0) -> Document:
+    return {
+        "source": source,
+        "target": target,
+        "items": items,
+        "rate_hz": rate_hz,
+        "dropped_hz": dropped / 10.0,
+        "mb_per_s": 15.5 if items == "pictures" else None,
+        "count": 1200,
+        "dropped": dropped,
+        "flagged": dropped > 0,
+    }
+
+
 def engine() -> Document:
     """Return the load of a server that keeps up."""
     devices = ("rig", "mirrors", "wide", "left", "right", "pan_tilt")
@@ -82,5 +101,30 @@ def engine() -> Document:
         "start": [
             {"device": device, "state": "done", "after_s": 2.3 + at / 10.0, "duration_s": 0.1}
             for at, device in enumerate(devices)
+        ],
+        "flow_window_s": 10.0,
+        "parts": [
+            part("camera left", "camera"),
+            part("camera wide", "camera"),
+            part("encoder", "thread", busy=0.22),
+            part("event loop", "thread", busy=0.08),
+            part("foveacam-hardware", "thread", busy=0.41),
+            part("foveacam-jobs", "thread", busy=0.0),
+            part("mirrors", "device"),
+            part("view left", "view"),
+            part("view wide", "view"),
+            part("viewers", "clients"),
+        ],
+        "edges": [
+            edge("camera left", "foveacam-hardware", "frames", 12.0),
+            edge("camera wide", "foveacam-hardware", "frames", 20.0),
+            edge("encoder", "viewers", "pictures", 30.0),
+            edge("event loop", "foveacam-jobs", "jobs", 0.0),
+            edge("foveacam-hardware", "mirrors", "moves", 12.0),
+            edge("foveacam-hardware", "view left", "pictures", 12.0),
+            edge("foveacam-hardware", "view wide", "pictures", 20.0),
+            edge("foveacam-jobs", "foveacam-hardware", "commands", 0.4),
+            edge("view left", "encoder", "pictures", 12.0),
+            edge("view wide", "encoder", "pictures", 20.0),
         ],
     }

@@ -57,3 +57,34 @@ def test_page_fits_a_phone_and_reads_only_while_it_is_shown(
     before = reads(stub)
     page.wait_for_timeout(1500)
     assert reads(stub) <= before + 1  # one may be under way
+
+
+def test_who_feeds_whom_is_drawn_reached_by_keyboard_and_kept_up_to_date(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    page = open_console(f"{stub.url}#/engine").page
+    graph = page.get_by_role("region", name="Who feeds whom").locator("svg")
+    expect(graph.get_by_role("button")).to_have_count(10)
+    assert graph.locator("path.line").count() == 10 and graph.locator("path.line.idle").count() == 1
+    hardware = graph.get_by_role("button", name="Hardware thread, 41 % busy, 2 waiting")
+    expect(hardware).to_have_accessible_name(
+        "Hardware thread, 41 % busy, 2 waiting, fed by Camera left and Camera wide and Jobs, "
+        "feeds Mirrors and View left and View wide"
+    )
+    details = page.locator(".flow-part")
+    expect(details).to_have_text("Choose a part to see what it takes and gives.")
+    page.get_by_role("group", name="Who feeds whom, graph").focus()
+    page.keyboard.press("Tab")
+    first = page.evaluate("document.activeElement.dataset.part")
+    expect(details.locator("h4")).not_to_be_empty()
+    hardware.focus()
+    expect(details).to_contain_text("12.0 frames/s, 1\u202f200 in all")
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.dataset.part") not in (None, first, "foveacam-hardware")
+    hardware.focus()
+
+    stub.answers["/engine"]["edges"][0] |= {"rate_hz": 11.0, "dropped_hz": 0.5, "dropped": 5, "flagged": True}
+    expect(graph.locator("path.line.flagged")).to_have_count(1)
+    expect(graph.locator(".rate .lost.flagged")).to_have_text(" −0.5/s")
+    expect(details).to_contain_text("5 dropped (0.50/s)")
+    assert page.evaluate("document.activeElement.dataset.part") == "foveacam-hardware"

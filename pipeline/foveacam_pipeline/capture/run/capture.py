@@ -15,6 +15,7 @@ from foveacam_hardware.contract import (
     PanTiltPose,
     StereoVolts,
 )
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.capture.dataset import CapturedPoint, DatasetWriter, PlanPosition, Shot
 from foveacam_pipeline.capture.plan import PlanPoint, RasterPlan, all_point_volts, plan_from, points_of_plan
 from foveacam_pipeline.capture.run.access import CaptureWatcher, RigAccess
@@ -91,7 +92,8 @@ class _CaptureRun:
                 scan = point.scan
                 self._begin_scan(point)
             following = self._following(sequence[number + 1 :], planned[number + 1 :], scan)
-            self._writer.add(self._capture_point(point, planned[number], following))
+            with span("point", index=point.index):
+                self._writer.add(self._capture_point(point, planned[number], following))
             self._report_progress(CapturePhase.POINTS)
 
     def finish(self) -> None:

@@ -19,6 +19,7 @@ from foveacam_hardware.contract import (
     Timeout,
     TriggerHead,
 )
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.capture.run.access import CaptureRig, RigAccess, trigger_head
 from foveacam_pipeline.capture.run.values import FoveaPair, ShotPlan
 
@@ -89,12 +90,14 @@ class ShotTaker:
         head = trigger_head(rig)
         exposure = self._begun_exposure(rig, head, shot)
         self._pending = None
-        receipt = exposure.wait()
+        with span("mirrors move, settle, expose"):
+            receipt = exposure.wait()
         exposure_ns = max(eye.settings.exposure_ns for eye in (rig.left, rig.right))
         self._ended_ns = receipt.end_ns(exposure_ns=exposure_ns)
         if following is not None and _may_overlap(shot, following):
             self._pending = following, self._begin(rig, head, following)
-        left, right = head.frames_of(receipt)
+        with span("frames"):
+            left, right = head.frames_of(receipt)
         return FoveaPair(left=left, right=right)
 
     def _begun_exposure(self, rig: CaptureRig, head: TriggerHead, shot: ShotPlan) -> PendingExposure:

@@ -7,13 +7,16 @@ import logging
 import queue
 import threading
 from collections.abc import Callable, Sequence
+from contextvars import copy_context
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import FoveaError, Sighting
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.measure.look import look_depth
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import cloud as cloud_of
@@ -24,10 +27,11 @@ from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, differenc
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh, RectifiedPair
 from foveacam_pipeline.verge.values import Basis
-from foveacam_server.foundation import timings
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.names import utc_now
+from foveacam_server.foundation.watching import timings
+from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
 from foveacam_server.resources.clouds.collection import CloudCollection, FixationShape
 from foveacam_server.resources.clouds.depth_patches import project_patch
 from foveacam_server.resources.clouds.schema import CloudDocument, CloudFailure
@@ -35,6 +39,8 @@ from foveacam_server.rig.ports import PictureSink, SceneViewer
 
 _log = logging.getLogger(__name__)
 
+PART, LOOKS = "foveacam-shapes", "looks"
+"""Name of the thread, and what it is fed with."""
 WAITING = 4
 """Fixations that may wait; the oldest is dropped for a newer one."""
 PUT_BACK = 12
@@ -114,9 +120,9 @@ class ShapeWorker:
         self._viewer = viewer
         self._events = events
         self._earlier: tuple[StoredLook | BoundedLook, ...] = ()
-        self._waiting: queue.Queue[VergedLook | BoundedLook | None] = queue.Queue()
+        self._waiting: queue.Queue[Callable[[], None] | None] = queue.Queue()
         self.dropped = 0
-        self._thread = threading.Thread(target=self._run, name="foveacam-shapes", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=PART, daemon=True)
 
     def start(self) -> None:
         """Start the thread, which first draws the fixations of an earlier run."""
@@ -138,7 +144,10 @@ class ShapeWorker:
         """Queue a fixation; never blocks."""
         while self._waiting.qsize() >= WAITING and self._drop_one():
             self.dropped += 1
-        self._waiting.put(seen)
+            count_flow(this_part(), PART, LOOKS, passed=0, dropped=1)
+        work = partial(self._show_limits, seen) if isinstance(seen, BoundedLook) else partial(self._try, seen)
+        count_flow(this_part(), PART, LOOKS)
+        self._waiting.put(partial(copy_context().run, work))  # with the ids of the job
 
     def forget(self, fixation_id: str) -> None:
         """Remove a fixation from the 3D pane."""
@@ -158,15 +167,13 @@ class ShapeWorker:
                 self._show_limits(earlier)
             else:
                 self._show_again(earlier)
-        while (seen := self._waiting.get()) is not None:
-            if isinstance(seen, BoundedLook):
-                self._show_limits(seen)
-            else:
-                self._try(seen)
+        while (work := self._waiting.get()) is not None:
+            work()
 
     def _try(self, seen: VergedLook) -> None:
         try:
-            self._work(seen)
+            with span("shape"):
+                self._work(seen)
         except FoveaError as error:
             self._show(seen, cloud=None, mesh=None)  # the point without a shape
             self._failed(seen, str(error))
@@ -183,7 +190,7 @@ class ShapeWorker:
         pair = rectify(seen.sighting, seen.calibration, scale=SCALE)
         self._publish("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
         self._publish("difference", difference(pair), t_ns=pair.t_ns)
-        with timings.DEPTH.time():
+        with timings.DEPTH.time(), span("depth"):
             matched = self._matcher.estimate(pair)
         shape = self._shape(seen, pair, matched)
         cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
@@ -199,6 +206,7 @@ class ShapeWorker:
     def _show(self, seen: VergedLook, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
         if self._viewer is None:
             return
+        count_flow(this_part(), PANE, "drawings")
         self._viewer.show_fixation(
             seen.fixation_id,
             label=seen.label,

@@ -1,14 +1,16 @@
 """Computes from two readings the times of each stage, and the share of a core that each thread used."""
 
-import re
 import threading
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from foveacam_server.foundation import timings
+from foveacam_server.foundation.watching import timings
+from foveacam_server.foundation.watching.flows import EVENT_LOOP, NATIVE, plain_thread_name
 from foveacam_server.resources.engine.schema import StageDocument, ThreadDocument
 
 REQUEST = "request"
+BUSY_SHARE = 0.9
+"""From this share of the time on, a thread does not keep up."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,17 +82,6 @@ def _ms(time_s: float | None) -> float | None:
     return None if time_s is None else round(1e3 * time_s, 2)
 
 
-BUSY_SHARE = 0.9
-"""From this share of the time on, a thread does not keep up."""
-EVENT_LOOP = "event loop"
-NATIVE = "of libraries"
-_NAMES = {"AnyIO worker thread": "requests", "asyncio": "requests", "MainThread": "main", "<lambda>": NATIVE}
-_NAMELESS = re.compile(r"Thread-\d+ \((.*)\)")
-"""A thread without a name of its own, and its function."""
-_NUMBER = re.compile(r"[-_]\d+$")
-"""What `ThreadPoolExecutor` adds to a name."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ThreadSample:
     """CPU time of each thread, by its number, at one moment."""
@@ -101,7 +92,7 @@ class ThreadSample:
 
 def thread_names(loop_thread: int) -> dict[int, str]:
     """Return the names of Python's threads by their number; `loop_thread` is the event loop's."""
-    names = {thread.native_id: _plain(thread.name) for thread in threading.enumerate()}
+    names = {thread.native_id: plain_thread_name(thread.name) for thread in threading.enumerate()}
     return {number: name for number, name in names.items() if number is not None} | {loop_thread: EVENT_LOOP}
 
 
@@ -138,8 +129,3 @@ def _load(name: str, shares: list[float]) -> ThreadDocument:
         busiest_share=busiest_share,
         flagged=busiest_share >= BUSY_SHARE,
     )
-
-
-def _plain(name: str) -> str:
-    plain = _NUMBER.sub("", _NAMELESS.sub(r"\1", name))
-    return _NAMES.get(plain, plain)

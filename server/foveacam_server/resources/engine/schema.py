@@ -1,5 +1,7 @@
 """The shape of the engine's load. `flagged`: it does not keep up."""
 
+from typing import Literal, TypeAlias
+
 from foveacam_server.foundation.schema import ResponseModel
 
 
@@ -105,6 +107,40 @@ class StartTimeDocument(ResponseModel):
     duration_s: float | None
 
 
+PartKind: TypeAlias = Literal["thread", "camera", "device", "view", "clients", "file"]
+
+
+class PartDocument(ResponseModel):
+    """A part of the server that is fed or feeds; `busy_share` and `waiting` are null where it has none.
+
+    A thread has the name that it has under `threads`, a camera or a view `camera wide`, `view wide`.
+    """
+
+    name: str
+    kind: PartKind
+    busy_share: float | None
+    waiting: int | None
+    flagged: bool
+
+
+class EdgeDocument(ResponseModel):
+    """What one part hands to another; rates of the last `flow_window_s`, counts since the process began.
+
+    `mb_per_s`: null where sizes are not counted. `dropped`: what did not get there; viewers that draw slowly
+    drop pictures, which is flagged nowhere.
+    """
+
+    source: str
+    target: str
+    items: str
+    rate_hz: float
+    dropped_hz: float
+    mb_per_s: float | None
+    count: int
+    dropped: int
+    flagged: bool
+
+
 class EngineDocument(ResponseModel):
     """The load of the whole server at one moment; shares are of the last `window_s`."""
 
@@ -119,3 +155,6 @@ class EngineDocument(ResponseModel):
     cameras: list[CameraFlowDocument]
     views: list[ViewFlowDocument]
     start: list[StartTimeDocument]
+    flow_window_s: float
+    parts: list[PartDocument]
+    edges: list[EdgeDocument]

@@ -11,6 +11,8 @@ from foveacam_hardware.contract import CameraCounters, Clock
 from foveacam_server import __version__
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.store import Store
+from foveacam_server.foundation.watching.flows import HARDWARE, FlowCount, FlowKey, camera_part, read_flows
+from foveacam_server.resources.engine.graph import edge_documents, part_documents
 from foveacam_server.resources.engine.loads import (
     BUSY_SHARE,
     BucketCounts,
@@ -42,6 +44,8 @@ from foveacam_server.rig.stream import LiveStreams
 
 PERIOD_S = 2.0
 MINUTE_S = 60.0
+FLOW_SAMPLES = 6
+"""Rates of flows are those of the last 10 s."""
 MINUTE_SAMPLES = 6
 """The last minute is known to a sixth of it."""
 LATE_MS = 500.0
@@ -71,6 +75,12 @@ class _LoadSample:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class _FlowSample:
+    t_s: float
+    flows: Mapping[FlowKey, FlowCount]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _MinuteSample:
     t_s: float
     stages: Mapping[str, BucketCounts]
@@ -88,6 +98,7 @@ class EngineService:
         self._began_s = None if age_s is None else self._now_s() - age_s
         self._loads: deque[_LoadSample] = deque([self._sample()], maxlen=2)
         self._minute: deque[_MinuteSample] = deque([self._minute_sample()], maxlen=MINUTE_SAMPLES + 1)
+        self._flows: deque[_FlowSample] = deque([self._flow_sample()], maxlen=FLOW_SAMPLES)
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="foveacam-engine", daemon=True)
 
@@ -105,6 +116,7 @@ class EngineService:
     def update(self) -> None:
         """Take one sample; called every `PERIOD_S`."""
         self._loads.append(self._sample())
+        self._flows.append(self._flow_sample())
         if self._now_s() - self._minute[-1].t_s >= MINUTE_S / MINUTE_SAMPLES:
             self._minute.append(self._minute_sample())
 
@@ -112,19 +124,25 @@ class EngineService:
         """Return the load of every part."""
         samples = tuple(self._loads)
         before, now = samples if len(samples) == 2 else (None, samples[0])
-        threads = self._threads(before, now)
+        threads, hardware, cameras = self._threads(before, now), self._hardware(before, now), self._cameras()
+        flows, flows_before = self._flow_sample(), self._flows[0]
+        flow_window_s = flows.t_s - flows_before.t_s
+        edges = edge_documents(flows.flows, flows_before.flows, window_s=flow_window_s)
         return EngineDocument(
             utc=utc_now(),
             version=__version__,
             window_s=None if before is None else round(now.threads.t_s - before.threads.t_s, 2),
             process=self._process(threads),
-            hardware=self._hardware(before, now),
+            hardware=hardware,
             event_loop=self._event_loop(),
             threads=threads,
             stages=self._stages(),
-            cameras=self._cameras(),
+            cameras=cameras,
             views=self._views(),
             start=[self._start(step) for step in self._parts.hardware.opening.steps.every],
+            flow_window_s=round(flow_window_s, 2),
+            parts=part_documents(edges, threads=threads, hardware=hardware, cameras=cameras),
+            edges=edges,
         )
 
     def _run(self) -> None:
@@ -139,6 +157,15 @@ class EngineService:
         return _LoadSample(
             threads=ThreadSample(t_s=self._now_s(), cpu_s=cpu_s), idle_s=self._parts.hardware.commands.idle_s
         )
+
+    def _flow_sample(self) -> _FlowSample:
+        cameras = {
+            FlowKey(camera_part(camera.role.value), HARDWARE, "frames"): FlowCount(
+                passed=camera.counters.delivered, dropped=_lost(camera.counters)
+            )
+            for camera in self._parts.hardware.status.cameras
+        }
+        return _FlowSample(t_s=self._now_s(), flows={**read_flows(), **cameras})
 
     def _minute_sample(self) -> _MinuteSample:
         return _MinuteSample(

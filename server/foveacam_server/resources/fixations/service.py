@@ -4,16 +4,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Clock, Frame
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_pipeline.verge.values import Basis, Fixation, VergeStep
-from foveacam_server.foundation import timings
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.names import new_id
 from foveacam_server.foundation.store import Store
+from foveacam_server.foundation.watching import timings
 from foveacam_server.resources.clouds.depth_patches import DepthPatches, point_patch
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.resources.clouds.shapes import BoundedLook, ShapeWorker, StoredLook, VergedLook
@@ -146,6 +147,7 @@ class FixationService:
         with (
             tools.hardware.session(holder, cancelled=context.cancelled, one_eyed=True) as head,
             timings.VERGE.time(),
+            span("verge"),
         ):
             fixation = fixate(
                 head,
@@ -163,7 +165,8 @@ class FixationService:
         described = describe_fixation(
             fixation, calibration=calibration, fixation_id=fixation_id, job_id=job.id, order=order
         )
-        self._store(fixation, described, order=order, calibration=calibration)
+        with span("answer"):
+            self._store(fixation, described, order=order, calibration=calibration)
         return f"/api/v1/fixations/{fixation_id}"
 
     def _clicked(self, order: FixationOrder) -> Frame | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, Head
+from foveacam_hardware.contract.spans import untraced
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track.follow import Follower, FollowStep
@@ -148,7 +149,8 @@ class FollowJob:
                 self._take_changes(follower, head)
                 self._take_rounds(follower, head)
                 if follower.targets:
-                    self._take(follower, follower.step(head))
+                    with untraced():  # for hours, look after look
+                        self._take(follower, follower.step(head))
                 if (now_ns := self._tools.clock.now_ns()) >= due_ns:
                     due_ns = now_ns + REPORT_PERIOD_NS
                     self._tell(follower, context)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, OutOfRange, Role
+from foveacam_hardware.contract.spans import untraced
 from foveacam_pipeline.capture.dataset.pictures import png_bytes
 from foveacam_pipeline.capture.recording.values import TrackedBox
 from foveacam_pipeline.loop.pictures import match_picture
@@ -271,8 +272,9 @@ class LoopService:
     def _work(self, context: JobContext) -> str:
         run, ended = self._need(), None
         try:
-            while not (run.stop_wanted.is_set() or context.cancelled()):
-                run.run_while_free(context)
+            with untraced():  # for hours, look after look
+                while not (run.stop_wanted.is_set() or context.cancelled()):
+                    run.run_while_free(context)
         except FoveaError as error:
             ended = error
             raise

@@ -19,14 +19,13 @@ class ZeroedPositioner(StrEnum):
 
 def confirm_zero(
     positioner: Annotated[ZeroedPositioner, typer.Argument(help="what stands at its zero")],
-    server: Annotated[str, typer.Option(help="the running server")] = "http://127.0.0.1:8000",
-    token: Annotated[
-        str | None, typer.Option(help="what the server wants to be shown", envvar="FOVEACAM_TOKEN")
-    ] = None,
+    server: Annotated[
+        str, typer.Option(help="the running server; FOVEACAM_TOKEN is sent to it")
+    ] = "http://127.0.0.1:8000",
 ) -> None:
     """Say that the pan-tilt or the rail stands at its zero, after its board without switches restarted."""
     path = f"/{positioner.replace('-', '_')}/zero_confirmations"
-    with ServerClient(server, token=checked_settings({"token": token}).token) as client:
+    with ServerClient(server, token=checked_settings({}).token) as client:
         found = client.post(path)
     if found["fault"] is not None:
         raise FoveaError(

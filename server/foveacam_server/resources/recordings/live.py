@@ -14,9 +14,13 @@ from foveacam_pipeline.capture.recording.session import RigDescription
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, TrackedBox
 from foveacam_server.foundation.names import utc_now
+from foveacam_server.foundation.watching.flows import FILE, count_flow
 from foveacam_server.resources.recordings.schema import RecordingState
 
 _log = logging.getLogger(__name__)
+
+PART = "foveacam-recording"
+"""Name of the thread that writes frames."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -79,7 +83,8 @@ class LiveRecording:
         self.newest_ns[frame.role] = frame.t_ns
         try:
             found = raw_frame(frame, calibration=self.rig.calibration, packed=self.packed)
-            recorder.publish(STREAM_OF_ROLE[frame.role], found)
+            kept = recorder.publish(STREAM_OF_ROLE[frame.role], found)
+            count_flow(PART, FILE, "frames", passed=int(kept), dropped=int(not kept))
             for box in self.boxes(frame) if frame.role is Role.WIDE else ():
                 recorder.publish_box(box)
         except Exception as error:  # noqa: BLE001 - this is the hardware's thread, which must not end

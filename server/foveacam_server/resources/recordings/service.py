@@ -17,6 +17,7 @@ from foveacam_hardware.contract import (
     Role,
     StorageFull,
 )
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.capture.recording.bounds import (
     DEFAULT_S,
     EndCause,
@@ -263,7 +264,8 @@ class RecordingService:
             with self._tools.tap.listening(live.roles, live.record_frame, every=live.every):
                 ended = self._wait(context, live)
         finally:
-            recorder.close(finalize=not context.cancelled() and live.failure is None)
+            with span("close the file"):
+                recorder.close(finalize=not context.cancelled() and live.failure is None)
             self._report(context, live)
         if live.failure is not None:
             raise live.failure

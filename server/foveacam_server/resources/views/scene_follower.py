@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import FoveaError, Role, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
+from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.scene_values import EyeGaze, RigShape
 
@@ -85,6 +86,7 @@ class SceneFollower:
     def _send(self, gaze: RigGaze) -> None:
         if self._sent is None or self._sent.calibration is not gaze.calibration:
             self._viewer.show_rig(rig_shape(gaze.calibration))
+        count_flow(this_part(), PANE, "drawings")
         self._viewer.show_gaze(
             left=_gaze(gaze, Role.LEFT),
             right=_gaze(gaze, Role.RIGHT),

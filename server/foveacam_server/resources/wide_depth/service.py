@@ -5,13 +5,16 @@ import queue
 import threading
 import time
 from collections.abc import Callable
+from contextvars import copy_context
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, FoveaError
+from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.context.look_around import LookedAround, look_around
 from foveacam_pipeline.context.looks import fuse_fixation
 from foveacam_pipeline.context.rendering import (
@@ -31,6 +34,7 @@ from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
+from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
 from foveacam_server.rig.encoder import eight_bit
@@ -53,6 +57,8 @@ TOLD_SHARE = 0.005
 DEPTH_DIGITS, SHARE_DIGITS = 4, 5
 
 _log = logging.getLogger(__name__)
+PART, LOOKS = "foveacam-wide-depth", "looks"
+"""Name of the thread, and what it is fed with."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,14 +81,14 @@ class WideDepthService:
     def __init__(self, keeper: ContextKeeper, tools: WideDepthTools) -> None:
         self._keeper = keeper
         self._tools = tools
-        self._looks: queue.Queue[tuple[Fixation, Calibration]] = queue.Queue()
+        self._looks: queue.Queue[Callable[[], None]] = queue.Queue()
         self._survey_id: str | None = None
         self._surveyed: float | None = None
         self._shown: tuple[WideContext | None, int] = (None, -1)
         self._told_share = 0.0
         self._turns = 0
         self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="foveacam-wide-depth", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=PART, daemon=True)
         tools.jobs.handle(KIND, self._survey)
 
     def start(self) -> None:
@@ -110,7 +116,10 @@ class WideDepthService:
                 self._looks.get_nowait()
             except queue.Empty:
                 break
-        self._looks.put((fixation, calibration))
+            count_flow(this_part(), PART, LOOKS, passed=0, dropped=1)
+        count_flow(this_part(), PART, LOOKS)
+        work = partial(copy_context().run, self._fuse, fixation, calibration)  # with the ids of the job
+        self._looks.put(work)
 
     def look_around(self, *, idempotency_key: str | None = None) -> Job:
         """Queue a look around; refuse at once what could not be done now."""
@@ -190,11 +199,11 @@ class WideDepthService:
 
     def _turn(self) -> None:
         try:
-            fixation, calibration = self._looks.get(timeout=COMPARE_S)
+            fuse = self._looks.get(timeout=COMPARE_S)
         except queue.Empty:
             pass
         else:
-            self._fuse(fixation, calibration)
+            fuse()
             return
         context, picture = self._keeper.present(), self._wide_picture()
         if context is None or picture is None:
@@ -209,7 +218,8 @@ class WideDepthService:
     def _fuse(self, fixation: Fixation, calibration: Calibration) -> None:
         context = self._keeper.present()
         if context is not None and context.wide == calibration.wide:
-            fuse_fixation(context, fixation, calibration)
+            with span("wide depth"):
+                fuse_fixation(context, fixation, calibration)
 
     def _show(self, *, bring: bool = False) -> None:
         """Bring the 3D pane and the view up to date when something has changed."""
@@ -232,6 +242,7 @@ class WideDepthService:
             return
         mesh = context_mesh(known, picture, context.wide)
         if len(mesh.faces):
+            count_flow(this_part(), PANE, "drawings")
             viewer.show_surroundings(mesh, bring=bring)
         else:
             viewer.remove_surroundings()

@@ -10,7 +10,9 @@ from functools import partial
 from typing import TypeVar
 
 from foveacam_hardware.contract import PARKED, FoveaError, Frame, OneEyedHead, Role, Sighting, StereoVolts
-from foveacam_server.foundation import timings
+from foveacam_hardware.contract.spans import span
+from foveacam_server.foundation.watching import timings
+from foveacam_server.foundation.watching.flows import HARDWARE, MIRRORS, count_flow
 from foveacam_server.rig.device_reconnector import DeviceReconnector
 from foveacam_server.rig.live_views import LiveViews
 from foveacam_server.rig.ports import AssembledRig
@@ -68,7 +70,7 @@ class RigMoves:
         look = rig.head.look
         if lost is not None and isinstance(rig.head, OneEyedHead):
             look = partial(rig.head.look_without, lost)
-        with timings.LOOK.time():
+        with timings.LOOK.time(), span("look"):
             sighting = self._exposed(rig, lambda: look(volts, settle_us=settle_us), missing=lost)
         if not self.halted:
             self._gaze = sighting.volts if rig.replayed else rig.mirrors.state.volts
@@ -77,7 +79,8 @@ class RigMoves:
 
     def expose(self, rig: AssembledRig, work: Callable[[AssembledRig], T]) -> T:
         """Run work that steers and exposes by itself."""
-        found = self._exposed(rig, lambda: work(rig))
+        with span("exposure"):
+            found = self._exposed(rig, lambda: work(rig))
         if not self.halted:
             self._gaze = rig.mirrors.state.volts
         return found
@@ -95,8 +98,10 @@ class RigMoves:
 
     def steer(self, rig: AssembledRig, volts: StereoVolts) -> StereoVolts:
         """Move both mirrors; return the volts really set."""
+        count_flow(HARDWARE, MIRRORS, "moves")
         try:
-            self._gaze = rig.mirrors.steer(volts)
+            with span("mirrors.steer"):
+                self._gaze = rig.mirrors.steer(volts)
         except FoveaError as error:
             self._reconnector.look_failed(rig, error)
             raise
@@ -111,6 +116,7 @@ class RigMoves:
 
     def _exposed(self, rig: AssembledRig, look: Callable[[], T], *, missing: Role | None = None) -> T:
         """Run a look; on an error record which device failed; park again when the stop came meanwhile."""
+        count_flow(HARDWARE, MIRRORS, "moves")
         try:
             found = look()
         except FoveaError as error:

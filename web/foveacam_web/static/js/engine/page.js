@@ -1,4 +1,4 @@
-// The page of the engine's load: threads, queues, stages, cameras, views, controller's line and clock, start.
+// The page of the engine's load: threads, queues, stages, cameras, views, controller's line and clock, start, who feeds whom.
 
 import { request } from "../transport/api.js";
 import { hand } from "../elements/download.js";
@@ -9,6 +9,7 @@ import { pageHead } from "../pages.js";
 import { badge, bar, figures, nothing, panel } from "../elements/parts.js";
 import { QuietReads } from "../transport/quiet.js";
 import { lineOf } from "../rig/controller.js";
+import { graphOf } from "./graph.js";
 import {
   percent,
   processRows,
@@ -25,6 +26,7 @@ import {
 /**
  * @import { EngineDocument, MirrorsDocument } from "#api"
  * @import { Store } from "../store.js"
+ * @import { Choice } from "./graph.js"
  * @typedef {{engine: EngineDocument, mirrors: MirrorsDocument}} Load
  * @typedef {{flagged?: boolean, cells: unknown[]}} Row the first cell names the row
  */
@@ -38,6 +40,12 @@ export function mountEnginePage(place, { store }) {
   const reads = new QuietReads();
   /** @type {Load | null} */
   let load = null;
+  let chosen = "";
+  const show = () => load && update(body, partsOf(load, { chosen, choose }));
+  const choose = (/** @type {string} */ name) => {
+    chosen = name;
+    show();
+  };
   const read = async () => {
     if (!store.state.engine_page || document.hidden) return;
     await reads.read("engine", async () => {
@@ -48,7 +56,7 @@ export function mountEnginePage(place, { store }) {
       load = { engine, mirrors };
       save.disabled = false;
       update(told, toldOf(engine));
-      update(body, partsOf(load));
+      show();
     });
   };
   save.addEventListener("click", () => {
@@ -69,9 +77,10 @@ function toldOf(engine) {
   return sentences.map((text) => html`<p class="state ${tone}">${icon(tone === "good" ? "check" : "warn")}${text}</p>`);
 }
 
-/** @param {Load} load */
-function partsOf({ engine, mirrors }) {
+/** @param {Load} load @param {Choice} choice */
+function partsOf({ engine, mirrors }, choice) {
   return [
+    html`<div class="whole-row">${panel("Who feeds whom", graphOf(engine, choice))}</div>`,
     panel("Threads", threadsOf(engine)),
     html`<div class="column">
       ${panel("Queues", figures(queueRows(engine)))} ${panel("Process", figures(processRows(engine)))}
