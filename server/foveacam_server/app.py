@@ -8,6 +8,7 @@ from fastapi import FastAPI
 
 from foveacam_hardware.contract import Clock, FoveaError, MonotonicClock
 from foveacam_server import __version__
+from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
@@ -131,9 +132,8 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         with ExitStack() as stack:
             try:
                 app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
-                services = open_services(
-                    settings, stack=stack, loop=asyncio.get_running_loop(), clock=clock or MonotonicClock()
-                )
+                foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock())
+                services = open_services(foundation, loop=asyncio.get_running_loop())
             except FoveaError as error:
                 app.state.failure = error  # `foveacam serve` prints it in place of a traceback
                 raise

@@ -13,7 +13,8 @@ from foveacam_hardware.contract import Clock, Station, StationTarget, VirtualClo
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.rig import VIRTUAL_START_NS, simulated_rig
-from foveacam_server.assembly import first_services, rig_opening
+from foveacam_server import app
+from foveacam_server.assembly import rig_opening
 from foveacam_server.foundation.events import Event
 from tests.integration.marker_room import changed_room, make_grey
 
@@ -117,7 +118,7 @@ def calibration_server(
     if rig_file:
         file.write_text(f'kind = "simulated"\nscene = "{scene}"\n{rig_file}')
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(first_services, "MonotonicClock", lambda: clock)
+        patch.setattr(app, "MonotonicClock", lambda: clock)
         patch.setattr(rig_opening, "open_rig", _in_virtual_time)
         with running(data, rig=str(file) if rig_file else "sim", scene=scene, live_hz=LIVE_HZ) as server:
             rig = server.rig

@@ -6,12 +6,12 @@ import pytest
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_server.foundation.child_process import run_child
-from foveacam_server.foundation.store import Document
+from foveacam_server.foundation.child_work import ChildProgress
 
 TALKER = """
 import json, sys, time
 for done in range(3):
-    print(json.dumps({"done": done}), flush=True)
+    print(json.dumps({"done": done, "total": 3, "note": "", "share": done / 3}), flush=True)
 """
 ENDINGS = {
     "talks": "",
@@ -29,27 +29,27 @@ def modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
 
 
-def ignore(_message: Document) -> None: ...
+def ignore(_step: ChildProgress) -> None: ...
 
 
 def test_each_line_is_handed_on() -> None:
-    told: list[Document] = []
-    run_child("child_that_talks", [], on_message=told.append, cancelled=lambda: False)
-    assert told == [{"done": 0}, {"done": 1}, {"done": 2}]
+    told: list[ChildProgress] = []
+    run_child("child_that_talks", [], on_progress=told.append, cancelled=lambda: False)
+    assert told == [ChildProgress(done=n, total=3, note="", share=n / 3) for n in range(3)]
 
 
 def test_its_error_is_raised_here_in_its_own_words() -> None:
     with pytest.raises(InvalidInput, match="no frame") as refused:
-        run_child("child_that_refuses", [], on_message=ignore, cancelled=lambda: False)
+        run_child("child_that_refuses", [], on_progress=ignore, cancelled=lambda: False)
     assert (refused.value.asked, refused.value.found, refused.value.remedy) == ("a", "b", "c")
 
 
 def test_an_end_that_nobody_foresaw_is_an_error() -> None:
     with pytest.raises(RuntimeError, match="status 3"):
-        run_child("child_that_breaks", [], on_message=ignore, cancelled=lambda: False)
+        run_child("child_that_breaks", [], on_progress=ignore, cancelled=lambda: False)
 
 
 def test_it_is_ended_when_its_work_is_no_longer_wanted() -> None:
-    told: list[Document] = []
+    told: list[ChildProgress] = []
     with pytest.raises(Cancelled):
-        run_child("child_that_stays", [], on_message=told.append, cancelled=lambda: len(told) == 3)
+        run_child("child_that_stays", [], on_progress=told.append, cancelled=lambda: len(told) == 3)

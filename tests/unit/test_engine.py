@@ -24,19 +24,21 @@ from foveacam_server.foundation.watching.flows import (
     this_part,
 )
 from foveacam_server.resources.engine.graph import edge_documents, part_documents
-from foveacam_server.resources.engine.loop_lag import PERIOD_S, LoopLag
-from foveacam_server.resources.engine.process_files import ProcessFiles
-from foveacam_server.resources.engine.schema import HardwareLoadDocument
-from foveacam_server.resources.engine.service import EngineParts, EngineService
-from foveacam_server.resources.engine.stage_times import BucketCounts, read_stages, stage_documents
-from foveacam_server.resources.engine.thread_loads import (
+from foveacam_server.resources.engine.loads import (
+    BucketCounts,
     ThreadSample,
+    read_stages,
+    stage_documents,
     thread_loads,
     thread_names,
     unknown_loads,
 )
+from foveacam_server.resources.engine.loop_lag import PERIOD_S, LoopLag
+from foveacam_server.resources.engine.process_files import ProcessFiles
+from foveacam_server.resources.engine.schema import HardwareLoadDocument
+from foveacam_server.resources.engine.service import EngineParts, EngineService
 from foveacam_server.rig.frame_hub import FrameHub
-from foveacam_server.rig.opening_steps import OpeningSteps
+from foveacam_server.rig.hardware_thread.opening_steps import OpeningSteps
 from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.status import FrameRate, SlidingMaximum
 from foveacam_server.rig.stream import LiveStreams

@@ -13,7 +13,7 @@ HEARD = re.compile(r"\"([a-z_]+\.[a-z_]+)\"")
 def test_the_console_listens_to_every_kind_of_event_that_the_server_names() -> None:
     sources = Path(foveacam_server.__file__).parent.rglob("*.py")
     told = {kind for path in sources for kind in TOLD.findall(path.read_text(encoding="utf-8"))}
-    page = Path(foveacam_web.__file__).parent / "static" / "js" / "eventsource.js"
+    page = Path(foveacam_web.__file__).parent / "static" / "js" / "transport" / "eventsource.js"
     heard = set(HEARD.findall(page.read_text(encoding="utf-8")))
 
     assert {"capture.progress", "capture.ended", "job.updated"} <= told

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from foveacam_pipeline.track.schedule import Claim, LookSchedule
+from foveacam_pipeline.track.follow import Claim, LookSchedule
 
 
 def simulate(

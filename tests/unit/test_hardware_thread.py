@@ -24,8 +24,8 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import LENGTH
+from foveacam_server.rig.hardware_thread.opening_steps import FIRST_DEVICES, OpeningSteps
 from foveacam_server.rig.live_views import LiveRates
-from foveacam_server.rig.opening_steps import FIRST_DEVICES, OpeningSteps
 from foveacam_server.rig.ports import RigOpeningWatch
 from foveacam_server.rig.status import RigState
 from foveacam_server.rig.stop import StopSwitch

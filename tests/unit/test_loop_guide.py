@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, OutOfRange, Role
 from foveacam_pipeline.loop.guide_match import GuideMatch, match_guide
-from foveacam_pipeline.loop.match_picture import CAPTION_PX, GAP_PX, match_picture
+from foveacam_pipeline.loop.pictures import CAPTION_PX, GAP_PX, match_picture
 from foveacam_pipeline.loop.settings import AXES, Axis, LoopSettings
 from foveacam_pipeline.loop.target_guide import LOST_MISSES, GuideState, TargetGuide
 from foveacam_pipeline.loop.vergence_loop import LoopStatus, VergenceLoop

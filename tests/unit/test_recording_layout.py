@@ -7,8 +7,13 @@ import pytest
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
-from foveacam_server.resources.recordings.layout import read_layout, write_layout
-from foveacam_server.resources.recordings.layout_schema import LayoutRequest, PlayerLayout, TrackLayout
+from foveacam_server.resources.recordings.layout import (
+    LayoutRequest,
+    PlayerLayout,
+    TrackLayout,
+    read_layout,
+    write_layout,
+)
 
 from .recordings import record
 

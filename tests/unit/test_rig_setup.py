@@ -14,7 +14,7 @@ from foveacam_server.foundation.errors import EditedMeanwhile, NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.rig_setup.draft_advice import advice_on
+from foveacam_server.resources.rig_setup.draft_checks import advice_on
 from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
 from foveacam_server.resources.rig_setup.schema import (
     DraftCamera,

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { request, RequestError } from "../foveacam_web/static/js/api.js";
+import { request, RequestError } from "../foveacam_web/static/js/transport/api.js";
 
 test("a body that comes too late is a failed request with a remedy", async (t) => {
   const body = new ReadableStream({

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { facts, parts, sentenceNames, sentences } from "../foveacam_web/static/js/calibration/facts.js";
-import { knockWords } from "../foveacam_web/static/js/calibration/knocks.js";
+import { knockWords } from "../foveacam_web/static/js/calibration/fit/knocks.js";
 import { healthReason, healthWord, verdictOf } from "../foveacam_web/static/js/calibration/verdict.js";
 import { only } from "./documents.js";
 

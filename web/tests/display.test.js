@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { displayState, patternOf, printPath, sizeWords } from "../foveacam_web/static/js/calibration/display_words.js";
+import { displayState, patternOf, printPath, sizeWords } from "../foveacam_web/static/js/calibration/displays/words.js";
 import { isTooLarge, placeOf, screenKey } from "../foveacam_web/static/js/display/scale.js";
 import { nameOf, scaleWords, shownWords, warningWords } from "../foveacam_web/static/js/display/words.js";
 import { only } from "./documents.js";

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import * as format from "../foveacam_web/static/js/format.js";
+import * as format from "../foveacam_web/static/js/elements/format.js";
 
 test("a number has a real minus sign, no minus zero, and a dash where it is missing", () => {
   assert.equal(format.number(-1.25, 1), "−1.3");

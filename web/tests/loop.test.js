@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
-import { LatestOrder } from "../foveacam_web/static/js/latest_order.js";
+import { LatestOrder } from "../foveacam_web/static/js/transport/latest_order.js";
 import { distanceRuns, errorCurves, recent } from "../foveacam_web/static/js/loop/plots.js";
 import { GROUPS, modeOf, MODES, numberOf, patchOf } from "../foveacam_web/static/js/loop/settings.js";
 import {

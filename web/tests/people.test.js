@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { RequestError, request } from "../foveacam_web/static/js/api.js";
+import { RequestError, request } from "../foveacam_web/static/js/transport/api.js";
 import {
   agoWords,
   askerWords,
@@ -16,7 +16,7 @@ import {
   userName,
 } from "../foveacam_web/static/js/people/words.js";
 import { isNamed, may, passwordFault, roleWords, whoWords } from "../foveacam_web/static/js/session/words.js";
-import { signIn } from "../foveacam_web/static/js/sign_in.js";
+import { signIn } from "../foveacam_web/static/js/transport/sign_in.js";
 import { only } from "./documents.js";
 
 /** @typedef {import("#api").SignInDocument} SignInDocument */

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { RequestError } from "../foveacam_web/static/js/api.js";
-import { QuietReads } from "../foveacam_web/static/js/quiet.js";
+import { RequestError } from "../foveacam_web/static/js/transport/api.js";
+import { QuietReads } from "../foveacam_web/static/js/transport/quiet.js";
 
 const failure = new RequestError({
   type: "/problems/unreachable",

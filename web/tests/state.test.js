@@ -43,7 +43,7 @@ test("an entry is deleted when the time to undo is over, and not after an undo",
   context.mock.timers.enable({ apis: ["setTimeout"] });
   Object.assign(globalThis, { window: { addEventListener() {} } });
   const sent = mock.method(globalThis, "fetch", async () => new Response(null, { status: 204 }));
-  /** @type {import("../foveacam_web/static/js/toasts.js").Message[]} */
+  /** @type {import("../foveacam_web/static/js/elements/toasts.js").Message[]} */
   const said = [];
   const commands = only({
     say: (/** @type {any} */ message) => said.push(message),

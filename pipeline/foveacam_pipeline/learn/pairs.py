@@ -21,7 +21,6 @@ from foveacam_pipeline.learn.network.geometry import mirrored_geometry, turned_g
 from foveacam_pipeline.learn.pair_folder import DOCUMENT as PAIRS_DOCUMENT
 from foveacam_pipeline.learn.pair_folder import PairSample, PairTruth, StoredPairs, is_pair_folder
 from foveacam_pipeline.learn.recorded_pairs import is_recording, recorded_pairs, recording_digest
-from foveacam_pipeline.learn.right_eye import right_truth
 
 SCALE = 0.5
 LEAST_VALID = 0.5
@@ -203,3 +202,24 @@ def _varied(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.
     offset = rng.uniform(-LARGEST_OFFSET, LARGEST_OFFSET)
     planes = picture_planes(picture) * np.float32(gain) + np.float32(offset)
     return np.asarray(np.clip(planes, 0.0, 1.0), dtype=np.float32)
+
+
+def right_truth(
+    truth: PairTruth, window: tuple[slice, slice]
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return the disparity of a window of the right picture, float32, px, and where it is known, both (h, w).
+
+    What both eyes see is drawn at its column of the right picture, rounded; of several that fall on one pixel
+    the nearest is kept. A pixel that none falls on is unknown, and has 0.
+    """
+    rows, columns = window
+    seen = truth.both[rows] & np.isfinite(truth.disparity_px[rows])
+    height, width = seen.shape
+    drawn_px = np.full((height, width), -np.inf, np.float32)
+    y, x = np.nonzero(seen)
+    disparity_px = truth.disparity_px[rows][y, x]
+    x_right = np.rint(x - disparity_px).astype(np.intp)
+    inside = (x_right >= 0) & (x_right < width)
+    np.maximum.at(drawn_px, (y[inside], x_right[inside]), disparity_px[inside])
+    known = np.isfinite(drawn_px)
+    return np.where(known, drawn_px, np.float32(0.0))[:, columns], known[:, columns]

@@ -2,11 +2,13 @@
 
 import secrets
 import threading
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 
 from foveacam_server.accounts.attempts import WrongAttempts
 from foveacam_server.accounts.audit import AuditLog
-from foveacam_server.accounts.open_streams import OpenStreams
 from foveacam_server.accounts.rights import UserRole
 from foveacam_server.accounts.service_tokens import ServiceToken, ServiceTokens
 from foveacam_server.accounts.sign_ins import SignIns
@@ -18,6 +20,39 @@ from foveacam_server.foundation.store import Store
 SWEEP_S = 5.0
 """Interval at which expired sign-ins and tokens lose their open streams."""
 _CODE_BYTES = 24
+
+
+class OpenStreams:
+    """Counts the open connections of each sign-in or token, and ends them; callable from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._ends: defaultdict[str, list[Callable[[], None]]] = defaultdict(list)
+
+    @contextmanager
+    def opened(self, sign_in: str, end: Callable[[], None]) -> Iterator[None]:
+        """Hold a connection that `end` ends, while the block runs; `end` must not wait."""
+        with self._lock:
+            self._ends[sign_in].append(end)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._ends[sign_in].remove(end)
+                if not self._ends[sign_in]:
+                    del self._ends[sign_in]
+
+    def end(self, sign_in: str) -> None:
+        """End the connections of a sign-in or token."""
+        with self._lock:
+            ends = list(self._ends.get(sign_in, ()))
+        for end in ends:
+            end()
+
+    def counts(self) -> Counter[str]:
+        """Return how many connections each sign-in or token has open."""
+        with self._lock:
+            return Counter({sign_in: len(ends) for sign_in, ends in self._ends.items()})
 
 
 class Mode(StrEnum):

@@ -1,13 +1,8 @@
-"""Opens the services that measure and store calibrations, and those that test the trigger."""
+"""Opens the services that measure and store calibrations, and that which tests the trigger."""
 
 from dataclasses import dataclass
 
-from foveacam_server.assembly.first_services import (
-    DisplayServices,
-    RigKnowledge,
-    ServerFoundation,
-)
-from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.assembly.first_services import SharedServices
 from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
 from foveacam_server.resources.calibration_sessions.runs import CalibrationJobTools
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
@@ -15,57 +10,53 @@ from foveacam_server.resources.calibration_sessions.sessions import SessionColle
 from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.drift_checks.service import DriftChecks
-from foveacam_server.rig.hardware import HardwareThread
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationServices:
-    """Services that measure and store calibrations."""
+    """Services that measure and store calibrations, and that which tests the trigger."""
 
     sessions: CalibrationSessionService
     drift: DriftChecks
     records: CalibrationRecords
+    trigger_tests: TriggerTests
 
 
-def open_calibration(
-    foundation: ServerFoundation,
-    knowledge: RigKnowledge,
-    displays: DisplayServices,
-    *,
-    hardware: HardwareThread,
-    jobs: JobRunner,
-) -> CalibrationServices:
+def open_calibration(shared: SharedServices) -> CalibrationServices:
     """Open them; they share what runs calibration jobs."""
     tools = CalibrationJobTools(
-        hardware=hardware,
-        calibration=knowledge.calibration,
-        jobs=jobs,
-        sink=displays.tap,
-        events=foundation.events,
-        clock=foundation.clock,
-        settling=knowledge.settling,
+        hardware=shared.hardware,
+        calibration=shared.knowledge.calibration,
+        jobs=shared.jobs,
+        sink=shared.displays.tap,
+        events=shared.foundation.events,
+        clock=shared.foundation.clock,
+        settling=shared.knowledge.settling,
     )
     sessions, drift = (
-        SessionCollection(knowledge.folder / "sessions"),
-        DriftChecks(knowledge.folder / "drift", tools),
+        SessionCollection(shared.knowledge.folder / "sessions"),
+        DriftChecks(shared.knowledge.folder / "drift", tools),
     )
     records = CalibrationRecords(
-        knowledge.calibration,
+        shared.knowledge.calibration,
         sessions=SessionReader(sessions),
         drift=drift.records,
-        hardware=hardware,
-        health=knowledge.health,
+        hardware=shared.hardware,
+        health=shared.knowledge.health,
     )
     return CalibrationServices(
-        sessions=CalibrationSessionService(sessions, tools), drift=drift, records=records
+        sessions=CalibrationSessionService(sessions, tools),
+        drift=drift,
+        records=records,
+        trigger_tests=_trigger_tests(shared),
     )
 
 
-def open_trigger_tests(
-    foundation: ServerFoundation, knowledge: RigKnowledge, *, hardware: HardwareThread, jobs: JobRunner
-) -> TriggerTests:
-    """Open the tests of the trigger cables."""
-    folder = knowledge.cameras_folder / "self_tests"
+def _trigger_tests(shared: SharedServices) -> TriggerTests:
     return TriggerTests(
-        folder, cameras=knowledge.cameras, hardware=hardware, jobs=jobs, events=foundation.events
+        shared.knowledge.cameras_folder / "self_tests",
+        cameras=shared.knowledge.cameras,
+        hardware=shared.hardware,
+        jobs=shared.jobs,
+        events=shared.foundation.events,
     )

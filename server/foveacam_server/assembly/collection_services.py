@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 
-from foveacam_server.assembly.first_services import DisplayServices, RigKnowledge, ServerFoundation
+from foveacam_server.assembly.first_services import SharedServices
 from foveacam_server.datasets.capture_tools import CaptureTools
 from foveacam_server.datasets.collection import CAPTURES
 from foveacam_server.datasets.derived_products import DerivedProductTools
-from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.depth_backends.service import DepthBackendService
@@ -16,7 +15,6 @@ from foveacam_server.resources.recordings.service import RecordingService, Recor
 from foveacam_server.resources.references.service import ReferenceService
 from foveacam_server.resources.stills.collection import STILLS
 from foveacam_server.resources.stills.service import StillService
-from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.live_views import LiveRates
 
 
@@ -31,28 +29,18 @@ class CollectionServices:
     references: ReferenceService
 
 
-def open_collections(
-    foundation: ServerFoundation,
-    knowledge: RigKnowledge,
-    displays: DisplayServices,
-    *,
-    hardware: HardwareThread,
-    jobs: JobRunner,
-    backends: DepthBackendService,
-) -> CollectionServices:
+def open_collections(shared: SharedServices, *, backends: DepthBackendService) -> CollectionServices:
     """Open all of them and register the handlers of their jobs."""
-    tools = _capture_tools(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
-    captures = CaptureService(foundation.store.subfolder(CAPTURES), tools)
+    tools = _capture_tools(shared)
+    captures = CaptureService(shared.foundation.store.subfolder(CAPTURES), tools)
     making = DerivedProductTools(
-        captures=captures, jobs=jobs, events=foundation.events, clock=foundation.clock
+        captures=captures, jobs=shared.jobs, events=shared.foundation.events, clock=shared.foundation.clock
     )
     return CollectionServices(
         captures=captures,
-        stills=StillService(foundation.store.subfolder(STILLS), tools),
-        recordings=_recordings(
-            foundation, knowledge, displays, hardware=hardware, jobs=jobs, backends=backends
-        ),
-        mosaics=MosaicService(making, displays.viewer, network_in_use=backends.network_in_use),
+        stills=StillService(shared.foundation.store.subfolder(STILLS), tools),
+        recordings=_recordings(shared, backends=backends),
+        mosaics=MosaicService(making, shared.displays.viewer, network_in_use=backends.network_in_use),
         references=ReferenceService(making),
     )
 
@@ -62,47 +50,32 @@ def live_rates(settings: Settings) -> LiveRates:
     return LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz)
 
 
-def _capture_tools(
-    foundation: ServerFoundation,
-    knowledge: RigKnowledge,
-    displays: DisplayServices,
-    *,
-    hardware: HardwareThread,
-    jobs: JobRunner,
-) -> CaptureTools:
+def _capture_tools(shared: SharedServices) -> CaptureTools:
     return CaptureTools(
-        hardware=hardware,
-        calibration=knowledge.calibration,
-        jobs=jobs,
-        sink=displays.tap,
-        overlay=displays.overlay.of,
-        distance_m=lambda: displays.overlay.distance_m,
-        events=foundation.events,
-        clock=foundation.clock,
+        hardware=shared.hardware,
+        calibration=shared.knowledge.calibration,
+        jobs=shared.jobs,
+        sink=shared.displays.tap,
+        overlay=shared.displays.overlay.of,
+        distance_m=lambda: shared.displays.overlay.distance_m,
+        events=shared.foundation.events,
+        clock=shared.foundation.clock,
     )
 
 
-def _recordings(
-    foundation: ServerFoundation,
-    knowledge: RigKnowledge,
-    displays: DisplayServices,
-    *,
-    hardware: HardwareThread,
-    jobs: JobRunner,
-    backends: DepthBackendService,
-) -> RecordingService:
+def _recordings(shared: SharedServices, *, backends: DepthBackendService) -> RecordingService:
     tools = RecordingTools(
-        hardware=hardware,
-        calibration=knowledge.calibration,
-        jobs=jobs,
-        tap=displays.tap,
-        hub=displays.hub,
-        rates=live_rates(foundation.settings),
+        hardware=shared.hardware,
+        calibration=shared.knowledge.calibration,
+        jobs=shared.jobs,
+        tap=shared.displays.tap,
+        hub=shared.displays.hub,
+        rates=live_rates(shared.foundation.settings),
         backends=backends,
-        events=foundation.events,
-        clock=foundation.clock,
-        folders=foundation.settings.recording_folders,
+        events=shared.foundation.events,
+        clock=shared.foundation.clock,
+        folders=shared.foundation.settings.recording_folders,
     )
-    recordings = RecordingService(foundation.store.subfolder(RECORDINGS), tools)
-    foundation.stack.callback(recordings.close)
+    recordings = RecordingService(shared.foundation.store.subfolder(RECORDINGS), tools)
+    shared.foundation.stack.callback(recordings.close)
     return recordings

@@ -1,4 +1,4 @@
-"""Opens the services that all others need: store and events, calibrations and settings, views and 3D pane."""
+"""Opens the services that all others share: store, events, calibrations, settings, views and 3D pane."""
 
 import asyncio
 import logging
@@ -10,6 +10,7 @@ from pathlib import Path
 from foveacam_hardware.contract import Clock, FoveaError
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibrations.health import CalibrationHealth
@@ -22,6 +23,7 @@ from foveacam_server.resources.views.live_stereo import LiveStereo
 from foveacam_server.resources.views.overlay import GazeOverlay
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
+from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_server.rig.settle_times import SettleTimes
 from foveacam_server.rig.stream import LiveStreams
@@ -65,6 +67,17 @@ class DisplayServices:
     stereo: LiveStereo
     viewer: SceneViewer | None
     overlay: GazeOverlay
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SharedServices:
+    """What the services of resources are opened with."""
+
+    foundation: ServerFoundation
+    knowledge: RigKnowledge
+    displays: DisplayServices
+    hardware: HardwareThread
+    jobs: JobRunner
 
 
 def open_foundation(settings: Settings, *, stack: ExitStack, clock: Clock) -> ServerFoundation:

@@ -1,29 +1,23 @@
-"""Opens the services that turn looks into fixations, clouds, wide depth and measurements."""
+"""Opens what turns looks into fixations, clouds, wide depth and measurements, and what follows targets."""
 
 from dataclasses import dataclass
 
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
-from foveacam_server.assembly.first_services import (
-    DisplayServices,
-    RigKnowledge,
-    ServerFoundation,
-)
-from foveacam_server.assembly.following import open_following
+from foveacam_server.assembly.first_services import SharedServices
 from foveacam_server.datasets.collection import CaptureCollection
-from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.shapes import ShapeWorker
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
-from foveacam_server.resources.follows.rounds import FollowRounds
+from foveacam_server.resources.follows.follow_job import FollowTools
+from foveacam_server.resources.follows.rounds import FollowRounds, RoundTools
 from foveacam_server.resources.follows.service import FollowService
-from foveacam_server.resources.loop.service import LoopService
+from foveacam_server.resources.loop.service import LoopService, LoopTools
 from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
-from foveacam_server.rig.hardware import HardwareThread
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,58 +34,29 @@ class ObservationServices:
 
 
 def open_observation(
-    foundation: ServerFoundation,
-    knowledge: RigKnowledge,
-    displays: DisplayServices,
-    *,
-    hardware: HardwareThread,
-    jobs: JobRunner,
-    captures: CaptureCollection,
-    matcher: DepthBackendService,
+    shared: SharedServices, *, captures: CaptureCollection, matcher: DepthBackendService
 ) -> ObservationServices:
     """Open them and start their threads and that of the jobs, whose handlers are registered by now."""
-    clouds = CloudCollection(foundation.store)
-    wide_depth = _wide_depth(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
-
-    def on_fixation(fixation: Fixation, calibration: Calibration) -> None:
-        knowledge.health.add(fixation, calibration)
-        wide_depth.add(fixation, calibration)
+    clouds = CloudCollection(shared.foundation.store)
+    wide_depth = _wide_depth(shared)
 
     shapes = ShapeWorker(
         clouds=clouds,
         matcher=matcher,
-        sink=displays.hub,
-        viewer=displays.viewer,
-        events=foundation.events,
+        sink=shared.displays.hub,
+        viewer=shared.displays.viewer,
+        events=shared.foundation.events,
     )
-    tools = FixationTools(
-        hardware=hardware,
-        calibration=knowledge.calibration,
-        jobs=jobs,
-        shapes=shapes,
-        patches=clouds.patches,
-        events=foundation.events,
-        clock=foundation.clock,
-        on_distance=displays.overlay.look_at_distance,
-        on_fixation=on_fixation,
-        context=wide_depth,
-    )
-    fixations = FixationService(foundation.store, tools)
-    follows, rounds, vergence = open_following(
-        foundation,
-        knowledge,
-        displays,
-        hardware=hardware,
-        jobs=jobs,
-        fixations=fixations,
-        context=wide_depth,
-        captures=captures,
+    tools = _fixation_tools(shared, clouds=clouds, shapes=shapes, wide_depth=wide_depth)
+    fixations = FixationService(shared.foundation.store, tools)
+    follows, rounds, vergence = _open_following(
+        shared, fixations=fixations, context=wide_depth, captures=captures
     )
     shapes.put_back(fixations.stored_looks())
-    for worker in (shapes, wide_depth, jobs):
+    for worker in (shapes, wide_depth, shared.jobs):
         worker.start()
-        foundation.stack.callback(worker.close)
-    measurements = _open_measurements(foundation, knowledge, displays, hardware=hardware, clouds=clouds)
+        shared.foundation.stack.callback(worker.close)
+    measurements = _open_measurements(shared, clouds)
     return ObservationServices(
         clouds=clouds,
         fixations=fixations,
@@ -103,50 +68,107 @@ def open_observation(
     )
 
 
-def _wide_depth(
-    foundation: ServerFoundation,
-    knowledge: RigKnowledge,
-    displays: DisplayServices,
-    *,
-    hardware: HardwareThread,
-    jobs: JobRunner,
-) -> WideDepthService:
+def _fixation_tools(
+    shared: SharedServices, *, clouds: CloudCollection, shapes: ShapeWorker, wide_depth: WideDepthService
+) -> FixationTools:
+    def on_fixation(fixation: Fixation, calibration: Calibration) -> None:
+        shared.knowledge.health.add(fixation, calibration)
+        wide_depth.add(fixation, calibration)
+
+    return FixationTools(
+        hardware=shared.hardware,
+        calibration=shared.knowledge.calibration,
+        jobs=shared.jobs,
+        shapes=shapes,
+        patches=clouds.patches,
+        events=shared.foundation.events,
+        clock=shared.foundation.clock,
+        on_distance=shared.displays.overlay.look_at_distance,
+        on_fixation=on_fixation,
+        context=wide_depth,
+    )
+
+
+def _wide_depth(shared: SharedServices) -> WideDepthService:
     keeper = ContextKeeper(
-        foundation.store.subfolder("wide_depth"),
-        calibration=lambda: knowledge.calibration.current,
-        status=lambda: hardware.status,
+        shared.foundation.store.subfolder("wide_depth"),
+        calibration=lambda: shared.knowledge.calibration.current,
+        status=lambda: shared.hardware.status,
     )
     tools = WideDepthTools(
-        hardware=hardware,
-        calibration=knowledge.calibration.require,
-        jobs=jobs,
-        hub=displays.hub,
-        viewer=displays.viewer,
-        events=foundation.events,
-        clock=foundation.clock,
+        hardware=shared.hardware,
+        calibration=shared.knowledge.calibration.require,
+        jobs=shared.jobs,
+        hub=shared.displays.hub,
+        viewer=shared.displays.viewer,
+        events=shared.foundation.events,
+        clock=shared.foundation.clock,
     )
     return WideDepthService(keeper, tools)
 
 
-def _open_measurements(
-    foundation: ServerFoundation,
-    knowledge: RigKnowledge,
-    displays: DisplayServices,
-    *,
-    hardware: HardwareThread,
-    clouds: CloudCollection,
-) -> MeasurementService:
+def _open_measurements(shared: SharedServices, clouds: CloudCollection) -> MeasurementService:
     def picture_t_ns(view: str) -> int | None:
-        newest = displays.hub.newest(view)
+        newest = shared.displays.hub.newest(view)
         return None if newest is None else newest.t_ns
 
     tools = MeasuringTools(
         clouds=clouds,
-        wide=lambda: knowledge.calibration.require().wide,
-        shown=ShownViews(volts=lambda: hardware.pose, picture_t_ns=picture_t_ns),
-        events=foundation.events,
-        viewer=displays.viewer,
+        wide=lambda: shared.knowledge.calibration.require().wide,
+        shown=ShownViews(volts=lambda: shared.hardware.pose, picture_t_ns=picture_t_ns),
+        events=shared.foundation.events,
+        viewer=shared.displays.viewer,
     )
-    measurements = MeasurementService(foundation.store, tools)
+    measurements = MeasurementService(shared.foundation.store, tools)
     measurements.put_back()
     return measurements
+
+
+def _open_following(
+    shared: SharedServices,
+    *,
+    fixations: FixationService,
+    context: WideDepthService,
+    captures: CaptureCollection,
+) -> tuple[FollowService, FollowRounds, LoopService]:
+    """Open what follows targets, one or many, and let the wide view mark them."""
+    follows = FollowService(
+        FollowTools(
+            hardware=shared.hardware,
+            calibration=shared.knowledge.calibration,
+            jobs=shared.jobs,
+            events=shared.foundation.events,
+            clock=shared.foundation.clock,
+            targets=fixations.targets,
+            context=context,
+            viewer=shared.displays.viewer,
+            on_distance=shared.displays.overlay.look_at_distance,
+            looping=lambda: vergence.running,
+        )
+    )
+    vergence = LoopService(
+        LoopTools(
+            hardware=shared.hardware,
+            calibration=shared.knowledge.calibration,
+            jobs=shared.jobs,
+            events=shared.foundation.events,
+            clock=shared.foundation.clock,
+            context=context,
+            folder=shared.foundation.store.subfolder("loop"),
+            following=lambda: follows.following,
+            on_distance=shared.displays.overlay.look_at_distance,
+        )
+    )
+    shared.displays.overlay.show_follows(lambda: [*follows.marks(), *vergence.marks()])
+    shared.displays.tap.boxes_from(lambda frame: [*follows.boxes(frame), *vergence.boxes(frame)])
+    rounds = FollowRounds(
+        RoundTools(
+            take=follows.take_round,
+            collection=captures,
+            hardware=shared.hardware,
+            calibration=shared.knowledge.calibration,
+            jobs=shared.jobs,
+            events=shared.foundation.events,
+        )
+    )
+    return follows, rounds, vergence

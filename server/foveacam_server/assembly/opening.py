@@ -3,20 +3,17 @@
 import asyncio
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from dataclasses import dataclass
 
-from foveacam_hardware.contract import Clock
-from foveacam_server.assembly.calibrating import open_calibration, open_trigger_tests
-from foveacam_server.assembly.collection_services import open_collections
+from foveacam_server.assembly.calibrating import CalibrationServices, open_calibration
+from foveacam_server.assembly.collection_services import CollectionServices, open_collections
 from foveacam_server.assembly.first_services import (
-    DisplayServices,
-    RigKnowledge,
     ServerFoundation,
+    SharedServices,
     open_displays,
-    open_foundation,
     open_rig_knowledge,
 )
-from foveacam_server.assembly.observing import open_observation
+from foveacam_server.assembly.observing import ObservationServices, open_observation
 from foveacam_server.assembly.rig_opening import open_hardware
 from foveacam_server.assembly.services import Services
 from foveacam_server.checks.machine import Machine
@@ -24,7 +21,6 @@ from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments
-from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.cameras.presets import CameraPreset, CameraPresets
 from foveacam_server.resources.depth_backends.comparison import BackendComparisons
 from foveacam_server.resources.depth_backends.service import DepthBackendService
@@ -42,100 +38,73 @@ from foveacam_server.resources.suggestions.service import SuggestionService
 from foveacam_server.resources.views.layout_routes import WindowLayout
 from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
 from foveacam_server.rig.chosen_rig import ChosenRig
-from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.stop import StopSwitch
 
 
-def open_services(
-    settings: Settings, *, stack: ExitStack, loop: asyncio.AbstractEventLoop, clock: Clock
-) -> Services:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpenedGroups:
+    """The groups of services, in the order in which they are opened."""
+
+    faults: FaultService
+    rig: ChosenRig
+    shared: SharedServices
+    calibration: CalibrationServices
+    depth_backends: DepthBackendService
+    collections: CollectionServices
+    observation: ObservationServices
+
+
+def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoop) -> Services:
     """Open all services; the rig opens on its own thread, so that a missing device delays nothing."""
-    foundation = open_foundation(settings, stack=stack, clock=clock)
-    faults = FaultService(foundation.events)
-    knowledge = open_rig_knowledge(foundation)
-    displays = open_displays(foundation, knowledge, loop=loop)
-    rig, search = ChosenRig(settings), DeviceSearch()
-    hardware = open_hardware(foundation, knowledge, displays, rig=rig)
-    jobs = JobRunner(foundation.store, events=foundation.events, clock=foundation.clock)
-    calibration = open_calibration(foundation, knowledge, displays, hardware=hardware, jobs=jobs)
-    trigger_tests = open_trigger_tests(foundation, knowledge, hardware=hardware, jobs=jobs)
-    depth_backends = DepthBackendService(foundation.store.subfolder("networks"), events=foundation.events)
-    displays.stereo.match_by(lambda pair: depth_backends.estimate_live(pair).disparity)
-    collected = open_collections(
-        foundation, knowledge, displays, hardware=hardware, jobs=jobs, backends=depth_backends
-    )
-    observation = open_observation(
-        foundation,
-        knowledge,
-        displays,
-        hardware=hardware,
-        jobs=jobs,
-        captures=collected.captures.collection,
-        matcher=depth_backends,
-    )
-    stop, stopping = _stop(foundation, hardware, jobs)
-    computing = ComputeQueue()
-    stack.callback(computing.close)
-    hardware.start()
-    _start_scene_follower(foundation, knowledge, displays, hardware)
+    groups = _open_groups(foundation, loop=loop)
+    shared, collections, observation = groups.shared, groups.collections, groups.observation
+    knowledge, displays = shared.knowledge, shared.displays
+    search = DeviceSearch()
+    stop, stopping = _stop(shared)
+    computing = _open_computing(foundation)
+    shared.hardware.start()
+    _start_scene_follower(shared)
     return Services(
-        settings=settings,
+        settings=foundation.settings,
         clock=foundation.clock,
         store=foundation.store,
         events=foundation.events,
         accounts=foundation.accounts,
-        faults=faults,
-        engine=_open_engine(foundation, displays, hardware, loop=loop),
+        faults=groups.faults,
+        engine=_open_engine(shared, loop=loop),
         lease=Lease(clock=foundation.clock, events=foundation.events),
         hub=displays.hub,
         streams=displays.streams,
         stereo=displays.stereo,
-        hardware=hardware,
-        rig_setup=RigSetupService(
-            settings.data, rig, replayed=settings.replay is not None, events=foundation.events
-        ),
+        hardware=shared.hardware,
+        rig_setup=_rig_setup(foundation, groups.rig),
         device_search=search,
         camera_pictures=CameraPictures(displays.hub, search, clock=foundation.clock),
         cameras=knowledge.cameras,
-        camera_presets=CameraPresets(
-            NamedDocuments(
-                foundation.store.subfolder("camera_presets"),
-                CameraPreset,
-                form="foveacam-camera-preset",
-                version=1,
-            ),
-            knowledge.cameras,
-        ),
-        window_layouts=NamedDocuments(
-            foundation.store.subfolder("window_layouts"),
-            WindowLayout,
-            form="foveacam-window-layout",
-            version=1,
-        ),
-        trigger_tests=trigger_tests,
-        pan_tilt=PanTiltService(hardware),
-        rail=RailService(hardware),
+        camera_presets=_camera_presets(shared),
+        window_layouts=_window_layouts(foundation),
+        trigger_tests=groups.calibration.trigger_tests,
+        pan_tilt=PanTiltService(shared.hardware),
+        rail=RailService(shared.hardware),
         settling=knowledge.settling,
         stop=stop,
         computing=computing,
         stopping=stopping,
         calibration=knowledge.calibration,
-        records=calibration.records,
-        sessions=calibration.sessions,
-        drift=calibration.drift,
-        displays=PatternDisplayService(
-            foundation.store.subfolder("displays"), clock=foundation.clock, events=foundation.events
-        ),
+        records=groups.calibration.records,
+        sessions=groups.calibration.sessions,
+        drift=groups.calibration.drift,
+        displays=_pattern_displays(foundation),
         overlay=displays.overlay,
-        jobs=jobs,
+        jobs=shared.jobs,
         clouds=observation.clouds,
-        depth_backends=depth_backends,
-        backend_comparisons=BackendComparisons(depth_backends),
-        captures=collected.captures,
-        stills=collected.stills,
-        recordings=collected.recordings,
-        mosaics=collected.mosaics,
-        references=collected.references,
+        depth_backends=groups.depth_backends,
+        backend_comparisons=BackendComparisons(groups.depth_backends),
+        captures=collections.captures,
+        stills=collections.stills,
+        recordings=collections.recordings,
+        mosaics=collections.mosaics,
+        references=collections.references,
         fixations=observation.fixations,
         follows=observation.follows,
         rounds=observation.rounds,
@@ -147,52 +116,105 @@ def open_services(
     )
 
 
-def _stop(
-    foundation: ServerFoundation, hardware: HardwareThread, jobs: JobRunner
-) -> tuple[StopSwitch, ThreadPoolExecutor]:
-    stop = StopSwitch(hardware, cancel_jobs=jobs.cancel_all, events=foundation.events)
+def _open_groups(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoop) -> OpenedGroups:
+    faults = FaultService(foundation.events)
+    rig = ChosenRig(foundation.settings)
+    shared = _open_shared(foundation, rig, loop=loop)
+    calibration = open_calibration(shared)
+    backends = DepthBackendService(foundation.store.subfolder("networks"), events=foundation.events)
+    shared.displays.stereo.match_by(lambda pair: backends.estimate_live(pair).disparity)
+    collections = open_collections(shared, backends=backends)
+    observation = open_observation(shared, captures=collections.captures.collection, matcher=backends)
+    return OpenedGroups(
+        faults=faults,
+        rig=rig,
+        shared=shared,
+        calibration=calibration,
+        depth_backends=backends,
+        collections=collections,
+        observation=observation,
+    )
+
+
+def _open_shared(
+    foundation: ServerFoundation, rig: ChosenRig, *, loop: asyncio.AbstractEventLoop
+) -> SharedServices:
+    knowledge = open_rig_knowledge(foundation)
+    displays = open_displays(foundation, knowledge, loop=loop)
+    return SharedServices(
+        foundation=foundation,
+        knowledge=knowledge,
+        displays=displays,
+        hardware=open_hardware(foundation, knowledge, displays, rig=rig),
+        jobs=JobRunner(foundation.store, events=foundation.events, clock=foundation.clock),
+    )
+
+
+def _rig_setup(foundation: ServerFoundation, rig: ChosenRig) -> RigSetupService:
+    replayed = foundation.settings.replay is not None
+    return RigSetupService(foundation.settings.data, rig, replayed=replayed, events=foundation.events)
+
+
+def _camera_presets(shared: SharedServices) -> CameraPresets:
+    folder = shared.foundation.store.subfolder("camera_presets")
+    presets = NamedDocuments(folder, CameraPreset, form="foveacam-camera-preset", version=1)
+    return CameraPresets(presets, shared.knowledge.cameras)
+
+
+def _window_layouts(foundation: ServerFoundation) -> NamedDocuments[WindowLayout]:
+    folder = foundation.store.subfolder("window_layouts")
+    return NamedDocuments(folder, WindowLayout, form="foveacam-window-layout", version=1)
+
+
+def _pattern_displays(foundation: ServerFoundation) -> PatternDisplayService:
+    folder = foundation.store.subfolder("displays")
+    return PatternDisplayService(folder, clock=foundation.clock, events=foundation.events)
+
+
+def _stop(shared: SharedServices) -> tuple[StopSwitch, ThreadPoolExecutor]:
+    stop = StopSwitch(shared.hardware, cancel_jobs=shared.jobs.cancel_all, events=shared.foundation.events)
     stopping = ThreadPoolExecutor(2, thread_name_prefix="foveacam-stop")
-    foundation.stack.callback(stopping.shutdown)
+    shared.foundation.stack.callback(stopping.shutdown)
     return stop, stopping
 
 
-def _open_engine(
-    foundation: ServerFoundation,
-    displays: DisplayServices,
-    hardware: HardwareThread,
-    *,
-    loop: asyncio.AbstractEventLoop,
-) -> EngineService:
+def _open_computing(foundation: ServerFoundation) -> ComputeQueue:
+    computing = ComputeQueue()
+    foundation.stack.callback(computing.close)
+    return computing
+
+
+def _open_engine(shared: SharedServices, *, loop: asyncio.AbstractEventLoop) -> EngineService:
     """Start to measure the load; called on the event loop's thread."""
     engine = EngineService(
         EngineParts(
-            hardware=hardware,
-            streams=displays.streams,
-            store=foundation.store,
-            clock=foundation.clock,
+            hardware=shared.hardware,
+            streams=shared.displays.streams,
+            store=shared.foundation.store,
+            clock=shared.foundation.clock,
             process=ProcessFiles(Machine()),
             lag=LoopLag(loop),
             loop_thread=threading.get_native_id(),
         )
     )
     engine.start()
-    foundation.stack.callback(engine.close)
+    shared.foundation.stack.callback(engine.close)
     return engine
 
 
-def _start_scene_follower(
-    foundation: ServerFoundation, knowledge: RigKnowledge, displays: DisplayServices, hardware: HardwareThread
-) -> None:
+def _start_scene_follower(shared: SharedServices) -> None:
     """Start to show in the 3D pane where the foveae look."""
-    if displays.viewer is None:
+    if shared.displays.viewer is None:
         return
 
     def gaze() -> RigGaze | None:
-        current = knowledge.calibration.current
+        current = shared.knowledge.calibration.current
         if current is None:
             return None
-        return RigGaze(calibration=current, volts=hardware.pose, distance_m=displays.overlay.distance_m)
+        return RigGaze(
+            calibration=current, volts=shared.hardware.pose, distance_m=shared.displays.overlay.distance_m
+        )
 
-    follower = SceneFollower(displays.viewer, gaze=gaze)
+    follower = SceneFollower(shared.displays.viewer, gaze=gaze)
     follower.start()
-    foundation.stack.callback(follower.close)
+    shared.foundation.stack.callback(follower.close)

@@ -30,7 +30,7 @@ def open_hardware(
         keeper=knowledge.cameras,
     )
     foundation.stack.callback(hardware.close)
-    displays.stereo.spare_while(lambda: hardware.used_exclusively)
+    displays.stereo.spare_while(lambda: hardware.use.firm)
     return hardware
 
 

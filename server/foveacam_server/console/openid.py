@@ -101,7 +101,7 @@ class _OpenIdRoutes:
         note: AuditNote = request.scope["audit_note"]
         try:
             token = await self._provider.client.authorize_access_token(request)
-            claims: dict[str, object] = dict(token["userinfo"])
+            claims: dict[str, object] = dict(token["userinfo"])  # object: the provider's own, checked below
         except Exception as error:  # noqa: BLE001 - as above
             return self._refused(f"the provider's answer is not good: {error}", 401)
         try:
@@ -132,7 +132,7 @@ class _OpenIdRoutes:
         return HTMLResponse(page, status_code=status, headers={"Referrer-Policy": REFERRER_POLICY})
 
 
-def _name_of(claims: dict[str, object], *, claim: str) -> str:
+def _name_of(claims: dict[str, object], *, claim: str) -> str:  # object: the provider's own
     """Return the user's name of an ID token; raise `WrongCredentials` for one that proves none."""
     name = claims.get(claim)
     if not isinstance(name, str) or not name:

@@ -9,11 +9,11 @@ from foveacam_hardware.contract import Busy, Clock
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.datasets.collection import CaptureCollection, StoredCapture, readable_dataset
 from foveacam_server.foundation.child_process import run_child
+from foveacam_server.foundation.child_work import ChildProgress
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.schema import JobDocument, RequestModel, ResponseModel
-from foveacam_server.foundation.store import Document
 
 Run = Callable[[Sequence[str]], None]
 """Runs the child process with these arguments to its end and reports its progress."""
@@ -148,12 +148,12 @@ class DerivedProductJobs:
     def _run(self, context: JobContext, arguments: Sequence[str]) -> None:
         began_ns = self._tools.clock.now_ns()
 
-        def on_message(step: Document) -> None:  # a JSON line of the process
+        def on_progress(step: ChildProgress) -> None:
             spent_s = (self._tools.clock.now_ns() - began_ns) / 1e9
-            left_s = spent_s * (1.0 / step["share"] - 1.0) if step["share"] else None
-            context.progress(step["done"], total=step["total"], note=step["note"], left_s=left_s)
+            left_s = spent_s * (1.0 / step.share - 1.0) if step.share else None
+            context.progress(step.done, total=step.total, note=step.note, left_s=left_s)
 
-        run_child(self._kind.process, arguments, on_message=on_message, cancelled=context.cancelled)
+        run_child(self._kind.process, arguments, on_progress=on_progress, cancelled=context.cancelled)
 
     def _check_free(self) -> None:
         live = self._live

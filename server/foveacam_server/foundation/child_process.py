@@ -12,25 +12,24 @@ import sys
 from collections.abc import Callable, Sequence
 
 from foveacam_hardware.contract import Cancelled, FoveaError
-from foveacam_server.foundation.child_work import ChildError
+from foveacam_server.foundation.child_work import ChildError, ChildProgress
 from foveacam_server.foundation.errors import KINDS
-from foveacam_server.foundation.store import Document
 
 LOOK_S = 0.1
 """Interval between two checks for cancellation."""
 END_S = 5.0
 
-OnMessage = Callable[[Document], None]  # JSON: each module prints its own
+OnProgress = Callable[[ChildProgress], None]
 
 
 def run_child(
     module: str,
     arguments: Sequence[str],
     *,
-    on_message: OnMessage,
+    on_progress: OnProgress,
     cancelled: Callable[[], bool],
 ) -> None:
-    """Run `python -m module` to its end; `on_message` gets each JSON line of its stdout.
+    """Run `python -m module` to its end; `on_progress` gets each step that it prints.
 
     Raise Cancelled when it was cancelled, the error that it printed, or RuntimeError when it failed
     otherwise.
@@ -43,7 +42,7 @@ def run_child(
     )
     with process:
         try:
-            trouble = _follow(process, on_message=on_message, cancelled=cancelled)
+            trouble = _follow(process, on_progress=on_progress, cancelled=cancelled)
             status = process.wait(END_S)
         finally:
             _end(process)
@@ -54,7 +53,7 @@ def run_child(
 
 
 def _follow(
-    process: subprocess.Popen[bytes], *, on_message: OnMessage, cancelled: Callable[[], bool]
+    process: subprocess.Popen[bytes], *, on_progress: OnProgress, cancelled: Callable[[], bool]
 ) -> FoveaError | None:
     """Pass on the child's messages until its output ends; return the error that it printed."""
     if process.stdout is None:
@@ -74,7 +73,7 @@ def _follow(
             if "error" in message:
                 trouble = _error(ChildError.model_validate(message))
             else:
-                on_message(message)
+                on_progress(ChildProgress.model_validate(message))
 
 
 def _error(told: ChildError) -> FoveaError:

@@ -34,8 +34,8 @@ _TOLD = 5
 _NAME_LENGTH = 80
 _TEXT_LENGTH = 40
 
-Failure = Mapping[str, Any]
-"""One of pydantic's error dictionaries, whose values are anything."""
+Failure = Mapping[str, Any]  # Any: pydantic's own
+"""One of pydantic's error dictionaries."""
 
 
 _Model = TypeVar("_Model", bound=BaseModel)

@@ -7,7 +7,7 @@ from pydantic import SecretStr
 
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput, NotConnected
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.store import Document
+from foveacam_server.foundation.schema import RequestModel
 
 if TYPE_CHECKING:
     import httpx
@@ -46,10 +46,11 @@ class ServerClient:
         """Return the document at `path`, which begins with a slash."""
         return self._content("GET", path, params=query)
 
-    def post(self, path: str, body: Document | None = None, *, wait_s: int = 0) -> Any:  # noqa: ANN401 - JSON, as above
+    def post(self, path: str, body: RequestModel | None = None, *, wait_s: int = 0) -> Any:  # noqa: ANN401 - JSON, as above
         """Send an order; `wait_s`: how long the server may keep the answer back until the work is done."""
         headers = {"Prefer": f"wait={wait_s}"} if wait_s else {}
-        return self._content("POST", path, json=body, headers=headers)
+        document = None if body is None else body.as_json()
+        return self._content("POST", path, json=document, headers=headers)
 
     def _content(self, method: str, path: str, **more: Any) -> Any:  # noqa: ANN401 - httpx's own, and as above
         import httpx

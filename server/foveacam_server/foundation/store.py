@@ -23,7 +23,7 @@ from foveacam_pipeline.storage.disk import disk_fault
 from foveacam_server.foundation.migrate import migrate
 from foveacam_server.foundation.schema import EventDocument, Problem
 
-Document = dict[str, Any]
+Document = dict[str, Any]  # Any: what a kind of job or event has
 """A JSON object, as stored in a row or sent by REST."""
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
 _DISK_ERRORS = {

@@ -70,6 +70,22 @@ def _axes(blend: int, side: int) -> tuple[int, int]:
 
 
 @inlined
+def _weighs(weights: F64, f: int, axis: int) -> bool:
+    """Return whether a face shows the material that is mapped along an axis."""
+    w0, w1, w2 = weights[f, axis, 0], weights[f, axis, 1], weights[f, axis, 2]
+    found: bool = w0 != 0.0 or w1 != 0.0 or w2 != 0.0
+    return found
+
+
+@inlined
+def _have_alike_footprints(where: F64, m: int, ux: float, uy: float, vx: float, vy: float) -> bool:
+    gap = abs(ux - where[m, JUX]) + abs(uy - where[m, JUY])
+    gap += abs(vx - where[m, JVX]) + abs(vy - where[m, JVY])
+    alike: bool = gap < ALIKE * (abs(ux) + abs(uy) + abs(vx) + abs(vy))
+    return alike
+
+
+@inlined
 def find_items(
     batch: PixelBatch,
     runs: int,
@@ -95,12 +111,7 @@ def find_items(
         i = (a + b) >> np.uintp(1)
         first_axis, last_axis = _axes(blend, sides[f])
         for axis in range(first_axis, last_axis):
-            if (
-                blend
-                and weights[f, axis, 0] == 0.0
-                and weights[f, axis, 1] == 0.0
-                and weights[f, axis, 2] == 0.0
-            ):
+            if blend and not _weighs(weights, f, axis):
                 continue
             side = 2 * axis + ((blend >> axis) & 1) if blend else sides[f]
             shift = np.uintp(axis * CAPACITY)
@@ -115,12 +126,8 @@ def find_items(
             alike = m >= 0 and end[m] == a + shift and item_obj[m] == j and item_side[m] == side
             alike = alike and (item_face[m] == f or kind[j] == NOISE)
             if alike:
-                gap = abs(ux - where[m, JUX]) + abs(uy - where[m, JUY])
-                gap += abs(vx - where[m, JVX]) + abs(vy - where[m, JVY])
-                alike = (
-                    gap < ALIKE * (abs(ux) + abs(uy) + abs(vx) + abs(vy))
-                    and abs(x[a] - x[begin[m] - shift]) < CAPACITY
-                )
+                near = abs(x[a] - x[begin[m] - shift]) < CAPACITY
+                alike = near and _have_alike_footprints(where, m, ux, uy, vx, vy)
             if not alike:
                 m = n
                 n += 1

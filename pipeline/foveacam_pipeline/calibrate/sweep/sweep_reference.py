@@ -27,6 +27,8 @@ OUTER_SHARE = 0.7
 """Position of the outer revisited nodes, as a share of the way from the middle to a corner of the field."""
 CROSS = np.array([(0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
+RETURN_NOTE = "back to nodes of the first station: the drift"
+
 logger = logging.getLogger(__name__)
 
 
@@ -94,6 +96,29 @@ def add_visit(sweep: Sweep, pose: SweepPose, *, run: str, path: Path) -> Sweep:
     return replace(sweep, repeats=(*sweep.repeats, again))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NodeReturn:
+    """Turns the rig back to nodes of an earlier sweep, by pan-tilt or by hand, and measures them again."""
+
+    base: StationBase
+    by_hand: HandTurnedBase
+    meter: PoseMeter
+    course: SweepCourse
+    wide: Intrinsics
+    distance_m: float | None
+    settings: SweepSettings
+
+    def measure(self, pose: SweepPose, *, done: int, total: int) -> SweepPose:
+        """Measure the node of a pose again; `done` of `total` nodes have been."""
+        node = np.array(pose.node_rad)
+        if self.base.by_hand:
+            self.base.request(node)
+            self.by_hand.wait_for(node[None], done=done, total=total)
+            return self.meter.measure(pose.index, pose.node_rad, None)
+        target = locate_target(pose.wide, self.settings.layout, self.wide, distance_m=self.distance_m)
+        return self.course.measure(pose.index, node, target)
+
+
 def return_to_nodes(
     head: Head,
     pan_tilt: PanTilt,
@@ -118,39 +143,53 @@ def return_to_nodes(
             "begin anew in another session"
         )
     base = StationBase(pan_tilt, station, clock=clock, watch=watch, settings=settings.turning)
-    meter = PoseMeter(head, wide, station, clock=clock, watch=watch, settings=settings)
-    meter.fovea_size = sweep.header.fovea_size
-    for pose in sweep.poses:
-        meter.learn(pose)
-    course = SweepCourse(
-        base.turn_to, meter, wide, wide_id=settings.layout.wide_id, approach_rad=settings.approach_rad
-    )
-    by_hand = HandTurnedBase(
-        head=head,
-        clock=clock,
-        watch=watch,
-        wide=wide,
-        layout=settings.layout,
-        settings=settings.turning,
-        correct=base.correct,
-    )
+    returning = _node_return(head, base, sweep, wide, clock=clock, watch=watch, settings=settings)
     indices, before = nodes_to_return_to(sweep), len(sweep.repeats)
     try:
         base.prepare()
         for done, index in enumerate(indices):
             raise_if_cancelled(watch, doing="the sweep")
-            watch.progress(done, total=len(indices), note="back to nodes of the first station: the drift")
+            watch.progress(done, total=len(indices), note=RETURN_NOTE)
             pose = next(pose for pose in sweep.poses if pose.index == index)
-            node = np.array(pose.node_rad)
-            if base.by_hand:
-                base.request(node)
-                by_hand.wait_for(node[None], done=done, total=len(indices))
-                again = meter.measure(index, pose.node_rad, None)
-            else:
-                target = locate_target(pose.wide, settings.layout, wide, distance_m=station.distance_m)
-                again = course.measure(index, node, target)
+            again = returning.measure(pose, done=done, total=len(indices))
             sweep = add_visit(sweep, again, run=settings.run, path=path)
-        watch.progress(len(indices), total=len(indices), note="back to nodes of the first station: the drift")
+        watch.progress(len(indices), total=len(indices), note=RETURN_NOTE)
         return sweep.repeats[before:]
     finally:
         base.hold()
+
+
+def _node_return(
+    head: Head,
+    base: StationBase,
+    sweep: Sweep,
+    wide: Intrinsics,
+    *,
+    clock: Clock,
+    watch: ProcedureWatcher,
+    settings: SweepSettings,
+) -> NodeReturn:
+    station = sweep.header.station
+    meter = PoseMeter(head, wide, station, clock=clock, watch=watch, settings=settings)
+    meter.fovea_size = sweep.header.fovea_size
+    for pose in sweep.poses:
+        meter.learn(pose)
+    return NodeReturn(
+        base=base,
+        by_hand=HandTurnedBase(
+            head=head,
+            clock=clock,
+            watch=watch,
+            wide=wide,
+            layout=settings.layout,
+            settings=settings.turning,
+            correct=base.correct,
+        ),
+        meter=meter,
+        course=SweepCourse(
+            base.turn_to, meter, wide, wide_id=settings.layout.wide_id, approach_rad=settings.approach_rad
+        ),
+        wide=wide,
+        distance_m=station.distance_m,
+        settings=settings,
+    )

@@ -45,7 +45,7 @@ from foveacam_pipeline.study.visibility.summary import (
     deviations,
     pictures,
 )
-from foveacam_pipeline.study.visibility.sweep import StandoffSweep, drawn_map, run_maps
+from foveacam_pipeline.study.visibility.sweep import MapRun, StandoffSweep, drawn_map, run_maps
 
 SEED = 44
 """Default seed: the number of the section."""
@@ -92,19 +92,7 @@ def standoff_study(
         ended="the study was cancelled; start it again to go on",
     )
     trials = QUICK_TRIALS if quick else TRIALS
-    few = curves_from_runs(sweep.ratios, runs[:maps])
-    found = StandoffFindings(
-        sweep=sweep,
-        few=few,
-        tight=curves_from_runs(sweep.ratios, runs),
-        fits=(_fit(few, few.multi_m2), _fit(few, few.single_m2)),
-        redrawn=sum(run.redrawn for run in runs),
-        checks=closed_forms(trials=trials, seed=seed + 1),
-        raster=raster_check(seed + 2),
-        signs=_eq9_changes(sweep, seeds[:maps]),
-        noticed=_noticed_share(sweep, seeds[:maps]),
-        quick=quick,
-    )
+    found = _findings(sweep, runs, seeds, maps=maps, trials=trials, seed=seed, quick=quick)
     steps.step("checks", CHECKS_WEIGHT)
     drawn = pictures(found, seeds, trials=trials, seed=seed)
     steps.step("pictures", PICTURES_WEIGHT)
@@ -118,6 +106,32 @@ def standoff_study(
         definitions=definitions(found),
         deviations=deviations(found),
         seeds={"maps": seed, "lots": seed + 1, "cells": seed + 2},
+    )
+
+
+def _findings(
+    sweep: StandoffSweep,
+    runs: Sequence[MapRun],
+    seeds: Sequence[tuple[int, ...]],
+    *,
+    maps: int,
+    trials: int,
+    seed: int,
+    quick: bool,
+) -> StandoffFindings:
+    """Return the curves of the first `maps` runs and of all, with the checks of both."""
+    few = curves_from_runs(sweep.ratios, runs[:maps])
+    return StandoffFindings(
+        sweep=sweep,
+        few=few,
+        tight=curves_from_runs(sweep.ratios, runs),
+        fits=(_fit(few, few.multi_m2), _fit(few, few.single_m2)),
+        redrawn=sum(run.redrawn for run in runs),
+        checks=closed_forms(trials=trials, seed=seed + 1),
+        raster=raster_check(seed + 2),
+        signs=_eq9_changes(sweep, seeds[:maps]),
+        noticed=_noticed_share(sweep, seeds[:maps]),
+        quick=quick,
     )
 
 

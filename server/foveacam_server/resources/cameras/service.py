@@ -28,7 +28,6 @@ from foveacam_server.resources.cameras.pair import PairDifference, differences
 from foveacam_server.resources.cameras.pair_exposure import PairExposure, PairSettings, find_exposure
 from foveacam_server.resources.cameras.records import CameraRecord, CameraRecords
 from foveacam_server.resources.cameras.schema import CamerasConfigured
-from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import answer_of
 from foveacam_server.rig.ports import AssembledRig
@@ -103,7 +102,7 @@ class CameraSettingsService:
                 found="no setting",
                 remedy=f"send one of {', '.join(REST_NAMES)}",
             )
-        _check_free(hardware)
+        hardware.use.check_free("change a camera")
 
         def work(rig: AssembledRig) -> None:
             cameras = [_camera(rig, role) for role in roles]
@@ -117,7 +116,7 @@ class CameraSettingsService:
 
         Raise `Busy` or what looks raise; the foveae then have their earlier settings.
         """
-        _check_free(hardware)
+        hardware.use.check_free("change a camera")
         self._check_alike(hardware.status)
         before = {camera.role: camera.settings for camera in hardware.status.cameras}
         with hardware.session("the search for an exposure", cancelled=lambda: False) as head:
@@ -151,7 +150,7 @@ class CameraSettingsService:
 
     def reset(self, hardware: HardwareThread, role: Role) -> "Future[None]":
         """Delete a camera's record and apply the rig file's settings."""
-        _check_free(hardware)
+        hardware.use.check_free("change a camera")
 
         def work(rig: AssembledRig) -> None:
             camera = _camera(rig, role)
@@ -232,11 +231,6 @@ class CameraSettingsService:
     ) -> None:
         data = CamerasConfigured(roles=[camera.role.value for camera in cameras], reset=reset)
         self._events.emit("camera.settings", message, level=level, data=data)
-
-
-def _check_free(hardware: HardwareThread) -> None:
-    if hardware.busy_with is not None:
-        raise refusals.in_use("change a camera", hardware.busy_with)
 
 
 def _put_back(changed: Sequence[tuple[Camera, CameraSettings]]) -> None:

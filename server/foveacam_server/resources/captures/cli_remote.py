@@ -55,8 +55,8 @@ def run_at(rig_options: RigOptions, order: CaptureOrder, action: CaptureAction, 
     console = Console(stderr=True, quiet=rig_options.as_json)
     with ServerClient(server, token=rig_options.settings.token) as client:
         if action is CaptureAction.ESTIMATE:
-            wanted = _estimate_request(order).model_dump(mode="json")
-            estimate = read_answer(_ESTIMATE, client.post("/captures/estimates", wanted))
+            answer = client.post("/captures/estimates", _estimate_request(order))
+            estimate = read_answer(_ESTIMATE, answer)
             shown = json.dumps(estimate.as_json()) if rig_options.as_json else estimate_words(estimate)
             typer.echo(shown)
             return
@@ -76,7 +76,7 @@ def _begin(client: ServerClient, order: CaptureOrder, action: CaptureAction) -> 
     if action is CaptureAction.TAKE:
         given = {"name": order.name, "plan": order.plan, "label": order.label, "codec": order.codec.value}
         request = validated(CaptureRequest, given)
-        return read_answer(_JOB, client.post("/captures", request.model_dump(mode="json")))
+        return read_answer(_JOB, client.post("/captures", request))
     kept = _require(client, order.name)
     if action is CaptureAction.RESUME:
         return read_answer(_JOB, client.post(f"/captures/{kept.id}/resume"))

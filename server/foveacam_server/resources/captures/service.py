@@ -199,7 +199,7 @@ class CaptureService:
 
     def _check_free(self, asked: str) -> None:
         live = self._current()
-        holder = f"capture {live.name}" if live is not None else self._tools.hardware.busy_with
+        holder = f"capture {live.name}" if live is not None else self._tools.hardware.use.holder
         if holder is not None:
             raise refusals.in_use(asked, holder)
 

@@ -13,6 +13,16 @@ from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.store import Store
 from foveacam_server.foundation.watching.flows import HARDWARE, FlowCount, FlowKey, camera_part, read_flows
 from foveacam_server.resources.engine.graph import edge_documents, part_documents
+from foveacam_server.resources.engine.loads import (
+    BUSY_SHARE,
+    BucketCounts,
+    ThreadSample,
+    read_stages,
+    stage_documents,
+    thread_loads,
+    thread_names,
+    unknown_loads,
+)
 from foveacam_server.resources.engine.loop_lag import WINDOW_S, LoopLag
 from foveacam_server.resources.engine.process_files import ProcessFiles
 from foveacam_server.resources.engine.schema import (
@@ -26,17 +36,9 @@ from foveacam_server.resources.engine.schema import (
     ThreadDocument,
     ViewFlowDocument,
 )
-from foveacam_server.resources.engine.stage_times import BucketCounts, read_stages, stage_documents
-from foveacam_server.resources.engine.thread_loads import (
-    BUSY_SHARE,
-    ThreadSample,
-    thread_loads,
-    thread_names,
-    unknown_loads,
-)
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import LENGTH
-from foveacam_server.rig.opening_steps import OpeningStep
+from foveacam_server.rig.hardware_thread.opening_steps import OpeningStep
 from foveacam_server.rig.status import CameraStatus
 from foveacam_server.rig.stream import LiveStreams
 

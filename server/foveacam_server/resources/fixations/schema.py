@@ -135,7 +135,7 @@ class FixationDocument(ResponseModel):
     id: str
     job_id: str
     created_utc: str
-    request: dict[str, Any]  # JSON of the order, without what was not set
+    request: dict[str, Any]  # Any: JSON of the order, without what was not set
     target: TargetPlace
     state: Literal["verged", "no_texture", "lost", "out_of_range", "timed_out"]
     reason: str

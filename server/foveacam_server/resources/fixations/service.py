@@ -171,7 +171,7 @@ class FixationService:
 
     def _clicked(self, order: FixationOrder) -> Frame | None:
         """Return the wide frame on which a target was chosen; None without a number, or when it is gone."""
-        return None if order.frame_seq is None else self._tools.hardware.recent_wide(order.frame_seq)
+        return None if order.frame_seq is None else self._tools.hardware.recent_wide.find(order.frame_seq)
 
     def _store(
         self,

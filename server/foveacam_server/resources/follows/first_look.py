@@ -25,7 +25,7 @@ def track_click(
     hardware: HardwareThread, target: Target, *, frame_seq: int | None, box_px: int
 ) -> ClickTrack | None:
     """Return what was clicked, as far as wide frames have come; None where its frame or box tells nothing."""
-    frame = None if frame_seq is None else hardware.recent_wide(frame_seq)
+    frame = None if frame_seq is None else hardware.recent_wide.find(frame_seq)
     if frame is None or isinstance(target, DirectionTarget):
         return None
     width_px, height_px = sides_px(target, box_px)
@@ -40,7 +40,7 @@ def track_click(
 
 def catch_up(hardware: HardwareThread, click: ClickTrack) -> ClickTrack:
     """Let a click see the wide frames that have come since; return it."""
-    for frame in hardware.wide_since(click.frame.t_ns):
+    for frame in hardware.recent_wide.since(click.frame.t_ns):
         click.see(frame)
     return click
 

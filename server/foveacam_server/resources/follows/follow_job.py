@@ -137,12 +137,12 @@ class FollowJob:
     def _follow_while_free(self, follower: Follower, context: JobContext) -> None:
         """Have the rig until another job wants it, or nothing is followed."""
         hardware = self._tools.hardware
-        if hardware.busy_with is not None or hardware.session_wanted:
+        if hardware.use.holder is not None or hardware.use.wanted:
             threading.Event().wait(WAIT_S)
             return
         due_ns = 0
         with hardware.session(f"job {context.job.id}", cancelled=context.cancelled, gives_way=True) as head:
-            while self._records and not hardware.session_wanted:
+            while self._records and not hardware.use.wanted:
                 context.check()
                 if hardware.halted:
                     raise refusals.stopped()

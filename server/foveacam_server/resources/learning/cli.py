@@ -127,7 +127,7 @@ def train_prior(
     as_json: JsonOption = False,
 ) -> None:
     """Train a monocular prior, one picture to relative inverse depth, for `learn train --prior-network`."""
-    from foveacam_server.resources.learning.prior_run import PriorOrder, run_prior
+    from foveacam_server.resources.learning.run import PriorOrder, run_prior
 
     order = PriorOrder(
         datasets=tuple(datasets),

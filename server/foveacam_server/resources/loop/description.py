@@ -1,7 +1,9 @@
-"""Describes a loop that runs, or none, as REST shows it."""
+"""Describes a loop that runs, or none, as REST, the live overlay and recordings show it."""
 
 import numpy as np
 
+from foveacam_hardware.contract import Frame, Role
+from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, TrackedBox
 from foveacam_pipeline.loop.settings import LoopSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.resources.loop.documents import (
@@ -17,6 +19,10 @@ from foveacam_server.resources.loop.documents import (
 from foveacam_server.resources.loop.loop_run import LoopRun
 from foveacam_server.resources.loop.schema import LoopDocument, LoopStatusName
 from foveacam_server.resources.loop.settings_file import describe_settings
+from foveacam_server.rig.schema import FollowMark
+
+NAME = "Loop"
+SEEN: frozenset[LoopStatusName] = frozenset({"tracking", "held", "frozen", "auto_tune"})
 
 
 def describe_loop(
@@ -72,3 +78,29 @@ def _detail(status: LoopStatusName, run: LoopRun | None) -> str:
         return DETAILS.get(status, "")
     waits = " The loop waits: reset the trigger once that is mended." if run.loop.gate.latched else ""
     return f"{run.loop.gate.reason}{waits}"
+
+
+def marks_of(run: LoopRun, t_ns: int) -> list[FollowMark]:
+    """Return the mark of the target; empty before one was chosen."""
+    target = describe_target(run.loop, t_ns)
+    if target is None:
+        return []
+    state = "followed" if run.status in SEEN else "lost"
+    return [FollowMark(id="loop", label=NAME, state=state, x_px=target.x_px, y_px=target.y_px)]
+
+
+def boxes_of(run: LoopRun, frame: Frame) -> list[TrackedBox]:
+    """Return the box of a tracked target in a wide frame, without a place where it is lost."""
+    target = describe_target(run.loop, frame.t_ns)
+    if target is None or target.state == "fixed":
+        return []
+    width, height = run.loop.settings.box_width_px, run.loop.settings.box_height_px
+    box = (target.x_px - width / 2.0, target.y_px - height / 2.0, float(width), float(height))
+    return [
+        TrackedBox(
+            slot=NAME,
+            t_ns=frame.t_ns,
+            bbox_px=box if target.state == "tracked" else None,
+            frames={STREAM_OF_ROLE[Role.WIDE]: frame.seq},
+        )
+    ]

@@ -86,7 +86,7 @@ class LoopRun:
     def run_while_free(self, context: JobContext) -> None:
         """Have the rig until another job wants it, or the loop is to end."""
         hardware = self._hardware
-        if hardware.busy_with is not None or hardware.session_wanted:
+        if hardware.use.holder is not None or hardware.use.wanted:
             self.status = "waiting"
             self.stop_wanted.wait(WAIT_S)
             return
@@ -98,7 +98,7 @@ class LoopRun:
             if gate.latched:
                 return
         with hardware.session(f"job {context.job.id}", cancelled=context.cancelled, gives_way=True) as head:
-            while not (self.stop_wanted.is_set() or hardware.session_wanted):
+            while not (self.stop_wanted.is_set() or hardware.use.wanted):
                 self._check(context)
                 self._obey(head)
                 if gate.latched:
@@ -204,7 +204,7 @@ class LoopRun:
             self._check(context)
             if self.stop_wanted.is_set():
                 raise Cancelled("the loop was ended while it was tuned; its gains are as before")
-            if self._hardware.session_wanted:
+            if self._hardware.use.wanted:
                 raise TuneRefused("another job wants the rig; tune again when it has ended")
             if self.loop.gate.latched:
                 raise TuneRefused(f"exposures fail again and again: {self.loop.gate.reason}")

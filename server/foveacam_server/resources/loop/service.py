@@ -13,7 +13,7 @@ from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, OutOfRang
 from foveacam_hardware.contract.spans import untraced
 from foveacam_pipeline.capture.dataset.pictures import png_bytes
 from foveacam_pipeline.capture.recording.values import TrackedBox
-from foveacam_pipeline.loop.match_picture import match_picture
+from foveacam_pipeline.loop.pictures import match_picture
 from foveacam_pipeline.loop.settings import LoopSettings
 from foveacam_pipeline.loop.split_eyes import SplitEyes
 from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
@@ -24,9 +24,8 @@ from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.resources.fixations.request import check_target, direction_of, target_of
 from foveacam_server.resources.fixations.schema import FixationRequest
-from foveacam_server.resources.loop.description import describe_loop
+from foveacam_server.resources.loop.description import boxes_of, describe_loop, marks_of
 from foveacam_server.resources.loop.loop_run import LoopRun, Order
-from foveacam_server.resources.loop.marks import boxes_of, marks_of
 from foveacam_server.resources.loop.orders import (
     FirstTarget,
     apply_patch,
@@ -113,7 +112,7 @@ class LoopService:
         wanted = FirstTarget(
             target=target,
             place=np.tan(np.array(direction_of(target, calibration))),
-            clicked=None if request.frame_seq is None else tools.hardware.recent_wide(request.frame_seq),
+            clicked=None if request.frame_seq is None else tools.hardware.recent_wide.find(request.frame_seq),
             distance_m=request.distance_m,
         )
         self._order(

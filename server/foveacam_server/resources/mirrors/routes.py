@@ -22,7 +22,6 @@ from foveacam_server.resources.mirrors.schema import (
     VoltsRequest,
 )
 from foveacam_server.resources.mirrors.targets import volts_of, volts_text
-from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.refusals import check_direction, check_volts
@@ -139,8 +138,7 @@ async def recover(services: ServicesDep, x_lease: LeaseHeader = None) -> Mirrors
 async def _switched(services: MirrorRouteServices, lease: str | None, *, on: bool) -> MirrorsDocument:
     services.lease.check(lease)
     hardware = services.hardware
-    if hardware.busy_with is not None:
-        raise refusals.in_use("switch the mirrors", hardware.busy_with)
+    hardware.use.check_free("switch the mirrors")
     await asyncio.wrap_future(hardware.submit(lambda rig: hardware.mirrors.switch(rig, on=on)))
     services.events.emit("mirrors.switched", f"the mirrors were switched {'on' if on else 'off'}")
     return mirrors_document(services)

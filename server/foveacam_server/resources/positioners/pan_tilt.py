@@ -75,5 +75,4 @@ class PanTiltService:
     def _check_free(self, asked: str) -> None:
         if self._hardware.halted:
             raise refusals.stopped()
-        if self._hardware.busy_with is not None:
-            raise refusals.in_use(asked, self._hardware.busy_with)
+        self._hardware.use.check_free(asked)

@@ -122,5 +122,4 @@ class RailService:
 
     def _check_free(self, asked: str) -> None:
         self._check_stop()
-        if self._hardware.busy_with is not None:
-            raise refusals.in_use(asked, self._hardware.busy_with)
+        self._hardware.use.check_free(asked)

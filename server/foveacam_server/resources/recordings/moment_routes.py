@@ -16,8 +16,13 @@ from foveacam_server.foundation.quantities import Seconds
 from foveacam_server.resources.recordings import moments
 from foveacam_server.resources.recordings.depth import DepthOrder
 from foveacam_server.resources.recordings.documents import URL
-from foveacam_server.resources.recordings.layout import read_layout, write_layout
-from foveacam_server.resources.recordings.layout_schema import AnaglyphName, LayoutDocument, LayoutRequest
+from foveacam_server.resources.recordings.layout import (
+    AnaglyphName,
+    LayoutDocument,
+    LayoutRequest,
+    read_layout,
+    write_layout,
+)
 from foveacam_server.resources.recordings.routes import RecordingId, RecordingRouteServices, ServicesDep
 from foveacam_server.resources.recordings.schema import (
     MomentDocument,

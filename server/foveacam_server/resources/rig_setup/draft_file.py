@@ -3,8 +3,8 @@
 Only what the draft changes against the state `before` is written, so that an edit by hand stays as well.
 """
 
-from collections.abc import Mapping, Set
-from typing import Any, TypeVar, get_args
+from collections.abc import Set
+from typing import TypeVar, get_args
 
 import tomlkit
 from pydantic import BaseModel, ValidationError
@@ -18,6 +18,7 @@ from foveacam_hardware.camera_config import (
     PylonCameraConfig,
 )
 from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, ManualPanTiltConfig, PtuPanTiltConfig
+from foveacam_server.resources.rig_setup.rig_files import TomlTable
 from foveacam_server.resources.rig_setup.schema import (
     SIMULATED,
     DraftCamera,
@@ -89,8 +90,6 @@ kind = "simulated"
 name = ""
 """
 ModelT = TypeVar("ModelT", bound=BaseModel)
-Content = Mapping[str, Any]
-"""A TOML table, not checked yet: its values are anything."""
 
 
 def is_simulated(draft: RigDraft) -> bool:
@@ -101,14 +100,12 @@ def is_simulated(draft: RigDraft) -> bool:
     )
 
 
-def draft_of(content: Content) -> RigDraft:
+def draft_of(content: TomlTable) -> RigDraft:
     """Return the draft that a rig file's content stands for; what it leaves out, or has wrong, is default."""
     if content.get("kind", SIMULATED) == SIMULATED:
         return _simulated_draft(content)
     cameras = _table(content, "cameras")
-    head: dict[str, Any] = {
-        key: content[key] for key in ("rig_id", "name") if key in content
-    }  # Any: as above
+    head: TomlTable = {key: content[key] for key in ("rig_id", "name") if key in content}
     if isinstance(baseline_m := content.get("baseline_m"), int | float):
         head["baseline_mm"] = round(1e3 * baseline_m, 6)
     parts = {
@@ -229,25 +226,25 @@ def _put(document: TOMLDocument, key: str, value: object, before: object) -> Non
         document[key] = value
 
 
-def _simulated_draft(content: Content) -> RigDraft:
+def _simulated_draft(content: TomlTable) -> RigDraft:
     cameras = {role: DraftCamera(kind=SIMULATED, name=role) for role in ROLES}
     head = {"name": content["name"]} if "name" in content else {}
     parts = {"cameras": DraftCameras(**cameras), "mirrors": DraftMirrors(port=SIMULATED)}
     return _valid(RigDraft, head | parts) or RigDraft()
 
 
-def _camera(table: Content) -> DraftCamera | None:
+def _camera(table: TomlTable) -> DraftCamera | None:
     kind, name = table.get("kind"), table.get("serial", table.get("source"))
     if kind not in CAMERAS or name is None or not str(name):
         return None
     return DraftCamera(kind=kind, name=str(name)[:300])
 
 
-def _fovea_trigger(cameras: Content) -> FoveaTrigger:
+def _fovea_trigger(cameras: TomlTable) -> FoveaTrigger:
     return next((found for role in FOVEAE if (found := _trigger_of(_table(cameras, role)))), "hardware")
 
 
-def _trigger_of(table: Content) -> FoveaTrigger | None:
+def _trigger_of(table: TomlTable) -> FoveaTrigger | None:
     """Return what starts the exposures of a fovea's camera; None without one, or where it is wrong."""
     if table.get("kind") not in CAMERAS:
         return None
@@ -255,12 +252,12 @@ def _trigger_of(table: Content) -> FoveaTrigger | None:
     return next((trigger for trigger in get_args(FoveaTrigger) if trigger == given), None)
 
 
-def _table(content: Content, key: str) -> Content:
+def _table(content: TomlTable, key: str) -> TomlTable:
     found = content.get(key)
-    return found if isinstance(found, Mapping) else {}
+    return found if isinstance(found, dict) else {}
 
 
-def _valid(model: type[ModelT], content: Content) -> ModelT | None:
+def _valid(model: type[ModelT], content: TomlTable) -> ModelT | None:
     """Return the model of a table's values; wrong ones are left to the file's own check.
 
     None where a value that the model must have is missing or wrong.

@@ -7,12 +7,15 @@ import difflib
 import hashlib
 import tomllib
 from pathlib import Path
+from typing import Any
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_hardware.rig_config import load_rig_config
 from foveacam_server.foundation.errors import EditedMeanwhile, NotFound
 from foveacam_server.foundation.whole_file import write_whole
 
+TomlTable = dict[str, Any]  # Any: not checked yet
+"""A table of a rig file."""
 RIGS = "rigs"
 """Folder of the data directory with rig files."""
 VERSIONS_KEPT = 50
@@ -134,7 +137,7 @@ def difference(before: str | None, after: str | None, *, name: str) -> str:
     return "".join(line if line.endswith("\n") else f"{line}\n" for line in lines)
 
 
-def content_of(text: str | None) -> dict[str, object]:
+def content_of(text: str | None) -> TomlTable:
     """Return the content of a rig file's text; nothing for a text that is no TOML."""
     try:
         return tomllib.loads(text or "")

@@ -10,7 +10,7 @@ from foveacam_hardware.contract import Clock
 from foveacam_server.foundation.answers import LeaseHeader, file_responses, opened_services, problems
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
-from foveacam_server.resources.rig_setup.draft_advice import advice_on, needs_of_draft
+from foveacam_server.resources.rig_setup.draft_checks import advice_on, needs_of_draft
 from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
 from foveacam_server.resources.rig_setup.pictures import CameraPictures
 from foveacam_server.resources.rig_setup.schema import (

@@ -1,5 +1,6 @@
 """Keeps the draft of a rig file, checks it, and writes, puts back and opens rig files; from any thread."""
 
+import logging
 import shlex
 import threading
 from pathlib import Path
@@ -10,10 +11,17 @@ from foveacam_hardware.contract import Busy, FoveaError, InvalidInput
 from foveacam_hardware.rig_config import BAD_RIG_ID, RIG_ID, SimulatedRigConfig, load_rig_config
 from foveacam_server.checks.needs import RigNeeds, needs_of
 from foveacam_server.foundation.events import EventLog
-from foveacam_server.resources.rig_setup.draft_faults import faults_of
+from foveacam_server.foundation.schema import RequestModel
+from foveacam_server.foundation.whole_file import read_document, write_document
+from foveacam_server.resources.rig_setup.draft_checks import faults_of
 from foveacam_server.resources.rig_setup.draft_file import draft_of, is_simulated, merge_draft
-from foveacam_server.resources.rig_setup.draft_store import StoredDraft, load_draft, store_draft
-from foveacam_server.resources.rig_setup.rig_files import RigFileFolder, content_of, difference, hash_of
+from foveacam_server.resources.rig_setup.rig_files import (
+    RigFileFolder,
+    TomlTable,
+    content_of,
+    difference,
+    hash_of,
+)
 from foveacam_server.resources.rig_setup.schema import (
     DraftDocument,
     DraftFault,
@@ -27,6 +35,35 @@ from foveacam_server.rig.hardware import HardwareThread
 
 HOLDER = "the set-up of another rig"
 NAMELESS = "my-rig"
+
+
+_log = logging.getLogger(__name__)
+FILE, FORM, VERSION = "draft.json", "foveacam-rig-draft", 1
+
+
+class StoredDraft(RequestModel):
+    """A draft; `path`, `text`: the rig file that it began from, as it was then; null: a new file."""
+
+    draft: RigDraft = RigDraft()
+    path: str | None = None
+    text: str | None = None
+
+
+def load_draft(folder: Path) -> StoredDraft | None:
+    """Return the stored draft; None without a readable one."""
+    try:
+        return read_document(folder / FILE, StoredDraft, form=FORM, version=VERSION)
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        _log.warning("the draft of a rig begins anew: %s cannot be read (%s)", FILE, error)
+        return None
+
+
+def store_draft(folder: Path, stored: StoredDraft) -> None:
+    """Write a draft; raise as `write_whole`."""
+    document = {"format": FORM, "version": VERSION, **stored.as_json()}
+    write_document(folder / FILE, document, what="the draft of the rig")
 
 
 class RigSetupService:
@@ -95,7 +132,7 @@ class RigSetupService:
                 command=f"foveacam serve --rig {shlex.quote(str(self._path))}",
             )
 
-    def table(self, name: str) -> dict[str, object]:
+    def table(self, name: str) -> TomlTable:
         """Return one table of the file that the draft would make."""
         found = content_of(self.review().proposed).get(name)
         return found if isinstance(found, dict) else {}

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from foveacam_hardware.contract import Clock, DeviceInfo, FoveaError, MirrorVolts, NotConnected, StereoVolts
 from foveacam_hardware.port_answer import ask_controller, ask_pan_tilt
 from foveacam_hardware.rig_config import SerialRigConfig, parse_rig_config
+from foveacam_server.resources.rig_setup.rig_files import TomlTable
 from foveacam_server.resources.rig_setup.schema import SIMULATED, RigDraft, TryResult
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import answer_of
@@ -32,7 +32,7 @@ def try_controller(
 
 def try_pan_tilt(
     draft: RigDraft,
-    table: dict[str, Any],  # Any: the file's table, not checked yet
+    table: TomlTable,
     hardware: HardwareThread,
     *,
     open_ports: set[str],
@@ -85,7 +85,7 @@ def _stepped(volts_v: float) -> float:
     return volts_v - STEP_V if volts_v > 0.0 else volts_v + STEP_V
 
 
-def _rig_around(table: dict[str, Any]) -> SerialRigConfig:  # Any: the file's table, not checked yet
+def _rig_around(table: TomlTable) -> SerialRigConfig:
     """Return a rig with nothing but this pan-tilt, which may then be tried before all else is right."""
     content = {"kind": "serial", "rig_id": "try", "mirrors": {"port": "auto"}, "pan_tilt": table}
     config = parse_rig_config(content, file=Path("draft"))

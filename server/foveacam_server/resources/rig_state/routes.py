@@ -20,7 +20,7 @@ from foveacam_server.resources.rig_state.schema import (
     SteeringDocument,
     TriggerDocument,
 )
-from foveacam_server.rig.opening_steps import OpeningStep, StepState
+from foveacam_server.rig.hardware_thread.opening_steps import OpeningStep, StepState
 from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.status import CameraStatus
 

@@ -8,7 +8,6 @@ from foveacam_server.foundation.answers import LeaseHeader, opened_services, pro
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.settle_time.schema import SettleTimeDocument, SettleTimeRequest
 from foveacam_server.resources.settle_time.service import SettleTimeService
-from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.settle_times import SettleTime
 
@@ -65,6 +64,4 @@ def forget(services: ServicesDep, x_lease: LeaseHeader = None) -> SettleTimeDocu
 
 def _check(services: SettleTimeRouteServices, x_lease: str | None) -> None:
     services.lease.check(x_lease)
-    holder = services.hardware.busy_with
-    if holder is not None:
-        raise refusals.in_use("change the settle time", holder)
+    services.hardware.use.check_free("change the settle time")

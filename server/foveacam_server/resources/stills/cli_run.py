@@ -29,7 +29,7 @@ _ANSWER: TypeAdapter[StillDocument | JobDocument] = TypeAdapter(StillDocument | 
 def take_on_server(server: str, request: StillRequest, *, token: SecretStr | None) -> StillDocument:
     """Let a server take a still and return it; raise the server's problem as an error."""
     with ServerClient(server, token=token) as client:
-        answer = client.post("/stills", request.model_dump(mode="json"), wait_s=WAIT_S)
+        answer = client.post("/stills", request, wait_s=WAIT_S)
     found = read_answer(_ANSWER, answer)
     if isinstance(found, JobDocument):
         raise FoveaError(f"server {server}: the still takes longer than {WAIT_S} s; look at its jobs")

@@ -26,7 +26,6 @@ from foveacam_server.resources.stills.schema import (
     StillPatch,
     StillRequest,
 )
-from foveacam_server.rig import refusals
 from foveacam_server.rig.access import StillRigAccess, check_may_expose
 from foveacam_server.rig.hardware_commands import answer_of
 
@@ -72,8 +71,7 @@ class StillService:
             return jobs.submit(KIND, request, idempotency_key=idempotency_key)
         with self._lock:
             plan = _plan_of(request)
-            if hardware.busy_with is not None:
-                raise refusals.in_use("take a still", hardware.busy_with)
+            hardware.use.check_free("take a still")
             self.collection.new_folder(request.name, waits=not request.save)
             if plan.foveae:
                 check_may_expose(hardware)

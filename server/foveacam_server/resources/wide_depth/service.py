@@ -3,6 +3,7 @@
 import logging
 import queue
 import threading
+import time
 from collections.abc import Callable
 from contextvars import copy_context
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ from foveacam_pipeline.context.rendering import (
     context_picture,
     without_specks,
 )
-from foveacam_pipeline.context.values import ContextMap
+from foveacam_pipeline.context.values import ContextMap, DepthSource
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
@@ -36,7 +37,6 @@ from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.schema import WideDepthDocument
-from foveacam_server.resources.wide_depth.summary import summary
 from foveacam_server.rig.encoder import eight_bit
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.hardware import HardwareThread
@@ -54,6 +54,7 @@ WAITING = 2
 """Looks that may wait to be fused; the oldest is dropped for a newer one."""
 TOLD_SHARE = 0.005
 """An event is told when the known share of cells has changed by so much."""
+DEPTH_DIGITS, SHARE_DIGITS = 4, 5
 
 _log = logging.getLogger(__name__)
 PART, LOOKS = "foveacam-wide-depth", "looks"
@@ -133,7 +134,7 @@ class WideDepthService:
         context = self._require()
         waiting = None if self._survey_id is None else self._tools.jobs.get(self._survey_id)
         job_id = None if waiting is None or waiting.state.ended else waiting.id
-        return summary(
+        return _summary(
             context.snapshot(), context, surveyed_fraction=self._surveyed, survey_job_id=job_id, url=URL
         )
 
@@ -270,3 +271,39 @@ def _told(looked: LookedAround) -> str:
         f"the look around {ended} {looked.duration_s:.0f} s: "
         f"{looked.done} of {looked.directions} directions, {looked.looks} looks"
     )
+
+
+def _summary(
+    known: ContextMap,
+    context: WideContext,
+    *,
+    surveyed_fraction: float | None,
+    survey_job_id: str | None,
+    url: str,
+) -> WideDepthDocument:
+    """Return the document of a snapshot of `context`."""
+    at = known.known[0]
+    q, age_s = known.inverse_z_per_m[0][at], time.time() - known.measured_s[0][at]
+    source = known.source[0][at]
+    cells = len(q)
+    return WideDepthDocument(
+        columns=context.columns,
+        rows=context.rows,
+        cell_px=context.cell_px,
+        known_cells=cells,
+        known_fraction=round(cells / at.size, SHARE_DIGITS),
+        sources={each.name.lower(): int(np.count_nonzero(source == each)) for each in DepthSource},
+        nearest_m=_quantile(1.0 / q, 0.05, DEPTH_DIGITS),
+        farthest_m=_quantile(1.0 / q, 0.95, DEPTH_DIGITS),
+        relative_sigma_median=_quantile(known.sigma_per_m[0][at] / q, 0.5, SHARE_DIGITS + 1),
+        age_median_s=_quantile(age_s, 0.5, 1),
+        oldest_s=_quantile(age_s, 1.0, 1),
+        surveyed_fraction=None if surveyed_fraction is None else round(surveyed_fraction, SHARE_DIGITS),
+        survey_job_id=survey_job_id,
+        png_url=f"{url}.png",
+        ply_url=f"{url}.ply",
+    )
+
+
+def _quantile(values: NDArray[np.float64], share: float, digits: int) -> float | None:
+    return None if len(values) == 0 else round(float(np.quantile(values, share)), digits)

@@ -1,7 +1,7 @@
 // Words a fixation's answer: its basis, its distance or limits. The card, the list, the marks and the messages use
 // these texts.
 
-import { distanceText, ENDS, MISSING, number } from "./format.js";
+import { distanceText, ENDS, MISSING, number } from "./elements/format.js";
 
 /**
  * @import { AlternativeDocument, BoundDocument, EyeViewDocument, FixationDocument } from "#api"

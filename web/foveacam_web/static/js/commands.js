@@ -1,6 +1,6 @@
 // Sends the operator's commands. Clicks are sent in their order, and the stop waits for nothing.
 
-import { RequestError, SIGNED_OUT, request } from "./api.js";
+import { RequestError, SIGNED_OUT, request } from "./transport/api.js";
 import { Deletions } from "./deletions.js";
 import { NO_LEASE, holderName } from "./lease/words.js";
 
@@ -10,7 +10,7 @@ import { NO_LEASE, holderName } from "./lease/words.js";
  * @import { Point } from "#page"
  * @import { Fixations } from "./fixations.js"
  * @import { Store } from "./store.js"
- * @import { Toasts } from "./toasts.js"
+ * @import { Toasts } from "./elements/toasts.js"
  */
 
 /** The commands of one page. */
@@ -56,7 +56,7 @@ export class Commands {
    * @template T
    * @param {"POST" | "PUT" | "PATCH" | "DELETE"} method
    * @param {string} path
-   * @param {import("./api.js").Options} [options]
+   * @param {import("./transport/api.js").Options} [options]
    * @returns {Promise<T | null>} true where the response has no body
    */
   send(method, path, options = {}) {
@@ -64,7 +64,7 @@ export class Commands {
     return this.attempt(async () => (await request(method, path, { ...options, headers })) ?? /** @type {T} */ (true));
   }
 
-  /** @param {import("./toasts.js").Message} message */
+  /** @param {import("./elements/toasts.js").Message} message */
   say(message) {
     this.#toasts.show(message);
   }

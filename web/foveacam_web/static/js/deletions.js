@@ -1,6 +1,6 @@
 // Deletes entries of a list when the time to undo is over; until then they are hidden.
 
-import { RequestError, request } from "./api.js";
+import { RequestError, request } from "./transport/api.js";
 
 /** @import { Commands } from "./commands.js" */
 

@@ -5,8 +5,8 @@ import { Link } from "./display/link.js";
 import { Sheet } from "./display/sheet.js";
 import { ScaleDialog } from "./display/scale_dialog.js";
 import { Scales, screenKey } from "./display/scale.js";
-import { h, html, need, update } from "./dom.js";
-import { icon } from "./icons.js";
+import { h, html, need, update } from "./elements/dom.js";
+import { icon } from "./elements/icons.js";
 import { nameOf, scaleWords, shownWords, warningWords } from "./display/words.js";
 
 /** @import { PatternDocument } from "#api" */

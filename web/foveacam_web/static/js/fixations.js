@@ -1,7 +1,7 @@
 // Follows the running fixation, whoever requested it: its steps by events, its result at the end.
 
-import { RequestError, request } from "./api.js";
-import { hasEnded, JobWatch } from "./jobs.js";
+import { RequestError, request } from "./transport/api.js";
+import { hasEnded, JobWatch } from "./transport/jobs.js";
 
 /**
  * @import { EventDocument, FixationDocument, FixationRequest, JobDocument, Problem, StepDocument } from "#api"

@@ -16,7 +16,7 @@ import { CaptureOrders } from "./capture/orders.js";
 import { CaptureReader } from "./capture/reader.js";
 import { StillReader } from "./capture/still_reader.js";
 import { Commands } from "./commands.js";
-import { fill, html, need } from "./dom.js";
+import { fill, html, need } from "./elements/dom.js";
 import { FaultReader } from "./faults/reader.js";
 import { mountFaultTray } from "./faults/tray.js";
 import { Fixations } from "./fixations.js";
@@ -24,7 +24,7 @@ import { FollowOrders } from "./follow/orders.js";
 import { mountFollowed } from "./follow/panel.js";
 import { FollowReader } from "./follow/reader.js";
 import { GalleryReader } from "./gallery/reader.js";
-import { icon } from "./icons.js";
+import { icon } from "./elements/icons.js";
 import { Keyboard } from "./keys.js";
 import { LoopOrders } from "./loop/orders.js";
 import { LoopReader } from "./loop/reader.js";
@@ -42,7 +42,7 @@ import { mountTargets } from "./panels/targets.js";
 import { mountBadges, mountOffline, mountProblems, mountStop } from "./panels/topbar.js";
 import { WideDepth } from "./panels/wide_depth.js";
 import { followAddress, openPage, turnPages } from "./pages.js";
-import { toolButton } from "./parts.js";
+import { toolButton } from "./elements/parts.js";
 import { Preferences } from "./preferences/reader.js";
 import { makeRecordButton } from "./recording/button.js";
 import { LiveRecording } from "./recording/live.js";
@@ -58,10 +58,10 @@ import { changeSettings } from "./settings.js";
 import { createStore } from "./state.js";
 import { GamepadSteering } from "./steer/gamepad.js";
 import { Steering } from "./steer/steering.js";
-import { Sync } from "./sync.js";
-import { connectTabs } from "./tabs.js";
+import { Sync } from "./transport/sync.js";
+import { connectTabs } from "./elements/tabs.js";
 import { exposeHooks } from "./testhooks.js";
-import { Toasts } from "./toasts.js";
+import { Toasts } from "./elements/toasts.js";
 import { ReachReader } from "./video/reach_reader.js";
 import { Views } from "./video/views.js";
 import { offerWindows } from "./windows/opener.js";
@@ -292,7 +292,7 @@ function flip(key) {
 function mountTools() {
   const link = (
     /** @type {string} */ label,
-    /** @type {import("./icons.js").IconName} */ name,
+    /** @type {import("./elements/icons.js").IconName} */ name,
     /** @type {string} */ href,
   ) => html`<a class="tool" href=${href} aria-label=${label} title=${label}>${icon(name)}</a>`;
   fill(

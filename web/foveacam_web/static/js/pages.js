@@ -1,8 +1,8 @@
 // The pages over the console: loads and shows the one that the address names, and lends it the live panes.
 
 import { CONSOLE_ADDRESS, pagesAt } from "./addresses.js";
-import { fill, focusOn, html, need } from "./dom.js";
-import { icon } from "./icons.js";
+import { fill, focusOn, html, need } from "./elements/dom.js";
+import { icon } from "./elements/icons.js";
 
 /**
  * @import { ConsoleState, Role } from "#page"

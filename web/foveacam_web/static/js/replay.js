@@ -1,12 +1,12 @@
 // Starts the page of a window that shows panes of a recording, which its address names: `#ID:layout`. The recording's
 // page in the gallery plays it; this window follows.
 
-import { RequestError, request } from "./api.js";
+import { RequestError, request } from "./transport/api.js";
 import { decoded, galleryAddress } from "./addresses.js";
 import { Commands } from "./commands.js";
-import { html, need, update } from "./dom.js";
+import { html, need, update } from "./elements/dom.js";
 import { Fixations } from "./fixations.js";
-import { sentence } from "./format.js";
+import { sentence } from "./elements/format.js";
 import { recordingPath } from "./gallery/recording_words.js";
 import { Keyboard } from "./keys.js";
 import { mountOffline, mountStop } from "./panels/topbar.js";
@@ -16,8 +16,8 @@ import { titleOf } from "./replay/slot.js";
 import { isShowable } from "./replay/stereo.js";
 import { watchSignIn } from "./session/signed_out.js";
 import { createStore } from "./state.js";
-import { Sync } from "./sync.js";
-import { Toasts } from "./toasts.js";
+import { Sync } from "./transport/sync.js";
+import { Toasts } from "./elements/toasts.js";
 import { layoutOf, layoutText } from "./windows/layout.js";
 
 /** @import { RecordingDocument, TimelineDocument, TracksDocument } from "#api" */

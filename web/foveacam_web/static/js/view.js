@@ -1,6 +1,6 @@
 // Starts the page that holds the views alone, for viser's panel: the console's modules without its panels.
 
-import { need } from "./dom.js";
+import { need } from "./elements/dom.js";
 import { openViewsPage } from "./video/page.js";
 
 const { views } = openViewsPage();

@@ -1,7 +1,7 @@
 // Starts the page of a window that shows any views, divided as its address says.
 
 import { decoded } from "./addresses.js";
-import { need } from "./dom.js";
+import { need } from "./elements/dom.js";
 import { openViewsPage } from "./video/page.js";
 import { Board } from "./windows/board.js";
 import { keepLayout } from "./windows/last_layout.js";

@@ -1,8 +1,8 @@
 // The dialog that starts a complete calibration: its steps, its label, and whether the result is put in use.
 
-import { h, html, say } from "../dom.js";
+import { h, html, say } from "../elements/dom.js";
 import { sheet } from "../panels/dialogs.js";
-import { starter, tickField } from "../parts.js";
+import { starter, tickField } from "../elements/parts.js";
 
 /**
  * @import { SessionDocument } from "#api"

@@ -1,6 +1,6 @@
 // Converts figures whose names end in units to rows of text, for documents without a fixed schema. Pure functions.
 
-import { MISSING, number } from "../format.js";
+import { MISSING, number } from "../elements/format.js";
 
 /** @type {[string, string, number][]} suffix of the name, unit, decimals */
 const UNITS = [

@@ -1,10 +1,10 @@
 // Shows the running procedure: step, progress, time left, cancel; after its end the result, the reason and the remedy.
 
-import { fill, h, html, say } from "../dom.js";
-import { pixels, remedyOf, sentence } from "../format.js";
-import { icon } from "../icons.js";
-import { knockWords } from "./knocks.js";
-import { bar } from "../parts.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { pixels, remedyOf, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
+import { knockWords } from "./fit/knocks.js";
+import { bar } from "../elements/parts.js";
 import { isRunning, placeOf } from "./state.js";
 
 /**

@@ -1,6 +1,6 @@
 // Shows the wizard's live pictures: the procedure's annotated views while one runs, else the plain ones.
 
-import { h } from "../dom.js";
+import { h } from "../elements/dom.js";
 import { isRunning } from "./state.js";
 
 /**

@@ -1,7 +1,7 @@
 // Sends the calibration commands. A refusal is shown with its remedy, and null returned.
 
-import { file, request } from "../api.js";
-import { h } from "../dom.js";
+import { file, request } from "../transport/api.js";
+import { h } from "../elements/dom.js";
 
 /**
  * @import { CalibrationDocument, ComparisonDocument, JobDocument, PanTiltDocument, SessionDocument } from "#api"

@@ -1,32 +1,32 @@
 // Builds the calibration page: the session, the steps, the running procedure, and the pan-tilt beside them.
 
 import { WIZARD_PAGES, wizardAddress } from "../addresses.js";
-import { absent, fill, h, html, update } from "../dom.js";
-import { sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { absent, fill, h, html, update } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { pageHead } from "../pages.js";
-import { makeCheckStep, checkProgress } from "./check_step.js";
-import { mountDisplays } from "./displays.js";
-import { mountDrift } from "./drift.js";
+import { makeCheckStep, checkProgress } from "./fit/check_step.js";
+import { mountDisplays } from "./displays/displays.js";
+import { mountDrift } from "./records/drift.js";
 import { makeEverything } from "./everything.js";
-import { fitProgress, makeFitStep } from "./fit_step.js";
-import { inUse } from "./in_use.js";
+import { fitProgress, makeFitStep } from "./fit/fit_step.js";
+import { inUse } from "./records/in_use.js";
 import { mountJobBar } from "./jobbar.js";
 import { Live } from "./live.js";
-import { makeMirrorsStep, mirrorsProgress } from "./mirrors_step.js";
+import { makeMirrorsStep, mirrorsProgress } from "./mirrors/mirrors_step.js";
 import { mountPanTilt } from "./pantilt.js";
-import { badge, panel } from "../parts.js";
-import { mountRecords } from "./records.js";
+import { badge, panel } from "../elements/parts.js";
+import { mountRecords } from "./records/records.js";
 import { makeSessionChoice, mountSessions } from "./sessions.js";
-import { makeSettleStep, settleProgress } from "./settle_step.js";
-import { makeWideStep, wideProgress } from "./wide_step.js";
+import { makeSettleStep, settleProgress } from "./mirrors/settle_step.js";
+import { makeWideStep, wideProgress } from "./lens/wide_step.js";
 import { isRunning } from "./state.js";
 
 /**
  * @import { ConsoleState, WizardPage } from "#page"
  * @typedef {{
  *   store: import("../store.js").Store, orders: import("./orders.js").CalibrationOrders, reader: import("./reader.js").CalibrationReader,
- *   work: import("./work.js").WorkFollower, toasts: import("../toasts.js").Toasts, views: import("../video/views.js").Views
+ *   work: import("./work.js").WorkFollower, toasts: import("../elements/toasts.js").Toasts, views: import("../video/views.js").Views
  * }} WizardContext
  * @typedef {{element: HTMLElement, live: HTMLElement | null}} Step `live`: where the live pictures go
  * @typedef {(state: ConsoleState) => {tone: string, text: string} | null} Progress

@@ -1,11 +1,11 @@
 // Controls the pan-tilt: its angles, turning by steps or to a station, stopping; or instructions to turn the rig by
 // hand.
 
-import { changing, fill, h, html, say } from "../dom.js";
-import { angle, MISSING, number, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { changing, fill, h, html, say } from "../elements/dom.js";
+import { angle, MISSING, number, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { zeroOf } from "../rig/zero.js";
-import { choiceField, nothing } from "../parts.js";
+import { choiceField, nothing } from "../elements/parts.js";
 import { isRunning } from "./state.js";
 
 /**

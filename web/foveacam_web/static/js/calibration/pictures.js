@@ -1,6 +1,6 @@
 // Shows the server's diagrams: by name, enlarged by a click; two of the same view with a slider between them.
 
-import { h, html, keyed } from "../dom.js";
+import { h, html, keyed } from "../elements/dom.js";
 
 /** @import { PictureDocument, SessionDocument } from "#api" */
 

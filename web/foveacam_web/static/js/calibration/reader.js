@@ -1,8 +1,8 @@
 // Keeps the calibration state equal to the server's: health always, the rest while the calibration page is open. The
 // pan-tilt is read for the rig page as well.
 
-import { request } from "../api.js";
-import { QuietReads } from "../quiet.js";
+import { request } from "../transport/api.js";
+import { QuietReads } from "../transport/quiet.js";
 import { isRunning } from "./state.js";
 
 /**

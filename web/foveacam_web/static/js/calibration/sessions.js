@@ -1,9 +1,9 @@
 // Lists the sessions, one for each calibration: open one, create one, combine several, delete one.
 
-import { changing, fill, h, html, repeat, say } from "../dom.js";
-import { MISSING, number } from "../format.js";
-import { icon } from "../icons.js";
-import { badge, nothing } from "../parts.js";
+import { changing, fill, h, html, repeat, say } from "../elements/dom.js";
+import { MISSING, number } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
+import { badge, nothing } from "../elements/parts.js";
 
 /**
  * @import { SessionSummary } from "#page"

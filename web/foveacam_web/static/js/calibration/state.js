@@ -1,6 +1,6 @@
 // The state of the calibration page, and what it says about the running procedure. Pure functions.
 
-import { hasEnded } from "../jobs.js";
+import { hasEnded } from "../transport/jobs.js";
 
 /** @import { CalibrationState, Work } from "#page" */
 

@@ -1,6 +1,6 @@
 // Words the health of the calibration in use, for every place that shows it. Pure functions.
 
-import { MISSING, number, sentence, span } from "../format.js";
+import { MISSING, number, sentence, span } from "../elements/format.js";
 
 /**
  * @import { HealthDocument } from "#api"

@@ -1,7 +1,7 @@
 // Follows the running calibration procedure, whoever started it: its progress, time left and result.
 
-import { request } from "../api.js";
-import { hasEnded, JobWatch } from "../jobs.js";
+import { request } from "../transport/api.js";
+import { hasEnded, JobWatch } from "../transport/jobs.js";
 import { isRunning } from "./state.js";
 
 /**

@@ -1,8 +1,8 @@
 // Connects the editor, the estimate and the start button: estimates and saves the draft, shows each refusal at its
 // field.
 
-import { focusOn, h, html } from "../dom.js";
-import { icon } from "../icons.js";
+import { focusOn, h, html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { keepDraft } from "./draft.js";
 import { makeEditor } from "./editor.js";
 import { Estimator } from "./estimator.js";

@@ -1,7 +1,7 @@
 // Builds the plan's editor: points, distance, exposures and stacks at each point, rail positions. Reports each change.
 
-import { choiceField, numberField, tickField } from "../parts.js";
-import { h, html } from "../dom.js";
+import { choiceField, numberField, tickField } from "../elements/parts.js";
+import { h, html } from "../elements/dom.js";
 import { asked, named, numberChips, segments } from "./parts.js";
 import { asSetPoints, PAPER_RAIL_MM, planOf } from "./plan.js";
 import { makePoints } from "./points.js";

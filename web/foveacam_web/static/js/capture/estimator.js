@@ -1,7 +1,7 @@
 // Requests estimates while the plan is edited: shortly after the last key, one at a time; only the newest answer
 // counts.
 
-import { RequestError, request } from "../api.js";
+import { RequestError, request } from "../transport/api.js";
 
 /**
  * @import { EstimateRequest } from "#api"

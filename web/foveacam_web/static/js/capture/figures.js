@@ -1,14 +1,14 @@
 // Shows the estimate of a plan: time and its parts, files, disk space, the share of the field that is seen, warnings.
 
-import { figures, nothing } from "../parts.js";
-import { changing, html } from "../dom.js";
-import { count, number, sentence, span } from "../format.js";
-import { icon } from "../icons.js";
+import { figures, nothing } from "../elements/parts.js";
+import { changing, html } from "../elements/dom.js";
+import { count, number, sentence, span } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { percent, sizeText } from "./words.js";
 
 /**
  * @import { Estimate } from "#page"
- * @import { Child } from "../dom.js"
+ * @import { Child } from "../elements/dom.js"
  * @import { Store } from "../store.js"
  * @typedef {import("#page").Answered<Estimate>} Answered
  */

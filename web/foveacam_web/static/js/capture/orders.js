@@ -1,6 +1,6 @@
 // Starts, resumes, pauses and cancels captures. The refusal of a start is returned, so that it is shown at its field.
 
-import { RequestError, request } from "../api.js";
+import { RequestError, request } from "../transport/api.js";
 
 /**
  * @import { CaptureDocument, CaptureRequest, JobDocument, Problem } from "#api"

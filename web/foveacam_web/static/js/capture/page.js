@@ -1,9 +1,9 @@
 // Builds the capture page: the editor, the estimate, the wide view with footprints, running and unfinished captures.
 
 import { GALLERY_ADDRESS } from "../addresses.js";
-import { panel } from "../parts.js";
-import { fill, h, html } from "../dom.js";
-import { icon } from "../icons.js";
+import { panel } from "../elements/parts.js";
+import { fill, h, html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { pageHead } from "../pages.js";
 import { Bench } from "./bench.js";
 import { mountFigures } from "./figures.js";

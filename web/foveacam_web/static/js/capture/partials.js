@@ -1,8 +1,8 @@
 // Lists the captures that ended before their last point, newest first: their points, the reason, and the resume button.
 
-import { nothing } from "../parts.js";
-import { changing, html, repeat } from "../dom.js";
-import { count, sentence } from "../format.js";
+import { nothing } from "../elements/parts.js";
+import { changing, html, repeat } from "../elements/dom.js";
+import { count, sentence } from "../elements/format.js";
 import { isCapturing } from "./state.js";
 import { galleryAddress } from "../addresses.js";
 import { sizeText } from "./words.js";

@@ -1,8 +1,8 @@
 // Small parts of the capture page: messages beside fields, a choice in a row, a text line, numbers as chips.
 
-import { fill, h, html, say } from "../dom.js";
-import { number, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { number, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 
 /** @import { Trouble } from "#page" */
 

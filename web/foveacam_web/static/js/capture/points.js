@@ -1,7 +1,7 @@
 // Fields for the source of the points: a grid of angles over a field, or a text in the set-point language.
 
-import { choiceField, numberField } from "../parts.js";
-import { h, html, say } from "../dom.js";
+import { choiceField, numberField } from "../elements/parts.js";
+import { h, html, say } from "../elements/dom.js";
 import { asked, named, segments } from "./parts.js";
 
 /**

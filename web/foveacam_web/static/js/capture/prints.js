@@ -1,8 +1,8 @@
 // Draws the footprints of a plan over the live wide view, left and right in their colours, with the path of the
 // mirrors. Pointer, finger or arrow keys select a point, whose figures are shown.
 
-import { h, say } from "../dom.js";
-import { angle, count, number } from "../format.js";
+import { h, say } from "../elements/dom.js";
+import { angle, count, number } from "../elements/format.js";
 import { placeOf } from "./plan.js";
 import { percent } from "./words.js";
 

@@ -1,8 +1,8 @@
 // Follows the running capture on every page, whoever started it; reads the list of captures while the capture page is
 // open.
 
-import { RequestError, request } from "../api.js";
-import { QuietReads } from "../quiet.js";
+import { RequestError, request } from "../transport/api.js";
+import { QuietReads } from "../transport/quiet.js";
 import { isCapturing } from "./state.js";
 
 /**

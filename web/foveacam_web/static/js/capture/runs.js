@@ -1,10 +1,10 @@
 // Shows the running capture: progress, time left, pause, cancel; after its end the result, the reason, and a link to
 // it.
 
-import { bar } from "../parts.js";
-import { fill, h, html, say } from "../dom.js";
-import { sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { bar } from "../elements/parts.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { isCapturing, shareOf } from "./state.js";
 import { galleryAddress } from "../addresses.js";
 import { endWords, farWords, stateWords } from "./words.js";

@@ -1,10 +1,10 @@
 // Fields for a capture's name, label, licence and format, and the start button. Above the button: refusals that
 // belong to no field.
 
-import { choiceField } from "../parts.js";
-import { changing, h, html } from "../dom.js";
-import { sentence, timedName } from "../format.js";
-import { icon } from "../icons.js";
+import { choiceField } from "../elements/parts.js";
+import { changing, h, html } from "../elements/dom.js";
+import { sentence, timedName } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { blamed } from "./blame.js";
 import { asked, textField } from "./parts.js";
 

@@ -1,9 +1,9 @@
 // The panel of stills: the options of the next still, the button, and the last still.
 
-import { bar, panel } from "../parts.js";
-import { changing, h, html } from "../dom.js";
-import { count, remedyOf, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { bar, panel } from "../elements/parts.js";
+import { changing, h, html } from "../elements/dom.js";
+import { count, remedyOf, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { makeStillForm } from "./still_form.js";
 import { StillOrders } from "./still_orders.js";
 import { makeStillShown } from "./still_shown.js";

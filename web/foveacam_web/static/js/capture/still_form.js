@@ -1,8 +1,8 @@
 // Fields for the next still: cameras, number of frames, what is stored of them, and whether to review it before
 // storing.
 
-import { allHold, numberField, tickField } from "../parts.js";
-import { h, html } from "../dom.js";
+import { allHold, numberField, tickField } from "../elements/parts.js";
+import { h, html } from "../elements/dom.js";
 import { asked, segments, textField } from "./parts.js";
 import { CAMERAS } from "./still_words.js";
 

@@ -1,6 +1,6 @@
 // Takes stills, and keeps them.
 
-import { RequestError, request } from "../api.js";
+import { RequestError, request } from "../transport/api.js";
 import { CollectionOrders } from "../gallery/collection_orders.js";
 import { galleryAddress } from "../addresses.js";
 

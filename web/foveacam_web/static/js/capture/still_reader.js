@@ -1,8 +1,8 @@
 // Follows the still that is being taken, and reads the stills that wait to be kept or discarded.
 
-import { request } from "../api.js";
-import { JobWatch } from "../jobs.js";
-import { QuietReads } from "../quiet.js";
+import { request } from "../transport/api.js";
+import { JobWatch } from "../transport/jobs.js";
+import { QuietReads } from "../transport/quiet.js";
 
 /**
  * @import { EventDocument, JobDocument, StillDocument } from "#api"

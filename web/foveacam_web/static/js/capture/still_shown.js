@@ -1,8 +1,8 @@
 // Shows the last still that is neither kept nor discarded: its pictures, missing frames, keep and discard buttons.
 
-import { changing, h, html } from "../dom.js";
-import { count } from "../format.js";
-import { icon } from "../icons.js";
+import { changing, h, html } from "../elements/dom.js";
+import { count } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import "../gallery/drawn.js";
 import { cameraWords, CAMERAS, missingWords } from "./still_words.js";
 import { textField } from "./parts.js";

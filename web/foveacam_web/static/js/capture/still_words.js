@@ -1,6 +1,6 @@
 // Words for stills. Pure functions.
 
-import { angle, count, millis, number, sentence } from "../format.js";
+import { angle, count, millis, number, sentence } from "../elements/format.js";
 
 /** @import { StillCamera, StillDocument } from "#api" */
 

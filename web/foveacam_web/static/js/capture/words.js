@@ -1,6 +1,6 @@
 // Words for captures: sizes, shares, states and results. Pure functions.
 
-import { count, MISSING, number, remedyOf, sentence, span } from "../format.js";
+import { count, MISSING, number, remedyOf, sentence, span } from "../elements/format.js";
 
 /** @import { CaptureEnd, Capturing } from "#page" */
 

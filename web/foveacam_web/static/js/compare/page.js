@@ -1,10 +1,10 @@
 // The page that compares two depth backends on the newest look: split slider, difference, and histogram of differences.
 
-import { request } from "../api.js";
-import { bandPlot } from "../band_plot.js";
-import { fill, h, html, update } from "../dom.js";
+import { request } from "../transport/api.js";
+import { bandPlot } from "../elements/band_plot.js";
+import { fill, h, html, update } from "../elements/dom.js";
 import { pageHead } from "../pages.js";
-import { figures, nothing, panel } from "../parts.js";
+import { figures, nothing, panel } from "../elements/parts.js";
 import { backendWords } from "../video/depth_words.js";
 import { differenceRows, firstPair, histogramCurves, researchOnly, sideRows } from "./words.js";
 

@@ -1,10 +1,10 @@
 // Texts and curves of a comparison of two depth backends. Pure functions.
 
-import { MISSING, number } from "../format.js";
+import { MISSING, number } from "../elements/format.js";
 
 /**
  * @import { BackendComparisonDocument, ComparedBackend, DepthBackendsDocument } from "#api"
- * @import { BandPoint } from "../band_plot.js"
+ * @import { BandPoint } from "../elements/band_plot.js"
  */
 
 /** Return the pair that is offered first: what is in use, and another one. @param {DepthBackendsDocument} found */

@@ -1,8 +1,8 @@
 // Keeps a display registered at the server, and hears what it is to show: by the events, and by each registration's answer.
 
-import { RequestError, request } from "../api.js";
-import { listenToEvents } from "../eventlink.js";
-import { QuietReads } from "../quiet.js";
+import { RequestError, request } from "../transport/api.js";
+import { listenToEvents } from "../transport/eventlink.js";
+import { QuietReads } from "../transport/quiet.js";
 
 /** @import { DisplayRequest, PatternDocument } from "#api" */
 
@@ -12,7 +12,7 @@ const EVERY_MS = 5000; // the server forgets a display after 15 s
 export class Link {
   #id = [...crypto.getRandomValues(new Uint8Array(6))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
   #reads = new QuietReads();
-  /** @type {import("../eventsource.js").EventLink | null} */
+  /** @type {import("../transport/eventsource.js").EventLink | null} */
   #events = null;
   #online = false;
   #described;

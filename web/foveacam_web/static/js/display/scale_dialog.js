@@ -1,8 +1,8 @@
 // The dialog in which a person sets the scale of the screen: an outline is dragged or stepped to the size of what lies on it.
 
-import { fill, h, html, say } from "../dom.js";
-import { number } from "../format.js";
-import { icon } from "../icons.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { number } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { ASSUMED_PX_PER_MM, REFERENCES } from "./scale.js";
 
 const LEAST_PX = 40;

@@ -1,6 +1,6 @@
 // Shows the pattern of the server in the middle of the page, at its true size.
 
-import { RequestError, file } from "../api.js";
+import { RequestError, file } from "../transport/api.js";
 import { ASSUMED_PX_PER_MM, isTooLarge, placeOf } from "./scale.js";
 
 /** @import { PatternDocument } from "#api" */

@@ -1,6 +1,6 @@
 // What the display says of itself: what it shows, its scale, and why what it shows is not true. Pure functions.
 
-import { number } from "../format.js";
+import { number } from "../elements/format.js";
 import { isTooLarge } from "./scale.js";
 
 /**

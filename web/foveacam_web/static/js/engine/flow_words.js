@@ -1,6 +1,6 @@
 // Texts of the graph of who feeds whom. Pure functions.
 
-import { count, number, sentence } from "../format.js";
+import { count, number, sentence } from "../elements/format.js";
 import { percent } from "./words.js";
 
 /** @import { EdgeDocument, EngineDocument, PartDocument } from "#api" */

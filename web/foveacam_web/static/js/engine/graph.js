@@ -1,7 +1,7 @@
 // The graph of who feeds whom: parts in columns, lines with their rates, and the details of the part that is chosen.
 
-import { html, svg } from "../dom.js";
-import { figures, nothing } from "../parts.js";
+import { html, svg } from "../elements/dom.js";
+import { figures, nothing } from "../elements/parts.js";
 import { BOX, layered } from "./layers.js";
 import { edgeRate, partDetails, partName, partState, partWords } from "./flow_words.js";
 

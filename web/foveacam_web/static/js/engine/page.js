@@ -1,13 +1,13 @@
 // The page of the engine's load: threads, queues, stages, cameras, views, controller's line and clock, start, who feeds whom.
 
-import { request } from "../api.js";
-import { hand } from "../download.js";
-import { fill, h, html, update } from "../dom.js";
-import { count, millis, number } from "../format.js";
-import { icon } from "../icons.js";
+import { request } from "../transport/api.js";
+import { hand } from "../elements/download.js";
+import { fill, h, html, update } from "../elements/dom.js";
+import { count, millis, number } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { pageHead } from "../pages.js";
-import { badge, bar, figures, nothing, panel } from "../parts.js";
-import { QuietReads } from "../quiet.js";
+import { badge, bar, figures, nothing, panel } from "../elements/parts.js";
+import { QuietReads } from "../transport/quiet.js";
 import { lineOf } from "../rig/controller.js";
 import { graphOf } from "./graph.js";
 import {

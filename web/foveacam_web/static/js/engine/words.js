@@ -1,6 +1,6 @@
 // Texts of the page of the engine's load. Pure functions.
 
-import { count, MISSING, millis, number, sentence, span } from "../format.js";
+import { count, MISSING, millis, number, sentence, span } from "../elements/format.js";
 
 /**
  * @import { EngineDocument, MirrorsDocument, StartTimeDocument, ThreadDocument } from "#api"

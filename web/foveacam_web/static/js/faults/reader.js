@@ -1,7 +1,7 @@
 // Keeps the list of faults equal to the server's, and adds what fails in this page itself.
 
-import { request } from "../api.js";
-import { QuietReads } from "../quiet.js";
+import { request } from "../transport/api.js";
+import { QuietReads } from "../transport/quiet.js";
 import { withoutPresent, withPageFault } from "./words.js";
 
 /**

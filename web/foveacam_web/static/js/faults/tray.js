@@ -1,10 +1,10 @@
 // The button of the top bar that counts faults and warnings, and the tray that lists them.
 
-import { fill, h, html, repeat, update } from "../dom.js";
-import { clockTime, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { fill, h, html, repeat, update } from "../elements/dom.js";
+import { clockTime, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { sheet } from "../panels/dialogs.js";
-import { badge, nothing } from "../parts.js";
+import { badge, nothing } from "../elements/parts.js";
 import { placeWords, trayLabel, trayRows, trayTone, whenWords } from "./words.js";
 
 /**

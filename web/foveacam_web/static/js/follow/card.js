@@ -1,9 +1,9 @@
 // One followed target as a card: state, distance and figures, tracker and priority, letting go.
 
-import { html } from "../dom.js";
-import { icon } from "../icons.js";
+import { html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { nameField } from "../panels/named_row.js";
-import { badge, figures } from "../parts.js";
+import { badge, figures } from "../elements/parts.js";
 import { distanceOf, figuresOf, prioritiesWith, STATES, TRACKERS } from "./words.js";
 
 /**

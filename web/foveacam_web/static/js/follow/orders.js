@@ -1,6 +1,6 @@
 // The commands about followed targets: follow one more, change how, let go.
 
-import { timedName } from "../format.js";
+import { timedName } from "../elements/format.js";
 
 /**
  * @import { FollowedDocument, FollowPatch, FollowRequest } from "#api"

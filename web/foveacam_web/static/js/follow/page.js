@@ -1,9 +1,9 @@
 // Builds the page of followed targets: the wide view with their marks, both foveae, a card with the trail of each.
 
-import { bandPlot } from "../band_plot.js";
-import { fill, h, html, update } from "../dom.js";
-import { hand } from "../download.js";
-import { icon } from "../icons.js";
+import { bandPlot } from "../elements/band_plot.js";
+import { fill, h, html, update } from "../elements/dom.js";
+import { hand } from "../elements/download.js";
+import { icon } from "../elements/icons.js";
 import { pageHead } from "../pages.js";
 import { allButtons, cards } from "./panel.js";
 import { trailCsv, trailFile, trailRuns } from "./words.js";

@@ -1,8 +1,8 @@
 // Lists what is followed, one card a target: the tab of the console, and the cards of the page.
 
 import { FOLLOW_ADDRESS } from "../addresses.js";
-import { html, repeat, update } from "../dom.js";
-import { icon } from "../icons.js";
+import { html, repeat, update } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { followCard } from "./card.js";
 
 /**

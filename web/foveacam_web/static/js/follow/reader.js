@@ -1,8 +1,8 @@
 // Keeps the followed targets equal to the server's: twice a second while they are shown, and at each event.
 
 import { galleryAddress } from "../addresses.js";
-import { request } from "../api.js";
-import { QuietReads } from "../quiet.js";
+import { request } from "../transport/api.js";
+import { QuietReads } from "../transport/quiet.js";
 import { endedMessage } from "./words.js";
 
 /**

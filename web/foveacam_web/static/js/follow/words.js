@@ -1,12 +1,12 @@
 // Formats followed targets: the words of a card, the marks of an overlay message, the trail's plot and file. Pure functions.
 
-import { distanceText, MISSING, number, sentence, span } from "../format.js";
-import { runsOf } from "../runs.js";
+import { distanceText, MISSING, number, sentence, span } from "../elements/format.js";
+import { runsOf } from "../elements/runs.js";
 
 /**
  * @import { FollowedDocument, TrailPoint } from "#api"
  * @import { ConsoleState, FollowEnded, FollowMark, Point } from "#page"
- * @import { BandPoint } from "../band_plot.js"
+ * @import { BandPoint } from "../elements/band_plot.js"
  * @typedef {{kind: string, x: number, y: number, label: string, label_y: number}} RingMark CSS px
  */
 

@@ -1,10 +1,10 @@
 // The page of a collection: its list of cards with search and trash, or one entry. datasets.js, recordings.js and
 // stills.js say what differs.
 
-import { nothing } from "../parts.js";
-import { h, html, repeat, update } from "../dom.js";
-import { count, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { nothing } from "../elements/parts.js";
+import { h, html, repeat, update } from "../elements/dom.js";
+import { count, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { sizeWords, whenWords } from "./dataset_words.js";
 import "./drawn.js";
 import { galleryAddress } from "../addresses.js";

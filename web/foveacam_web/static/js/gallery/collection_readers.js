@@ -1,7 +1,7 @@
 // Keeps the list and the trash of a collection, or one of its entries, equal to the server's while they are shown.
 
-import { RequestError, request } from "../api.js";
-import { QuietReads } from "../quiet.js";
+import { RequestError, request } from "../transport/api.js";
+import { QuietReads } from "../transport/quiet.js";
 
 /** @import { EventDocument } from "#api" */
 

@@ -1,18 +1,18 @@
 // The page of one dataset: contact sheet, coverage, details, checks and files.
 
-import { badge, figures, nothing, panel } from "../parts.js";
+import { badge, figures, nothing, panel } from "../elements/parts.js";
 import { fresh } from "../calibration/pictures.js";
 import { galleryAddress, wizardAddress } from "../addresses.js";
-import { copyCode } from "../copy.js";
-import { html } from "../dom.js";
-import { sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { copyCode } from "../elements/copy.js";
+import { html } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { headOf, makeCheck } from "./collection.js";
 import { makeSheet } from "./dataset_sheet.js";
 import { conditionRows, factRows, isLive, planWords, snippet, stateWords } from "./dataset_words.js";
 import { progressOf } from "./datasets.js";
 import { makeEditable } from "./editable.js";
-import { openMosaic } from "./mosaic.js";
+import { openMosaic } from "./mosaic/page.js";
 import { makeReference } from "./reference.js";
 
 /**

@@ -1,8 +1,8 @@
 // The contact sheet: a button for every point at its position in the grid, which shows the point large.
 
 import { fresh } from "../calibration/pictures.js";
-import { h, html, update } from "../dom.js";
-import { sentence } from "../format.js";
+import { h, html, update } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 import { pointWords } from "./dataset_words.js";
 import { makePointView } from "./point_view.js";
 

@@ -1,6 +1,6 @@
 // Words for the states, plans and conditions of datasets; unknown fields are left out. Pure functions.
 
-import { angle, count, MISSING, number, sentence, span } from "../format.js";
+import { angle, count, MISSING, number, sentence, span } from "../elements/format.js";
 
 /**
  * @import { CaptureDocument, PointDocument } from "#api"

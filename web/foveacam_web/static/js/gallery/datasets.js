@@ -1,11 +1,11 @@
 // The datasets of the gallery: their list, one dataset, or a further page about one.
 
-import { badge, bar } from "../parts.js";
+import { badge, bar } from "../elements/parts.js";
 import { fresh } from "../calibration/pictures.js";
 import { shareOf } from "../capture/state.js";
-import { html } from "../dom.js";
-import { sentence } from "../format.js";
-import { request } from "../api.js";
+import { html } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { request } from "../transport/api.js";
 import { openEntry, openList } from "./collection.js";
 import { CollectionOrders } from "./collection_orders.js";
 import { EntryReader, ListReader } from "./collection_readers.js";

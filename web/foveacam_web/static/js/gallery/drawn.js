@@ -1,8 +1,8 @@
 // The element <drawn-picture src text>: a picture that the server draws, or the server's reason why it cannot.
 
-import { file, RequestError } from "../api.js";
-import { h, say } from "../dom.js";
-import { sentence } from "../format.js";
+import { file, RequestError } from "../transport/api.js";
+import { h, say } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 import { API } from "../root.js";
 
 /** Attributes: `src`, `text` (its alternative), `lazy`, and the size that is reserved, `width` and `height` in px. */

@@ -1,6 +1,6 @@
 // A text line that is edited in place: saved on blur or Enter, reset by Escape or a refusal.
 
-import { h, html, say } from "../dom.js";
+import { h, html, say } from "../elements/dom.js";
 
 let lists = 0;
 

@@ -1,13 +1,13 @@
 // What the server makes of a dataset, a mosaic or a reference: its reads, its commands, and the making as it is shown.
 
-import { request } from "../api.js";
-import { bar } from "../parts.js";
-import { html } from "../dom.js";
-import { sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { request } from "../transport/api.js";
+import { bar } from "../elements/parts.js";
+import { html } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { EntryReader } from "./collection_readers.js";
 import { capturePath } from "./dataset_words.js";
-import { leftOf } from "./mosaic_words.js";
+import { leftOf } from "./mosaic/words.js";
 
 /**
  * @import { EventDocument, JobDocument, JobProgress, Problem } from "#api"

@@ -5,7 +5,7 @@
 // once and after each reconnection, and receives the server's events.
 
 import { GALLERY_ADDRESS, galleryAddress } from "../addresses.js";
-import { absent, focusOn, h, html, update } from "../dom.js";
+import { absent, focusOn, h, html, update } from "../elements/dom.js";
 import { pageHead } from "../pages.js";
 import { openDatasets } from "./datasets.js";
 import { openRecordings } from "./recordings.js";
@@ -15,7 +15,7 @@ import { openStills } from "./stills.js";
  * @import { GalleryPlace } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
- * @import { Reader } from "../sync.js"
+ * @import { Reader } from "../transport/sync.js"
  * @import { GalleryReader } from "./reader.js"
  * @typedef {{store: Store, commands: Commands, signal: AbortSignal, follow: (reader: Reader) => void}} GalleryContext
  *   what the gallery gives to a page that it opens; `signal`: aborted when the operator leaves the page

@@ -1,8 +1,8 @@
 // Shows one point large: the pictures of all cameras and the anaglyph; the arrow keys go to its neighbours.
 
 import { fresh } from "../calibration/pictures.js";
-import { h, html, say, update } from "../dom.js";
-import { icon } from "../icons.js";
+import { h, html, say, update } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { sheet } from "../panels/dialogs.js";
 import { pointWords } from "./dataset_words.js";
 

@@ -2,7 +2,7 @@
 
 /**
  * @import { EventDocument } from "#api"
- * @import { Reader } from "../sync.js"
+ * @import { Reader } from "../transport/sync.js"
  */
 
 /** Passes the server's events and each reconnection to the readers of what the gallery shows. */

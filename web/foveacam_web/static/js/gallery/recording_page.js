@@ -1,10 +1,10 @@
 // The page of one recording: state, player, depth, film, contents, and buttons.
 
-import { RequestError, request } from "../api.js";
-import { badge, figures, nothing, panel } from "../parts.js";
-import { h, html, update } from "../dom.js";
-import { count, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { RequestError, request } from "../transport/api.js";
+import { badge, figures, nothing, panel } from "../elements/parts.js";
+import { h, html, update } from "../elements/dom.js";
+import { count, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { headOf } from "./collection.js";
 import { sizeWords, whenWords } from "./dataset_words.js";
 import { makeEditable } from "./editable.js";

@@ -1,6 +1,6 @@
 // Words for recordings. Pure functions.
 
-import { count, number, sentence, span } from "../format.js";
+import { count, number, sentence, span } from "../elements/format.js";
 import { sizeWords } from "./dataset_words.js";
 
 /**

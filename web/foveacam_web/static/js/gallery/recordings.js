@@ -1,9 +1,9 @@
 // The recordings of the gallery: their list, or one recording. Orders: computes depth and makes films.
 
-import { RequestError, request } from "../api.js";
-import { badge } from "../parts.js";
-import { h, html } from "../dom.js";
-import { sentence } from "../format.js";
+import { RequestError, request } from "../transport/api.js";
+import { badge } from "../elements/parts.js";
+import { h, html } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 import { makeImporter } from "../replay/importer.js";
 import { openEntry, openList } from "./collection.js";
 import { CollectionOrders } from "./collection_orders.js";

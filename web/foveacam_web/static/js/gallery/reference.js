@@ -1,9 +1,9 @@
 // The section for a dataset's reference over the rail's long baselines: making it, its picture, figures and files.
 
-import { allHold, choiceField, numberField, panel } from "../parts.js";
+import { allHold, choiceField, numberField, panel } from "../elements/parts.js";
 import { figure } from "../calibration/pictures.js";
-import { changing, h, html } from "../dom.js";
-import { icon } from "../icons.js";
+import { changing, h, html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { whenWords } from "./dataset_words.js";
 import { Made } from "./made.js";
 import { referenceWords, wholeMm } from "./reference_words.js";

@@ -1,6 +1,6 @@
 // Words for rail positions and the figures of a reference. Pure functions.
 
-import { count, number } from "../format.js";
+import { count, number } from "../elements/format.js";
 
 /** @import { MadeReference } from "#api" */
 

@@ -1,12 +1,12 @@
 // The stills of the gallery: their list, or one still with the pictures of all cameras.
 
-import { figures, panel } from "../parts.js";
+import { figures, panel } from "../elements/parts.js";
 import { StillOrders } from "../capture/still_orders.js";
 import { picturesOf } from "../capture/still_shown.js";
 import { CAMERAS, crossingWords, missingWords, stillWords } from "../capture/still_words.js";
-import { html } from "../dom.js";
-import { angle, count, millis, number, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { html } from "../elements/dom.js";
+import { angle, count, millis, number, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { headOf, makeCheck, openEntry, openList } from "./collection.js";
 import { EntryReader, ListReader } from "./collection_readers.js";
 import { filled, sizeWords, whenWords } from "./dataset_words.js";

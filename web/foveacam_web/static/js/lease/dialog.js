@@ -1,6 +1,6 @@
 // The dialog of the control lease: take it, ask for it, hand it over, take it over with a reason.
 
-import { h, html, say } from "../dom.js";
+import { h, html, say } from "../elements/dom.js";
 import { sheet } from "../panels/dialogs.js";
 import { NAMELESS, holderName, isPerson, leaseWays, leaseWords } from "./words.js";
 

@@ -1,8 +1,8 @@
 // One axis of the loop: a slider and a number that show its command and, moved by hand, set it; hold, and its error.
 
-import { h, html, say, update } from "../dom.js";
-import { sentence } from "../format.js";
-import { LatestOrder } from "../latest_order.js";
+import { h, html, say, update } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { LatestOrder } from "../transport/latest_order.js";
 import { shareOf, valueAt, WAY } from "../rig/scale.js";
 import { errorText, meetingText } from "./words.js";
 

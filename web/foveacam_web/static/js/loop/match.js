@@ -1,6 +1,6 @@
 // What the loop matches, as the server draws it: loaded again after a new look, once a second, while it is shown.
 
-import { h, html, update } from "../dom.js";
+import { h, html, update } from "../elements/dom.js";
 import "../gallery/drawn.js";
 import { API } from "../root.js";
 

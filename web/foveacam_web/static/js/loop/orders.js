@@ -1,8 +1,8 @@
 // The commands about the vergence loop: its target, its axes, its settings, tuning. Refusals of values are returned, so
 // that they are shown beside their controls.
 
-import { RequestError, request } from "../api.js";
-import { LatestOrder } from "../latest_order.js";
+import { RequestError, request } from "../transport/api.js";
+import { LatestOrder } from "../transport/latest_order.js";
 
 /**
  * @import { JobDocument, LoopDocument, LoopDrag, LoopPatch, LoopSettingsDocument, LoopSettingsPatch } from "#api"

@@ -1,10 +1,10 @@
 // Builds the page of the vergence loop: panes, status, axes, plots, settings, tuning, trigger, match.
 
-import { bandPlot } from "../band_plot.js";
-import { fill, h, html, update } from "../dom.js";
-import { icon } from "../icons.js";
+import { bandPlot } from "../elements/band_plot.js";
+import { fill, h, html, update } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { pageHead } from "../pages.js";
-import { badge, figures, panel } from "../parts.js";
+import { badge, figures, panel } from "../elements/parts.js";
 import { AxisControl } from "./axis.js";
 import { matchPicture } from "./match.js";
 import { distanceRuns, errorCurves, SPAN_S } from "./plots.js";

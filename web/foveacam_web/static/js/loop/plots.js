@@ -1,11 +1,11 @@
 // The curves of the loop's last looks: which looks are kept, and the parts of each curve. Pure functions.
 
-import { runsOf } from "../runs.js";
+import { runsOf } from "../elements/runs.js";
 import { AXES } from "./words.js";
 
 /**
  * @import { LoopSample } from "#api"
- * @import { BandPoint } from "../band_plot.js"
+ * @import { BandPoint } from "../elements/band_plot.js"
  */
 
 export const SPAN_S = 30;

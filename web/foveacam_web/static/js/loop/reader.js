@@ -1,9 +1,9 @@
 // Keeps the vergence loop equal to the server's: four times a second while its page is shown and it runs, and at each
 // event.
 
-import { request } from "../api.js";
-import { hasEnded, JobWatch } from "../jobs.js";
-import { QuietReads } from "../quiet.js";
+import { request } from "../transport/api.js";
+import { hasEnded, JobWatch } from "../transport/jobs.js";
+import { QuietReads } from "../transport/quiet.js";
 import { recent } from "./plots.js";
 import { eventMessage } from "./words.js";
 

@@ -1,7 +1,7 @@
 // The panel of the loop's settings: a group each with its numbers, choices and Reset.
 
-import { fill, h, html, say } from "../dom.js";
-import { sentence } from "../format.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 import { Dial } from "../rig/dial.js";
 import { GROUPS, modeOf, MODES, numberOf, patchOf, TRACKERS } from "./settings.js";
 

@@ -1,8 +1,8 @@
 // Tuning of the loop: its buttons, its progress, and what the last tuning found.
 
-import { html } from "../dom.js";
-import { clockTime, number } from "../format.js";
-import { bar } from "../parts.js";
+import { html } from "../elements/dom.js";
+import { clockTime, number } from "../elements/format.js";
+import { bar } from "../elements/parts.js";
 import { tuningRows, tuningWords, whyNotTuned } from "./words.js";
 import { API } from "../root.js";
 

@@ -1,11 +1,11 @@
 // Words of the vergence loop: its status, figures, trigger, tuning and messages. Pure functions.
 
-import { distanceText, MISSING, millis, number, sentence } from "../format.js";
+import { distanceText, MISSING, millis, number, sentence } from "../elements/format.js";
 
 /**
  * @import { EventDocument, JobDocument, LoopAxisDocument, LoopDocument, LoopTriggerDocument, LoopTuneDocument } from "#api"
  * @import { ScaleKind } from "../rig/scale.js"
- * @import { Message } from "../toasts.js"
+ * @import { Message } from "../elements/toasts.js"
  * @typedef {LoopAxisDocument["axis"]} AxisName
  */
 

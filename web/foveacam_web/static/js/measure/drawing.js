@@ -1,6 +1,6 @@
 // Draws measurements over a view in CSS px: points, lines, outlines, and the value of the selected one.
 
-import { svg } from "../dom.js";
+import { svg } from "../elements/dom.js";
 import { shownOf } from "./state.js";
 import { valueText } from "./words.js";
 

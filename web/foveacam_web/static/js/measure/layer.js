@@ -1,6 +1,6 @@
 // The layer over one view while the measuring tool is on: handles its clicks and drags, and draws the measurements.
 
-import { fill, h, html, s } from "../dom.js";
+import { fill, h, html, s } from "../elements/dom.js";
 import { drawDraft, drawMeasurement, visibleIn } from "./drawing.js";
 
 /**

@@ -1,8 +1,8 @@
 // Makes, reads, renames and deletes measurements; a deletion can be undone.
 
-import { request } from "../api.js";
+import { request } from "../transport/api.js";
 import { Deletions } from "../deletions.js";
-import { QuietReads } from "../quiet.js";
+import { QuietReads } from "../transport/quiet.js";
 
 /**
  * @import { MeasurementDocument, PlaceRequest } from "#api"

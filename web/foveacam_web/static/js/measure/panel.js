@@ -1,8 +1,8 @@
 // Shows the list of measurements: names, values, the details of the selected one, export.
 
-import { html, repeat, update } from "../dom.js";
+import { html, repeat, update } from "../elements/dom.js";
 import { namedRow } from "../panels/named_row.js";
-import { toolButton } from "../parts.js";
+import { toolButton } from "../elements/parts.js";
 import { shownOf } from "./state.js";
 import { profilePlot } from "./plot.js";
 import { factsOf, KINDS, valueText } from "./words.js";

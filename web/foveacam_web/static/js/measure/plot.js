@@ -1,11 +1,11 @@
 // Plots a profile: depth over length; unknown samples leave gaps.
 
-import { bandPlot } from "../band_plot.js";
-import { number } from "../format.js";
+import { bandPlot } from "../elements/band_plot.js";
+import { number } from "../elements/format.js";
 
 /**
  * @import { ProfileDocument } from "#api"
- * @import { BandPoint } from "../band_plot.js"
+ * @import { BandPoint } from "../elements/band_plot.js"
  */
 
 /** @param {ProfileDocument} profile */

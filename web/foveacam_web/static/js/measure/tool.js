@@ -1,7 +1,7 @@
 // The measuring tool: its kind, the views it is on, its bar; turns clicks and drags into measurements.
 
-import { h, html, say } from "../dom.js";
-import { icon } from "../icons.js";
+import { h, html, say } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { MeasureLayer } from "./layer.js";
 import { KINDS } from "./words.js";
 

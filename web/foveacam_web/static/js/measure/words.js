@@ -1,6 +1,6 @@
 // Formats measurements with their standard errors. Pure functions.
 
-import { MISSING, angle, distanceText, number } from "../format.js";
+import { MISSING, angle, distanceText, number } from "../elements/format.js";
 
 /**
  * @import { MeasurementDocument } from "#api"

@@ -1,8 +1,8 @@
 // Buttons that correct an answer: choose another alternative, or fixate again nearer or farther.
 
 import { answerText, basisOf, basisWords, chosenOf, percent } from "../answers.js";
-import { html } from "../dom.js";
-import { icon } from "../icons.js";
+import { html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 
 /**
  * @import { FixationDocument } from "#api"
@@ -41,7 +41,7 @@ export function nearerOrFarther(fixation, commands) {
   if (!basisOf(fixation)) return null;
   const button = (
     /** @type {"nearer" | "farther"} */ direction,
-    /** @type {import("../icons.js").IconName} */ picture,
+    /** @type {import("../elements/icons.js").IconName} */ picture,
   ) =>
     html`<button
       type="button" class="plain" title="Look again, only ${direction} than this answer"

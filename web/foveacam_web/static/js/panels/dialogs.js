@@ -1,8 +1,8 @@
 // Builds the dialogs: help, settings, steering distance.
 
 import { PEOPLE_ADDRESS, SETTINGS_ADDRESS } from "../addresses.js";
-import { fill, h, html, say } from "../dom.js";
-import { icon } from "../icons.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { changeSettings } from "../settings.js";
 import { distanceText } from "../steer/words.js";
 import { ROOT } from "../root.js";
@@ -122,7 +122,7 @@ const SETTINGS = [
 /**
  * Build a dialog with a title, closed by Escape, by its button or by a click beside it.
  * @param {string} title
- * @param {...import("../dom.js").Child} content
+ * @param {...import("../elements/dom.js").Child} content
  */
 export function sheet(title, ...content) {
   const dialog = h("dialog", { class: "sheet", "aria-label": title });

@@ -1,9 +1,9 @@
 // Shows the events, newest first; repeated lines are counted.
 
-import { fill, h, html } from "../dom.js";
+import { fill, h, html } from "../elements/dom.js";
 import { folded, MOST } from "../event_log.js";
-import { clockTime } from "../format.js";
-import { icon } from "../icons.js";
+import { clockTime } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 
 /**
  * @import { EventDocument } from "#api"

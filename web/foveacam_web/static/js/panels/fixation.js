@@ -1,10 +1,10 @@
 // Shows the fixation: while it runs its steps, then distance, error, final state and reason.
 
 import { answerOf, basisMeaning, basisOf, boundText, chosenOf, heading, spoken } from "../answers.js";
-import { request } from "../api.js";
-import { changing, fill, h, html, say } from "../dom.js";
-import { angle, distance, millis, MISSING, number, remedyOf, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { request } from "../transport/api.js";
+import { changing, fill, h, html, say } from "../elements/dom.js";
+import { angle, distance, millis, MISSING, number, remedyOf, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { computedBy } from "../video/depth_words.js";
 import { alternatives, nearerOrFarther } from "./corrections.js";
 import { drawSteps } from "./stepplot.js";

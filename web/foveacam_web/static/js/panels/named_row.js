@@ -1,6 +1,6 @@
 // A row of a list: a name that is edited in place, values, buttons. A click beside them selects it.
 
-import { absent, html } from "../dom.js";
+import { absent, html } from "../elements/dom.js";
 
 /**
  * @param {{label: string}} entry

@@ -2,13 +2,13 @@
 
 import { RIG_ADDRESS, wizardAddress } from "../addresses.js";
 import { healthReason, healthWord } from "../calibration/verdict.js";
-import { fill, h, html } from "../dom.js";
-import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../format.js";
+import { fill, h, html } from "../elements/dom.js";
+import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../elements/format.js";
 
 /**
  * @import { CameraDocument, MirrorsDocument, RigDocument } from "#api"
  * @import { ConsoleState } from "#page"
- * @import { Child } from "../dom.js"
+ * @import { Child } from "../elements/dom.js"
  * @import { Store } from "../store.js"
  */
 

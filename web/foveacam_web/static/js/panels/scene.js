@@ -1,7 +1,7 @@
 // The 3D pane: viser in a frame. Without WebGL it says so and offers the files and the depth picture.
 
-import { fill, h, html } from "../dom.js";
-import { icon } from "../icons.js";
+import { fill, h, html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { ROOT } from "../root.js";
 
 /**

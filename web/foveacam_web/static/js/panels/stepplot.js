@@ -1,7 +1,7 @@
 // Plots the residual of each step of the vergence loop on a logarithmic scale, which shows whether it converged.
 
-import { fill, html, svg } from "../dom.js";
-import { angle, millis, number } from "../format.js";
+import { fill, html, svg } from "../elements/dom.js";
+import { angle, millis, number } from "../elements/format.js";
 
 /** @import { StepDocument } from "#api" */
 

@@ -1,9 +1,9 @@
 // Lists the targets: name, distance, fixate again, follow, show in 3D, delete.
 
 import { answerText, basisMeaning, basisWords, boundText } from "../answers.js";
-import { html, repeat, update } from "../dom.js";
-import { angle } from "../format.js";
-import { toolButton } from "../parts.js";
+import { html, repeat, update } from "../elements/dom.js";
+import { angle } from "../elements/format.js";
+import { toolButton } from "../elements/parts.js";
 import { namedRow } from "./named_row.js";
 
 /**

@@ -5,9 +5,9 @@ import { healthReason, verdictOf } from "../calibration/verdict.js";
 import { isRunning, placeOf } from "../calibration/state.js";
 import { isCapturing, shareOf } from "../capture/state.js";
 import { farWords, stateWords } from "../capture/words.js";
-import { fill, h, html, say } from "../dom.js";
-import { baseline, clockTime, remedyOf, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { baseline, clockTime, remedyOf, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { leaseBadge } from "../lease/words.js";
 
 /**

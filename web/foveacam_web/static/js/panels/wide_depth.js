@@ -1,9 +1,9 @@
 // Shows in the head of the 3D pane how much of the wide view's depth is known, and the button that starts a survey.
 
-import { RequestError, request } from "../api.js";
-import { fill, h } from "../dom.js";
-import { hasEnded } from "../jobs.js";
-import { QuietReads } from "../quiet.js";
+import { RequestError, request } from "../transport/api.js";
+import { fill, h } from "../elements/dom.js";
+import { hasEnded } from "../transport/jobs.js";
+import { QuietReads } from "../transport/quiet.js";
 import { API } from "../root.js";
 
 /**

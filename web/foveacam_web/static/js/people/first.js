@@ -1,8 +1,8 @@
 // Makes the first admin of a server that asks nobody for a name yet.
 
-import { request } from "../api.js";
-import { h, html } from "../dom.js";
-import { panel } from "../parts.js";
+import { request } from "../transport/api.js";
+import { h, html } from "../elements/dom.js";
+import { panel } from "../elements/parts.js";
 import { newPasswordFault, newPasswordFields, orderForm, textField } from "../session/form.js";
 import { MODES, nameFault, userName } from "./words.js";
 

@@ -1,7 +1,7 @@
 // The rows that a part of the page reads from the server, and what was refused about which of them.
 
-import { RequestError, request } from "../api.js";
-import { QuietReads } from "../quiet.js";
+import { RequestError, request } from "../transport/api.js";
+import { QuietReads } from "../transport/quiet.js";
 
 /** @import { Problem } from "#api" */
 

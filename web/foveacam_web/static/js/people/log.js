@@ -1,11 +1,11 @@
 // The log of who did what: searched, newest first, and as a file.
 
-import { RequestError, request } from "../api.js";
-import { h, html, update } from "../dom.js";
-import { MISSING } from "../format.js";
+import { RequestError, request } from "../transport/api.js";
+import { h, html, update } from "../elements/dom.js";
+import { MISSING } from "../elements/format.js";
 import { whenWords } from "../gallery/dataset_words.js";
-import { icon } from "../icons.js";
-import { badge, choiceField, panel } from "../parts.js";
+import { icon } from "../elements/icons.js";
+import { badge, choiceField, panel } from "../elements/parts.js";
 import { listingTable } from "./table.js";
 import { OUTCOMES, OUTCOME_CHOICES, askerWords, auditPath, doingWords, requestWords } from "./words.js";
 import { API } from "../root.js";

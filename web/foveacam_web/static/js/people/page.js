@@ -2,9 +2,9 @@
 // own sign-ins, and the form of the first admin where nobody has a name yet.
 
 import { peopleAddress } from "../addresses.js";
-import { absent, h, html, update } from "../dom.js";
+import { absent, h, html, update } from "../elements/dom.js";
 import { pageHead } from "../pages.js";
-import { nothing } from "../parts.js";
+import { nothing } from "../elements/parts.js";
 import { openFirst } from "./first.js";
 import { openLog } from "./log.js";
 import { openServices } from "./services.js";

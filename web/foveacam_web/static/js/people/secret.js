@@ -1,8 +1,8 @@
 // Shows what can be read only once: a link of an invitation, a token of a service.
 
-import { copyCode } from "../copy.js";
-import { html } from "../dom.js";
-import { icon } from "../icons.js";
+import { copyCode } from "../elements/copy.js";
+import { html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 
 /** @param {{title: string, text: string, note: string, done: () => void}} secret */
 export function secretBox({ title, text, note, done }) {

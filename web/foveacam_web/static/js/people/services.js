@@ -1,10 +1,10 @@
 // The tokens of programs that use the server by themselves.
 
-import { request } from "../api.js";
-import { ask } from "../ask.js";
-import { h, html, update } from "../dom.js";
+import { request } from "../transport/api.js";
+import { ask } from "../elements/ask.js";
+import { h, html, update } from "../elements/dom.js";
 import { whenWords } from "../gallery/dataset_words.js";
-import { badge, numberField, panel, tickField } from "../parts.js";
+import { badge, numberField, panel, tickField } from "../elements/parts.js";
 import { orderForm, textField } from "../session/form.js";
 import { Listing } from "./listing.js";
 import { secretBox } from "./secret.js";

@@ -1,8 +1,8 @@
 // The browsers that are signed in: everybody's for admins, else one's own; and one's own password.
 
-import { h, html, update } from "../dom.js";
+import { h, html, update } from "../elements/dom.js";
 import { whenWords } from "../gallery/dataset_words.js";
-import { badge, panel } from "../parts.js";
+import { badge, panel } from "../elements/parts.js";
 import { passwordForm } from "../session/form.js";
 import { may } from "../session/words.js";
 import { Listing } from "./listing.js";

@@ -1,7 +1,7 @@
 // Builds the tables of the page of people; on a phone each row is a card.
 
-import { html, repeat } from "../dom.js";
-import { nothing } from "../parts.js";
+import { html, repeat } from "../elements/dom.js";
+import { nothing } from "../elements/parts.js";
 import { whenWords } from "../gallery/dataset_words.js";
 import { refusal } from "../session/form.js";
 import { agoWords } from "./words.js";

@@ -1,11 +1,11 @@
 // The people of the server: adds them, changes their roles, and makes the links by which they choose a password.
 
-import { request } from "../api.js";
-import { ask } from "../ask.js";
-import { h, html, update } from "../dom.js";
+import { request } from "../transport/api.js";
+import { ask } from "../elements/ask.js";
+import { h, html, update } from "../elements/dom.js";
 import { whenWords } from "../gallery/dataset_words.js";
-import { icon } from "../icons.js";
-import { badge, choiceField, panel } from "../parts.js";
+import { icon } from "../elements/icons.js";
+import { badge, choiceField, panel } from "../elements/parts.js";
 import { orderForm, textField } from "../session/form.js";
 import { ROLES } from "../session/words.js";
 import { Listing } from "./listing.js";

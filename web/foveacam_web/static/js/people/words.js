@@ -1,7 +1,7 @@
 // Words and arithmetic of the page of people and their rights. Pure functions.
 
 import { deviceOf } from "../display/words.js";
-import { MISSING, span } from "../format.js";
+import { MISSING, span } from "../elements/format.js";
 import { ROLES } from "../session/words.js";
 
 /**

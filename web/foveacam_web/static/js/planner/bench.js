@@ -1,7 +1,7 @@
 // Holds the plan: settings, map, targets, and the server's newest answers about them.
 
 import { PLANNER_ADDRESS, planAt } from "../addresses.js";
-import { RequestError, request } from "../api.js";
+import { RequestError, request } from "../transport/api.js";
 import { blamed, unfilled } from "./blame.js";
 import { keepMap, keepPlan, keptMap, keptPlan } from "./kept.js";
 import { Newest } from "./newest.js";

@@ -1,7 +1,7 @@
 // Builds the planner's sliders: feature and resolution, distance of being noticed, obstacles.
 
-import { choiceField, panel, tickField } from "../parts.js";
-import { h } from "../dom.js";
+import { choiceField, panel, tickField } from "../elements/parts.js";
+import { h } from "../elements/dom.js";
 import { Troubles } from "../capture/parts.js";
 import { BOUNDS, NAMES, NUMBERS } from "./settings.js";
 import { makeSlide } from "./slide.js";

@@ -1,6 +1,6 @@
 // Plots the probability of success over D_max, with the current D_max and the slope there.
 
-import { fill, h, s } from "../dom.js";
+import { fill, h, s } from "../elements/dom.js";
 import { plainly } from "../rig/scale.js";
 import { ticksTo } from "./geometry.js";
 import { chance, length } from "./words.js";

@@ -1,7 +1,7 @@
 // Draws a plan as one SVG to scale: ground, obstacles, rings, regions, targets, scale bar, legend. It contains no
 // styles: css/planner.css holds them, and an export embeds them.
 
-import { s } from "../dom.js";
+import { s } from "../elements/dom.js";
 import { plainly } from "../rig/scale.js";
 import { featuresOf, niceLength, outlinesOf, Sheet } from "./geometry.js";
 import { area } from "./words.js";

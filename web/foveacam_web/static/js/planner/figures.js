@@ -1,8 +1,8 @@
 // Shows the figures of a plan: ring, probabilities, free area on the map; says in words when the set is empty.
 
-import { figures, show } from "../parts.js";
-import { h, html } from "../dom.js";
-import { number } from "../format.js";
+import { figures, show } from "../elements/parts.js";
+import { h, html } from "../elements/dom.js";
+import { number } from "../elements/format.js";
 import { plainly } from "../rig/scale.js";
 import { makeCurve } from "./curve.js";
 import { area, chance, length } from "./words.js";

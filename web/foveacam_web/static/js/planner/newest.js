@@ -1,6 +1,6 @@
 // Repeats a request while its input changes: one at a time, and of the inputs that come meanwhile only the newest.
 
-import { RequestError, request } from "../api.js";
+import { RequestError, request } from "../transport/api.js";
 
 /**
  * @template T

@@ -1,11 +1,11 @@
 // Builds the planner: finds on a map where the rig resolves a feature and stays unnoticed. Needs no rig.
 
-import { panel } from "../parts.js";
+import { panel } from "../elements/parts.js";
 import { segments, Troubles } from "../capture/parts.js";
-import { fill, h, html, say } from "../dom.js";
-import { hand } from "../download.js";
-import { sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { hand } from "../elements/download.js";
+import { sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { pageHead } from "../pages.js";
 import { Bench } from "./bench.js";
 import { makeControls } from "./controls.js";

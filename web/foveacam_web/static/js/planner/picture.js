@@ -1,8 +1,8 @@
 // Asks for the scale of a picture that is used as a map: a number, or a line along something of known length.
 
-import { numberField } from "../parts.js";
-import { fill, h, html, s, say, svg } from "../dom.js";
-import { sentence } from "../format.js";
+import { numberField } from "../elements/parts.js";
+import { fill, h, html, s, say, svg } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 import { sheet } from "../panels/dialogs.js";
 import { plainly } from "../rig/scale.js";
 

@@ -1,6 +1,6 @@
 // A number of a plan: field and slider, which report each change at once.
 
-import { h, html } from "../dom.js";
+import { h, html } from "../elements/dom.js";
 import { plainly, shareOf, valueAt, WAY } from "../rig/scale.js";
 
 /** @import { NumberSetting } from "./settings.js" */

@@ -1,10 +1,10 @@
 // Chooses the map: random, open ground, the user's GeoJSON, the user's picture.
 
-import { numberField } from "../parts.js";
+import { numberField } from "../elements/parts.js";
 import { segments } from "../capture/parts.js";
-import { h, html, say } from "../dom.js";
-import { sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { h, html, say } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { makePictureSheet, pictureOf } from "./picture.js";
 
 /**
@@ -31,7 +31,7 @@ export function makeSource({ place, changed, give }) {
   const size = numberField("Side", { min: 1, step: "any", unit: "m" });
   const obstacles = numberField("Obstacles", { min: 0, step: 1 });
   const targets = numberField("Targets", { min: 1, step: 1 });
-  /** @type {[keyof MapSettings, import("../parts.js").NumberField][]} */
+  /** @type {[keyof MapSettings, import("../elements/parts.js").NumberField][]} */
   const numbers = [
     ["seed", seed],
     ["size_m", size],

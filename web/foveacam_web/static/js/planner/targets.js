@@ -1,7 +1,7 @@
 // Lists the targets: shows, edits and removes each by keyboard, as the drawing does by pointer.
 
-import { fill, h, html } from "../dom.js";
-import { icon } from "../icons.js";
+import { fill, h, html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { HUES } from "./drawing.js";
 
 /**

@@ -1,7 +1,7 @@
 // The interactive drawing of the plan: a click places a target, a drag moves one, pointer or arrow keys show how many
 // targets are in sight. Changes are reported to the plan's owner, which calls `show` again.
 
-import { fill, h, s, say } from "../dom.js";
+import { fill, h, s, say } from "../elements/dom.js";
 import { drawScene, layOut, sightLines } from "./drawing.js";
 import { featuresOf, holds, outlinesOf } from "./geometry.js";
 import { sightWords } from "./words.js";

@@ -1,6 +1,6 @@
 // Formats the planner's figures. Pure functions.
 
-import { count, number } from "../format.js";
+import { count, number } from "../elements/format.js";
 
 /** @import { MapPoint } from "#page" */
 

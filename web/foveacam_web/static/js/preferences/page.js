@@ -1,12 +1,12 @@
 // Builds the settings page: of this browser, of all viewers, and what the server keeps by name.
 
 import { ENGINE_ADDRESS, PEOPLE_ADDRESS, RIG_ADDRESS, SETUP_ADDRESS } from "../addresses.js";
-import { fill, h, html, update } from "../dom.js";
-import { clockTime, number } from "../format.js";
-import { icon } from "../icons.js";
+import { fill, h, html, update } from "../elements/dom.js";
+import { clockTime, number } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { pageHead } from "../pages.js";
 import { settingRows } from "../panels/dialogs.js";
-import { nothing, panel } from "../parts.js";
+import { nothing, panel } from "../elements/parts.js";
 import { recordOptions } from "../recording/options.js";
 import { anaglyphColours } from "../video/anaglyph_colours.js";
 import { lastLayout } from "../windows/last_layout.js";

@@ -1,7 +1,7 @@
 // Reads the named settings that the server keeps, while their page is shown.
 
-import { request } from "../api.js";
-import { QuietReads } from "../quiet.js";
+import { request } from "../transport/api.js";
+import { QuietReads } from "../transport/quiet.js";
 
 /**
  * @import { CameraPreset, WindowLayout } from "#api"

@@ -1,8 +1,8 @@
 // The record button of the top bar: a click starts a recording as the settings say, the next click ends it.
 
-import { fill, h, html, say } from "../dom.js";
-import { count } from "../format.js";
-import { icon } from "../icons.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { count } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { boundWords, clockWords, droppedOf, tallyWords } from "../gallery/recording_words.js";
 import { recordingOf } from "./options.js";
 

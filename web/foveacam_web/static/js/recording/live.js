@@ -1,8 +1,8 @@
 // Follows the recording in progress, whoever started it, and starts and ends one for the button.
 
-import { RequestError, request } from "../api.js";
+import { RequestError, request } from "../transport/api.js";
 import { isBeingMade, recordingPath, tallyWords } from "../gallery/recording_words.js";
-import { QuietReads } from "../quiet.js";
+import { QuietReads } from "../transport/quiet.js";
 
 /**
  * @import { EventDocument, RecordingDocument, RecordingRequest } from "#api"

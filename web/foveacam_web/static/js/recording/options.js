@@ -1,10 +1,10 @@
 // How a recording is made: prefix of its numbered name, rate, compression, packing. Kept in this browser.
 
-import { RequestError, request } from "../api.js";
-import { h, html, update } from "../dom.js";
-import { sentence } from "../format.js";
+import { RequestError, request } from "../transport/api.js";
+import { h, html, update } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 import { momentName } from "../gallery/recording_words.js";
-import { choiceField, tickField } from "../parts.js";
+import { choiceField, tickField } from "../elements/parts.js";
 import { changeSettings } from "../settings.js";
 
 /**

@@ -1,10 +1,10 @@
 // Keeps the player's arrangement beside the recording: read when it is opened, written a moment after each change. One
 // that cannot be used is told, and nothing is written until somebody says that it may be overwritten.
 
-import { RequestError, request } from "../api.js";
-import { h, html, update } from "../dom.js";
+import { RequestError, request } from "../transport/api.js";
+import { h, html, update } from "../elements/dom.js";
 import { recordingPath } from "../gallery/recording_words.js";
-import { icon } from "../icons.js";
+import { icon } from "../elements/icons.js";
 
 /** @import { LayoutDocument, PlayerLayout } from "#api" */
 

@@ -1,9 +1,9 @@
 // Requests and shows the depth of the shown moment, which the server computes.
 
-import { RequestError, request } from "../api.js";
-import { h, html, update } from "../dom.js";
-import { distanceText, number, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { RequestError, request } from "../transport/api.js";
+import { h, html, update } from "../elements/dom.js";
+import { distanceText, number, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import "../gallery/drawn.js";
 import { clockWords } from "../gallery/recording_words.js";
 import { backendWords } from "../video/depth_words.js";

@@ -1,10 +1,10 @@
 // Exports of the recording, which the server makes and the browser downloads: films, pictures, arrays.
 
-import { bar, choiceField, numberField, tickField } from "../parts.js";
-import { RequestError, request } from "../api.js";
-import { fill, h, html } from "../dom.js";
-import { count, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { bar, choiceField, numberField, tickField } from "../elements/parts.js";
+import { RequestError, request } from "../transport/api.js";
+import { fill, h, html } from "../elements/dom.js";
+import { count, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 
 /**
  * @import { FilmRequest, FormatDocument, RecordingDocument } from "#api"

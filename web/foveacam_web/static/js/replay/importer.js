@@ -1,12 +1,12 @@
 // Adds recordings from elsewhere: files of this computer, which are sent in parts, and files in folders of the server's.
 
-import { RequestError, request } from "../api.js";
+import { RequestError, request } from "../transport/api.js";
 import { galleryAddress } from "../addresses.js";
-import { h, html, update } from "../dom.js";
-import { sentence } from "../format.js";
+import { h, html, update } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 import { sizeWords, whenWords } from "../gallery/dataset_words.js";
-import { icon } from "../icons.js";
-import { bar } from "../parts.js";
+import { icon } from "../elements/icons.js";
+import { bar } from "../elements/parts.js";
 import { recordOptions } from "../recording/options.js";
 import { nameOf, sendRecording } from "./upload.js";
 

@@ -1,7 +1,7 @@
 // The panes of the player on a board: each shows the newest frame of its camera at the moment, with the overlays of the
 // wide view. The same panes stand in the recording's page and in windows of their own.
 
-import { RequestError, request } from "../api.js";
+import { RequestError, request } from "../transport/api.js";
 import { recordingPath } from "../gallery/recording_words.js";
 import { Board } from "../windows/board.js";
 import { layoutOf, sourcesOf } from "../windows/layout.js";

@@ -1,10 +1,10 @@
 // The player of a recording: panes, timeline, steps of one frame, speeds, 3D modes, overlays, keys.
 
-import { fill, h, html, say, update } from "../dom.js";
-import { count } from "../format.js";
+import { fill, h, html, say, update } from "../elements/dom.js";
+import { count } from "../elements/format.js";
 import { clockWords } from "../gallery/recording_words.js";
-import { icon } from "../icons.js";
-import { toolButton } from "../parts.js";
+import { icon } from "../elements/icons.js";
+import { toolButton } from "../elements/parts.js";
 import { STYLES } from "../video/anaglyph_colours.js";
 import { layoutOf, layoutText } from "../windows/layout.js";
 import { openAside } from "../windows/opener.js";
@@ -329,7 +329,7 @@ export class Player {
   }
 }
 
-/** @param {string} label @param {import("../icons.js").IconName} name @param {() => void} act */
+/** @param {string} label @param {import("../elements/icons.js").IconName} name @param {() => void} act */
 function toolIcon(label, name, act) {
   return h(
     "button",

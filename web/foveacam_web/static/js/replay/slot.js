@@ -1,7 +1,7 @@
 // One pane of the player: a camera's frame, or both foveae in one picture, or the reason why there is none.
 
-import { fill, h, s, say, svg } from "../dom.js";
-import { angle, number } from "../format.js";
+import { fill, h, s, say, svg } from "../elements/dom.js";
+import { angle, number } from "../elements/format.js";
 import { CAMERAS } from "../gallery/recording_words.js";
 import { PaneControls, placeSlot } from "../windows/pane_controls.js";
 import { Newest } from "./newest.js";

@@ -1,8 +1,8 @@
 // The timeline of a recording: a ruler, and a track a channel with its runs, gaps and drops. The wheel zooms at the
 // pointer, a drag scrubs, with Shift, Alt or the middle button it pans; a track's name is dragged to another place.
 
-import { fill, h, html, s, update } from "../dom.js";
-import { icon } from "../icons.js";
+import { fill, h, html, s, update } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { clockWords } from "../gallery/recording_words.js";
 import { following, panned, pulled, ticksOf, wholeOf, within, zoomed } from "./scale.js";
 import { arrangementOf, keyOf, reordered, rowsOf, trackName, trackWords } from "./tracks.js";

@@ -1,7 +1,7 @@
 // The tracks of a recording: their order, which are on, and what a pane says where a track has no frame. Pure functions.
 
 import { clockWords } from "../gallery/recording_words.js";
-import { count } from "../format.js";
+import { count } from "../elements/format.js";
 
 /**
  * @import { PlayerLayout, TrackDocument } from "#api"

@@ -1,6 +1,6 @@
 // Sends a recording to the server in parts, so that no part takes long and a lost connection costs one of them.
 
-import { RequestError, request } from "../api.js";
+import { RequestError, request } from "../transport/api.js";
 
 /** @import { RecordingDocument, UploadDocument } from "#api" */
 

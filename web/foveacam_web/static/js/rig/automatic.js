@@ -1,8 +1,8 @@
 // Controls for what a camera sets by itself: the mode of its exposure, the checkbox of its frame rate, where it has
 // them.
 
-import { changing, h, html, say } from "../dom.js";
-import { sentence } from "../format.js";
+import { changing, h, html, say } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 
 /**
  * @import { CameraDocument, CameraPatch } from "#api"

@@ -1,10 +1,10 @@
 // Builds a camera's column: its identity, its link and the reason of a fault, its live picture, its settings as read
 // back.
 
-import { choiceField } from "../parts.js";
-import { changing, h, html, say } from "../dom.js";
-import { count, millis, MISSING, number, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { choiceField } from "../elements/parts.js";
+import { changing, h, html, say } from "../elements/dom.js";
+import { count, millis, MISSING, number, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { exposureMode, ownRate } from "./automatic.js";
 import { Dial } from "./dial.js";
 import { CAMERAS, linkOf, linkWords, phaseWords, problemOf, settable, SETTINGS, takesOrders } from "./words.js";
@@ -98,7 +98,7 @@ function factsOf(camera) {
   const size = camera.width && camera.height ? `${camera.width} × ${camera.height} px` : MISSING;
   const lost = (/** @type {number | undefined} */ found) =>
     html`<span class=${found ? "warn-text" : ""}>${count(found)}</span>`;
-  const row = (/** @type {string} */ term, /** @type {import("../dom.js").Child} */ value, title = "") =>
+  const row = (/** @type {string} */ term, /** @type {import("../elements/dom.js").Child} */ value, title = "") =>
     html`<div title=${title}><dt>${term}</dt><dd class="number">${value}</dd></div>`;
   return html`<div class="facts">
     <p class="who">

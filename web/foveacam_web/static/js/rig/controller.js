@@ -1,10 +1,10 @@
 // Shows the mirrors' controller: its identity, whether it is enabled and guarded, its link, its clock; restarts
 // mirrors that do not move.
 
-import { figures, nothing, starter } from "../parts.js";
-import { changing, fill, h, html } from "../dom.js";
-import { count, MISSING, millis, number, sentence, span } from "../format.js";
-import { icon } from "../icons.js";
+import { figures, nothing, starter } from "../elements/parts.js";
+import { changing, fill, h, html } from "../elements/dom.js";
+import { count, MISSING, millis, number, sentence, span } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 
 /**
  * @import { ControllerLinkDocument, MirrorsDocument, PositionStreamDocument } from "#api"

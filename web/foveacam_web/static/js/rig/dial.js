@@ -1,7 +1,7 @@
 // A numeric setting: field and slider. Sends a value and shows the one that was taken.
 
-import { fill, h, html, say } from "../dom.js";
-import { sentence } from "../format.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 import { decades, plainly, shareOf, snapped, spanText, valueAt, WAY } from "./scale.js";
 
 /**

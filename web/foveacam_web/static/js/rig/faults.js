@@ -1,7 +1,7 @@
 // Sets the faults of a simulated rig: cables, cameras, mirrors, and mounts knocked out of alignment.
 
-import { changing, fill, h, html } from "../dom.js";
-import { icon } from "../icons.js";
+import { changing, fill, h, html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 
 /**
  * @import { MountKnock, SimulatedFaults } from "#api"

@@ -1,8 +1,8 @@
 // Sends commands to the rig's devices. The refusal of a camera setting is returned, so that it is shown beside its
 // control.
 
-import { RequestError, request } from "../api.js";
-import { hasEnded } from "../jobs.js";
+import { RequestError, request } from "../transport/api.js";
+import { hasEnded } from "../transport/jobs.js";
 
 /**
  * @import { CameraPatch, CamerasChangedDocument, JobDocument, MirrorsDocument, RailDocument } from "#api"

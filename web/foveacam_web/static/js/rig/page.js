@@ -2,9 +2,9 @@
 
 import { mountPanTilt } from "../calibration/pantilt.js";
 import { ENGINE_ADDRESS, SETUP_ADDRESS } from "../addresses.js";
-import { icon } from "../icons.js";
-import { panel } from "../parts.js";
-import { fill, h, html, say } from "../dom.js";
+import { icon } from "../elements/icons.js";
+import { panel } from "../elements/parts.js";
+import { fill, h, html, say } from "../elements/dom.js";
 import { pageHead } from "../pages.js";
 import { makeCamera } from "./camera.js";
 import { mountController } from "./controller.js";

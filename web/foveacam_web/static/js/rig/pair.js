@@ -1,8 +1,8 @@
 // Shows how the foveae's settings differ; blocks changes until the operator chooses whose settings apply to both.
 
-import { changing, html } from "../dom.js";
-import { sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { changing, html } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { settable, SETTINGS, settingText } from "./words.js";
 
 /**

@@ -1,10 +1,10 @@
 // Controls the rail: its position, moving to a named place or a position, homing, stopping.
 
-import { nothing, numberField } from "../parts.js";
+import { nothing, numberField } from "../elements/parts.js";
 import { isRunning } from "../calibration/state.js";
-import { changing, fill, h, html, say } from "../dom.js";
-import { number, sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { changing, fill, h, html, say } from "../elements/dom.js";
+import { number, sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { zeroOf } from "./zero.js";
 
 /**

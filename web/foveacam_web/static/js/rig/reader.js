@@ -1,7 +1,7 @@
 // Keeps the rig page's state equal to the server's: once a second while it is open, and at each event.
 
-import { request } from "../api.js";
-import { QuietReads } from "../quiet.js";
+import { request } from "../transport/api.js";
+import { QuietReads } from "../transport/quiet.js";
 
 /**
  * @import { EventDocument, RailDocument, SimulatedFaults, TriggerTestDocument } from "#api"

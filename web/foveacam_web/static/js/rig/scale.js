@@ -1,6 +1,6 @@
 // Maps slider positions to values, linearly, by the root or logarithmically, and formats the values. Pure functions.
 
-import { number } from "../format.js";
+import { number } from "../elements/format.js";
 
 /**
  * @import { SpanDocument } from "#api"

@@ -1,8 +1,8 @@
 // Shows the trigger: its rate, the source of its settle time, and the self-test of each eye's line.
 
-import { badge, figures, nothing, starter } from "../parts.js";
-import { changing, fill, h, html } from "../dom.js";
-import { clockTime, millis, MISSING, number, sentence } from "../format.js";
+import { badge, figures, nothing, starter } from "../elements/parts.js";
+import { changing, fill, h, html } from "../elements/dom.js";
+import { clockTime, millis, MISSING, number, sentence } from "../elements/format.js";
 import { takesOrders, VERDICTS } from "./words.js";
 
 /**

@@ -1,6 +1,6 @@
 // Words for the states, settings and test verdicts of the rig's devices. Pure functions.
 
-import { sentence, span } from "../format.js";
+import { sentence, span } from "../elements/format.js";
 import { plainly } from "./scale.js";
 
 /**

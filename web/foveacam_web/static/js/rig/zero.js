@@ -1,6 +1,6 @@
 // Asks the operator to confirm that a positioner without reference switches is at its zero.
 
-import { h } from "../dom.js";
+import { h } from "../elements/dom.js";
 
 /**
  * @typedef {{awaits_zero: boolean, connected: boolean}} Positioner

@@ -1,8 +1,8 @@
 // Builds forms that send one order and say in place what the server refuses.
 
-import { RequestError, request } from "../api.js";
-import { absent, h, html, update } from "../dom.js";
-import { remedyOf, sentence } from "../format.js";
+import { RequestError, request } from "../transport/api.js";
+import { absent, h, html, update } from "../elements/dom.js";
+import { remedyOf, sentence } from "../elements/format.js";
 import { passwordFault } from "./words.js";
 
 /**

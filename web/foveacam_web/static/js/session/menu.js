@@ -1,9 +1,9 @@
 // The button of the top bar that says who is signed in, its dialog, and the sentence for who may look only.
 
 import { PEOPLE_ADDRESS } from "../addresses.js";
-import { fill, h, html, say, update } from "../dom.js";
+import { fill, h, html, say, update } from "../elements/dom.js";
 import { whenWords } from "../gallery/dataset_words.js";
-import { icon } from "../icons.js";
+import { icon } from "../elements/icons.js";
 import { sheet } from "../panels/dialogs.js";
 import { passwordForm } from "./form.js";
 import { VIEWER_WORDS, isNamed, may, roleWords, whoWords } from "./words.js";

@@ -1,8 +1,8 @@
 // Reads who this browser is to the server, and signs it out.
 
-import { whoAmI } from "../api.js";
-import { QuietReads } from "../quiet.js";
-import { signIn } from "../sign_in.js";
+import { whoAmI } from "../transport/api.js";
+import { QuietReads } from "../transport/quiet.js";
+import { signIn } from "../transport/sign_in.js";
 
 /**
  * @import { Commands } from "../commands.js"

@@ -1,8 +1,8 @@
 // Says that this browser was signed out, over everything else, and lets the page go on once it is signed in again.
 
-import { RequestError, whoAmI } from "../api.js";
-import { fill, h, html } from "../dom.js";
-import { signIn } from "../sign_in.js";
+import { RequestError, whoAmI } from "../transport/api.js";
+import { fill, h, html } from "../elements/dom.js";
+import { signIn } from "../transport/sign_in.js";
 
 /** @import { Store } from "../store.js" */
 

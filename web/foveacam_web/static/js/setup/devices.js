@@ -1,9 +1,9 @@
 // The found cameras with their pictures, and the camera of each role.
 
-import { badge, nothing } from "../parts.js";
-import { html, keyed, repeat } from "../dom.js";
-import { sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { badge, nothing } from "../elements/parts.js";
+import { html, keyed, repeat } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { CAMERAS } from "../rig/words.js";
 import { chooser, notesBeside } from "./fields.js";
 import { busName, cameraChoices, cameraOf, keyOf, roleIn, ROLES, TRIGGERS, withRole, withValue } from "./words.js";

@@ -1,6 +1,6 @@
 // The fields of the draft: each shows its value, changes it, and says below what is wrong and what the doctor found.
 
-import { absent, html } from "../dom.js";
+import { absent, html } from "../elements/dom.js";
 import { notesAt, valueAt, withValue } from "./words.js";
 
 /**

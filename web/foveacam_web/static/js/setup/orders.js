@@ -1,6 +1,6 @@
 // Sends the orders of the set-up: changes of the draft one after the other, saving, undo, opening, tries.
 
-import { request, RequestError } from "../api.js";
+import { request, RequestError } from "../transport/api.js";
 
 /**
  * @import { DraftDocument, RigDraft, RigFileDocument, RigFiles, TryResult } from "#api"

@@ -1,9 +1,9 @@
 // Builds the set-up page: devices, roles, values, the rig file, the steps of the start.
 
-import { file } from "../api.js";
-import { fill, h, html, update } from "../dom.js";
+import { file } from "../transport/api.js";
+import { fill, h, html, update } from "../elements/dom.js";
 import { pageHead } from "../pages.js";
-import { panel } from "../parts.js";
+import { panel } from "../elements/parts.js";
 import { camerasOf, Pictures, rolesOf } from "./devices.js";
 import { filesOf, reviewOf } from "./review.js";
 import { startList } from "./start.js";

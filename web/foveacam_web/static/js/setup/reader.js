@@ -1,8 +1,8 @@
 // Keeps the set-up equal to the server's: the draft and its file at each event, devices and advice when asked, the
 // steps of the start while the rig opens.
 
-import { request, RequestError } from "../api.js";
-import { QuietReads } from "../quiet.js";
+import { request, RequestError } from "../transport/api.js";
+import { QuietReads } from "../transport/quiet.js";
 
 /**
  * @import { AdviceDocument, DraftDocument, EventDocument, FoundDevices, RigFileDocument, RigFiles, StartDocument } from "#api"

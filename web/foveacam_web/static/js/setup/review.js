@@ -1,10 +1,10 @@
 // The rig file: which one, what saving changes in it, undo, opening it, and the command that starts with it.
 
-import { ask } from "../ask.js";
-import { copyCode } from "../copy.js";
-import { html } from "../dom.js";
-import { sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { ask } from "../elements/ask.js";
+import { copyCode } from "../elements/copy.js";
+import { html } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { FIELDS } from "./values.js";
 import { differenceLines, otherFaults } from "./words.js";
 

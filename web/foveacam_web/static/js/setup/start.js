@@ -1,9 +1,9 @@
 // Shows the start of the rig step by step: as a strip while it opens or stays at what failed, and as a list.
 
 import { SETUP_ADDRESS } from "../addresses.js";
-import { html, update } from "../dom.js";
-import { sentence } from "../format.js";
-import { icon } from "../icons.js";
+import { html, update } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
+import { icon } from "../elements/icons.js";
 import { startStands, STATES, stepName } from "./words.js";
 
 /**

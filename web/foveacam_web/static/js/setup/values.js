@@ -1,8 +1,8 @@
 // The values of the draft besides its cameras: rig, controller, pan-tilt, markers; with the buttons that try them.
 
-import { ask } from "../ask.js";
-import { panel } from "../parts.js";
-import { absent, html } from "../dom.js";
+import { ask } from "../elements/ask.js";
+import { panel } from "../elements/parts.js";
+import { absent, html } from "../elements/dom.js";
 import { chooser, fieldOf, notesBeside } from "./fields.js";
 import { withValue } from "./words.js";
 

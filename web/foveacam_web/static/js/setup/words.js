@@ -1,6 +1,6 @@
 // Values of the draft by field, and the words of steps, cameras and differences. Pure functions.
 
-import { sentence } from "../format.js";
+import { sentence } from "../elements/format.js";
 import { CAMERAS } from "../rig/words.js";
 
 /**

@@ -1,7 +1,7 @@
 // A square pad for two values: shows where something stands and where it goes, and steers it by dragging, by keys, by numbers.
 
-import { h, s } from "../dom.js";
-import { number } from "../format.js";
+import { h, s } from "../elements/dom.js";
+import { number } from "../elements/format.js";
 import { clamp, steppedBy, valueOnPad } from "./words.js";
 
 /**

@@ -1,9 +1,9 @@
 // The panel “Steer by hand”: a pad of volts for each eye, with a calibration one of directions for both, and what steers.
 
 import { makeSteerDistance } from "../panels/dialogs.js";
-import { badge } from "../parts.js";
-import { fill, h, html, say, update } from "../dom.js";
-import { sentence } from "../format.js";
+import { badge } from "../elements/parts.js";
+import { fill, h, html, say, update } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 import { SteerPad } from "./pad.js";
 import { GAZE_MOST_DEG, pointOf, statusWords, voltsFor } from "./words.js";
 

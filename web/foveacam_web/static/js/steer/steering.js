@@ -1,7 +1,7 @@
 // Steers the mirrors over the steering socket: sends the newest target, says that it is there while something is held, and
 // keeps what the server tells. What is silent is held and then parked by the server.
 
-import { RequestError } from "../api.js";
+import { RequestError } from "../transport/api.js";
 import { VIEWER_WORDS, may } from "../session/words.js";
 import { API } from "../root.js";
 

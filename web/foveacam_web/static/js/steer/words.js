@@ -1,6 +1,6 @@
 // What steering by hand computes and says: places on a pad, steps of the keys, sentences. Pure functions.
 
-import { number, sentence } from "../format.js";
+import { number, sentence } from "../elements/format.js";
 
 /**
  * @import { EyePair, Point, SteerLimits, SteeringState, Volts } from "#page"

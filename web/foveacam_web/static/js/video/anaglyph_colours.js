@@ -1,7 +1,7 @@
 // Chooses the colours of the anaglyph, for all viewers.
 
-import { request } from "../api.js";
-import { h } from "../dom.js";
+import { request } from "../transport/api.js";
+import { h } from "../elements/dom.js";
 
 /**
  * @import { AnaglyphColours } from "#api"

@@ -1,9 +1,9 @@
 // Chooses what computes the depth of looks; links to where two backends are compared.
 
 import { COMPARE_ADDRESS } from "../addresses.js";
-import { request } from "../api.js";
-import { fill, h } from "../dom.js";
-import { icon } from "../icons.js";
+import { request } from "../transport/api.js";
+import { fill, h } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { backendWords, choiceWords } from "./depth_words.js";
 
 /**

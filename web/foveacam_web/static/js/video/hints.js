@@ -1,8 +1,8 @@
 // Marks good targets on the wide view with one line of instructions, until the first click in this browser.
 
-import { RequestError, request } from "../api.js";
-import { fill, h, html, s, svg } from "../dom.js";
-import { icon } from "../icons.js";
+import { RequestError, request } from "../transport/api.js";
+import { fill, h, html, s, svg } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { changeSettings } from "../settings.js";
 
 /**

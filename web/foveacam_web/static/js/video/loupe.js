@@ -1,7 +1,7 @@
 // The magnifier beside the pointer on the wide picture, with a readout of pixel, direction, reach and distance.
 
-import { fill, h, html, say } from "../dom.js";
-import { angle, distanceText, span } from "../format.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { angle, distanceText, span } from "../elements/format.js";
 import { directionOf, inField } from "./angles.js";
 import { SEEING, seeing } from "./reach.js";
 

@@ -2,9 +2,9 @@
 // It draws in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
 
 import { answerText } from "../answers.js";
-import { fill, h, html, s, say, svg } from "../dom.js";
+import { fill, h, html, s, say, svg } from "../elements/dom.js";
 import { followRings, marksOf, RING_PX } from "../follow/words.js";
-import { number } from "../format.js";
+import { number } from "../elements/format.js";
 import { fieldOutline } from "./angles.js";
 
 /**

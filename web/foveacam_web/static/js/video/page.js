@@ -1,7 +1,7 @@
 // What the pages that show views without the console's panels share: views, commands, keys, STOP, and following the server.
 
 import { Commands } from "../commands.js";
-import { need } from "../dom.js";
+import { need } from "../elements/dom.js";
 import { Fixations } from "../fixations.js";
 import { FollowOrders } from "../follow/orders.js";
 import { FollowReader } from "../follow/reader.js";
@@ -12,9 +12,9 @@ import { changeSettings } from "../settings.js";
 import { watchSignIn } from "../session/signed_out.js";
 import { Steering } from "../steer/steering.js";
 import { createStore } from "../state.js";
-import { Sync } from "../sync.js";
+import { Sync } from "../transport/sync.js";
 import { exposeHooks } from "../testhooks.js";
-import { Toasts } from "../toasts.js";
+import { Toasts } from "../elements/toasts.js";
 import { ReachReader } from "./reach_reader.js";
 import { Views } from "./views.js";
 

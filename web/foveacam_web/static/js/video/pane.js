@@ -1,10 +1,10 @@
 // A view's pane: canvas, title, rate and age, and the reason when there is no picture.
 
-import { fill, h, html, say } from "../dom.js";
-import { clockTime, millis, remedyOf, sentence, span } from "../format.js";
+import { fill, h, html, say } from "../elements/dom.js";
+import { clockTime, millis, remedyOf, sentence, span } from "../elements/format.js";
 import { isRunning } from "../calibration/state.js";
 import { isCapturing } from "../capture/state.js";
-import { icon } from "../icons.js";
+import { icon } from "../elements/icons.js";
 import { Viewport } from "./viewport.js";
 
 /** @import { AnnotatedName, ConsoleState, ShownView, ViewName } from "#page" */

@@ -1,8 +1,8 @@
 // Reads the reach of each eye: for targets far away at first, then for the last measured distance.
 
-import { request } from "../api.js";
+import { request } from "../transport/api.js";
 import { answerOf } from "../answers.js";
-import { QuietReads } from "../quiet.js";
+import { QuietReads } from "../transport/quiet.js";
 
 /**
  * @import { ReachDocument } from "#api"

@@ -1,6 +1,6 @@
 // Holds all views of a page: their panes, the stream that feeds them, and the subscription with the size of each.
 
-import { h } from "../dom.js";
+import { h } from "../elements/dom.js";
 import { openStream } from "./link.js";
 import { anaglyphColours } from "./anaglyph_colours.js";
 import { depthBackend } from "./depth_backend.js";

@@ -1,8 +1,8 @@
 // Operates the wide view: click, rectangle, steering, zoom, keyboard crosshair.
 
 import { NEAR_CSS_PX, withCorrected } from "../corrects.js";
-import { h, html, say } from "../dom.js";
-import { icon } from "../icons.js";
+import { h, html, say } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { directionOf, inField } from "./angles.js";
 import { Gestures } from "./gestures.js";
 import { Loupe } from "./loupe.js";
@@ -107,7 +107,7 @@ export class WideView {
   #tools() {
     const tool = (
       /** @type {string} */ label,
-      /** @type {import("../icons.js").IconName} */ name,
+      /** @type {import("../elements/icons.js").IconName} */ name,
       /** @type {() => void} */ act,
     ) =>
       h("button", { class: "tool", type: "button", "aria-label": label, title: label, on: { click: act } }, icon(name));

@@ -1,7 +1,7 @@
 // The panes of a board and their dividers: places them as the layout says. `keep` says where the layout is kept: in the
 // address of a window of views, or beside a recording.
 
-import { h } from "../dom.js";
+import { h } from "../elements/dom.js";
 import {
   SOURCES,
   USUAL_LAYOUT,

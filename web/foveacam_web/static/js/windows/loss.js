@@ -1,6 +1,6 @@
 // Says how old the last picture of a lost source is. Pure functions; why it is lost the pane says itself.
 
-import { span } from "../format.js";
+import { span } from "../elements/format.js";
 
 /**
  * @import { ConsoleState, Role, ViewName } from "#page"

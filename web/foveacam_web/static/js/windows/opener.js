@@ -1,7 +1,7 @@
 // The button at each view of the console that opens it in a window of its own.
 
-import { h } from "../dom.js";
-import { icon } from "../icons.js";
+import { h } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 import { SOURCES, windowAddress } from "./layout.js";
 
 /**

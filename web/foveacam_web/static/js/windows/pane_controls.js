@@ -1,8 +1,8 @@
 // The controls of a pane of a board: its mark, which is dragged onto another pane, the choice of its source, and the
 // buttons that split and close it.
 
-import { h, html } from "../dom.js";
-import { icon } from "../icons.js";
+import { h, html } from "../elements/dom.js";
+import { icon } from "../elements/icons.js";
 
 /**
  * @import { Axis, Source } from "#page"
@@ -99,7 +99,7 @@ export class PaneControls {
   #buttons(title) {
     const button = (
       /** @type {string} */ label,
-      /** @type {import("../icons.js").IconName} */ picture,
+      /** @type {import("../elements/icons.js").IconName} */ picture,
       /** @type {string} */ act,
       /** @type {() => void} */ click,
     ) =>

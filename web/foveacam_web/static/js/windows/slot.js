@@ -1,6 +1,6 @@
 // One pane of a window: the live picture of a source, or the 3D view, with the controls of the pane.
 
-import { h, say } from "../dom.js";
+import { h, say } from "../elements/dom.js";
 import { Scene } from "../panels/scene.js";
 import { VIEWS, isLive } from "../video/pane.js";
 import { SOURCES } from "./layout.js";

@@ -1,0 +1,203 @@
+// Small parts of the pages: panels, fields, figures, and buttons that show why they are disabled.
+
+import { absent, fill, h, html, say } from "./dom.js";
+import { MISSING } from "./format.js";
+import { icon } from "./icons.js";
+import { isRunning } from "../calibration/state.js";
+
+/**
+ * @import { ConsoleState } from "#page"
+ * @import { Child } from "./dom.js"
+ * @import { IconName } from "./icons.js"
+ * @import { Store } from "../store.js"
+ * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField
+ */
+
+/** Build a panel with its title. @param {string} title @param {...(Child | Child[])} children */
+export function panel(title, ...children) {
+  return html`<section class="panel" aria-label=${title}>
+    <header><h3>${title}</h3></header>
+    <div class="inside">${children}</div>
+  </section>`;
+}
+
+/**
+ * Build a button that starts something. While it cannot, it is disabled and the reason is shown beside it.
+ * @param {{
+ *   label: string, store: Store, act: () => unknown, primary?: boolean, picture?: IconName,
+ *   keys?: (keyof ConsoleState)[], why?: (state: ConsoleState) => string | null, named?: (state: ConsoleState) => string, silent?: boolean
+ * }} options `why`: the reason why it is disabled now, else null; `silent`: the button beside it shows the reason already
+ */
+export function starter({
+  label,
+  store,
+  act,
+  primary = false,
+  picture,
+  keys = [],
+  why = () => null,
+  named,
+  silent = false,
+}) {
+  const words = h("span", { text: label });
+  const reason = h("span", { class: "why", role: "status" });
+  const button = h(
+    "button",
+    { type: "button", class: primary ? "plain primary" : "plain", on: { click: () => void act() } },
+    picture && icon(picture),
+    words,
+  );
+  store.on(["work", "stream", ...keys], (state) => {
+    const against =
+      state.stream === "down"
+        ? "No connection to the server."
+        : (why(state) ?? (isRunning(state.work) ? "Something runs already." : null));
+    button.disabled = against !== null;
+    say(reason, against !== null && !silent && !isRunning(state.work) ? against : "");
+    if (named) say(words, named(state));
+  });
+  return html`<span class="starter">${button}${reason}</span>`;
+}
+
+/**
+ * Build a button that shows only a picture.
+ * @param {string} label
+ * @param {IconName} picture
+ * @param {() => unknown} act
+ * @param {boolean} [pressed] for a button that switches something
+ */
+export function toolButton(label, picture, act, pressed) {
+  return html`<button
+    type="button" class="tool" aria-label=${label} title=${label}
+    aria-pressed=${pressed === undefined ? absent : String(pressed)} @click=${() => void act()}
+  >
+    ${icon(picture)}
+  </button>`;
+}
+
+let fields = 0;
+
+/**
+ * Build a number field; where empty is allowed, it means that the rig decides.
+ * @param {string} label
+ * @param {{value?: number | null, min?: number, max?: number, step?: number | "any", unit?: string, hint?: string}} [options]
+ * @returns {NumberField}
+ */
+export function numberField(label, { value = null, min, max, step = 1, unit = "", hint = "" } = {}) {
+  fields += 1;
+  const id = `field-${fields}`;
+  const input = h("input", {
+    type: "number",
+    id,
+    value: value ?? "",
+    min,
+    max,
+    step,
+    placeholder: hint,
+    inputmode: "decimal",
+  });
+  const element = h(
+    "div",
+    { class: "field" },
+    html`<label for=${id}>${label}</label>`,
+    html`<span class="entry">${input}${unit && html`<span class="unit">${unit}</span>`}</span>`,
+  );
+  const put = (/** @type {number | null} */ given) => {
+    input.value = given === null ? "" : String(given);
+  };
+  return { element, input, value: () => (Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : null), put };
+}
+
+/**
+ * @param {string} label
+ * @param {[string, string][]} choices value and text
+ * @param {(value: string) => void} [changed]
+ */
+export function choiceField(label, choices, changed = () => {}) {
+  fields += 1;
+  const id = `field-${fields}`;
+  const input = h(
+    "select",
+    { id, on: { change: () => changed(input.value) } },
+    choices.map(([value, text]) => html`<option value=${value}>${text}</option>`),
+  );
+  const put = (/** @type {string} */ value) => {
+    input.value = value;
+  };
+  return {
+    element: h("div", { class: "field" }, html`<label for=${id}>${label}</label>`, input),
+    input,
+    value: () => input.value,
+    put,
+  };
+}
+
+/** @param {string} label @param {boolean} checked */
+export function tickField(label, checked) {
+  const input = h("input", { type: "checkbox", checked });
+  const put = (/** @type {boolean} */ on) => {
+    input.checked = on;
+  };
+  return {
+    element: h("label", { class: "field tick" }, input, html`<span>${label}</span>`),
+    input,
+    value: () => input.checked,
+    put,
+  };
+}
+
+/** Return whether all fields are valid; the browser shows the first that is not. @param {...NumberField} entries */
+export function allHold(...entries) {
+  return entries.every(({ input }) => input.closest("[hidden]") !== null || input.reportValidity());
+}
+
+/** Build a list of names and values in two columns. @param {[string, Child][]} rows */
+export function figures(rows) {
+  return html`<dl class="numbers">
+    ${rows.flatMap(([name, value]) => [
+      html`<dt>${name}</dt>`,
+      html`<dd class="number">${value === "" || value === null || value === undefined ? MISSING : value}</dd>`,
+    ])}
+  </dl>`;
+}
+
+/** Build the text of an empty list. @param {string} text */
+export function nothing(text) {
+  return html`<p class="empty">${text}</p>`;
+}
+
+/**
+ * Build a badge with a tone: good, warn, bad or plain.
+ * @param {string} tone
+ * @param {string} text
+ * @param {string} [title]
+ */
+export function badge(tone, text, title) {
+  return html`<span class="badge ${tone}" title=${title ?? absent}>${text}</span>`;
+}
+
+/**
+ * Build a progress bar that screen readers can read.
+ * @param {string} label
+ * @param {{share: number | null, text: string}} how `share` in 0 … 1, null while it is unknown
+ */
+export function bar(label, { share, text }) {
+  const value = share === null ? undefined : Math.round(Math.min(1, Math.max(0, share)) * 100);
+  return html`<div
+    class=${share === null ? "bar endless" : "bar"} role="progressbar" aria-label=${label} aria-valuemin="0"
+    aria-valuemax="100" aria-valuenow=${value ?? absent} aria-valuetext=${text}
+  >
+    <span class="part" .style=${`inline-size: ${value ?? 0}%`}></span>
+  </div>`;
+}
+
+/**
+ * Put these children into an element, and hide it when there are none.
+ * @param {HTMLElement} place
+ * @param {Child | Child[]} children
+ */
+export function show(place, children) {
+  const list = [children].flat();
+  place.hidden = list.every((child) => !child);
+  fill(place, ...list);
+}
