@@ -722,6 +722,27 @@ class DriftRequest(Document):
     distance_m: Annotated[float | None, Field(gt=0.5, le=1000.0)] = None
 
 
+class EdgeDocument(Document):
+    """What one part hands to another; rates of the last `flow_window_s`, counts since the process began.
+
+    `mb_per_s`: null where sizes are not counted. `dropped`: what did not get there; viewers that draw slowly
+    drop pictures, which is flagged nowhere.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    count: int
+    dropped: int
+    dropped_hz: float
+    flagged: bool
+    items: str
+    mb_per_s: float | None
+    rate_hz: float
+    source: str
+    target: str
+
+
 EndCause = TypeAliasType(
     "EndCause",
     Annotated[
@@ -1885,6 +1906,22 @@ class PanTiltMove(Document):
     pan_deg: Annotated[float | None, Field(ge=-360.0, le=360.0)] = None
     station: str | None = None
     tilt_deg: Annotated[float | None, Field(ge=-360.0, le=360.0)] = None
+
+
+class PartDocument(Document):
+    """A part of the server that is fed or feeds; `busy_share` and `waiting` are null where it has none.
+
+    A thread has the name that it has under `threads`, a camera or a view `camera wide`, `view wide`.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    busy_share: float | None
+    flagged: bool
+    kind: Literal["thread", "camera", "device", "view", "clients", "file"]
+    name: str
+    waiting: int | None
 
 
 class PasswordChange(Document):
@@ -3712,8 +3749,11 @@ class EngineDocument(Document):
         extra="forbid",
     )
     cameras: list[CameraFlowDocument]
+    edges: list[EdgeDocument]
     event_loop: EventLoopDocument
+    flow_window_s: float
     hardware: HardwareLoadDocument
+    parts: list[PartDocument]
     process: ProcessDocument
     stages: list[StageDocument]
     start: list[StartTimeDocument]
