@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from foveacam_bench.catalogue import bench_names
+
 from .dataset_scenes import noise_texture, painted, plane_point
 
 ROOT = Path(__file__).parents[2]
@@ -53,3 +55,9 @@ def test_the_python_of_a_page_is_python_and_what_it_imports_exists(page: Path) -
         tree = ast.parse(block, page.name)
         tree.body = [line for line in tree.body if isinstance(line, ast.ImportFrom)]
         exec(compile(tree, page.name, "exec"), {})  # noqa: S102 - our own pages
+
+
+def test_the_readme_names_every_bench() -> None:
+    found = re.search(r"`foveacam bench NAME --json` .* with NAME one of\s(.*?)\.\n", README, re.DOTALL)
+    assert found is not None
+    assert re.findall(r"`([a-z]+)`", found[1]) == bench_names()
