@@ -59,6 +59,7 @@ from foveacam_server.resources.references import routes as references
 from foveacam_server.resources.rig_setup import routes as rig_setup
 from foveacam_server.resources.rig_state import health_routes
 from foveacam_server.resources.rig_state import routes as rig_state
+from foveacam_server.resources.rigs import routes as rigs
 from foveacam_server.resources.settle_time import routes as settle_time
 from foveacam_server.resources.simulation import routes as simulation
 from foveacam_server.resources.stills import routes as stills
@@ -73,6 +74,7 @@ API = "/api/v1"
 _RESOURCES = (
     rig_state,
     rig_setup,
+    rigs,
     camera_presets,
     cameras,
     captures,

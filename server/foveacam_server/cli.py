@@ -86,6 +86,11 @@ ProxyOption = Annotated[
         help="address or network of a proxy whose X-Forwarded-For and -Proto are believed; may be repeated"
     ),
 ]
+RigsOption = Annotated[Path | None, typer.Option(help="file (.toml) that names other rigs of the lab")]
+AnnounceOption = Annotated[
+    bool | None,
+    typer.Option("--announce", help="announce this rig in the local network, and list those that do"),
+]
 RootPathOption = Annotated[
     str | None, typer.Option(help="path below which a proxy serves this server, such as /foveacam")
 ]
@@ -124,6 +129,8 @@ def serve(
     tls_key: KeyOption = None,
     trusted_proxy: ProxyOption = None,
     root_path: RootPathOption = None,
+    rigs: RigsOption = None,
+    announce: AnnounceOption = None,
     data: DataOption = None,
     calibration: CalibrationOption = None,
     replay: ReplayOption = None,
@@ -148,6 +155,8 @@ def serve(
         "tls_key": tls_key,
         "trusted_proxies": trusted_proxy or None,
         "root_path": root_path,
+        "rigs": rigs,
+        "announce": announce,
         "data": data,
         "calibration": calibration,
         "replay": replay,

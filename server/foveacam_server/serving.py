@@ -7,6 +7,7 @@ import socket
 import ssl
 from pathlib import Path
 from typing import cast
+from urllib.parse import urlsplit
 
 import uvicorn
 from fastapi import FastAPI
@@ -102,8 +103,14 @@ class _GreetingServer(WatchedServer):
             problems.append(f"calibration: {services.calibration.problem}")
         for problem in problems:
             self._console.print(f"  {problem}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+        await asyncio.to_thread(self._announce, services)
         for line in [*self._lines, *self._access_lines()]:
             self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+    def _announce(self, services: Services) -> None:
+        settings, port = services.settings, urlsplit(self._address).port
+        if port is not None:
+            services.rigs.announce(port=port, tls=self._tls is not None, path=settings.root_path)
 
     def _access_lines(self) -> list[str]:
         """Return what the terminal says of who may come: the first admin's link, a warning, or nothing."""

@@ -160,6 +160,8 @@ def running(
     live_hz: tuple[float, float] = (LIVE_WIDE_HZ, LIVE_FOVEA_HZ),
     host: str = "127.0.0.1",
     root_path: str = "",
+    rigs: Path | None = None,
+    announce: bool = False,
     otlp_endpoint: str | None = None,
 ) -> Iterator[Running]:
     warm_up()  # a compiled renderer: else the first look would wait for it
@@ -171,6 +173,8 @@ def running(
         viewer=viewer,
         host=host,
         root_path=root_path,
+        rigs=rigs,
+        announce=announce,
         otlp_endpoint=otlp_endpoint,
         live_wide_hz=live_hz[0],
         live_fovea_hz=live_hz[1],

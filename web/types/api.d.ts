@@ -2638,6 +2638,28 @@ export interface components {
             rig_id: string;
         };
         /**
+         * @description One rig of the list, as its server says of it now.
+         *
+         *     `state`: null where it does not answer, and `problem` then says why. `driver`: who holds its lease.
+         *     `picture_url`: its newest wide picture, read through this server.
+         */
+        RigEntry: {
+            address: string;
+            driver: string | null;
+            id: string;
+            name: string;
+            picture_url: string;
+            problem: string | null;
+            problems: string[];
+            remedy: string | null;
+            rig_id: string | null;
+            scene: string | null;
+            simulated: boolean | null;
+            /** @enum {string} */
+            source: "this" | "file" | "announced";
+            state: string | null;
+        };
+        /**
          * @description The rig file on the disk and what saving would make of it.
          *
          *     `hash`: of the file, null without one. `changes`: unified diff of saving. `meanwhile`: unified diff of
@@ -3679,6 +3701,7 @@ export type RegionsDocument = components['schemas']['RegionsDocument'];
 export type RegionsRequest = components['schemas']['RegionsRequest'];
 export type RigDocument = components['schemas']['RigDocument'];
 export type RigDraft = components['schemas']['RigDraft'];
+export type RigEntry = components['schemas']['RigEntry'];
 export type RigFileDocument = components['schemas']['RigFileDocument'];
 export type RigFileEntry = components['schemas']['RigFileEntry'];
 export type RigFiles = components['schemas']['RigFiles'];

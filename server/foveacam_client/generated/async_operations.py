@@ -2993,6 +2993,34 @@ class AsyncRigSetup:
         )
 
 
+class AsyncRigs:
+    """Operations of `rigs`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.RigEntry]:
+        """This rig, and the others of the lab.
+
+        Return this rig first, then those of the list and those that announce themselves, each as it is
+        now.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/rigs"), builtins.list[models.RigEntry])
+
+    def picture(self, rig_id: str) -> AsyncDownload:
+        """The wide picture of another rig.
+
+        Return the newest wide picture of a rig of the list, read through this server.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/rigs/{rig_id}/picture.jpg", path_values={"rig_id": rig_id})
+        )
+
+
 class AsyncServiceTokens:
     """Operations of `service_tokens`."""
 
@@ -3724,6 +3752,7 @@ class AsyncOperations:
         self.references = AsyncReferences(transport)
         self.rig = AsyncRig(transport)
         self.rig_setup = AsyncRigSetup(transport)
+        self.rigs = AsyncRigs(transport)
         self.service_tokens = AsyncServiceTokens(transport)
         self.session = AsyncSession(transport)
         self.sessions = AsyncSessions(transport)

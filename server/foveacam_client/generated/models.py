@@ -2426,6 +2426,31 @@ class RigDraft(Document):
     rig_id: Annotated[str, Field(max_length=400, pattern="^[^\\x00-\\x1f\\x7f]*$")] = "my-rig"
 
 
+class RigEntry(Document):
+    """One rig of the list, as its server says of it now.
+
+    `state`: null where it does not answer, and `problem` then says why. `driver`: who holds its lease.
+    `picture_url`: its newest wide picture, read through this server.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    address: str
+    driver: str | None
+    id: str
+    name: str
+    picture_url: str
+    problem: str | None
+    problems: list[str]
+    remedy: str | None
+    rig_id: str | None
+    scene: str | None
+    simulated: bool | None
+    source: Literal["this", "file", "announced"]
+    state: str | None
+
+
 class RigFileDocument(Document):
     """The rig file on the disk and what saving would make of it.
 

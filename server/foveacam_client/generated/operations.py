@@ -2949,6 +2949,34 @@ class RigSetup:
         )
 
 
+class Rigs:
+    """Operations of `rigs`."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport = transport
+
+    def list(self) -> builtins.list[models.RigEntry]:
+        """This rig, and the others of the lab.
+
+        Return this rig first, then those of the list and those that announce themselves, each as it is
+        now.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(Call("GET", "/api/v1/rigs"), builtins.list[models.RigEntry])
+
+    def picture(self, rig_id: str) -> Download:
+        """The wide picture of another rig.
+
+        Return the newest wide picture of a rig of the list, read through this server.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/rigs/{rig_id}/picture.jpg", path_values={"rig_id": rig_id})
+        )
+
+
 class ServiceTokens:
     """Operations of `service_tokens`."""
 
@@ -3668,6 +3696,7 @@ class Operations:
         self.references = References(transport)
         self.rig = Rig(transport)
         self.rig_setup = RigSetup(transport)
+        self.rigs = Rigs(transport)
         self.service_tokens = ServiceTokens(transport)
         self.session = Session(transport)
         self.sessions = Sessions(transport)

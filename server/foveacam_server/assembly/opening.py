@@ -34,6 +34,9 @@ from foveacam_server.resources.positioners.rail import RailService
 from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
 from foveacam_server.resources.rig_setup.pictures import CameraPictures
 from foveacam_server.resources.rig_setup.service import RigSetupService
+from foveacam_server.resources.rigs.announcements import open_announcements
+from foveacam_server.resources.rigs.rig_list import read_rig_list
+from foveacam_server.resources.rigs.service import RigDirectory
 from foveacam_server.resources.suggestions.service import SuggestionService
 from foveacam_server.resources.views.layout_routes import WindowLayout
 from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
@@ -64,6 +67,7 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
     computing = _open_computing(foundation)
     shared.hardware.start()
     _start_scene_follower(shared)
+    lease = Lease(clock=foundation.clock, events=foundation.events)
     return Services(
         settings=foundation.settings,
         clock=foundation.clock,
@@ -72,7 +76,8 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         accounts=foundation.accounts,
         faults=groups.faults,
         engine=_open_engine(shared, loop=loop),
-        lease=Lease(clock=foundation.clock, events=foundation.events),
+        lease=lease,
+        rigs=_rig_directory(shared, lease),
         hub=displays.hub,
         streams=displays.streams,
         stereo=displays.stereo,
@@ -153,6 +158,16 @@ def _open_shared(
 def _rig_setup(foundation: ServerFoundation, rig: ChosenRig) -> RigSetupService:
     replayed = foundation.settings.replay is not None
     return RigSetupService(foundation.settings.data, rig, replayed=replayed, events=foundation.events)
+
+
+def _rig_directory(shared: SharedServices, lease: Lease) -> RigDirectory:
+    settings, announcements = shared.foundation.settings, None
+    named = () if settings.rigs is None else read_rig_list(settings.rigs)
+    if settings.announce:
+        with ThreadPoolExecutor(1) as beside:  # this thread has an event loop, for which zeroconf would wait
+            announcements = beside.submit(open_announcements, settings.host).result()
+        shared.foundation.stack.callback(announcements.close)
+    return RigDirectory(named, announcements, own=lambda: shared.hardware.status, lease=lease)
 
 
 def _camera_presets(shared: SharedServices) -> CameraPresets:

@@ -40,6 +40,7 @@ from foveacam_server.resources.references.service import ReferenceService
 from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
 from foveacam_server.resources.rig_setup.pictures import CameraPictures
 from foveacam_server.resources.rig_setup.service import RigSetupService
+from foveacam_server.resources.rigs.service import RigDirectory
 from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.resources.stills.service import StillService
 from foveacam_server.resources.suggestions.service import SuggestionService
@@ -67,6 +68,7 @@ class Services:
     faults: FaultService
     engine: EngineService
     lease: Lease
+    rigs: RigDirectory
     hub: FrameHub
     streams: LiveStreams
     stereo: LiveStereo
@@ -150,6 +152,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.rig_setup.routes import RigSetupRouteServices
     from foveacam_server.resources.rig_state.health_routes import HealthRouteServices
     from foveacam_server.resources.rig_state.routes import RigRouteServices
+    from foveacam_server.resources.rigs.routes import RigListServices
     from foveacam_server.resources.settle_time.routes import SettleTimeRouteServices
     from foveacam_server.resources.simulation.routes import SimulationRouteServices
     from foveacam_server.resources.stills.routes import StillRouteServices
@@ -188,6 +191,7 @@ if TYPE_CHECKING:
         _token: TokenRouteServices = services
         _user: UserRouteServices = services
         _planner: PlannerRouteServices = services
+        _rigs: RigListServices = services
         _pan_tilt: PanTiltRouteServices = services
         _rail: RailRouteServices = services
         _reach: ReachRouteServices = services

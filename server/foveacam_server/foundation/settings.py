@@ -98,6 +98,10 @@ class Settings(BaseSettings):
     """Origins of pages, besides its own, that may use this server."""
     trusted_proxies: tuple[str, ...] = ()
     """Addresses or networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are used."""
+    rigs: Path | None = None
+    """File that names other rigs of the lab, for the page of all rigs."""
+    announce: bool = False
+    """Whether this rig announces itself in the local network, and lists those that do."""
     root_path: str = ""
     """Path below which a proxy serves this server, such as `/foveacam`; empty: a site of its own."""
     data: Path = Field(default_factory=default_data_dir)

@@ -1,0 +1,122 @@
+"""Announces this rig in the local network (DNS-SD by zeroconf), and finds those that announce themselves."""
+
+import hashlib
+import logging
+import socket
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from foveacam_hardware.contract import InvalidInput, install_command
+
+if TYPE_CHECKING:
+    from zeroconf import Zeroconf
+
+SERVICE = "_foveacam._tcp.local."
+ASK_MS = 2000
+EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - compared with, not listened on
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundRig:
+    """A rig that announces itself; `key` tells it from others as long as it does."""
+
+    key: str
+    name: str
+    url: str
+
+
+class Announcements:
+    """What the network announces; changed by zeroconf's own threads."""
+
+    def __init__(self, zeroconf: "Zeroconf", addresses: Sequence[str]) -> None:
+        """`addresses`: those of this machine, as others reach it."""
+        from zeroconf import ServiceBrowser
+
+        self._zeroconf = zeroconf
+        self._addresses = tuple(addresses)
+        self._own: str | None = None
+        self._found: dict[str, FoundRig] = {}
+        self._browser = ServiceBrowser(zeroconf, SERVICE, listener=self)  # type: ignore[arg-type]  # it calls these three
+
+    @property
+    def found(self) -> Mapping[str, FoundRig]:
+        """The rigs that are announced now, by the name of their service."""
+        return {name: rig for name, rig in dict(self._found).items() if name != self._own}
+
+    def add_service(self, zeroconf: "Zeroconf", kind: str, name: str) -> None:
+        """Ask where a new one is."""
+        info = zeroconf.get_service_info(kind, name, timeout=ASK_MS)
+        addresses = [] if info is None else info.parsed_addresses()
+        if info is None or not addresses:
+            return
+        told = {
+            key.decode(): (value or b"").decode("utf-8", "replace") for key, value in info.properties.items()
+        }
+        scheme = "https" if told.get("tls") == "1" else "http"
+        host = f"[{addresses[0]}]" if ":" in addresses[0] else addresses[0]
+        self._found[name] = FoundRig(
+            key=hashlib.sha256(name.encode()).hexdigest()[:10],
+            name=told.get("name") or name.removesuffix(f".{SERVICE}"),
+            url=f"{scheme}://{host}:{info.port}{told.get('path', '')}/",
+        )
+
+    def update_service(self, zeroconf: "Zeroconf", kind: str, name: str) -> None:
+        """Ask again."""
+        self.add_service(zeroconf, kind, name)
+
+    def remove_service(self, zeroconf: "Zeroconf", kind: str, name: str) -> None:
+        """Forget one that said goodbye, or was silent for too long."""
+        del zeroconf, kind
+        self._found.pop(name, None)
+
+    def announce(self, *, name: str, port: int, tls: bool, path: str) -> None:
+        """Announce this rig until `close`; it is then not among those found."""
+        from zeroconf import ServiceInfo
+
+        host = socket.gethostname().partition(".")[0]
+        self._own = f"{host}-{port}.{SERVICE}"
+        info = ServiceInfo(
+            SERVICE,
+            self._own,
+            port=port,
+            parsed_addresses=list(self._addresses),
+            properties={"name": name[:80], "tls": "1" if tls else "0", "path": path},
+            server=f"{host}.local.",
+        )
+        self._zeroconf.register_service(info)
+        _log.info("announced as %s at port %d", name, port)
+
+    def close(self) -> None:
+        """Say goodbye, and stop listening."""
+        self._zeroconf.close()
+
+
+def open_announcements(host: str) -> Announcements:
+    """Listen where a server that listens on `host` is reached; raise `InvalidInput` without zeroconf.
+
+    Called on a thread without an event loop: zeroconf would wait for it.
+    """
+    try:
+        from zeroconf import Zeroconf
+    except ImportError as error:
+        command = install_command("rigs")
+        raise InvalidInput(
+            f"finding rigs in the network needs zeroconf, which is not installed; {command}",
+            found="no zeroconf",
+            remedy=command,
+        ) from error
+    addresses = _addresses(host)
+    return Announcements(Zeroconf(interfaces=addresses), addresses)
+
+
+def _addresses(host: str) -> list[str]:
+    """Return the IPv4 addresses of this machine behind which a server on `host` is found."""
+    import ifaddr  # comes with zeroconf
+
+    own = [str(ip.ip) for adapter in ifaddr.get_adapters() for ip in adapter.ips if ip.is_IPv4]
+    listening = socket.gethostbyname(host) if host not in EVERYWHERE else None
+    if listening is not None:
+        return [listening]
+    return [address for address in own if not address.startswith("127.")] or own
