@@ -22,9 +22,10 @@ test("an address opens one page at most", () => {
     planner_page: false,
     compare_page: false,
     engine_page: false,
+    rigs_page: false,
     people: null,
   };
-  for (const hash of ["", "#/", "#/rigs", "#/capture/1"]) assert.deepEqual(pagesAt(hash), none);
+  for (const hash of ["", "#/", "#/rigged", "#/capture/1"]) assert.deepEqual(pagesAt(hash), none);
   assert.deepEqual(pagesAt("#/rig"), { ...none, rig_page: true });
   assert.deepEqual(pagesAt("#/setup"), { ...none, setup_page: true });
   assert.deepEqual(pagesAt("#/settings"), { ...none, settings_page: true });
@@ -36,6 +37,7 @@ test("an address opens one page at most", () => {
   assert.deepEqual(pagesAt("#/people/nowhere"), { ...none, people: "people" });
   assert.deepEqual(pagesAt("#/compare"), { ...none, compare_page: true });
   assert.deepEqual(pagesAt("#/engine"), { ...none, engine_page: true });
+  assert.deepEqual(pagesAt("#/rigs"), { ...none, rigs_page: true });
   assert.deepEqual(pagesAt("#/planner?seed=3"), { ...none, planner_page: true });
   assert.deepEqual(pagesAt("#/calibration/fit"), { ...none, wizard: "fit" });
 });

@@ -540,5 +540,6 @@ export type ConsoleState = SharedState &
     planner_page: boolean;
     compare_page: boolean;
     engine_page: boolean;
+    rigs_page: boolean;
     people: PeopleTab | null;
   };

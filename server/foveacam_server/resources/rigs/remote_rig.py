@@ -12,7 +12,7 @@ from foveacam_hardware.contract import NotConnected
 PATIENCE_S = 3.0
 MOST_BYTES = 4_000_000
 """Of one answer: a picture; a server that sends more is not one of ours."""
-SNAPSHOT = "views/wide/snapshot.jpg?scale=4"
+SNAPSHOT = "views/wide/snapshot.jpg?scale=2"
 _ASKS_WHO_COMES = (401, 403)
 
 

@@ -14,7 +14,7 @@ from foveacam_server.resources.rigs.schema import RigEntry
 from foveacam_server.rig.status import RigStatus
 
 THIS = "this"
-OWN_PICTURE = "/api/v1/views/wide/snapshot.jpg?scale=4"
+OWN_PICTURE = "/api/v1/views/wide/snapshot.jpg?scale=2"
 URL = "/api/v1/rigs"
 
 

@@ -13,6 +13,7 @@ export const GALLERY_ADDRESS = "#/gallery";
 export const PLANNER_ADDRESS = "#/planner";
 export const COMPARE_ADDRESS = "#/compare";
 export const ENGINE_ADDRESS = "#/engine";
+export const RIGS_ADDRESS = "#/rigs";
 export const PEOPLE_ADDRESS = "#/people";
 
 /** @type {{page: WizardPage, title: string}[]} */
@@ -31,7 +32,7 @@ const PEOPLE_PARTS = ["services", "sign_ins", "log"];
 /**
  * Return which page an address opens; null and false for all others.
  * @param {string} hash
- * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page" | "compare_page" | "engine_page" | "people">}
+ * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page" | "compare_page" | "engine_page" | "rigs_page" | "people">}
  */
 export function pagesAt(hash) {
   return {
@@ -46,6 +47,7 @@ export function pagesAt(hash) {
     planner_page: planAt(hash) !== null,
     compare_page: hash === COMPARE_ADDRESS,
     engine_page: hash === ENGINE_ADDRESS,
+    rigs_page: hash === RIGS_ADDRESS,
     people: peopleAt(hash),
   };
 }

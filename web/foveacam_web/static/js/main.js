@@ -248,6 +248,10 @@ turnPages({
       const { mountEnginePage } = await import("./engine/page.js");
       return (place) => mountEnginePage(place, { store });
     },
+    rigs_page: async () => {
+      const { mountRigsPage } = await import("./rigs/page.js");
+      return (place) => mountRigsPage(place, { store });
+    },
   },
 });
 followAddress(store);

@@ -28,6 +28,7 @@ const PAGES = /** @type {const} */ ([
   { key: "people", id: "people-page", title: "people-title", clicked: false },
   { key: "compare_page", id: "compare-page", title: "compare-title", clicked: false },
   { key: "engine_page", id: "engine-page", title: "engine-title", clicked: false },
+  { key: "rigs_page", id: "rigs-page", title: "rigs-title", clicked: false },
 ]);
 
 /** Return the page that covers the console, if any. @param {ConsoleState} state */

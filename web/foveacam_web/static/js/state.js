@@ -31,6 +31,7 @@ export function createStore() {
     planner_page: false,
     compare_page: false,
     engine_page: false,
+    rigs_page: false,
     people: null,
   });
 }

@@ -1,7 +1,7 @@
 // Builds the rig page: cameras, trigger, controller, rail and pan-tilt.
 
 import { mountPanTilt } from "../calibration/pantilt.js";
-import { ENGINE_ADDRESS, SETUP_ADDRESS } from "../addresses.js";
+import { ENGINE_ADDRESS, RIGS_ADDRESS, SETUP_ADDRESS } from "../addresses.js";
 import { icon } from "../elements/icons.js";
 import { panel } from "../elements/parts.js";
 import { fill, h, html, say } from "../elements/dom.js";
@@ -75,5 +75,6 @@ function head(store) {
     name,
     html`<a class="plain to-setup" href=${SETUP_ADDRESS}>${icon("gear")}Set up</a>`,
     html`<a class="plain" href=${ENGINE_ADDRESS}>${icon("scope")}Engine</a>`,
+    html`<a class="plain" href=${RIGS_ADDRESS}>${icon("columns")}All rigs</a>`,
   );
 }
