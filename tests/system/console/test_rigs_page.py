@@ -65,7 +65,7 @@ def test_a_rig_that_does_not_answer_says_why_beside_the_others(
     page = open_console(f"{stub.url}#/rigs").page
     silent = page.locator(".rig-card[data-rig=a1]")
     expect(silent.locator("h3")).to_contain_text("No answer")
-    expect(silent.locator(".state.bad")).to_contain_text("see whether its server runs")
+    expect(silent.locator(".state.bad")).to_contain_text("See whether its server runs")
     expect(silent.locator("img")).to_have_count(0)
     expect(silent.get_by_role("link")).to_have_attribute("href", "https://roof.example/")
     expect(page.locator(".rig-card[data-rig=this]")).to_contain_text("ada drives it.")
