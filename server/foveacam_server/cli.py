@@ -20,6 +20,7 @@ from foveacam_server.commands.calibrate import app as calibrate_app
 from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import checked_settings
+from foveacam_server.resources.archive.cli import app as archive_app
 from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
 from foveacam_server.resources.depth_backends.cli import app as depth_app
@@ -45,6 +46,7 @@ app.add_typer(depth_app)
 app.add_typer(learn_app)
 app.add_typer(dataset_app)
 app.add_typer(recording_app)
+app.add_typer(archive_app)
 app.command()(record)
 app.command()(capture)
 app.command()(still)
@@ -88,6 +90,10 @@ RootPathOption = Annotated[
     str | None, typer.Option(help="path below which a proxy serves this server, such as /foveacam")
 ]
 DataOption = Annotated[Path | None, typer.Option(help="folder for targets, clouds, jobs and events")]
+ArchiveOption = Annotated[
+    str | None,
+    typer.Option(help="where captures and recordings are archived, s3://bucket/prefix", metavar="URL"),
+]
 CalibrationOption = Annotated[
     Path | None, typer.Option(help="calibration file to use instead of the rig's own")
 ]
@@ -113,6 +119,7 @@ def serve(
     trusted_proxy: ProxyOption = None,
     root_path: RootPathOption = None,
     data: DataOption = None,
+    archive: ArchiveOption = None,
     calibration: CalibrationOption = None,
     replay: ReplayOption = None,
     replay_speed: ReplaySpeedOption = None,
@@ -135,6 +142,7 @@ def serve(
         "trusted_proxies": trusted_proxy or None,
         "root_path": root_path,
         "data": data,
+        "archive": archive,
         "calibration": calibration,
         "replay": replay,
         "replay_speed": replay_speed,

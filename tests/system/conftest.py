@@ -160,6 +160,7 @@ def running(
     live_hz: tuple[float, float] = (LIVE_WIDE_HZ, LIVE_FOVEA_HZ),
     host: str = "127.0.0.1",
     root_path: str = "",
+    archive: str | None = None,
 ) -> Iterator[Running]:
     warm_up()  # a compiled renderer: else the first look would wait for it
     settings = Settings(
@@ -170,6 +171,7 @@ def running(
         viewer=viewer,
         host=host,
         root_path=root_path,
+        archive=archive,
         live_wide_hz=live_hz[0],
         live_fovea_hz=live_hz[1],
     )

@@ -12,7 +12,13 @@ from tests.unit.recordings import record
 
 from foveacam_bench.archive.storage_proxy import StorageProxy, refusal, storage_proxy
 from foveacam_bench.archive.storage_server import BUCKET, StorageServer, storage_server
-from foveacam_hardware.contract import Busy, Cancelled, DeviceFault, InvalidInput, NotConnected
+from foveacam_hardware.contract import (
+    Busy,
+    Cancelled,
+    DeviceFault,
+    InvalidInput,
+    NotConnected,
+)
 from foveacam_pipeline.capture.archiving import dataset_item, recording_item
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from foveacam_pipeline.capture.recording.reader import Recording
@@ -164,7 +170,7 @@ def test_a_cancelled_upload_leaves_no_item(tmp_path: Path) -> None:
 def test_a_recording_is_read_in_place(url: str, tmp_path: Path) -> None:
     path = tmp_path / "looks.fcap"
     record(path, ticks=5)
-    item = recording_item(path, item_id="rec-1", label="", created_utc=UTC, beside=())
+    item = recording_item(path, item_id="rec-1", label="", created_utc=UTC, beside=(), about={})
     with Recording(path) as local:
         frames, local_bytes = list(local.frames()), local.size_bytes
 
@@ -238,7 +244,7 @@ def test_a_bucket_that_is_not_there(tmp_path: Path, proxy: StorageProxy) -> None
 def test_storage_that_goes_away_while_a_recording_is_read(tmp_path: Path, proxy: StorageProxy) -> None:
     path = tmp_path / "looks.fcap"
     record(path, ticks=200)
-    item = recording_item(path, item_id="rec-2", label="", created_utc=UTC, beside=())
+    item = recording_item(path, item_id="rec-2", label="", created_utc=UTC, beside=(), about={})
     remove_large_files(item, upload_item(f"s3://{BUCKET}/gone", item, utc=UTC, watch=silent))
 
     with Recording(path) as archived:

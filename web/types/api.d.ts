@@ -57,6 +57,22 @@ export interface components {
             /** @enum {string} */
             style: "red_cyan" | "red_blue" | "cyan_red" | "blue_red";
         };
+        /** @description Where its bytes are in an archive. `local`: whether all are on this machine's disk as well. */
+        ArchivedDocument: {
+            bytes: number;
+            local: boolean;
+            url: string;
+            utc: string;
+        };
+        /** @description The archive of this server; `url`: null without one. */
+        ArchiveDocument: {
+            url: string | null;
+        };
+        /** @description How to archive. `remove_local`: whether only what is small stays on this machine afterwards. */
+        ArchiveRequest: {
+            /** @default false */
+            remove_local?: boolean;
+        };
         /** @description Areas of the regions. `multi`: union over targets; `single`: mean of the targets' own regions. */
         AreasDocument: {
             multi_m2: number;
@@ -282,6 +298,7 @@ export interface components {
         };
         /** @description One capture. `why`: what ended a partial one, or what the operator is asked to do before it goes on. */
         CaptureDocument: {
+            archived: components["schemas"]["ArchivedDocument"] | null;
             calibration_id: string | null;
             codec: string | null;
             conditions: {
@@ -2408,6 +2425,7 @@ export interface components {
          *     `truncated`: what was cut off; the rest is found by reading the file through and is complete.
          */
         RecordingDocument: {
+            archived: components["schemas"]["ArchivedDocument"] | null;
             asked_s: number | null;
             calibration_id: string | null;
             calibration_problem: string | null;
@@ -3424,6 +3442,9 @@ export type AllOptions = components['schemas']['AllOptions'];
 export type AllRun = components['schemas']['AllRun'];
 export type AlternativeDocument = components['schemas']['AlternativeDocument'];
 export type AnaglyphColours = components['schemas']['AnaglyphColours'];
+export type ArchivedDocument = components['schemas']['ArchivedDocument'];
+export type ArchiveDocument = components['schemas']['ArchiveDocument'];
+export type ArchiveRequest = components['schemas']['ArchiveRequest'];
 export type AreasDocument = components['schemas']['AreasDocument'];
 export type AuditDocument = components['schemas']['AuditDocument'];
 export type AuditPage = components['schemas']['AuditPage'];

@@ -8,9 +8,12 @@ from foveacam_server.datasets.collection import CAPTURES
 from foveacam_server.datasets.derived_products import DerivedProductTools
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.archive.service import ArchiveService
+from foveacam_server.resources.captures.archiving import CaptureArchiveSource
 from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.mosaics.service import MosaicService
+from foveacam_server.resources.recordings.archiving import RecordingArchiveSource
 from foveacam_server.resources.recordings.collection import RECORDINGS
 from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
 from foveacam_server.resources.references.service import ReferenceService
@@ -29,6 +32,7 @@ class CollectionServices:
     recordings: RecordingService
     mosaics: MosaicService
     references: ReferenceService
+    archive: ArchiveService
 
 
 def open_collections(
@@ -46,14 +50,18 @@ def open_collections(
     making = DerivedProductTools(
         captures=captures, jobs=jobs, events=foundation.events, clock=foundation.clock
     )
+    recordings = _recordings(foundation, knowledge, displays, hardware=hardware, jobs=jobs, backends=backends)
     return CollectionServices(
         captures=captures,
         stills=StillService(foundation.store.subfolder(STILLS), tools),
-        recordings=_recordings(
-            foundation, knowledge, displays, hardware=hardware, jobs=jobs, backends=backends
-        ),
+        recordings=recordings,
         mosaics=MosaicService(making, displays.viewer, network_in_use=backends.network_in_use),
         references=ReferenceService(making),
+        archive=ArchiveService(
+            foundation.settings.archive,
+            {"captures": CaptureArchiveSource(captures), "recordings": RecordingArchiveSource(recordings)},
+            jobs,
+        ),
     )
 
 

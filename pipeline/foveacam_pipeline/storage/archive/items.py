@@ -4,9 +4,11 @@ import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Lock
+
+from pydantic import JsonValue
 
 from foveacam_hardware.contract import Busy
 from foveacam_pipeline.storage.archive.manifest import (
@@ -35,7 +37,8 @@ class ArchiveItem:
     """A dataset or a recording on the disk.
 
     `files`: its files by their names in the archive; one that is archived already need not be on the disk.
-    `large`: those that need not stay on the disk. `record`: path of its record.
+    `large`: those that need not stay on the disk. `record`: path of its record. `about`: what is shown of it
+    without reading its files.
     """
 
     kind: ItemKind
@@ -46,6 +49,7 @@ class ArchiveItem:
     files: Mapping[str, Path]
     large: frozenset[str]
     record: Path
+    about: Mapping[str, JsonValue] = field(default_factory=dict)
 
 
 def upload_item(url: str, item: ArchiveItem, *, utc: str, watch: BytesWatcher) -> ArchiveRecord:
@@ -64,6 +68,7 @@ def upload_item(url: str, item: ArchiveItem, *, utc: str, watch: BytesWatcher) -
         label=item.label,
         created_utc=item.created_utc,
         archived_utc=utc,
+        about=dict(item.about),
         files=files,
     )
     _Upload(store, item, manifest, watch).run()

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 from urllib.parse import quote
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_pipeline.storage.archive.store import open_store
@@ -40,7 +40,10 @@ class ArchivedFile(_Table):
 
 
 class ArchiveManifest(_Table):
-    """What an archive holds of one dataset or recording; `created_utc`: of the item itself."""
+    """What an archive holds of one dataset or recording; `created_utc`: of the item itself.
+
+    `about`: what is shown of it without reading its files.
+    """
 
     format: Literal["foveacam-archive"] = "foveacam-archive"
     version: Literal[1] = 1
@@ -50,6 +53,7 @@ class ArchiveManifest(_Table):
     label: str = ""
     created_utc: str = ""
     archived_utc: str
+    about: dict[str, JsonValue] = {}
     files: dict[FileName, ArchivedFile]
 
     @property
@@ -127,7 +131,7 @@ def read_record(path: Path) -> ArchiveRecord | None:
     return _read(path, (status.st_mtime_ns, status.st_size))
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=256)
 def _read(path: Path, stamp: tuple[int, int]) -> ArchiveRecord | None:
     try:
         return ArchiveRecord.model_validate_json(path.read_bytes())

@@ -218,7 +218,7 @@ class RecordingService:
             live.label = label  # written when it ends
         else:
             self.collection.set_label(self.collection.get(recording_id), label=label)
-        self._emit("recording.updated", "a recording was described anew", recording_id)
+        self.report_update(recording_id, "a recording was described anew")
         return self.get(recording_id)
 
     def remove(self, recording_id: str) -> None:
@@ -234,8 +234,12 @@ class RecordingService:
     def restore(self, recording_id: str) -> RecordingDocument:
         """Take a recording out of the trash."""
         kept = self.collection.restore(recording_id)
-        self._emit("recording.updated", f"recording {kept.name} is out of the trash", recording_id)
+        self.report_update(recording_id, f"recording {kept.name} is out of the trash")
         return self.get(recording_id)
+
+    def report_update(self, recording_id: str, message: str) -> None:
+        """Emit that a recording was changed."""
+        self._emit("recording.updated", message, recording_id)
 
     # The job -----------------------------------------------------------------------------------------------
 
