@@ -5,6 +5,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+PATIENCE_S = 20.0
 _BLOCK = 1 << 16
 _HEAD_END = b"\r\n\r\n"
 
@@ -23,6 +24,7 @@ class StorageProxy:
         self._lock = threading.Lock()
         self._open: set[socket.socket] = set()
         self._threads: list[threading.Thread] = []
+        self._cut = threading.Event()
         self.received = 0
         self.budget: int | None = None
         self.gone = False
@@ -33,14 +35,20 @@ class StorageProxy:
         """Drop all connections and refuse others."""
         with self._lock:
             self.gone = True
+            self._cut.set()
             for connection in self._open:
                 with suppress(OSError):
                     connection.shutdown(socket.SHUT_RDWR)
+
+    def wait_until_gone(self) -> None:
+        """Wait until the budget is spent."""
+        self._cut.wait(PATIENCE_S)
 
     def restore(self) -> None:
         """Pass everything again."""
         with self._lock:
             self.gone, self.budget, self.refusal = False, None, b""
+            self._cut.clear()
 
     def close(self) -> None:
         """End all threads."""

@@ -307,13 +307,15 @@ class Recording:
 
     def _pose(self, stream: str, seq: int, number: int) -> FramePose:
         """Return the pose that telemetry states for a frame, written before or after the frame."""
-        nearby = range(max(0, number - NEAR), min(len(self._index.entries), number + NEAR + 1))
-        for near in nearby:
-            telemetry = self._telemetry_at(self._index.entries[near])
+        entries = self._index.entries
+        nearby = range(max(0, number - NEAR), min(len(entries), number + NEAR + 1))
+        # those of its own chunk first, which has been read
+        for near in sorted(nearby, key=lambda near: entries[near].chunk != entries[number].chunk):
+            telemetry = self._telemetry_at(entries[near])
             if telemetry is not None and telemetry.get("stream") == stream and telemetry.get("seq") == seq:
                 return telemetry_pose(telemetry)
         far = self._telemetry.get((stream, seq))
-        return telemetry_pose(None if far is None else self._telemetry_at(self._index.entries[far]))
+        return telemetry_pose(None if far is None else self._telemetry_at(entries[far]))
 
     def _telemetry_at(self, entry: MessageLocation) -> dict[str, object] | None:
         channel = self._index.channels.get(entry.channel)

@@ -5,6 +5,7 @@ endpoint of storage that is not Amazon's from FOVEACAM_ARCHIVE_ENDPOINT.
 """
 
 import asyncio
+import logging
 import os
 import re
 from collections.abc import Callable
@@ -15,6 +16,8 @@ from typing import Any
 from foveacam_hardware.contract import InvalidInput, install_command
 from foveacam_pipeline.storage.archive.failures import archive_errors
 from foveacam_pipeline.storage.disk import write_file
+
+_log = logging.getLogger(__name__)
 
 ENDPOINT = "FOVEACAM_ARCHIVE_ENDPOINT"
 _URL = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,62}(/[^?#]*)?|file:///[^?#]*|memory://[^?#]+")
@@ -112,6 +115,7 @@ def _file_system(
         if scheme != "s3":
             return fsspec.filesystem(scheme, auto_mkdir=True, skip_instance_cache=True), (OSError,)
         import aiohttp
+        import fsspec.asyn
         from botocore.exceptions import BotoCoreError, ClientError
     except ImportError as error:
         command = install_command("archive")
@@ -121,6 +125,10 @@ def _file_system(
             found=f"{error.name} is not installed",
             remedy=command,
         ) from error
+    # What a lost connection leaves in tasks is told by the call that fails
+    fsspec.asyn.get_loop().set_exception_handler(
+        lambda loop, context: _log.debug("%s", context["message"], exc_info=context.get("exception"))
+    )
     files = fsspec.filesystem(
         "s3",
         client_kwargs={"endpoint_url": endpoint} if endpoint else {},
