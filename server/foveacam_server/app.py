@@ -53,6 +53,7 @@ from foveacam_server.resources.recordings import moment_routes as recording_mome
 from foveacam_server.resources.recordings import routes as recordings
 from foveacam_server.resources.recordings.imports import routes as recording_imports
 from foveacam_server.resources.references import routes as references
+from foveacam_server.resources.retention import routes as retention
 from foveacam_server.resources.rig_setup import routes as rig_setup
 from foveacam_server.resources.rig_state import health_routes
 from foveacam_server.resources.rig_state import routes as rig_state
@@ -104,6 +105,7 @@ _RESOURCES = (
     settle_time,
     planner,
     archive,
+    retention,
     simulation,
     jobs,
     engine,

@@ -17,6 +17,7 @@ from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
 from foveacam_server.commands.backup import backup, restore
 from foveacam_server.commands.calibrate import app as calibrate_app
+from foveacam_server.commands.retention import app as retention_app
 from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import checked_settings
@@ -54,6 +55,7 @@ app.command()(study)
 app.command()(confirm_zero)
 app.command()(backup)
 app.command()(restore)
+app.add_typer(retention_app)
 app.add_typer(users_app)
 
 _USAGE_ERROR = 2

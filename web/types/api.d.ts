@@ -766,6 +766,16 @@ export interface components {
             apply?: boolean;
             distance_m?: number | null;
         };
+        /** @description One that the rules would move to the trash, and why. */
+        DueItem: {
+            created_utc: string;
+            id: string;
+            /** @enum {string} */
+            kind: "captures" | "recordings" | "stills";
+            name: string;
+            size_bytes: number;
+            why: string;
+        };
         /**
          * @description The cause that ended a recording; its file is complete after the first three.
          * @enum {string}
@@ -2586,6 +2596,36 @@ export interface components {
             ring?: components["schemas"]["RingRequest"];
             targets_m?: number[][] | null;
         };
+        /** @description What was moved to the trash. */
+        RetentionApplied: {
+            items: components["schemas"]["DueItem"][];
+            size_bytes: number;
+        };
+        /** @description What the rules would move to the trash now; `digest`: stands for exactly that. `file`: the rules'. */
+        RetentionPreview: {
+            digest: string;
+            file: string;
+            items: components["schemas"]["DueItem"][];
+            rules: components["schemas"]["RetentionRules"];
+            size_bytes: number;
+        };
+        /** @description Which preview to carry out: its digest. */
+        RetentionRequest: {
+            digest: string;
+        };
+        /** @description How much of a kind is kept: none older than `keep_days`, and the newest up to `keep_gb`; null: all. */
+        RetentionRule: {
+            keep_days: number | null;
+            keep_gb: number | null;
+        };
+        /** @description The rules of a data directory; `automatic`: whether the server applies them once an hour. */
+        RetentionRules: {
+            /** @default false */
+            automatic: boolean;
+            captures: components["schemas"]["RetentionRule"];
+            recordings: components["schemas"]["RetentionRule"];
+            stills: components["schemas"]["RetentionRule"];
+        };
         /** @description The whole rig. */
         RigDocument: {
             baseline_m: number | null;
@@ -3512,6 +3552,7 @@ export type DraftStart = components['schemas']['DraftStart'];
 export type DriftCheckDocument = components['schemas']['DriftCheckDocument'];
 export type DriftEyeDocument = components['schemas']['DriftEyeDocument'];
 export type DriftRequest = components['schemas']['DriftRequest'];
+export type DueItem = components['schemas']['DueItem'];
 export type EndCause = components['schemas']['EndCause'];
 export type EngineDocument = components['schemas']['EngineDocument'];
 export type EstimateDocument = components['schemas']['EstimateDocument'];
@@ -3663,6 +3704,11 @@ export type ReferenceStop = components['schemas']['ReferenceStop'];
 export type RegionDocument = components['schemas']['RegionDocument'];
 export type RegionsDocument = components['schemas']['RegionsDocument'];
 export type RegionsRequest = components['schemas']['RegionsRequest'];
+export type RetentionApplied = components['schemas']['RetentionApplied'];
+export type RetentionPreview = components['schemas']['RetentionPreview'];
+export type RetentionRequest = components['schemas']['RetentionRequest'];
+export type RetentionRule = components['schemas']['RetentionRule'];
+export type RetentionRules = components['schemas']['RetentionRules'];
 export type RigDocument = components['schemas']['RigDocument'];
 export type RigDraft = components['schemas']['RigDraft'];
 export type RigFileDocument = components['schemas']['RigFileDocument'];

@@ -56,6 +56,7 @@ RESOURCES: dict[str, _Row] = {
     "reach": _SEEN_BY_ALL,
     "recordings": _SEEN_BY_ALL,
     "rig": _Row(_VIEW, _ADMINISTER),
+    "retention": _SEEN_BY_ALL,
     "service_tokens": _OF_ADMINS,
     "session": _OWN,
     "sessions": _OWN,

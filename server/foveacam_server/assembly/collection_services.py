@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from foveacam_hardware.contract import Busy
+from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_server.assembly.first_services import DisplayServices, RigKnowledge, ServerFoundation
 from foveacam_server.datasets.capture_tools import CaptureTools
 from foveacam_server.datasets.collection import CAPTURES
@@ -17,6 +19,8 @@ from foveacam_server.resources.recordings.archiving import RecordingArchiveSourc
 from foveacam_server.resources.recordings.collection import RECORDINGS
 from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
 from foveacam_server.resources.references.service import ReferenceService
+from foveacam_server.resources.retention.rules import RetentionSource
+from foveacam_server.resources.retention.service import RetentionService
 from foveacam_server.resources.stills.collection import STILLS
 from foveacam_server.resources.stills.service import StillService
 from foveacam_server.rig.hardware import HardwareThread
@@ -63,6 +67,37 @@ def open_collections(
             jobs,
         ),
     )
+
+
+def open_retention(foundation: ServerFoundation, collections: CollectionServices) -> RetentionService:
+    """Open the rules of retention over all collections."""
+    captures, recordings, stills = collections.captures, collections.recordings, collections.stills
+
+    def capture_in_use(capture_id: str) -> bool:
+        try:
+            for products in (collections.mosaics, collections.references):
+                products.check_idle(capture_id, "remove its capture")
+        except Busy:
+            return True
+        return captures.is_running(capture_id) or is_being_written(captures.collection.get(capture_id).folder)
+
+    retention = RetentionService(
+        foundation.settings.data,
+        {
+            "captures": RetentionSource(every=captures.search, in_use=capture_in_use, remove=captures.remove),
+            "recordings": RetentionSource(
+                every=recordings.search, in_use=recordings.is_in_use, remove=recordings.remove
+            ),
+            "stills": RetentionSource(
+                every=stills.search,
+                in_use=lambda still_id: is_being_written(stills.collection.get(still_id).stored.folder),
+                remove=stills.remove,
+            ),
+        },
+    )
+    retention.start()
+    foundation.stack.callback(retention.close)
+    return retention
 
 
 def live_rates(settings: Settings) -> LiveRates:

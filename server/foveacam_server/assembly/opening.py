@@ -7,7 +7,7 @@ from contextlib import ExitStack
 
 from foveacam_hardware.contract import Clock
 from foveacam_server.assembly.calibrating import open_calibration, open_trigger_tests
-from foveacam_server.assembly.collection_services import open_collections
+from foveacam_server.assembly.collection_services import open_collections, open_retention
 from foveacam_server.assembly.first_services import (
     DisplayServices,
     RigKnowledge,
@@ -137,6 +137,7 @@ def open_services(
         mosaics=collected.mosaics,
         references=collected.references,
         archive=collected.archive,
+        retention=open_retention(foundation, collected),
         fixations=observation.fixations,
         follows=observation.follows,
         rounds=observation.rounds,

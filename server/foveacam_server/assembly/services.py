@@ -38,6 +38,7 @@ from foveacam_server.resources.positioners.pan_tilt import PanTiltService
 from foveacam_server.resources.positioners.rail import RailService
 from foveacam_server.resources.recordings.service import RecordingService
 from foveacam_server.resources.references.service import ReferenceService
+from foveacam_server.resources.retention.service import RetentionService
 from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
 from foveacam_server.resources.rig_setup.pictures import CameraPictures
 from foveacam_server.resources.rig_setup.service import RigSetupService
@@ -103,6 +104,7 @@ class Services:
     mosaics: MosaicService
     references: ReferenceService
     archive: ArchiveService
+    retention: RetentionService
     fixations: FixationService
     follows: FollowService
     rounds: FollowRounds
@@ -150,6 +152,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.reach.routes import ReachRouteServices
     from foveacam_server.resources.recordings.routes import RecordingRouteServices
     from foveacam_server.resources.references.routes import ReferenceRouteServices
+    from foveacam_server.resources.retention.routes import RetentionRouteServices
     from foveacam_server.resources.rig_setup.routes import RigSetupRouteServices
     from foveacam_server.resources.rig_state.health_routes import HealthRouteServices
     from foveacam_server.resources.rig_state.routes import RigRouteServices
@@ -199,6 +202,7 @@ if TYPE_CHECKING:
         _reference: ReferenceRouteServices = services
         _health: HealthRouteServices = services
         _rig: RigRouteServices = services
+        _retention: RetentionRouteServices = services
         _rig_setup: RigSetupRouteServices = services
         _settle_time: SettleTimeRouteServices = services
         _simulation: SimulationRouteServices = services

@@ -192,6 +192,13 @@ class RecordingService:
             return self._shown(live)
         return recording_document(self.collection.get(recording_id, but=None if live is None else live.path))
 
+    def is_in_use(self, recording_id: str) -> bool:
+        """Return whether a recording is being made, or open for reading."""
+        live = self._current()
+        if live is not None and live.id == recording_id:
+            return True
+        return self.opened.is_open(self.collection.get(recording_id).path)
+
     def readable(self, recording_id: str) -> StoredRecording:
         """Return a recording that has ended and can be read; raise Busy or InvalidInput for another."""
         live = self._current()
