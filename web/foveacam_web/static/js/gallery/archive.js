@@ -5,7 +5,7 @@ import { html } from "../dom.js";
 import { sentence } from "../format.js";
 import { icon } from "../icons.js";
 import { badge, bar, panel } from "../parts.js";
-import { sizeWords, whenWords } from "./dataset_words.js";
+import { archivedWords, sizeWords } from "./dataset_words.js";
 
 /**
  * @import { ArchiveDocument, ArchivedDocument } from "#api"
@@ -16,12 +16,6 @@ import { sizeWords, whenWords } from "./dataset_words.js";
 /** @param {Archivable} entry */
 export function archivedBadge({ archived }) {
   return archived && badge("plain", "archived", archived.local ? "Here and in the archive" : "In the archive alone");
-}
-
-/** @param {ArchivedDocument} archived */
-export function archivedWords({ utc, bytes, local }) {
-  const where = local ? "All of it is here as well." : "Here are only its description and thumbnail.";
-  return `${sizeWords(bytes)}, ${whenWords(utc)}. ${where}`;
 }
 
 /**

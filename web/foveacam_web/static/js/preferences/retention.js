@@ -2,13 +2,14 @@
 
 import { RequestError, request } from "../api.js";
 import { html, update } from "../dom.js";
-import { count, number, sentence } from "../format.js";
+import { count, sentence } from "../format.js";
 import { sizeWords, whenWords } from "../gallery/dataset_words.js";
 import { icon } from "../icons.js";
 import { nothing } from "../parts.js";
+import { ruleWords } from "./retention_words.js";
 
 /**
- * @import { DueItem, RetentionApplied, RetentionPreview, RetentionRule } from "#api"
+ * @import { DueItem, RetentionApplied, RetentionPreview } from "#api"
  * @import { Commands } from "../commands.js"
  */
 
@@ -48,15 +49,6 @@ export function showRetention(place, { commands, signal }) {
     await read();
   };
   void read();
-}
-
-/** @param {RetentionRule} rule */
-export function ruleWords({ keep_days, keep_gb }) {
-  const parts = [
-    keep_days !== null && `for ${number(keep_days, 0)} days`,
-    keep_gb !== null && `the newest ${number(keep_gb, 0)} GB`,
-  ].filter(Boolean);
-  return parts.length > 0 ? `kept ${parts.join(", ")}` : "kept for ever";
 }
 
 /** @param {RetentionPreview} found @param {(digest: string) => unknown} move */
