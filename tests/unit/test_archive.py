@@ -213,6 +213,16 @@ def test_frames_stay_where_the_archive_lost_them(tmp_path: Path) -> None:
     assert len(list((folder / "images").iterdir())) == 6
 
 
+def test_what_is_in_another_archive_alone_is_fetched_first(tmp_path: Path) -> None:
+    folder, url = tmp_path / "small", f"file://{tmp_path}/archive"
+    written(folder, 1)
+    remove_large_files(item_of(folder), upload(url, folder))
+
+    with pytest.raises(InvalidInput, match=r"are in file://.*/archive alone; fetch it first"):
+        upload(f"file://{tmp_path}/other", folder)
+    upload(url, folder)
+
+
 @pytest.mark.parametrize(
     ("status", "code", "words"),
     [

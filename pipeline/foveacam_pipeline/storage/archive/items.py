@@ -10,7 +10,7 @@ from threading import Lock
 
 from pydantic import JsonValue
 
-from foveacam_hardware.contract import Busy
+from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_pipeline.storage.archive.manifest import (
     MANIFEST,
     ArchivedFile,
@@ -59,7 +59,9 @@ def upload_item(url: str, item: ArchiveItem, *, utc: str, watch: BytesWatcher) -
     """
     store = open_store(url)
     known = read_record(item.record)
-    earlier = known.manifest.files if known is not None and known.archive == store.url else {}
+    if known is not None and known.archive != store.url:
+        _check_local(item, known)
+    earlier = {} if known is None else known.manifest.files
     files = {name: _described(path, earlier.get(name)) for name, path in sorted(item.files.items())}
     manifest = ArchiveManifest(
         kind=item.kind,
@@ -181,6 +183,18 @@ class _Upload:
         with self._lock:
             self._done += sent
             self._watch(self._done, self._manifest.size_bytes)
+
+
+def _check_local(item: ArchiveItem, known: ArchiveRecord) -> None:
+    """Raise InvalidInput for an item that is in another archive alone."""
+    if any(name in known.manifest.files and not path.exists() for name, path in item.files.items()):
+        found = f"its files are in {known.archive} alone"
+        raise InvalidInput(
+            f"archive {item.name}: {found}; fetch it first",
+            asked=f"archive {item.name}",
+            found=found,
+            remedy="fetch it first",
+        )
 
 
 def _fetched(store: ArchiveStore, record: ArchiveRecord, name: str, path: Path) -> Iterator[int]:

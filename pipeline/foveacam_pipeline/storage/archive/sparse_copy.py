@@ -1,10 +1,12 @@
 """A sparse local copy of an archived file, whose ranges are fetched when they are needed."""
 
-from tempfile import TemporaryFile
+from pathlib import Path
+from tempfile import TemporaryFile, gettempdir
 from typing import IO
 
 from foveacam_pipeline.storage.archive.manifest import ArchiveRecord
 from foveacam_pipeline.storage.archive.store import open_store
+from foveacam_pipeline.storage.disk import disk_errors
 
 BLOCK_BYTES = 1 << 15
 
@@ -27,8 +29,10 @@ class SparseCopy:
             until = self._missing.find(0, at, last)
             until = last if until < 0 else until
             low, high = at * BLOCK_BYTES, min(until * BLOCK_BYTES, self._size)
-            self.file.seek(low)
-            self.file.write(self._store.read(self._key, start=low, end=high))
-            self.file.flush()
+            content = self._store.read(self._key, start=low, end=high)
+            with disk_errors("what was read of an archive", Path(gettempdir())):
+                self.file.seek(low)
+                self.file.write(content)
+                self.file.flush()
             self._missing[at:until] = bytes(until - at)
             at = until

@@ -147,10 +147,17 @@ def _record_of(item: ArchiveItem) -> ArchiveRecord:
 
 
 def _watcher(context: JobContext, item: ArchiveItem) -> BytesWatcher:
+    """Return what reports the progress of a job, once a percent, and cancels it."""
+    reported = -1
+
     def watch(done_bytes: int, total_bytes: int) -> None:
+        nonlocal reported
         context.check()
         total = max(1, total_bytes // _KB)
-        context.progress(min(done_bytes // _KB, total), total=total, note=f"{item.name}, kB")
+        done = min(done_bytes // _KB, total)
+        if (percent := 100 * done // total) != reported:
+            reported = percent
+            context.progress(done, total=total, note=f"{item.name}, kB")
 
     return watch
 
