@@ -52,7 +52,7 @@ def cut_figures(
                 left = _bytes_of(folder) - sum(map(len, there.values()))
                 proxy.budget = int(rng.integers(0, max(1, left)))
                 _cut(uploader, proxy, f"s3://{BUCKET}/{prefix}", folder, kill=bool(kill), figures=figures)
-                there = _compare(there, _objects(prefix), figures)
+                there = _compare(there, _objects(prefix, known=there), figures)
             proxy.restore()
             if uploader.run(f"s3://{BUCKET}/{prefix}", folder) != 0:
                 raise DeviceFault(f"the upload {prefix} did not end after its cuts; run the bench again")
@@ -144,10 +144,10 @@ def _damaged(objects: Mapping[str, bytes]) -> int:
     return sum(hashlib.sha256(content).hexdigest() not in key for key, content in named.items())
 
 
-def _objects(prefix: str) -> dict[str, bytes]:
-    """Return all objects of an upload by key."""
-    store = open_store(f"s3://{BUCKET}/{prefix}")
-    return {key: store.read(key) for key in store.sizes("")}
+def _objects(prefix: str, *, known: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+    """Return all objects of an upload by key; those that are `known` are not read again."""
+    store, read = open_store(f"s3://{BUCKET}/{prefix}"), known or {}
+    return {key: read[key] if key in read else store.read(key) for key in store.sizes("")}
 
 
 def _bytes_of(folder: Path) -> int:
